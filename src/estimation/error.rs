@@ -1,0 +1,91 @@
+//! What can be wrong with a request for a fit, as data.
+
+/// One fault, by its place in the request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// JSON Pointer into the fit request, such as `/nodes/z/3/7`.
+    pub pointer: String,
+    /// What is wrong there and what to do.
+    pub detail: String,
+}
+
+/// Every fault found (the first [`Faults::MOST`] are kept, all are counted).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Faults {
+    faults: Vec<Fault>,
+    count: usize,
+}
+
+impl Faults {
+    /// How many faults are kept.
+    pub const MOST: usize = 100;
+
+    /// A single fault.
+    pub fn one(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
+        let mut faults = Self::default();
+        faults.push(pointer, detail);
+        faults
+    }
+
+    /// Adds a fault.
+    pub fn push(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
+        self.count += 1;
+        if self.faults.len() < Self::MOST {
+            self.faults.push(Fault { pointer: pointer.into(), detail: detail.into() });
+        }
+    }
+
+    /// Takes over another list's faults.
+    pub fn append(&mut self, other: Faults) {
+        self.count += other.count;
+        let room = Self::MOST - self.faults.len();
+        self.faults.extend(other.faults.into_iter().take(room));
+    }
+
+    /// The faults kept.
+    pub fn list(&self) -> &[Fault] {
+        &self.faults
+    }
+
+    /// How many there were.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// `Ok(value)` when there are none.
+    pub fn into_result<T>(self, value: T) -> Result<T, Faults> {
+        if self.is_empty() { Ok(value) } else { Err(self) }
+    }
+}
+
+/// Why no fit could be given.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// Something in the request is impossible (too few nodes, an unsorted axis, a domain that leaves nodes out).
+    #[error("the fit is impossible as asked: {} fault(s)", .0.count())]
+    Invalid(Faults),
+    /// Spectral regularisation divides by λ₁ (Eq. 39); with dependent columns λ₁ is 0.
+    #[error("the columns are linearly dependent (rank {rank} of {columns}): {}", terms.join(", "))]
+    RankDeficient {
+        /// Singular values told from 0.
+        rank: usize,
+        /// Columns of X.
+        columns: usize,
+        /// The terms that depend on each other.
+        terms: Vec<String>,
+    },
+    /// An iteration did not end within its limit; nothing was returned rather than something unsure.
+    #[error("{0}")]
+    NotConverged(&'static str),
+}
+
+impl From<Faults> for FitError {
+    fn from(faults: Faults) -> Self {
+        FitError::Invalid(faults)
+    }
+}

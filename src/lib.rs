@@ -1,0 +1,4 @@
+//! flankfit: robust parametric estimation of tooth-flank surfaces, as an HTTP service.
+
+pub mod estimation;
+pub mod numerics;

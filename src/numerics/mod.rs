@@ -1,0 +1,1 @@
+//! Number kernels that know nothing but numbers.
