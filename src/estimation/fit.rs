@@ -1,8 +1,503 @@
-//! The way of a fit.
+//! The way of a fit: nodes → design → factor → scaled columns → spectrum → λ* → estimate → report.
 
-use super::{error::FitError, nodes::Nodes, result::FitResult, spec::FitSpec};
+use nalgebra::DMatrix;
+
+use super::{
+    bias,
+    choice::{self, Decided},
+    collinearity,
+    design::Design,
+    digits,
+    error::{Faults, FitError},
+    factor::Factor,
+    filter::{Filtered, Rule, Spectral},
+    nodes::Nodes,
+    perturbation,
+    residuals::{Heights, Place, Residuals, matrix_b},
+    result::{
+        BiasReport, Coefficient, FitResult, Numerics, RegularizationReport, RegularizedSpectrum, ResidualReport,
+        SpectrumReport, Warning,
+    },
+    sample::{Sample, separates},
+    scaled::{ScaledColumns, caller_columns},
+    separable::Separable,
+    spec::{FitSpec, Regularization, Scaling},
+    spectrum::Spectrum,
+};
+use crate::numerics::{Dd, triangular};
+
+/// Numbers of B that an answer may hold.
+const MOST_OF_B: usize = 1_000_000;
 
 /// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same bits.
-pub fn fit(_nodes: &Nodes, _spec: &FitSpec) -> Result<FitResult, FitError> {
-    Err(FitError::NotConverged("under construction"))
+pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
+    let sample = Sample::new(nodes);
+    let design = Design::new(nodes, &sample, spec)?;
+    let mut warnings = Vec::new();
+    let separable = match nodes {
+        Nodes::Grid(grid) if spec.scaling != Scaling::Standardized && design.is_full_product() && separates(grid) => {
+            Separable::new(&design, grid)
+        }
+        _ => None,
+    };
+    let heights = Heights::new(&sample);
+    let factor = Factor::new(&design, &sample, separable)?;
+    let caller = caller_columns(&factor);
+    let mut columns = ScaledColumns::new(&design, &caller, spec.scaling, heights.weight)?;
+    if let Some(constant) = &mut columns.constant {
+        constant.set_level(&caller, &factor.qty);
+    }
+    let spectrum = Spectrum::new(&factor, &columns, spec.scaling)?;
+    refuse_dependence(&design, &columns, &spectrum, spec, &mut warnings)?;
+    let place = Place { design: &design, sample: &sample, factor: &factor, nodes, heights: heights.about_zero };
+    let least_squares = LeastSquares::new(&place, &columns, &spectrum);
+    let free = spectrum.rank + usize::from(columns.constant.is_some());
+    let degrees_of_freedom = sample.count() - free;
+    let sigma = (degrees_of_freedom > 0).then(|| (least_squares.rss / degrees_of_freedom as f64).sqrt());
+    if sigma.is_none() {
+        warnings.push(Warning {
+            code: "no_degrees_of_freedom",
+            message: "as many coefficients as nodes: there is no estimate of the noise, so no standard errors".into(),
+        });
+    }
+    let problem = Spectral {
+        lambda: &spectrum.lambda,
+        a: &spectrum.a,
+        variance: spec.noise_sigma.or(sigma).map(|s| s * s),
+        rss: least_squares.rss,
+        count: sample.count(),
+        unpenalised: usize::from(columns.constant.is_some()),
+    };
+    let decided =
+        choice::decide(&spec.regularization, &problem, heights.weight, spec.include.lambda_curve, &mut warnings)?;
+    let rule = if decided.chosen.is_some() { decided.rule } else { Rule::None };
+    let filtered: Vec<Filtered> =
+        spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, decided.parameter())).collect();
+    let estimate = Estimate::new(&columns, &spectrum, &filtered, &least_squares, sigma);
+
+    let residuals = residuals(&place, &spectrum, &filtered, &estimate, &least_squares, spec);
+    let rss = problem.sums(rule, decided.parameter()).rss[0];
+    let report = Reporter { spec, design: &design, columns: &columns, spectrum: &spectrum, decided: &decided, rule, filtered: &filtered };
+    let bias = report.bias(&least_squares, &mut warnings);
+    let regularization = report.regularization(&problem, &mut warnings, heights.weight);
+    let unit = match spec.scaling {
+        Scaling::UnitLength => None,
+        Scaling::None | Scaling::Standardized => {
+            let columns = ScaledColumns::new(&design, &caller, Scaling::UnitLength, heights.weight)?;
+            Some(Spectrum::new(&factor, &columns, Scaling::UnitLength)?)
+        }
+    };
+    let collinearity = collinearity::report(
+        &design,
+        &factor,
+        &caller,
+        unit.as_ref().unwrap_or(&spectrum),
+        heights.weight,
+        spec.include.collinearity,
+        &mut warnings,
+    );
+    let spectrum_report = report.spectrum();
+    let perturbation = spec.node_uncertainty.map(|uncertainty| {
+        let largest = filtered.iter().map(|f| f.eigenvalue).fold(0.0, f64::max);
+        let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
+        let before = perturbation::Estimate {
+            condition: spectrum_report.condition,
+            largest: spectrum.largest(),
+            norm: norm(&mut spectrum.a.iter().copied()),
+        };
+        let after = perturbation::Estimate {
+            condition: spectrum_report.regularized.condition,
+            largest,
+            norm: norm(&mut spectrum.a.iter().zip(&filtered).map(|(a, f)| a * f.factor)),
+        };
+        let rss = least_squares.rss;
+        perturbation::report(&design, &sample, &columns, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
+    });
+    if let Some(p) = &perturbation
+        && (p.least_squares.square_bound.is_none() || p.regularized.square_bound.is_none())
+    {
+        warnings.push(Warning {
+            code: "perturbation_unbounded",
+            message: "the node uncertainty times the condition reaches 1: the square bound does not exist there".into(),
+        });
+    }
+    let total = if report.constant_in_span() { heights.about_mean } else { heights.about_zero };
+    let matrix_b = report.matrix_b(&place, &mut warnings)?;
+    let correct_digits = digits::correct_digits(&digits::Fitted {
+        design: &design,
+        sample: &sample,
+        working: &least_squares.working,
+        coefficients: &least_squares.coefficients,
+        leverage: &estimate.leverage,
+        sensitivity: &estimate.sensitivity,
+        sigma,
+        max_residual: least_squares.max_abs,
+        relative_error: factor.relative_error,
+        length: heights.about_zero.sqrt(),
+    });
+    if correct_digits < 6.0 {
+        warnings.push(Warning {
+            code: "few_digits",
+            message: format!(
+                "the posted numbers, rounded to doubles, determine the worst coefficient to about {correct_digits:.0} digits only"
+            ),
+        });
+    }
+    let coefficients = (0..design.size())
+        .map(|j| Coefficient {
+            term: design.labels[j].clone(),
+            key: design.keys[j].clone(),
+            value: estimate.coefficients[j],
+            std_error: sigma.map(|s| s * estimate.spread[j]),
+            least_squares: least_squares.coefficients[j],
+            least_squares_std_error: sigma.map(|s| s * estimate.leverage[j]),
+            bias_bound: bias.1[j],
+        })
+        .collect();
+    let result = FitResult {
+        coefficients,
+        domain: design.domain,
+        spectrum: spectrum_report,
+        regularization,
+        bias: bias.0,
+        collinearity,
+        perturbation,
+        residuals: ResidualReport {
+            count: sample.count(),
+            degrees_of_freedom,
+            rss,
+            sigma,
+            rms: (rss / heights.weight).sqrt(),
+            max_abs: residuals.max_abs,
+            r_squared: (total > 0.0).then(|| 1.0 - rss / total),
+            least_squares_rss: least_squares.rss,
+            node_indices: spec
+                .include
+                .residuals
+                .then(|| sample.index().map(|index| index.iter().map(|&k| k as usize).collect()))
+                .flatten(),
+            values: spec.include.residuals.then_some(residuals.values),
+        },
+        lambda_curve: decided.curve.clone(),
+        matrix_b,
+        numerics: Numerics { arithmetic: factor.arithmetic, correct_digits },
+        warnings,
+    };
+    finite(&result)?;
+    Ok(result)
+}
+
+/// A coefficient that overflowed would be no answer.
+fn finite(result: &FitResult) -> Result<(), FitError> {
+    let sound = result.coefficients.iter().all(|c| c.value.is_finite() && c.least_squares.is_finite())
+        && result.spectrum.eigenvalues.iter().all(|l| l.is_finite())
+        && result.residuals.rss.is_finite();
+    if sound {
+        return Ok(());
+    }
+    Err(Faults::one("/nodes", "the coefficients leave the range of double precision: choose another unit or basis").into())
+}
+
+/// Dependent columns: named in a warning, or refused where Eq. 39 would divide by 0.
+fn refuse_dependence(
+    design: &Design,
+    columns: &ScaledColumns,
+    spectrum: &Spectrum,
+    spec: &FitSpec,
+    warnings: &mut Vec<Warning>,
+) -> Result<(), FitError> {
+    if spectrum.full_rank() {
+        return Ok(());
+    }
+    let mut terms: Vec<usize> = Vec::new();
+    for i in (0..spectrum.lambda.len()).filter(|&i| spectrum.lambda[i] <= 0.0) {
+        let weights: Vec<f64> = spectrum.v.column(i).iter().copied().collect();
+        terms.extend(collinearity::large_terms(&weights).into_iter().map(|s| columns.kept[s]));
+    }
+    terms.sort_unstable();
+    terms.dedup();
+    let terms: Vec<String> = terms.into_iter().map(|j| design.labels[j].clone()).collect();
+    let rank = spectrum.rank + usize::from(columns.constant.is_some());
+    if matches!(spec.regularization, Regularization::Spectral { .. }) {
+        return Err(FitError::RankDeficient { rank, columns: design.size(), terms });
+    }
+    warnings.push(Warning {
+        code: "rank_deficient",
+        message: format!(
+            "the columns of {} depend on each other over these nodes (rank {rank} of {}): \
+             the least-squares figures are those of the minimum-norm solution in the scaled columns",
+            terms.join(", "),
+            design.size()
+        ),
+    });
+    Ok(())
+}
+
+/// Plain least squares (Eq. 15).
+struct LeastSquares {
+    /// In the caller's terms.
+    coefficients: Vec<f64>,
+    working: Vec<Dd>,
+    rss: f64,
+    max_abs: f64,
+}
+
+impl LeastSquares {
+    fn new(place: &Place, columns: &ScaledColumns, spectrum: &Spectrum) -> Self {
+        let factor = place.factor;
+        if let (Some(working), true) = (&factor.working, spectrum.full_rank()) {
+            let mut coefficients = working.clone();
+            triangular::solve_upper(&factor.change, &mut coefficients);
+            return LeastSquares {
+                coefficients: coefficients.iter().map(|x| x.to_f64()).collect(),
+                working: working.clone(),
+                rss: factor.rss,
+                max_abs: factor.max_abs,
+            };
+        }
+        let n = factor.size();
+        let mut caller = vec![Dd::ZERO; n];
+        for ((&j, &s), &x) in columns.kept.iter().zip(&columns.scale).zip(&spectrum.scaled) {
+            caller[j] = x / s;
+        }
+        if let Some(constant) = &columns.constant {
+            let shift = columns.kept.iter().zip(&constant.means).fold(Dd::ZERO, |sum, (&j, &mean)| sum + mean * caller[j]);
+            caller[constant.index] = constant.level - shift;
+        }
+        let coefficients = caller.iter().map(|x| x.to_f64()).collect();
+        super::factor::multiply_upper_vector(&factor.change, &mut caller);
+        let residuals = place.of_working(&caller, false);
+        LeastSquares { coefficients, working: caller, rss: residuals.rss, max_abs: residuals.max_abs }
+    }
+}
+
+/// The regularised estimate and the spread of both.
+struct Estimate {
+    coefficients: Vec<f64>,
+    /// √(variance/σ²) of each regularised coefficient.
+    spread: Vec<f64>,
+    /// The same for least squares.
+    leverage: Vec<f64>,
+    sensitivity: Vec<f64>,
+}
+
+/// `P V`: row j holds how much each direction contributes to the caller's coefficient j.
+fn directions(columns: &ScaledColumns, spectrum: &Spectrum, n: usize) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(n, spectrum.lambda.len());
+    for i in 0..spectrum.lambda.len() {
+        let scaled: Vec<f64> = spectrum.v.column(i).iter().copied().collect();
+        for (j, value) in columns.to_caller(&scaled, n).into_iter().enumerate() {
+            out[(j, i)] = value;
+        }
+    }
+    out
+}
+
+impl Estimate {
+    fn new(
+        columns: &ScaledColumns,
+        spectrum: &Spectrum,
+        filtered: &[Filtered],
+        least_squares: &LeastSquares,
+        _sigma: Option<f64>,
+    ) -> Self {
+        let n = least_squares.coefficients.len();
+        let directions = directions(columns, spectrum, n);
+        let constant = columns.constant.as_ref();
+        let (mut coefficients, mut spread) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let (mut leverage, mut sensitivity) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for j in 0..n {
+            let level = constant.filter(|c| c.index == j);
+            let own = level.map_or(0.0, |c| 1.0 / c.length_squared);
+            let (mut kept, mut kept_size, mut removed, mut removed_size) = (0.0, 0.0f64, 0.0, 0.0f64);
+            let (mut plain, mut shrunk, mut twice) = (own, own, 0.0);
+            for (i, f) in filtered.iter().enumerate() {
+                let along = directions[(j, i)];
+                let term = spectrum.a[i] * along;
+                kept += f.factor * term;
+                kept_size += (f.factor * term).abs();
+                removed += f.removed * term;
+                removed_size += (f.removed * term).abs();
+                let lambda = spectrum.lambda[i];
+                if lambda > 0.0 {
+                    let share = along * along / lambda;
+                    plain += share;
+                    shrunk += f.factor * f.factor * share;
+                    twice += share / lambda;
+                }
+            }
+            let level = level.map_or(0.0, |c| c.level.to_f64());
+            // two equal sums; take the one in which less cancels
+            let whole = least_squares.coefficients[j];
+            let from_kept = kept_size + level.abs() < removed_size + whole.abs();
+            coefficients.push(if from_kept && removed_size > 0.0 { level + kept } else { whole - removed });
+            leverage.push(plain.sqrt());
+            spread.push(shrunk.sqrt());
+            sensitivity.push(twice.sqrt());
+        }
+        Estimate { coefficients, spread, leverage, sensitivity }
+    }
+}
+
+/// Residuals of the regularised estimate; those of least squares where nothing was regularised.
+fn residuals(
+    place: &Place,
+    spectrum: &Spectrum,
+    filtered: &[Filtered],
+    estimate: &Estimate,
+    least_squares: &LeastSquares,
+    spec: &FitSpec,
+) -> Residuals {
+    let keep = spec.include.residuals;
+    let untouched = filtered.iter().all(|f| f.removed == 0.0);
+    if untouched && !keep {
+        return Residuals { rss: least_squares.rss, max_abs: least_squares.max_abs, values: Vec::new() };
+    }
+    if untouched {
+        return place.of_working(&least_squares.working, true);
+    }
+    if place.factor.working.is_none() {
+        let mut working: Vec<Dd> = estimate.coefficients.iter().map(|&x| Dd::from(x)).collect();
+        super::factor::multiply_upper_vector(&place.factor.change, &mut working);
+        return place.of_working(&working, keep);
+    }
+    let mut b = place.factor.qty.clone();
+    for (i, f) in filtered.iter().enumerate().filter(|(_, f)| f.removed != 0.0) {
+        let moved = f.removed * spectrum.a[i];
+        for (b, image) in b.iter_mut().zip(spectrum.image.column(i).iter()) {
+            *b -= Dd::product(moved, *image);
+        }
+    }
+    place.of_image(&b, keep)
+}
+
+/// Puts what was computed into the shape of the answer.
+struct Reporter<'a> {
+    spec: &'a FitSpec,
+    design: &'a Design,
+    columns: &'a ScaledColumns,
+    spectrum: &'a Spectrum,
+    decided: &'a Decided,
+    rule: Rule,
+    filtered: &'a [Filtered],
+}
+
+impl Reporter<'_> {
+    fn constant_in_span(&self) -> bool {
+        self.design.constant_in_span.unwrap_or(false)
+    }
+
+    fn spectrum(&self) -> SpectrumReport {
+        let lambda = &self.spectrum.lambda;
+        let condition = |values: &mut dyn Iterator<Item = f64>| {
+            let (mut low, mut high) = (f64::INFINITY, 0.0f64);
+            for value in values {
+                (low, high) = (low.min(value), high.max(value));
+            }
+            Some(high / low).filter(|c| low > 0.0 && c.is_finite())
+        };
+        let log10_determinant = |values: &mut dyn Iterator<Item = f64>| {
+            Some(values.map(f64::log10).sum::<f64>()).filter(|sum| sum.is_finite())
+        };
+        let plain = condition(&mut lambda.iter().copied());
+        SpectrumReport {
+            condition: plain,
+            log10_condition: plain.map(f64::log10),
+            log10_determinant: log10_determinant(&mut lambda.iter().copied()),
+            rank: self.spectrum.rank + usize::from(self.columns.constant.is_some()),
+            eigenvalues: lambda.clone(),
+            regularized: RegularizedSpectrum {
+                eigenvalues: self.filtered.iter().map(|f| f.eigenvalue).collect(),
+                condition: condition(&mut self.filtered.iter().map(|f| f.eigenvalue)),
+                log10_determinant: log10_determinant(&mut self.filtered.iter().map(|f| f.eigenvalue)),
+            },
+        }
+    }
+
+    fn bias(&self, least_squares: &LeastSquares, warnings: &mut Vec<Warning>) -> (BiasReport, Vec<f64>) {
+        let norm = self.spectrum.a.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let r = self.spec.coefficient_norm_limit.unwrap_or(norm);
+        if r < norm {
+            warnings.push(Warning {
+                code: "norm_limit_below_estimate",
+                message: format!(
+                    "coefficient_norm_limit {r} is below ‖Â‖ = {norm} of this fit: the bounds limit the expected bias, \
+                     the observed one may exceed them"
+                ),
+            });
+        }
+        let bias = bias::bias(self.spectrum, self.rule, self.decided.parameter(), self.filtered, r);
+        let n = least_squares.coefficients.len();
+        let directions = directions(self.columns, self.spectrum, n);
+        let report = BiasReport {
+            norm: bias.norm,
+            sharp_bound: bias.sharp,
+            paper_bound: bias.paper,
+            coefficient_norm_limit: r,
+            coefficient_norm_limit_from_request: self.spec.coefficient_norm_limit.is_some(),
+            e: bias.e,
+        };
+        (report, bias::per_coefficient(&directions, self.filtered, r))
+    }
+
+    fn regularization(&self, problem: &Spectral, warnings: &mut Vec<Warning>, weight: f64) -> RegularizationReport {
+        let (scheme, count) = choice::scheme_and_count(self.decided.rule);
+        let lambda = &self.spectrum.lambda;
+        let parameter = self.decided.chosen.map(|c| c.lambda_star);
+        let spectral = matches!(self.rule, Rule::Spectral { count: 1.., .. });
+        let sums = problem.sums(self.rule, self.decided.parameter());
+        let standing = super::result::Choice {
+            criterion: self.decided.criterion,
+            lambda_star: parameter,
+            condition: None,
+            bias_norm: sums.bias.sqrt(),
+            predicted_mse: problem.variance.map(|_| sums.mse[0]),
+            rms: (sums.rss[0] / weight).sqrt(),
+        };
+        choice::warn_about(self.decided, &standing, warnings);
+        let c = |i: usize| self.rule.coefficient(i, lambda[i], self.decided.parameter()).unwrap_or(0.0);
+        RegularizationReport {
+            kind: self.decided.kind,
+            scheme,
+            count,
+            lambda_star: parameter,
+            lambda_star_interval: self.decided.chosen.and_then(|c| c.interval),
+            gamma: parameter.filter(|_| spectral).map(|p| p - lambda[0]),
+            criterion: self.decided.criterion,
+            fixed: self.decided.fixed,
+            filter_factors: self.filtered.iter().map(|f| f.factor).collect(),
+            matrix_norm_squared: scheme.map(|_| (0..lambda.len()).map(|i| c(i) * c(i) * lambda[i]).sum()),
+            largest_eigenvalue_bound: scheme
+                .map(|_| self.spectrum.largest() + (self.filtered[0].eigenvalue - lambda[0])),
+            choices: self.decided.choices.clone(),
+        }
+    }
+
+    fn matrix_b(&self, place: &Place, warnings: &mut Vec<Warning>) -> Result<Option<Vec<Vec<f64>>>, FitError> {
+        if !self.spec.include.matrix_b {
+            return Ok(None);
+        }
+        let (_, Some(_)) = choice::scheme_and_count(self.decided.rule) else {
+            warnings.push(Warning { code: "no_matrix_b", message: "only spectral regularisation has a matrix B".into() });
+            return Ok(None);
+        };
+        if self.columns.constant.is_some() {
+            warnings.push(Warning {
+                code: "no_matrix_b",
+                message: "of standardised columns there is no B to be added to the posted ones".into(),
+            });
+            return Ok(None);
+        }
+        let (m, n) = (place.sample.count(), self.design.size());
+        if m * n > MOST_OF_B {
+            return Err(Faults::one("/include", format!("B has {m} × {n} entries here; at most {MOST_OF_B} are answered")).into());
+        }
+        let lambda = &self.spectrum.lambda;
+        let c: Vec<f64> = (0..lambda.len())
+            .map(|i| self.rule.coefficient(i, lambda[i], self.decided.parameter()).unwrap_or(0.0))
+            .collect();
+        let scale: Vec<f64> = self.columns.scale.iter().map(|s| s.to_f64()).collect();
+        let Spectrum { image, v, .. } = self.spectrum;
+        Ok(Some(matrix_b(place.design, place.sample, place.factor, image, v, &c, &scale)))
+    }
 }

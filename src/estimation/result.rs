@@ -191,7 +191,7 @@ pub struct ResidualReport {
 #[derive(Clone, Debug, PartialEq)]
 pub struct LambdaCurvePoint {
     pub lambda_star: f64,
-    pub condition: f64,
+    pub condition: Option<f64>,
     pub bias_norm: f64,
     pub predicted_mse: Option<f64>,
     pub rms: f64,

@@ -1,0 +1,182 @@
+//! From what was asked for to the filter that stands, with every other criterion's choice beside it.
+
+use super::{
+    error::{Faults, FitError},
+    filter::{Rule, Spectral},
+    lambda_star::{Chosen, Search, Unavailable, range},
+    result::{Choice, LambdaCurvePoint, RegularizationKind, Warning},
+    spec::{Count, Criterion, Parameter, Regularization, Scheme},
+};
+
+/// The filter that stands.
+pub struct Decided {
+    pub kind: RegularizationKind,
+    pub rule: Rule,
+    /// λ* or k; `None` where nothing is regularised.
+    pub chosen: Option<Chosen>,
+    pub criterion: Option<Criterion>,
+    pub fixed: bool,
+    pub choices: Vec<Choice>,
+    pub curve: Option<Vec<LambdaCurvePoint>>,
+}
+
+impl Decided {
+    /// The parameter to evaluate the rule at.
+    pub fn parameter(&self) -> f64 {
+        self.chosen.map_or(0.0, |chosen| chosen.lambda_star)
+    }
+}
+
+/// The rule asked for, with its parameter; `auto` counts the eigenvalues beyond the condition limit.
+fn rule(regularization: &Regularization, lambda: &[f64]) -> Result<(RegularizationKind, Rule, Option<Parameter>), FitError> {
+    match regularization {
+        Regularization::None => Ok((RegularizationKind::None, Rule::None, None)),
+        Regularization::Ridge { parameter } => Ok((RegularizationKind::Ridge, Rule::Ridge, Some(*parameter))),
+        Regularization::Spectral { scheme, count, condition_limit, lambda_star } => {
+            let largest = lambda[lambda.len() - 1];
+            let count = match count {
+                Count::Auto => lambda.iter().filter(|l| largest / **l > *condition_limit).count().min(lambda.len() - 1),
+                Count::Given(count) if *count < lambda.len() => *count,
+                Count::Given(count) => {
+                    return Err(Faults::one(
+                        "/regularization/count",
+                        format!("{count} of {} eigenvalues: the largest one cannot be regularised, so at most {}", lambda.len(), lambda.len() - 1),
+                    )
+                    .into());
+                }
+            };
+            Ok((RegularizationKind::Spectral, Rule::Spectral { scheme: *scheme, count }, Some(*lambda_star)))
+        }
+    }
+}
+
+/// Decides for `problem`; `weight` is Σw, for the root mean squares.
+pub fn decide(
+    regularization: &Regularization,
+    problem: &Spectral,
+    weight: f64,
+    want_curve: bool,
+    warnings: &mut Vec<Warning>,
+) -> Result<Decided, FitError> {
+    let (kind, rule, parameter) = rule(regularization, problem.lambda)?;
+    let evaluate = |criterion: Option<Criterion>, lambda_star: Option<f64>| {
+        let rule = if lambda_star.is_some() { rule } else { Rule::None };
+        let at = lambda_star.unwrap_or(0.0);
+        let sums = problem.sums(rule, at);
+        Choice {
+            criterion,
+            lambda_star,
+            condition: problem.condition(rule, at),
+            bias_norm: sums.bias.sqrt(),
+            predicted_mse: problem.variance.map(|_| sums.mse[0]),
+            rms: (sums.rss[0].max(0.0) / weight).sqrt(),
+        }
+    };
+    let mut choices = vec![evaluate(None, None)];
+    let nothing = |choices, curve| Decided { kind, rule: Rule::None, chosen: None, criterion: None, fixed: false, choices, curve };
+    let Some(parameter) = parameter else {
+        if want_curve {
+            warnings.push(Warning { code: "no_lambda_curve", message: "there is no λ* without regularisation".into() });
+        }
+        return Ok(nothing(choices, None));
+    };
+    let (criterion, fixed) = match parameter {
+        Parameter::Criterion(criterion) => (Some(criterion), false),
+        Parameter::Fixed(_) => (None, true),
+    };
+    if let Rule::Spectral { scheme, count: 0 } = rule {
+        // nothing to regularise: every criterion answers least squares
+        choices.extend(Criterion::ALL.map(|criterion| Choice { criterion: Some(criterion), ..choices[0].clone() }));
+        let curve = want_curve.then(Vec::new);
+        let rule = Rule::Spectral { scheme, count: 0 };
+        return Ok(Decided { rule, criterion, fixed, ..nothing(choices, curve) });
+    }
+    let search = Search::new(problem, rule);
+    let answers: Vec<(Criterion, Result<Chosen, Unavailable>)> =
+        Criterion::ALL.map(|criterion| (criterion, search.choose(criterion))).into();
+    for (criterion, answer) in &answers {
+        if let Ok(chosen) = answer {
+            choices.push(evaluate(Some(*criterion), Some(chosen.lambda_star)));
+        }
+    }
+    let chosen = match parameter {
+        Parameter::Fixed(value) => Some(Chosen { lambda_star: value, interval: None, reached: true }),
+        Parameter::Criterion(wanted) => {
+            match answers.iter().find(|(criterion, _)| *criterion == wanted).map(|(_, answer)| *answer) {
+                Some(Ok(chosen)) => Some(chosen),
+                Some(Err(Unavailable::NoMinimiser)) => {
+                    return Err(Faults::one(
+                        "/regularization/parameter/criterion",
+                        "ridge has no parameter of least condition: the condition falls for ever",
+                    )
+                    .into());
+                }
+                Some(Err(Unavailable::NoSigma)) | None => {
+                    warnings.push(Warning {
+                        code: "criterion_unavailable",
+                        message: format!(
+                            "{} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is answered",
+                            wanted.name()
+                        ),
+                    });
+                    None
+                }
+            }
+        }
+    };
+    if let Some(Chosen { reached: false, .. }) = chosen {
+        warnings.push(Warning {
+            code: "discrepancy_not_reached",
+            message: "the residuals stay below the noise for every λ*: the largest one is answered".into(),
+        });
+    }
+    let curve = want_curve.then(|| curve(&search, problem, rule, weight));
+    Ok(Decided { kind, rule, chosen, criterion, fixed, choices, curve })
+}
+
+/// About sixty points over the range of the search.
+fn curve(search: &Search, problem: &Spectral, rule: Rule, weight: f64) -> Vec<LambdaCurvePoint> {
+    let [low, high] = range(problem, rule);
+    const POINTS: usize = 60;
+    (0..=POINTS)
+        .map(|i| {
+            let lambda_star = low * (high / low).powf(i as f64 / POINTS as f64);
+            let sums = problem.sums(rule, lambda_star);
+            let gcv = search.gcv(&sums);
+            LambdaCurvePoint {
+                lambda_star,
+                condition: problem.condition(rule, lambda_star),
+                bias_norm: sums.bias.sqrt(),
+                predicted_mse: problem.variance.map(|_| sums.mse[0]),
+                rms: (sums.rss[0].max(0.0) / weight).sqrt(),
+                gcv: gcv.is_finite().then_some(gcv),
+                coefficient_norm: sums.norm[0].sqrt(),
+            }
+        })
+        .collect()
+}
+
+/// What the caller should hear about the choice that stands.
+pub fn warn_about(decided: &Decided, chosen: &Choice, warnings: &mut Vec<Warning>) {
+    let least_squares = &decided.choices[0];
+    if let (Some(here), Some(there)) = (chosen.predicted_mse, least_squares.predicted_mse)
+        && here > there * (1.0 + 1e-9)
+    {
+        let factor = if there > 0.0 { format!("{:.3e} times", here / there) } else { "infinitely".to_owned() };
+        warnings.push(Warning {
+            code: "worse_than_least_squares",
+            message: format!(
+                "this choice is predicted to have {factor} the mean squared coefficient error of plain least squares: \
+                 the surface has a real component along the regularised directions; see regularization.choices"
+            ),
+        });
+    }
+}
+
+/// The scheme and L, where there are any.
+pub fn scheme_and_count(rule: Rule) -> (Option<Scheme>, Option<usize>) {
+    match rule {
+        Rule::Spectral { scheme, count } => (Some(scheme), Some(count)),
+        Rule::None | Rule::Ridge => (None, None),
+    }
+}

@@ -1,0 +1,284 @@
+//! Multicollinearity (Eqs. 24–26): which columns of X almost depend on each other, in words that can be acted on.
+//!
+//! On unit-length columns: eigenvectors of small eigenvalues as weights, condition indices `√(λₙ/λᵢ)` and variance
+//! decomposition proportions (Belsley, Kuh and Welsch); on centred columns: correlations and variance inflation.
+
+use nalgebra::DMatrix;
+
+use super::{
+    design::Design,
+    factor::Factor,
+    result::{CollinearityReport, ColumnCollinearity, NearDependency, Warning},
+    spectrum::Spectrum,
+};
+use crate::numerics::{Dd, triangular};
+
+/// Condition index beyond which a dependency is called near (Belsley's rule).
+const NEAR: f64 = 30.0;
+/// A weight this large against the largest one takes part in a dependency.
+const LARGE: f64 = 0.3;
+/// Up to how many coefficients the two n×n matrices are given unasked.
+pub const MATRICES_UP_TO: usize = 64;
+/// How many near dependencies are told at most.
+const MOST_TOLD: usize = 100;
+
+/// The report for `caller` (the caller's columns in Q's coordinates) with the spectrum of its unit-length columns.
+pub fn report(
+    design: &Design,
+    factor: &Factor,
+    caller: &DMatrix<Dd>,
+    unit: &Spectrum,
+    weight: f64,
+    all_matrices: bool,
+    warnings: &mut Vec<Warning>,
+) -> CollinearityReport {
+    let n = design.size();
+    let plain = caller.map(|x| x.to_f64());
+    let length: Vec<f64> = plain.column_iter().map(|c| c.norm()).collect();
+    let centred = centred(design, factor, caller, weight);
+    let deviation: Vec<f64> = centred.matrix.column_iter().map(|c| c.norm()).collect();
+    // a column whose spread is lost in rounding is a constant
+    let varies = |j: usize| deviation[j] > 1e-13 * length[j];
+    let matrices = n <= MATRICES_UP_TO || all_matrices;
+    let correlation = matrices.then(|| {
+        let mut unit = centred.matrix.clone();
+        for (j, mut column) in unit.column_iter_mut().enumerate() {
+            if varies(j) { column /= deviation[j] } else { column.fill(0.0) }
+        }
+        let products = unit.tr_mul(&unit);
+        (0..n)
+            .map(|i| (0..n).map(|j| if i == j { 1.0 } else { products[(i, j)].clamp(-1.0, 1.0) }).collect())
+            .collect()
+    });
+    let shares = Shares::new(unit);
+    let mut infinite = Vec::new();
+    let columns = (0..n)
+        .map(|j| {
+            let vif = if Some(j) == design.constant || !varies(j) {
+                None
+            } else if shares.undetermined[j] {
+                infinite.push(design.labels[j].as_str());
+                None
+            } else {
+                let own = shares.total[j] / (length[j] * length[j]);
+                let joint = centred.beyond.as_ref().map_or(0.0, |(along, rest)| along[j] * along[j] / rest);
+                Some((deviation[j] * deviation[j] * (own + joint)).max(1.0))
+            };
+            ColumnCollinearity { term: design.labels[j].clone(), vif }
+        })
+        .collect();
+    if !infinite.is_empty() {
+        warnings.push(Warning {
+            code: "vif_infinite",
+            message: format!("no variance inflation factor for {}: the column depends on others exactly", infinite.join(", ")),
+        });
+    }
+    CollinearityReport {
+        columns,
+        correlation,
+        variance_proportions: matrices.then(|| shares.proportions(unit)),
+        near_dependencies: near_dependencies(design, &plain, &length, unit),
+    }
+}
+
+/// Terms with large weights in a direction, leading term first.
+pub fn large_terms(weights: &[f64]) -> Vec<usize> {
+    let largest = weights.iter().map(|w| w.abs()).fold(0.0, f64::max);
+    let mut terms: Vec<usize> = (0..weights.len()).filter(|&j| weights[j].abs() >= LARGE * largest).collect();
+    terms.sort_by(|&i, &j| weights[j].abs().total_cmp(&weights[i].abs()).then(i.cmp(&j)));
+    terms
+}
+
+/// Centred columns in Q's coordinates.
+struct Centred {
+    matrix: DMatrix<f64>,
+    /// Where the constant lies outside the span of the columns: its coefficients on them, and what is left of it.
+    beyond: Option<(Vec<f64>, f64)>,
+}
+
+fn centred(design: &Design, factor: &Factor, caller: &DMatrix<Dd>, weight: f64) -> Centred {
+    let n = caller.ncols();
+    let dot = |a: &dyn Fn(usize) -> Dd, b: usize| (0..n).fold(Dd::ZERO, |sum, k| sum + a(k) * caller[(k, b)]);
+    if design.constant == Some(0) && (1..n).all(|k| caller[(k, 0)] == Dd::ZERO) {
+        // Q's first direction is the constant itself: centring drops the first row
+        let mut matrix = caller.map(|x| x.to_f64());
+        matrix.row_mut(0).fill(0.0);
+        return Centred { matrix, beyond: None };
+    }
+    let constant: Vec<Dd> = match (design.constant, &factor.ones) {
+        (Some(index), _) => (0..n).map(|k| caller[(k, index)]).collect(),
+        (None, Some(ones)) => {
+            let mut direction: Vec<Dd> = ones.iter().map(|&x| Dd::from(x)).collect();
+            if factor.working.is_some() {
+                triangular::solve_upper_transposed(&factor.r, &mut direction);
+            } else {
+                direction.fill(Dd::ZERO);
+            }
+            direction
+        }
+        // a full grid of B-splines: their sum is 1 everywhere
+        (None, None) => {
+            let sum = |k: usize| (0..n).fold(Dd::ZERO, |sum, j| sum + factor.r[(k, j)]);
+            (0..n).map(sum).collect()
+        }
+    };
+    let own = constant.iter().fold(Dd::ZERO, |sum, &x| sum + x * x).to_f64();
+    let whole = if design.constant.is_some() { own } else { weight };
+    let rest = whole - own;
+    let outside = design.constant.is_none() && rest > 1e-10 * whole;
+    let mut matrix = DMatrix::zeros(n + 1, n);
+    for j in 0..n {
+        let mean = dot(&|k| constant[k], j) / whole;
+        for k in 0..n {
+            matrix[(k, j)] = (caller[(k, j)] - mean * constant[k]).to_f64();
+        }
+        if outside {
+            matrix[(n, j)] = mean.to_f64() * rest.sqrt();
+        }
+    }
+    let beyond = outside.then(|| {
+        let mut along = constant.clone();
+        triangular::solve_upper(&triangular::multiply_upper(&factor.r, &factor.change), &mut along);
+        (along.iter().map(|x| x.to_f64()).collect(), rest)
+    });
+    Centred { matrix, beyond }
+}
+
+/// How the variance of each unit-length column's coefficient is shared among the directions.
+struct Shares {
+    /// `Σᵢ V_ji²/λᵢ` over directions told from 0.
+    total: Vec<f64>,
+    /// Whether the coefficient takes part in an exact dependency.
+    undetermined: Vec<bool>,
+}
+
+impl Shares {
+    fn new(unit: &Spectrum) -> Self {
+        let n = unit.v.nrows();
+        let (mut total, mut undetermined) = (vec![0.0; n], vec![false; n]);
+        for (i, &lambda) in unit.lambda.iter().enumerate() {
+            for j in 0..n {
+                let square = unit.v[(j, i)] * unit.v[(j, i)];
+                if lambda > 0.0 {
+                    total[j] += square / lambda;
+                } else {
+                    undetermined[j] |= square > 1e-12;
+                }
+            }
+        }
+        Shares { total, undetermined }
+    }
+
+    /// Per term, one share for each eigenvalue; an exact dependency takes all of it.
+    fn proportions(&self, unit: &Spectrum) -> Vec<Vec<f64>> {
+        let n = unit.v.nrows();
+        (0..n)
+            .map(|j| {
+                let square = |i: usize| unit.v[(j, i)] * unit.v[(j, i)];
+                if self.undetermined[j] {
+                    let exact = |i: usize| if unit.lambda[i] > 0.0 { 0.0 } else { square(i) };
+                    let sum: f64 = (0..n).map(exact).sum();
+                    (0..n).map(|i| exact(i) / sum).collect()
+                } else {
+                    let share = |i: usize| if unit.lambda[i] > 0.0 { square(i) / unit.lambda[i] } else { 0.0 };
+                    let inverse = if self.total[j] > 0.0 { 1.0 / self.total[j] } else { 0.0 };
+                    (0..n).map(|i| share(i) * inverse).collect()
+                }
+            })
+            .collect()
+    }
+}
+
+fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit: &Spectrum) -> Vec<NearDependency> {
+    let largest = unit.largest();
+    let mut found = Vec::new();
+    for (i, &lambda) in unit.lambda.iter().enumerate().take(MOST_TOLD) {
+        let index = (lambda > 0.0).then(|| (largest / lambda).sqrt());
+        if index.is_some_and(|index| index <= NEAR) {
+            break;
+        }
+        let weights: Vec<f64> = unit.v.column(i).iter().copied().collect();
+        let terms = large_terms(&weights);
+        let names: Vec<String> = terms.iter().map(|&j| design.labels[j].clone()).collect();
+        let (mut cosine, mut weight_ratio, mut r_squared) = (None, None, None);
+        if let [a, b] = terms[..] {
+            cosine = Some((plain.column(a).dot(&plain.column(b)) / (length[a] * length[b])).clamp(-1.0, 1.0));
+            weight_ratio = Some(-weights[a].min_by_modulus(weights[b]));
+        } else if terms.len() > 2 {
+            r_squared = Some(explained(plain, &terms));
+        }
+        found.push(NearDependency {
+            sentence: sentence(&names, cosine, r_squared, index),
+            eigenvalue: lambda,
+            condition_index: index,
+            weights,
+            terms: names,
+            cosine,
+            weight_ratio,
+            r_squared,
+        });
+    }
+    found
+}
+
+trait Ratio {
+    fn min_by_modulus(self, other: f64) -> f64;
+}
+
+impl Ratio for f64 {
+    /// The ratio of two weights, the smaller over the larger (Eq. 26).
+    fn min_by_modulus(self, other: f64) -> f64 {
+        if self.abs() <= other.abs() { self / other } else { other / self }
+    }
+}
+
+/// R² (about 0) of the first of `terms` on the others, by orthogonalisation.
+fn explained(plain: &DMatrix<f64>, terms: &[usize]) -> f64 {
+    let unit = |j: usize| plain.column(j).normalize();
+    let mut basis: Vec<nalgebra::DVector<f64>> = Vec::new();
+    let clear = |vector: &mut nalgebra::DVector<f64>, basis: &[nalgebra::DVector<f64>]| {
+        for _ in 0..2 {
+            for direction in basis {
+                let along = direction.dot(vector);
+                vector.axpy(-along, direction, 1.0);
+            }
+        }
+    };
+    for &j in &terms[1..] {
+        let mut vector = unit(j);
+        clear(&mut vector, &basis);
+        if let Some(direction) = vector.try_normalize(1e-15) {
+            basis.push(direction);
+        }
+    }
+    let mut rest = unit(terms[0]);
+    clear(&mut rest, &basis);
+    1.0 - rest.norm_squared()
+}
+
+/// What a person reads.
+fn sentence(names: &[String], cosine: Option<f64>, r_squared: Option<f64>, index: Option<f64>) -> String {
+    let index = index.map_or_else(|| "infinite".to_owned(), |index| format!("{index:.3e}"));
+    let near_one = |x: f64| {
+        let digits = (3..=12).find(|&d| format!("{:.d$}", x.abs()).trim_end_matches('0').len() > 2).unwrap_or(12);
+        format!("{x:.digits$}")
+    };
+    match (names, cosine, r_squared) {
+        ([a, b], Some(cosine), _) => {
+            let parallel = if cosine < 0.0 { "opposite" } else { "parallel" };
+            format!(
+                "{a} and {b} are nearly {parallel} over these nodes (cos = {}, condition index {index}): \
+                 only their mixture is well determined",
+                near_one(cosine)
+            )
+        }
+        ([a, others @ ..], _, Some(r_squared)) => format!(
+            "{a} is nearly a mixture of {} over these nodes (R² = {}, condition index {index}): \
+             their coefficients cannot be told apart",
+            others.join(", "),
+            near_one(r_squared)
+        ),
+        ([a, ..], _, _) => format!("the column {a} is nearly 0 over these nodes (condition index {index})"),
+        ([], _, _) => String::new(),
+    }
+}

@@ -1,0 +1,306 @@
+//! The orthogonal factor of the working matrix: `√Ω W = Q R`, `b = Qᵀ√Ω z`, so that `R c = b` gives the
+//! least-squares coefficients in the working basis.
+//!
+//! Three ways lead here, chosen by what the nodes allow and by an error estimate, never by a caller:
+//! * a full grid separates, `W = W_u ⊗ W_v`: each axis has a small QR of its own, in double-double, and the
+//!   heights are read once ([`super::separable`]);
+//! * else normal equations in the well-conditioned working basis, then corrections `c += (RᵀR)⁻¹ Wᵀ(z − Wc)` whose
+//!   residuals are formed in double-double, which converge to the exact least-squares solution as long as
+//!   ε κ(W)² ≪ 1;
+//! * else (near-dependent columns, rank deficiency) a Householder QR in double-double, block by block.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{
+    accumulate::{Precision, Row, normal_equations, residual_pass},
+    design::Design,
+    error::{Faults, FitError},
+    result::Arithmetic,
+    sample::Sample,
+    separable::Separable,
+};
+use crate::numerics::{Dd, Real, qr, triangular};
+
+/// Relative error of R that the fast path may have: it is the relative error of every singular value.
+const TOLERANCE: f64 = 1e-11;
+/// Nodes taken into the double-double QR at a time.
+const BLOCK: usize = 512;
+/// Products `nodes × coefficients` up to which double-double residuals cost next to nothing.
+const CHEAP: usize = 2_000;
+
+/// R, b and what is known of them.
+pub struct Factor {
+    /// n×n upper triangular, of the working matrix.
+    pub r: DMatrix<Dd>,
+    /// T, the change of basis to the caller's columns.
+    pub change: DMatrix<Dd>,
+    /// Qᵀ√Ωz.
+    pub qty: Vec<Dd>,
+    /// Least-squares coefficients in the working basis; `None` when R is singular.
+    pub working: Option<Vec<Dd>>,
+    /// `Σ w W`, by column; where known.
+    pub ones: Option<Vec<f64>>,
+    pub arithmetic: Arithmetic,
+    /// Relative error left in `working` (norm-wise, columns of unit length).
+    pub relative_error: f64,
+    /// `Σ w r²` and `max |r|` of the least-squares residuals, where R is not singular.
+    pub rss: f64,
+    pub max_abs: f64,
+    /// The two axes, where they separate.
+    pub separable: Option<Separable>,
+}
+
+impl Factor {
+    /// Factors the working matrix of `design` on the counted nodes.
+    pub fn new(design: &Design, sample: &Sample, separable: Option<Separable>) -> Result<Self, FitError> {
+        let change = design.change_of_basis();
+        let factor = match separable {
+            Some(separable) => Some(from_axes(separable, change.clone())),
+            None => by_normal_equations(design, sample, &change),
+        };
+        let factor = match factor {
+            Some(factor) => factor,
+            None => by_qr(design, sample, change),
+        };
+        let finite = |values: &mut dyn Iterator<Item = &Dd>| values.into_iter().all(|x| x.is_finite());
+        if finite(&mut factor.r.iter()) && finite(&mut factor.qty.iter()) && finite(&mut factor.change.iter()) {
+            Ok(factor)
+        } else {
+            Err(FitError::Invalid(Faults::one(
+                "/nodes",
+                "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
+            )))
+        }
+    }
+
+    /// n.
+    pub fn size(&self) -> usize {
+        self.qty.len()
+    }
+}
+
+fn from_axes(separable: Separable, change: DMatrix<Dd>) -> Factor {
+    let r = separable.r();
+    let qty = separable.qty.clone();
+    let mut working = qty.clone();
+    triangular::solve_upper(&r, &mut working);
+    let (rss, max_abs) = (separable.rss, separable.max_abs);
+    Factor {
+        r,
+        change,
+        qty,
+        working: Some(working),
+        ones: None,
+        arithmetic: Arithmetic::DoubleDouble,
+        relative_error: separable.relative_error,
+        rss,
+        max_abs,
+        separable: Some(separable),
+    }
+}
+
+/// How much larger errors of the working coefficients may appear in the caller's: `max_j (|T⁻¹| |c|)_j / |(T⁻¹c)_j|`.
+pub fn amplification(change: &DMatrix<Dd>, working: &[Dd]) -> f64 {
+    let inverse = triangular::inverse_upper(change);
+    let n = working.len();
+    let mut worst: f64 = 1.0;
+    let largest = working.iter().map(|c| c.to_f64().abs()).fold(0.0, f64::max);
+    for j in 0..n {
+        let (mut sum, mut spread) = (Dd::ZERO, 0.0);
+        for i in j..n {
+            sum += inverse[(j, i)] * working[i];
+            // an error of one coefficient is relative to the largest of them
+            spread += inverse[(j, i)].to_f64().abs() * largest;
+        }
+        if spread > 0.0 {
+            worst = worst.max(spread / sum.to_f64().abs().max(spread * 1e-30));
+        }
+    }
+    worst
+}
+
+fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -> Option<Factor> {
+    let normal = normal_equations(design, sample);
+    let n = design.size();
+    let length: Vec<f64> = (0..n).map(|j| normal.gram[(j, j)].sqrt()).collect();
+    if length.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(n, n, |i, j| normal.gram[(i, j)] / (length[i] * length[j]));
+    let unit = triangular::cholesky(&scaled)?;
+    let condition = unit.norm() * triangular::inverse_upper(&unit).norm();
+    let contraction = 8.0 * f64::EPSILON * condition * condition / n as f64;
+    // also refuses NaN
+    if !(contraction <= TOLERANCE) {
+        return None;
+    }
+    let solve = |projected: &mut [f64]| {
+        projected.iter_mut().zip(&length).for_each(|(x, d)| *x /= d);
+        triangular::solve_upper_transposed(&unit, projected);
+        triangular::solve_upper(&unit, projected);
+        projected.iter_mut().zip(&length).for_each(|(x, d)| *x /= d);
+    };
+    let norm = |values: &mut dyn Iterator<Item = f64>| {
+        values.zip(&length).map(|(x, d)| (x * d) * (x * d)).sum::<f64>().sqrt()
+    };
+    let mut step = normal.rhs.clone();
+    solve(&mut step);
+    let mut working: Vec<Dd> = step.iter().map(|&c| Dd::from(c)).collect();
+    let amplified = amplification(change, &working);
+    let precision = if amplified > 10.0 || sample.count() * n <= CHEAP || n < 4 {
+        Precision::DoubleDouble
+    } else {
+        Precision::Double
+    };
+    let r = DMatrix::from_fn(n, n, |i, j| Dd::from(unit[(i, j)]) * length[j]);
+    let (mut rss, mut max_abs, mut relative_error) = (0.0, 0.0, f64::EPSILON);
+    for round in 0..6 {
+        let pass = residual_pass(design, sample, &working, precision, false);
+        step = pass.projected.iter().map(|x| x.to_f64()).collect();
+        solve(&mut step);
+        working.iter_mut().zip(&step).for_each(|(c, d)| *c += *d);
+        // ‖z − W(c + d)‖² = ‖z − Wc‖² − ‖Rd‖² at the least-squares solution
+        let gain: f64 = (0..n)
+            .map(|i| (i..n).map(|j| unit[(i, j)] * length[j] * step[j]).sum::<f64>())
+            .map(|x| x * x)
+            .sum();
+        rss = (pass.rss - Dd::from(gain)).to_f64().max(0.0);
+        max_abs = pass.max_abs;
+        let size = norm(&mut working.iter().map(|c| c.to_f64()));
+        let moved = norm(&mut step.iter().copied());
+        if size == 0.0 || moved == 0.0 {
+            relative_error = f64::EPSILON * f64::EPSILON;
+            break;
+        }
+        let left = moved / size * contraction.max(1e-15);
+        let floor = match precision {
+            Precision::Double => f64::EPSILON * condition / (n as f64).sqrt(),
+            Precision::DoubleDouble => 1e-30 * condition * condition,
+        };
+        relative_error = left.max(floor);
+        if precision == Precision::Double || left * amplified <= 1e-18 || round == 5 {
+            break;
+        }
+    }
+    let mut qty = working.clone();
+    multiply_upper_vector(&r, &mut qty);
+    Some(Factor {
+        r,
+        change: change.clone(),
+        qty,
+        working: Some(working),
+        ones: Some(normal.ones),
+        arithmetic: if precision == Precision::Double { Arithmetic::Double } else { Arithmetic::DoubleDouble },
+        relative_error,
+        rss,
+        max_abs,
+        separable: None,
+    })
+}
+
+/// `x := R x` for upper triangular R.
+pub fn multiply_upper_vector<T: Real>(r: &DMatrix<T>, x: &mut [T]) {
+    for i in 0..x.len() {
+        let mut sum = T::of(0.0);
+        for j in i..x.len() {
+            sum += r[(i, j)] * x[j];
+        }
+        x[i] = sum;
+    }
+}
+
+fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
+    let n = design.size();
+    let mut r = DMatrix::from_element(n, n, Dd::ZERO);
+    let mut qty = vec![Dd::ZERO; n];
+    let mut rss = Dd::ZERO;
+    let mut row = Row::<Dd>::new(design);
+    let mut start = 0;
+    let mut ones = vec![0.0; n];
+    while start < sample.count() {
+        let block = (sample.count() - start).min(BLOCK.max(n));
+        let above = if start == 0 { 0 } else { n };
+        let mut a = DMatrix::from_element(above + block, n, Dd::ZERO);
+        let mut y = DVector::from_element(above + block, Dd::ZERO);
+        for i in 0..above {
+            for j in i..n {
+                a[(i, j)] = r[(i, j)];
+            }
+            y[i] = qty[i];
+        }
+        for i in 0..block {
+            let k = start + i;
+            row.at(design, sample, k);
+            let weight = sample.w(k);
+            let root = if weight == 1.0 { Dd::ONE } else { Dd::from(weight).sqrt() };
+            for (&j, &x) in row.index.iter().zip(&row.values) {
+                a[(above + i, j)] = x * root;
+                ones[j] += weight * x.to_f64();
+            }
+            y[above + i] = root * sample.z(k);
+        }
+        let step = qr::qr_with_rhs(a, y);
+        r = step.r;
+        qty = step.qty.iter().copied().collect();
+        rss += step.rss;
+        start += block;
+    }
+    let mut factor = Factor {
+        r,
+        change,
+        qty,
+        working: None,
+        ones: Some(ones),
+        arithmetic: Arithmetic::DoubleDouble,
+        relative_error: f64::EPSILON,
+        rss: rss.to_f64(),
+        max_abs: 0.0,
+        separable: None,
+    };
+    polish(&mut factor, design, sample);
+    factor
+}
+
+/// Solves `R c = b` where R is not singular and corrects `c` by residuals formed in double-double.
+fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
+    let n = factor.size();
+    let length: Vec<f64> = (0..n).map(|j| factor.r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
+    if (0..n).any(|i| !(factor.r[(i, i)].to_f64().abs() > 1e-27 * length[i])) {
+        return;
+    }
+    let inverse = triangular::inverse_upper(&factor.r);
+    let condition = (0..n)
+        .flat_map(|i| (i..n).map(move |j| (i, j)))
+        .map(|(i, j)| (inverse[(i, j)].to_f64() * length[i]).powi(2))
+        .sum::<f64>()
+        .sqrt()
+        * (n as f64).sqrt();
+    if !(condition < 1e27) {
+        return;
+    }
+    let mut working = factor.qty.clone();
+    triangular::solve_upper(&factor.r, &mut working);
+    let norm = |values: &[Dd]| values.iter().zip(&length).map(|(x, d)| (x.to_f64() * d).powi(2)).sum::<f64>().sqrt();
+    let mut last = f64::INFINITY;
+    factor.relative_error = (1e-31 * condition * condition).min(1.0);
+    for _ in 0..4 {
+        let pass = residual_pass(design, sample, &working, Precision::DoubleDouble, false);
+        factor.rss = pass.rss.to_f64();
+        factor.max_abs = pass.max_abs;
+        let mut step = pass.projected;
+        triangular::solve_upper_transposed(&factor.r, &mut step);
+        triangular::solve_upper(&factor.r, &mut step);
+        let (moved, size) = (norm(&step), norm(&working));
+        // stop where corrections are as large as what rounding puts into them
+        if !(moved < 0.1 * last) || moved <= 1e-28 * size {
+            factor.relative_error = (if size > 0.0 { moved / size } else { 0.0 }).clamp(1e-30, 1.0);
+            break;
+        }
+        last = moved;
+        working.iter_mut().zip(&step).for_each(|(c, d)| *c += *d);
+        factor.relative_error = (moved / size * 1e-10).max(1e-30);
+    }
+    factor.qty = working.clone();
+    multiply_upper_vector(&factor.r, &mut factor.qty);
+    factor.working = Some(working);
+}

@@ -1,0 +1,304 @@
+//! The choice of λ* (Eq. 49 and beyond).
+//!
+//! Least condition has a closed form. Every other criterion is a sum over the spectrum, searched on ln λ*: a grid
+//! finds *all* local minima (there may be several, and the eigenvalues are kinks), the sign change of the
+//! derivative refines each, and the best one wins; of equals the smallest λ*, which biases least.
+
+use super::{
+    filter::{Rule, Spectral, Sums},
+    spec::{Criterion, Scheme},
+};
+
+/// Grid points for each factor of e between the ends of the search.
+const DENSITY: f64 = 4.0;
+/// Most points of the grid.
+const MOST: usize = 800;
+/// Golden sections and root steps end here.
+const STEPS: usize = 80;
+
+/// What a criterion answers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chosen {
+    pub lambda_star: f64,
+    /// All minimisers, where they form a plateau.
+    pub interval: Option<[f64; 2]>,
+    /// False only where the discrepancy cannot be reached: the upper end of the search is answered then.
+    pub reached: bool,
+}
+
+/// Why a criterion has no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unavailable {
+    /// There is no σ: as many coefficients as nodes and no `noise_sigma`.
+    NoSigma,
+    /// Least condition has no minimiser for ridge: the condition falls for ever.
+    NoMinimiser,
+}
+
+/// Where λ* is searched: [λ₁, λₙ], and for ridge [1e-8 λ₁, 1e4 λₙ].
+pub fn range(problem: &Spectral, rule: Rule) -> [f64; 2] {
+    let low = problem.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(1.0);
+    let high = problem.lambda.last().copied().unwrap_or(1.0).max(low);
+    match rule {
+        Rule::Ridge => [1e-8 * low, 1e4 * high],
+        _ => [low, high],
+    }
+}
+
+/// λ* by least condition, closed form (mathematics in docs/mathematics-notes.md): for `1 ≤ L < n` the low end of the
+/// plateau [b, a], or a.
+pub fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> Chosen {
+    let largest = lambda[lambda.len() - 1];
+    let (low, high) = match scheme {
+        Scheme::Exact => (lambda[count], largest),
+        Scheme::FirstOrder => {
+            let meet = |x: f64, y: f64| 2.0 * (x.sqrt() * y.sqrt()) - x;
+            let a = meet(lambda[0], largest);
+            let k = lambda[..count].iter().filter(|l| **l <= a).count().max(1);
+            (meet(lambda[k - 1], lambda[k]), a)
+        }
+    };
+    if low <= high {
+        Chosen { lambda_star: low, interval: Some([low, high]), reached: true }
+    } else {
+        Chosen { lambda_star: high, interval: None, reached: true }
+    }
+}
+
+/// A grid on ln λ* with the sums at every point; shared by all criteria.
+pub struct Search<'a> {
+    problem: &'a Spectral<'a>,
+    rule: Rule,
+    grid: Vec<(f64, Sums)>,
+}
+
+impl<'a> Search<'a> {
+    /// Lays the grid.
+    pub fn new(problem: &'a Spectral<'a>, rule: Rule) -> Self {
+        let [low, high] = range(problem, rule).map(f64::ln);
+        let points = ((((high - low) * DENSITY).ceil() as usize) + 2).min(MOST);
+        let mut places: Vec<f64> =
+            (0..points).map(|i| low + (high - low) * (i as f64 / (points - 1) as f64)).collect();
+        if let Rule::Spectral { count, .. } = rule {
+            places.extend(problem.lambda[..count].iter().filter(|l| **l > 0.0).map(|l| l.ln()));
+            places.sort_by(f64::total_cmp);
+            places.dedup();
+        }
+        let grid = places.into_iter().map(|x| (x, problem.sums(rule, x.exp()))).collect();
+        Search { problem, rule, grid }
+    }
+
+    fn sums(&self, x: f64) -> Sums {
+        self.problem.sums(self.rule, x.exp())
+    }
+
+    /// The grid's points λ* with their sums, ascending.
+    pub fn points(&self) -> impl Iterator<Item = (f64, &Sums)> {
+        self.grid.iter().map(|(x, sums)| (x.exp(), sums))
+    }
+
+    /// What `criterion` chooses.
+    pub fn choose(&self, criterion: Criterion) -> Result<Chosen, Unavailable> {
+        let chosen = |x: f64| Ok(Chosen { lambda_star: x.exp(), interval: None, reached: true });
+        let freedom = self.problem.count > self.problem.lambda.len() + self.problem.unpenalised;
+        match (criterion, self.rule) {
+            (Criterion::MinCondition, Rule::Spectral { scheme, count }) if count > 0 => {
+                Ok(least_condition(self.problem.lambda, scheme, count))
+            }
+            (Criterion::MinCondition, _) => Err(Unavailable::NoMinimiser),
+            (Criterion::MinMse, _) => match self.problem.variance {
+                None => Err(Unavailable::NoSigma),
+                Some(_) => chosen(self.minimise(|s| s.mse[0], |s| s.mse[1])),
+            },
+            (Criterion::Gcv, _) if !freedom && self.problem.variance.is_none() => Err(Unavailable::NoSigma),
+            (Criterion::Gcv, _) => chosen(self.minimise(|s| self.gcv(s), |s| self.gcv_slope(s))),
+            (Criterion::LCurve, _) => chosen(self.corner()),
+            (Criterion::Discrepancy, _) => match self.problem.variance {
+                None => Err(Unavailable::NoSigma),
+                Some(variance) => Ok(self.discrepancy(self.problem.count as f64 * variance)),
+            },
+        }
+    }
+
+    /// `‖Y − X Â_B‖² / (1 − Σfᵢ/m)²`; infinite where nothing is left in the denominator.
+    pub fn gcv(&self, sums: &Sums) -> f64 {
+        let left = 1.0 - sums.trace[0] / self.problem.count as f64;
+        if left > 1e-14 { sums.rss[0] / (left * left) } else { f64::INFINITY }
+    }
+
+    fn gcv_slope(&self, sums: &Sums) -> f64 {
+        let m = self.problem.count as f64;
+        sums.rss[1] * (1.0 - sums.trace[0] / m) + 2.0 * sums.rss[0] * sums.trace[1] / m
+    }
+
+    /// The best of all local minima; `slope` need only have the derivative's sign.
+    fn minimise(&self, value: impl Fn(&Sums) -> f64, slope: impl Fn(&Sums) -> f64) -> f64 {
+        let heights: Vec<f64> = self.grid.iter().map(|(_, sums)| value(sums)).collect();
+        let last = heights.len() - 1;
+        let (mut best, mut at) = (f64::INFINITY, self.grid[0].0);
+        for k in 0..=last {
+            let below = |other: usize| heights[k] <= heights[other];
+            if !heights[k].is_finite() || (k > 0 && !below(k - 1)) || (k < last && !below(k + 1)) {
+                continue;
+            }
+            let bracket = (self.grid[k.saturating_sub(1)].0, self.grid[(k + 1).min(last)].0);
+            let refined = sign_change(bracket, |x| slope(&self.sums(x)));
+            for x in [self.grid[k].0, refined] {
+                let height = value(&self.sums(x));
+                // a gain below rounding is no gain: prefer the smaller λ*
+                if height < best - 1e-15 * best.abs() || (best == f64::INFINITY && height.is_finite()) {
+                    (best, at) = (height, x);
+                }
+            }
+        }
+        at
+    }
+
+    /// The place of greatest curvature of (log ‖Y − XÂ_B‖, log ‖Â_B‖).
+    fn corner(&self) -> f64 {
+        let heights: Vec<f64> = self.grid.iter().map(|(_, sums)| -curvature(sums)).collect();
+        let last = heights.len() - 1;
+        let (mut best, mut at) = (f64::INFINITY, self.grid[0].0);
+        for k in 0..=last {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+            if heights[k] > heights[before] || heights[k] > heights[after] {
+                continue;
+            }
+            let x = golden((self.grid[before].0, self.grid[after].0), |x| -curvature(&self.sums(x)));
+            for x in [self.grid[k].0, x] {
+                let height = -curvature(&self.sums(x));
+                if height < best {
+                    (best, at) = (height, x);
+                }
+            }
+        }
+        at
+    }
+
+    fn discrepancy(&self, target: f64) -> Chosen {
+        let (first, last) = (self.grid[0].0, self.grid[self.grid.len() - 1].0);
+        let answer = |x: f64, reached| Chosen { lambda_star: x.exp(), interval: None, reached };
+        if self.grid[0].1.rss[0] >= target {
+            return answer(first, true);
+        }
+        match self.grid.windows(2).find(|pair| pair[1].1.rss[0] >= target) {
+            Some(pair) => answer(sign_change((pair[0].0, pair[1].0), |x| self.sums(x).rss[0] - target), true),
+            None => answer(last, false),
+        }
+    }
+}
+
+/// Curvature of the L-curve, positive at its corner; −∞ where the curve stands still.
+fn curvature(sums: &Sums) -> f64 {
+    let half_log = |y: &[f64; 3]| {
+        let (first, second) = (y[1] / y[0], y[2] / y[0]);
+        (0.5 * first, 0.5 * (second - first * first))
+    };
+    let ((x1, x2), (y1, y2)) = (half_log(&sums.rss), half_log(&sums.norm));
+    let speed = x1 * x1 + y1 * y1;
+    let curvature = (x1 * y2 - x2 * y1) / (speed * speed.sqrt());
+    if curvature.is_finite() { curvature } else { f64::NEG_INFINITY }
+}
+
+/// Where `f` turns from negative to positive between the ends (the low end if it is nowhere negative, the high end
+/// if nowhere positive): false position made safe by bisection.
+fn sign_change((mut low, mut high): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
+    let (mut below, mut above) = (f(low), f(high));
+    if !(below < 0.0) {
+        return low;
+    }
+    if !(above > 0.0) {
+        return high;
+    }
+    for step in 0..STEPS {
+        if high - low <= 4.0 * f64::EPSILON * low.abs().max(high.abs()).max(1e-3) {
+            break;
+        }
+        let mut x = high - above * (high - low) / (above - below);
+        if step % 3 == 2 || !(x > low && x < high) {
+            x = 0.5 * (low + high);
+        }
+        let y = f(x);
+        if y == 0.0 {
+            return x;
+        }
+        if y < 0.0 {
+            (low, below) = (x, y);
+            above *= 0.5;
+        } else {
+            (high, above) = (x, y);
+            below *= 0.5;
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// The minimiser of a function with one minimum between the ends.
+fn golden((mut low, mut high): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
+    let ratio = 0.5 * (5.0f64.sqrt() - 1.0);
+    let (mut x, mut y) = (high - ratio * (high - low), low + ratio * (high - low));
+    let (mut fx, mut fy) = (f(x), f(y));
+    for _ in 0..STEPS {
+        if high - low < 1e-9 {
+            break;
+        }
+        if fx <= fy {
+            (high, y, fy) = (y, x, fx);
+            x = high - ratio * (high - low);
+            fx = f(x);
+        } else {
+            (low, x, fx) = (x, y, fy);
+            y = low + ratio * (high - low);
+            fy = f(y);
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn condition(lambda: &[f64], scheme: Scheme, count: usize, at: f64) -> f64 {
+        let rule = Rule::Spectral { scheme, count };
+        let problem = Spectral { lambda, a: lambda, variance: None, rss: 0.0, count: 9, unpenalised: 0 };
+        problem.condition(rule, at).unwrap()
+    }
+
+    proptest! {
+        /// No λ* on a fine grid beats the closed form, and the whole plateau is as good.
+        #[test]
+        fn nothing_beats_the_closed_form(
+            logs in proptest::collection::vec(-12.0f64..0.0, 2..8),
+            count in 1usize..7,
+            exact: bool,
+        ) {
+            let mut lambda: Vec<f64> = logs.iter().map(|x| 10f64.powf(*x)).collect();
+            lambda.sort_by(f64::total_cmp);
+            let count = count.min(lambda.len() - 1);
+            let scheme = if exact { Scheme::Exact } else { Scheme::FirstOrder };
+            let chosen = least_condition(&lambda, scheme, count);
+            let best = condition(&lambda, scheme, count, chosen.lambda_star);
+            if let Some([low, high]) = chosen.interval {
+                for s in 0..=20 {
+                    let at = low * (high / low).powf(s as f64 / 20.0);
+                    prop_assert!((condition(&lambda, scheme, count, at) / best - 1.0).abs() < 1e-9);
+                }
+            }
+            let (first, last) = (lambda[0], lambda[lambda.len() - 1]);
+            for s in 0..=2000 {
+                let at = first * (last / first).powf(s as f64 / 2000.0);
+                prop_assert!(condition(&lambda, scheme, count, at) >= best * (1.0 - 1e-9));
+            }
+        }
+
+        #[test]
+        fn sign_changes_are_found(root in -5.0f64..5.0) {
+            let x = sign_change((-6.0, 6.0), |x| (x - root).powi(3));
+            prop_assert!((x - root).abs() < 1e-4);
+            let x = sign_change((-6.0, 6.0), |x| (x - root).exp() - 1.0);
+            prop_assert!((x - root).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Residuals `Y − X Â_B` with the caller's X, formed in the well-conditioned working basis.
+
+use nalgebra::DMatrix;
+
+use super::{
+    accumulate::{Precision, residual_pass},
+    design::Design,
+    factor::Factor,
+    nodes::{Grid, Nodes},
+    sample::Sample,
+};
+use crate::numerics::{Dd, sum2, triangular};
+
+/// A residual this small against the heights has lost digits in double precision.
+const SMALL: f64 = 1e-7;
+
+/// Weighted sums over the heights.
+pub struct Heights {
+    /// Σ w.
+    pub weight: f64,
+    /// Σ w (z − z̄)².
+    pub about_mean: f64,
+    /// Σ w z².
+    pub about_zero: f64,
+}
+
+impl Heights {
+    pub fn new(sample: &Sample) -> Self {
+        let count = sample.count();
+        let sum = |value: &dyn Fn(usize) -> f64| {
+            // blocks, so that a million nodes need no second copy
+            let mut block = [0.0; 256];
+            let mut total = Dd::ZERO;
+            let mut start = 0;
+            while start < count {
+                let here = (count - start).min(block.len());
+                for (i, slot) in block[..here].iter_mut().enumerate() {
+                    *slot = value(start + i);
+                }
+                total += sum2(&block[..here]);
+                start += here;
+            }
+            total.to_f64()
+        };
+        let weight = if sample.weighted() { sum(&|k| sample.w(k)) } else { count as f64 };
+        let mean = sum(&|k| sample.w(k) * sample.z(k)) / weight;
+        Heights {
+            weight,
+            about_mean: sum(&|k| sample.w(k) * (sample.z(k) - mean).powi(2)),
+            about_zero: sum(&|k| sample.w(k) * sample.z(k).powi(2)),
+        }
+    }
+}
+
+/// Residuals of one coefficient vector.
+pub struct Residuals {
+    pub rss: f64,
+    pub max_abs: f64,
+    pub values: Vec<f64>,
+}
+
+/// Where coefficients stand in Q's coordinates and in the working basis.
+pub struct Place<'a> {
+    pub design: &'a Design,
+    pub sample: &'a Sample<'a>,
+    pub factor: &'a Factor,
+    pub nodes: &'a Nodes,
+    pub heights: f64,
+}
+
+impl Place<'_> {
+    fn grid(&self) -> Option<&Grid> {
+        match self.nodes {
+            Nodes::Grid(grid) => Some(grid),
+            _ => None,
+        }
+    }
+
+    /// Residuals of the coefficients whose image `R c` is `b`.
+    pub fn of_image(&self, b: &[Dd], keep: bool) -> Residuals {
+        if let (Some(separable), Some(grid)) = (&self.factor.separable, self.grid()) {
+            let run = |precision| {
+                let (rss, max_abs, values) = separable.residuals(grid, b, precision, keep);
+                Residuals { rss, max_abs, values }
+            };
+            return self.sharpened(run);
+        }
+        let mut working = b.to_vec();
+        triangular::solve_upper(&self.factor.r, &mut working);
+        self.of_working(&working, keep)
+    }
+
+    /// Residuals of working coefficients.
+    pub fn of_working(&self, working: &[Dd], keep: bool) -> Residuals {
+        self.sharpened(|precision| {
+            let pass = residual_pass(self.design, self.sample, working, precision, keep);
+            Residuals { rss: pass.rss.to_f64(), max_abs: pass.max_abs, values: pass.values }
+        })
+    }
+
+    /// In double precision first, and again in double-double where nothing but rounding would be left.
+    fn sharpened(&self, run: impl Fn(Precision) -> Residuals) -> Residuals {
+        let plain = run(Precision::Double);
+        if plain.rss > SMALL * SMALL * self.heights { plain } else { run(Precision::DoubleDouble) }
+    }
+}
+
+/// Rows of B in the caller's columns: `√w W R⁻¹ (Σ cᵢ X̃Vᵢ Vᵢᵀ) S`, whose product with the caller's A is what Eq. 29 adds.
+pub fn matrix_b(
+    design: &Design,
+    sample: &Sample,
+    factor: &Factor,
+    image: &DMatrix<f64>,
+    v: &DMatrix<f64>,
+    c: &[f64],
+    scale: &[f64],
+) -> Vec<Vec<f64>> {
+    let n = design.size();
+    // middle = R⁻¹ image diag(c) Vᵀ S, so that a row of B is √w (row of W) · middle
+    let mut middle = DMatrix::zeros(n, n);
+    for (i, &ci) in c.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+        let mut direction: Vec<Dd> = image.column(i).iter().map(|&x| Dd::from(x)).collect();
+        triangular::solve_upper(&factor.r, &mut direction);
+        for k in 0..n {
+            for j in 0..n {
+                middle[(k, j)] += direction[k].to_f64() * ci * v[(j, i)] * scale[j];
+            }
+        }
+    }
+    let mut row = super::accumulate::Row::<f64>::new(design);
+    (0..sample.count())
+        .map(|k| {
+            row.at(design, sample, k);
+            let root = sample.w(k).sqrt();
+            let mut out = vec![0.0; n];
+            for (&s, &x) in row.index.iter().zip(&row.values) {
+                for (j, out) in out.iter_mut().enumerate() {
+                    *out += root * x * middle[(s, j)];
+                }
+            }
+            out
+        })
+        .collect()
+}

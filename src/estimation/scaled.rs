@@ -1,0 +1,140 @@
+//! The scaled columns in which eigenvalues, λ* and bounds are understood: `X̃ = X P`.
+//!
+//! * `unit_length`: every column divided by its length. * `none`: as they are (the paper's).
+//! * `standardized`: columns centred and divided by √mean((x−x̄)²); the constant drops out of the analysis and is
+//!   estimated without penalty, so `X̃` has one column less.
+
+use nalgebra::DMatrix;
+
+use super::{
+    design::Design,
+    error::{Faults, FitError},
+    factor::Factor,
+    spec::Scaling,
+};
+use crate::numerics::Dd;
+
+/// `P` and what it leaves aside.
+pub struct ScaledColumns {
+    /// `R P` in Q's coordinates: n rows, one column for each scaled column.
+    pub matrix: DMatrix<Dd>,
+    /// Which coefficient each scaled column belongs to.
+    pub kept: Vec<usize>,
+    /// What each scaled column was divided by.
+    pub scale: Vec<Dd>,
+    /// The unpenalised constant of `standardized`.
+    pub constant: Option<Constant>,
+}
+
+/// The constant column, left out of the analysis.
+pub struct Constant {
+    /// Which coefficient.
+    pub index: usize,
+    /// Coefficient of the constant when all others are 0.
+    pub level: Dd,
+    /// Mean of each kept column in units of the constant column.
+    pub means: Vec<Dd>,
+    /// Squared length of the constant column.
+    pub length_squared: f64,
+}
+
+/// Squared length of a column, `R`'s columns being those of `X` seen in Q's coordinates.
+fn length_squared(matrix: &DMatrix<Dd>, column: usize) -> Dd {
+    matrix.column(column).iter().fold(Dd::ZERO, |sum, &x| sum + x * x)
+}
+
+/// The caller's columns `X = W T` in Q's coordinates.
+pub fn caller_columns(factor: &Factor) -> DMatrix<Dd> {
+    match &factor.separable {
+        Some(axes) => super::separable::kronecker(
+            &crate::numerics::triangular::multiply_upper(&axes.u.r, &axes.u.change),
+            &crate::numerics::triangular::multiply_upper(&axes.v.r, &axes.v.change),
+        ),
+        None => crate::numerics::triangular::multiply_upper(&factor.r, &factor.change),
+    }
+}
+
+impl ScaledColumns {
+    /// Scales the caller's columns `caller` (in Q's coordinates) as asked; `weight` is Σw.
+    pub fn new(design: &Design, caller: &DMatrix<Dd>, scaling: Scaling, weight: f64) -> Result<Self, FitError> {
+        let n = caller.ncols();
+        match scaling {
+            Scaling::None | Scaling::UnitLength => {
+                let scale: Vec<Dd> = (0..n)
+                    .map(|j| match scaling {
+                        Scaling::UnitLength => positive(length_squared(caller, j).sqrt()),
+                        _ => Dd::ONE,
+                    })
+                    .collect();
+                let mut matrix = caller.clone();
+                for (mut column, s) in matrix.column_iter_mut().zip(&scale) {
+                    if *s != Dd::ONE {
+                        let inverse = Dd::ONE / *s;
+                        column.iter_mut().for_each(|x| *x *= inverse);
+                    }
+                }
+                Ok(ScaledColumns { matrix, kept: (0..n).collect(), scale, constant: None })
+            }
+            Scaling::Standardized => standardized(design, caller, weight),
+        }
+    }
+
+    /// How many scaled columns there are.
+    pub fn size(&self) -> usize {
+        self.kept.len()
+    }
+
+    /// Coefficients of the caller from those of the scaled columns: `P x`, without the constant's own level.
+    pub fn to_caller(&self, scaled: &[f64], size: usize) -> Vec<f64> {
+        let mut caller = vec![0.0; size];
+        for ((&j, s), x) in self.kept.iter().zip(&self.scale).zip(scaled) {
+            caller[j] = x / s.to_f64();
+        }
+        if let Some(constant) = &self.constant {
+            caller[constant.index] =
+                -self.kept.iter().zip(&constant.means).map(|(&j, mean)| mean.to_f64() * caller[j]).sum::<f64>();
+        }
+        caller
+    }
+}
+
+fn positive(length: Dd) -> Dd {
+    if length > Dd::ZERO { length } else { Dd::ONE }
+}
+
+fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<ScaledColumns, FitError> {
+    let n = caller.ncols();
+    let index = design.constant.ok_or_else(|| {
+        Faults::one("/scaling", "`standardized` needs exactly one constant column or term, which it leaves unpenalised")
+    })?;
+    if n < 2 {
+        return Err(Faults::one("/scaling", "`standardized` leaves nothing to analyse: the constant is the only term").into());
+    }
+    let kept: Vec<usize> = (0..n).filter(|&j| j != index).collect();
+    let own = length_squared(caller, index);
+    let mut matrix = DMatrix::from_element(n, n - 1, Dd::ZERO);
+    let (mut scale, mut means) = (Vec::new(), Vec::new());
+    for (s, &j) in kept.iter().enumerate() {
+        let shared = (0..n).fold(Dd::ZERO, |sum, k| sum + caller[(k, index)] * caller[(k, j)]);
+        let mean = shared / own;
+        for k in 0..n {
+            matrix[(k, s)] = caller[(k, j)] - mean * caller[(k, index)];
+        }
+        let deviation = positive((length_squared(&matrix, s) / weight).sqrt());
+        let inverse = Dd::ONE / deviation;
+        matrix.column_mut(s).iter_mut().for_each(|x| *x *= inverse);
+        scale.push(deviation);
+        means.push(mean);
+    }
+    let constant = Constant { index, level: Dd::ZERO, means, length_squared: own.to_f64() };
+    Ok(ScaledColumns { matrix, kept, scale, constant: Some(constant) })
+}
+
+impl Constant {
+    /// Fills in the level: the projection of the heights on the constant column.
+    pub fn set_level(&mut self, caller: &DMatrix<Dd>, qty: &[Dd]) {
+        let own = length_squared(caller, self.index);
+        let shared = qty.iter().enumerate().fold(Dd::ZERO, |sum, (k, &b)| sum + caller[(k, self.index)] * b);
+        self.level = shared / own;
+    }
+}

@@ -1,0 +1,204 @@
+//! Eigenvalues and eigenvectors of the scaled Fisher information matrix `F = X̃ᵀX̃`, never by forming it.
+//!
+//! `X̃ = Q R̃`, so the singular values of the small matrix `R̃` are those of `X̃` and `λᵢ = σᵢ²` (Eq. 23 of the paper needs
+//! the small ones, which forming XᵀX in double precision destroys once cond(X) exceeds 1e8). One-sided Jacobi keeps
+//! their relative accuracy; where double precision cannot promise it, the rotations are repeated in double-double.
+
+use nalgebra::DMatrix;
+
+use super::{error::FitError, factor::Factor, scaled::ScaledColumns, separable::Separable, spec::Scaling};
+use crate::numerics::{Dd, Real, jacobi, triangular};
+
+/// Relative error of an eigenvalue that double precision may leave before double-double takes over.
+const TOLERANCE: f64 = 1e-12;
+const NOT_CONVERGED: FitError =
+    FitError::NotConverged("the singular value decomposition did not converge within its limit");
+
+/// The eigen analysis; directions in ascending order of eigenvalue.
+pub struct Spectrum {
+    /// λᵢ; 0 where the arithmetic cannot tell it from 0.
+    pub lambda: Vec<f64>,
+    /// Column i is Vᵢ, in the scaled columns.
+    pub v: DMatrix<f64>,
+    /// aᵢ = Vᵢᵀ Â; 0 where λᵢ is.
+    pub a: Vec<f64>,
+    /// Column i is X̃Vᵢ in Q's coordinates.
+    pub image: DMatrix<f64>,
+    /// How many λᵢ are told from 0.
+    pub rank: usize,
+    /// `V a` in double-double: the (minimum-norm) least-squares coefficients of the scaled columns.
+    pub scaled: Vec<Dd>,
+}
+
+/// Singular values ascending, right singular vectors and `R̃ V`, with what the arithmetic cannot tell from 0.
+struct Decomposition {
+    sigma: Vec<Dd>,
+    v: DMatrix<Dd>,
+    image: DMatrix<Dd>,
+    /// Singular values up to here are indistinguishable from 0.
+    floor: f64,
+}
+
+fn widen(matrix: &DMatrix<f64>) -> DMatrix<Dd> {
+    matrix.map(Dd::from)
+}
+
+fn decompose(matrix: &DMatrix<Dd>, floor: f64) -> Result<Decomposition, FitError> {
+    let n = matrix.ncols();
+    let plain = jacobi::svd(matrix.map(|x| x.to_f64())).ok_or(NOT_CONVERGED)?;
+    let (low, high) = (plain.sigma[0], plain.sigma[n - 1]);
+    if low > 0.0 && high / low * f64::EPSILON * n as f64 <= TOLERANCE {
+        let sigma = plain.sigma.iter().map(|&s| Dd::from(s)).collect();
+        return Ok(Decomposition { sigma, v: widen(&plain.v), image: widen(&plain.us), floor });
+    }
+    let exact = jacobi::svd_dd(matrix).ok_or(NOT_CONVERGED)?;
+    Ok(Decomposition { sigma: exact.sigma, v: exact.v, image: exact.us, floor })
+}
+
+/// What rounding in double-double can put into a singular value of `R T P`.
+fn rounding_floor(r: &DMatrix<Dd>, change: &DMatrix<Dd>, scale: impl Fn(usize) -> f64) -> f64 {
+    let n = r.ncols();
+    let mut sum = 0.0;
+    for j in 0..n {
+        let mut column = 0.0;
+        for i in 0..n {
+            let spread: f64 = (i..=j.max(i)).map(|k| (r[(i, k)] * change[(k, j)]).to_f64().abs()).sum();
+            column += spread * spread;
+        }
+        let s = scale(j);
+        sum += column / (s * s);
+    }
+    2.0 * (n as f64) * Dd::EPSILON * 16.0 * sum.sqrt()
+}
+
+impl Spectrum {
+    /// Analyses the scaled columns.
+    pub fn new(factor: &Factor, columns: &ScaledColumns, scaling: Scaling) -> Result<Self, FitError> {
+        match (&factor.separable, scaling) {
+            (Some(axes), Scaling::UnitLength | Scaling::None) => Self::of_product(axes, scaling),
+            _ => Self::of_matrix(factor, columns),
+        }
+    }
+
+    fn of_matrix(factor: &Factor, columns: &ScaledColumns) -> Result<Self, FitError> {
+        let floor = rounding_floor(&factor.r, &factor.change, |j| {
+            columns.kept.iter().position(|&k| k == j).map_or(f64::INFINITY, |s| columns.scale[s].to_f64())
+        });
+        let parts = decompose(&columns.matrix, floor)?;
+        let n = parts.sigma.len();
+        let mut a = vec![Dd::ZERO; n];
+        let mut lambda = vec![0.0; n];
+        for i in 0..n {
+            if parts.sigma[i].to_f64() > parts.floor {
+                let squared = parts.sigma[i] * parts.sigma[i];
+                lambda[i] = squared.to_f64();
+                a[i] = parts.image.column(i).iter().zip(&factor.qty).fold(Dd::ZERO, |sum, (&x, &b)| sum + x * b) / squared;
+            }
+        }
+        let scaled = (0..n).map(|j| (0..n).fold(Dd::ZERO, |sum, i| parts.v[(j, i)].fma(a[i], sum))).collect();
+        Ok(Spectrum {
+            rank: lambda.iter().filter(|l| **l > 0.0).count(),
+            lambda,
+            v: parts.v.map(|x| x.to_f64()),
+            a: a.iter().map(|x| x.to_f64()).collect(),
+            image: parts.image.map(|x| x.to_f64()),
+            scaled,
+        })
+    }
+
+    /// The spectrum of `X_u ⊗ X_v` from those of its factors.
+    fn of_product(axes: &Separable, scaling: Scaling) -> Result<Self, FitError> {
+        let axis = |axis: &super::separable::AxisFactor| {
+            let mut matrix = triangular::multiply_upper(&axis.r, &axis.change);
+            let mut scale = vec![1.0; matrix.ncols()];
+            if scaling == Scaling::UnitLength {
+                for (mut column, s) in matrix.column_iter_mut().zip(&mut scale) {
+                    let length = column.iter().fold(Dd::ZERO, |sum, &x| sum + x * x).sqrt();
+                    if length > Dd::ZERO {
+                        let inverse = Dd::ONE / length;
+                        column.iter_mut().for_each(|x| *x *= inverse);
+                        *s = length.to_f64();
+                    }
+                }
+            }
+            decompose(&matrix, rounding_floor(&axis.r, &axis.change, |j| scale[j]))
+        };
+        let (u, v) = (axis(&axes.u)?, axis(&axes.v)?);
+        let (p, q) = (u.sigma.len(), v.sigma.len());
+        let n = p * q;
+        // directions in ascending order of eigenvalue; equal ones keep the order of the axes
+        let mut order: Vec<(usize, usize, f64, Dd)> = (0..p)
+            .flat_map(|i| (0..q).map(move |j| (i, j)))
+            .map(|(i, j)| {
+                let told = u.sigma[i].to_f64() > u.floor && v.sigma[j].to_f64() > v.floor;
+                let squared = (u.sigma[i] * u.sigma[i]) * (v.sigma[j] * v.sigma[j]);
+                (i, j, if told { squared.to_f64() } else { 0.0 }, squared)
+            })
+            .collect();
+        order.sort_by(|x, y| x.2.total_cmp(&y.2));
+        // a = (Σ_u U_u)ᵀ B (U_v Σ_v) / λ
+        let mut half = DMatrix::from_element(p, q, Dd::ZERO);
+        for i in 0..p {
+            for l in 0..q {
+                half[(i, l)] = (0..p).fold(Dd::ZERO, |sum, k| u.image[(k, i)].fma(axes.qty[k * q + l], sum));
+            }
+        }
+        let mut a = DMatrix::from_element(p, q, Dd::ZERO);
+        for &(i, j, lambda, squared) in &order {
+            if lambda > 0.0 {
+                a[(i, j)] = (0..q).fold(Dd::ZERO, |sum, l| half[(i, l)].fma(v.image[(l, j)], sum)) / squared;
+            }
+        }
+        // V_u a V_vᵀ
+        let mut left = DMatrix::from_element(p, q, Dd::ZERO);
+        for k in 0..p {
+            for j in 0..q {
+                left[(k, j)] = (0..p).fold(Dd::ZERO, |sum, i| u.v[(k, i)].fma(a[(i, j)], sum));
+            }
+        }
+        let mut scaled = Vec::with_capacity(n);
+        for k in 0..p {
+            for l in 0..q {
+                scaled.push((0..q).fold(Dd::ZERO, |sum, j| v.v[(l, j)].fma(left[(k, j)], sum)));
+            }
+        }
+        let combine = |a: &DMatrix<Dd>, b: &DMatrix<Dd>| {
+            let (a, b) = (a.map(|x| x.to_f64()), b.map(|x| x.to_f64()));
+            let mut out = DMatrix::zeros(n, n);
+            for (column, &(i, j, _, _)) in order.iter().enumerate() {
+                let mut to = out.column_mut(column);
+                let mut row = 0;
+                for k in 0..p {
+                    for l in 0..q {
+                        to[row] = a[(k, i)] * b[(l, j)];
+                        row += 1;
+                    }
+                }
+            }
+            out
+        };
+        Ok(Spectrum {
+            rank: order.iter().filter(|entry| entry.2 > 0.0).count(),
+            lambda: order.iter().map(|entry| entry.2).collect(),
+            v: combine(&u.v, &v.v),
+            a: order.iter().map(|&(i, j, _, _)| a[(i, j)].to_f64()).collect(),
+            image: combine(&u.image, &v.image),
+            scaled,
+        })
+    }
+
+    /// λₙ.
+    pub fn largest(&self) -> f64 {
+        self.lambda.last().copied().unwrap_or(0.0)
+    }
+
+    /// λ₁, or the smallest eigenvalue told from 0.
+    pub fn smallest_positive(&self) -> f64 {
+        self.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(0.0)
+    }
+
+    /// Whether every eigenvalue is told from 0.
+    pub fn full_rank(&self) -> bool {
+        self.rank == self.lambda.len()
+    }
+}
