@@ -93,7 +93,7 @@ struct Facts<T> {
     square: T,
     /// Length, as a double.
     length: f64,
-    /// The length of what the column was made from: roundoff times this is what its entries may be wrong by.
+    /// The squared length of what the column was made from: its root times the roundoff is what its entries may be wrong by.
     origin: f64,
 }
 
@@ -120,7 +120,7 @@ impl<T: Real> Columns<T> {
 
     /// Tells that column `j` was made from vectors of this length, if that is more than its own.
     pub(super) fn made_from(&mut self, j: usize, length: f64) {
-        self.facts[j].origin = length;
+        self.facts[j].origin = length * length;
     }
 
     #[inline(always)]
@@ -134,7 +134,7 @@ impl<T: Real> Columns<T> {
         let tolerance = T::EPSILON * (self.rows as f64).sqrt().max(2.0) * 2.0;
         for j in 0..self.n {
             self.measure(j);
-            self.facts[j].origin = self.facts[j].origin.max(self.facts[j].length);
+            self.facts[j].origin = self.facts[j].origin.max(self.facts[j].square.to_f64());
         }
         for _ in 0..SWEEP_LIMIT {
             let worst = self.sweep(tolerance);
@@ -158,8 +158,8 @@ impl<T: Real> Columns<T> {
         let column = &mut self.lanes[j * self.stride..j * self.stride + self.top];
         let mut square: T = dot(column, column);
         let facts = &mut self.facts[j];
-        let negligible = 8.0 * T::EPSILON * T::EPSILON * facts.origin;
-        if square.to_f64() < SMALLEST_SQUARE || square.to_f64().sqrt() < negligible {
+        let negligible = 64.0 * T::EPSILON.powi(4) * facts.origin;
+        if square.to_f64() < SMALLEST_SQUARE.max(negligible) {
             column.fill(T::Lanes::ZERO);
             square = T::zero();
         }
@@ -179,8 +179,8 @@ impl<T: Real> Columns<T> {
                 let top = self.top;
                 let (column_x, column_y) = self.pair_mut(p, q);
                 let inner: T = dot(&column_x[..top], &column_y[..top]);
-                let cosine = inner.to_f64().abs() / x.length / y.length;
-                if cosine <= tolerance {
+                let lengths = x.length * y.length;
+                if inner.to_f64().abs() <= tolerance * lengths {
                     continue;
                 }
                 let t = tangent((x.square - y.square).to_f64(), inner.to_f64());
@@ -191,11 +191,12 @@ impl<T: Real> Columns<T> {
                     let t = T::of(t);
                     rotate::<T>(t.to_f64(), T::one() / t.fma(t, T::one()).sqrt(), column_x, column_y);
                 }
-                worst.cosine = worst.cosine.max(cosine);
+                worst.cosine = worst.cosine.max(inner.to_f64().abs() / lengths);
                 let ratio = if x.length > y.length { x.length / y.length } else { y.length / x.length };
                 worst.turn = worst.turn.max(t.abs() * ratio);
-                self.facts[p].origin = x.origin + t.abs() * y.origin;
-                self.facts[q].origin = y.origin + t.abs() * x.origin;
+                let cos_squared = 1.0 / t.mul_add(t, 1.0);
+                self.facts[p].origin = cos_squared * (x.origin + t * t * y.origin);
+                self.facts[q].origin = cos_squared * (y.origin + t * t * x.origin);
                 self.update(p, x.square + inner.mul_f64(t), x.square);
                 self.update(q, y.square - inner.mul_f64(t), y.square);
             }
@@ -243,12 +244,14 @@ impl<T: Real> Columns<T> {
             let column = &self.lanes[j * self.stride..(j + 1) * self.stride];
             let read = |lanes: &[T::Lanes], i: usize| lanes[i / WIDTH].get(i % WIDTH);
             let (above, below) = column.split_at(top);
+            // The roundings of many cosines add up to a length of `v` off by some units; `A V` carries the same factor.
+            let unit = T::one() / dot::<T>(below, below).sqrt();
             let largest = (0..n).map(|i| read(below, i).to_f64().abs()).fold(0.0, f64::max);
             let first = (0..n).map(|i| read(below, i).to_f64()).find(|x| x.abs() >= largest * (1.0 - SIGN_TIE));
-            let sign = if first.is_some_and(|x| x < 0.0) { -1.0 } else { 1.0 };
-            v.extend((0..n).map(|i| read(below, i).mul_f64(sign)));
-            us.extend((0..rows).map(|i| read(above, i).ldexp(-exponent).mul_f64(sign)));
-            sigma.push(self.facts[j].square.sqrt().ldexp(-exponent));
+            let factor = if first.is_some_and(|x| x < 0.0) { -unit } else { unit };
+            v.extend((0..n).map(|i| read(below, i) * factor));
+            us.extend((0..rows).map(|i| (read(above, i) * factor).ldexp(-exponent)));
+            sigma.push((self.facts[j].square.sqrt() * unit).ldexp(-exponent));
         }
         Svd { sigma, us: DMatrix::from_vec(rows, n, us), v: DMatrix::from_vec(n, n, v) }
     }

@@ -61,6 +61,7 @@ impl<T: Real> Fold<T> {
     fn load<'a>(&mut self, rows: usize, column: impl Fn(usize) -> &'a [T], y: &'a [T]) {
         self.stride = lanes_for(rows);
         self.tail.clear();
+        self.tail.reserve((self.n + 1) * self.stride);
         for j in 0..=self.n {
             let source = if j < self.n { column(j) } else { y };
             for numbers in source.chunks(WIDTH) {
