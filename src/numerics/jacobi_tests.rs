@@ -206,10 +206,20 @@ fn the_ends_of_the_range() {
     }
 }
 
-fn matrix() -> impl Strategy<Value = DMatrix<f64>> {
-    (1usize..12, 1usize..9).prop_flat_map(|(m, n)| {
+fn matrix_of(rows: std::ops::Range<usize>, beyond_columns: bool) -> impl Strategy<Value = DMatrix<f64>> {
+    (rows, 1usize..9).prop_flat_map(move |(m, n)| {
+        let m = if beyond_columns { m + n } else { m };
         prop::collection::vec(-1.0..1.0f64, m * n).prop_map(move |entries| DMatrix::from_vec(m, n, entries))
     })
+}
+
+fn matrix() -> impl Strategy<Value = DMatrix<f64>> {
+    matrix_of(1..12, false)
+}
+
+/// At least as many rows as columns.
+fn tall() -> impl Strategy<Value = DMatrix<f64>> {
+    matrix_of(0..6, true)
 }
 
 proptest! {
@@ -226,10 +236,10 @@ proptest! {
     }
 
     #[test]
-    fn column_scaling_keeps_every_digit(a in matrix(), exponents in prop::collection::vec(-200i32..200, 9)) {
+    fn column_scaling_keeps_every_digit(a in tall(), exponents in prop::collection::vec(-200i32..200, 9)) {
         // The first vectors of an orthonormal set, scaled: the singular values are the scales.
         let q = svd(a.clone()).expect("converges");
-        prop_assume!(a.nrows() >= a.ncols() && q.sigma[0] > 1e-3);
+        prop_assume!(q.sigma[0] > 1e-3);
         let mut scales: Vec<f64> = exponents[..a.ncols()].iter().map(|&e| f64::from(e).exp2()).collect();
         let graded = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| q.us[(i, j)] / q.sigma[j] * scales[j]);
         let (double, _) = check_both(&graded);
@@ -240,8 +250,7 @@ proptest! {
     }
 
     #[test]
-    fn graded_matrices_agree_in_both_precisions(a in matrix(), exponents in prop::collection::vec(-150i32..150, 9)) {
-        prop_assume!(a.nrows() >= a.ncols());
+    fn graded_matrices_agree_in_both_precisions(a in tall(), exponents in prop::collection::vec(-150i32..150, 9)) {
         let condition = svd(a.clone()).expect("converges").sigma;
         prop_assume!(condition[0] > 1e-4 * condition[a.ncols() - 1]);
         let graded = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] * f64::from(exponents[j]).exp2());
