@@ -1,1 +1,25 @@
 //! Number kernels that know nothing but numbers.
+//!
+//! The small eigenvalues of a measurement are what the service is about, so everything here is made to keep them:
+//! an orthogonal triangularisation ([`qr`]) instead of the normal equations, one-sided Jacobi ([`jacobi`]) for singular
+//! values with high relative accuracy, and the same algorithms once more in double-double ([`dd`]) for data whose
+//! digits a double cannot hold. [`Real`] is the number type the algorithms are generic over; [`lanes`] holds its
+//! inner loops, four numbers at a time.
+//!
+//! Conventions: matrices are column-major `nalgebra::DMatrix`; triangular factors are upper; singular values ascend.
+//! Every result is a fixed sequence of operations: equal input gives equal bits.
+
+pub mod dd;
+pub mod jacobi;
+mod jacobi_dd;
+pub mod lanes;
+pub mod qr;
+pub mod real;
+pub mod sums;
+pub mod triangular;
+
+pub use dd::Dd;
+pub use jacobi::{Svd, svd, svd_dd};
+pub use qr::{Qr, qr_with_rhs};
+pub use real::Real;
+pub use sums::{dot2, sum2};

@@ -1,0 +1,85 @@
+//! The singular value decomposition in double-double, started from the one in double.
+//!
+//! Sweeps in double-double are dear, so all but the last one or two are done in double: the right singular vectors of the
+//! rounded matrix, made orthogonal to double-double precision, turn the matrix into one whose columns are nearly orthogonal.
+
+use nalgebra::DMatrix;
+
+use super::dd::Dd;
+use super::jacobi::{Columns, Svd, scale_exponent, svd, write};
+use super::lanes::{DdLanes, Lanes, WIDTH, axpy, dot, lanes_for};
+
+/// Decomposes `a` to double-double precision. None if an entry is not finite or the iteration does not end.
+pub fn svd_dd(a: &DMatrix<Dd>) -> Option<Svd<Dd>> {
+    let exponent = scale_exponent(a)?;
+    let (rows, n) = a.shape();
+    // The rounded matrix is scaled too, so that no entry that counts is lost to the range of a double.
+    let start = match svd(a.map(|x| x.ldexp(exponent).hi)) {
+        Some(double) => orthonormal(&double.v),
+        None => identity(n),
+    };
+    let a_lanes = lanes_of(a, |x| x.ldexp(exponent));
+    let (top, side) = (lanes_for(rows), lanes_for(n));
+    let length = |x: &[DdLanes]| dot::<Dd>(x, x).hi.sqrt();
+    let lengths: Vec<f64> = (0..n).map(|k| length(&a_lanes[k * top..(k + 1) * top])).collect();
+    let mut columns = Columns::new(rows, n);
+    for j in 0..n {
+        // Longest first: where the sweeps want it, and the double singular values ascend.
+        let v = &start[(n - 1 - j) * side..(n - j) * side];
+        let (above, below) = columns.column_mut(j).split_at_mut(top);
+        below.copy_from_slice(v);
+        let mut length = 0.0;
+        for k in 0..n {
+            let weight = v[k / WIDTH].get(k % WIDTH);
+            axpy(weight, &a_lanes[k * top..(k + 1) * top], above);
+            length += weight.hi.abs() * lengths[k];
+        }
+        columns.made_from(j, length);
+    }
+    columns.orthogonalise()?;
+    Some(columns.finish(exponent))
+}
+
+/// Makes a matrix orthogonal that is so to double precision: `V (3/2 I - VᵀV / 2)` and the next term of that series.
+fn orthonormal(v: &DMatrix<f64>) -> Vec<DdLanes> {
+    let n = v.ncols();
+    let side = lanes_for(n);
+    let v = lanes_of(v, Dd::from);
+    let mut result = v.clone();
+    let mut defect = DMatrix::<f64>::zeros(n, n);
+    let mut defect_dd = DMatrix::<Dd>::zeros(n, n);
+    for i in 0..n {
+        for j in 0..=i {
+            let mut inner: Dd = dot(&v[i * side..(i + 1) * side], &v[j * side..(j + 1) * side]);
+            if i == j {
+                inner -= 1.0;
+            }
+            defect_dd[(i, j)] = inner;
+            defect_dd[(j, i)] = inner;
+            defect[(i, j)] = inner.hi;
+            defect[(j, i)] = inner.hi;
+        }
+    }
+    let second = &defect * &defect * 0.375;
+    for j in 0..n {
+        for k in 0..n {
+            let factor = defect_dd[(k, j)] * -0.5 + second[(k, j)];
+            axpy(factor, &v[k * side..(k + 1) * side], &mut result[j * side..(j + 1) * side]);
+        }
+    }
+    result
+}
+
+fn identity(n: usize) -> Vec<DdLanes> {
+    lanes_of(&DMatrix::<Dd>::identity(n, n), |x| x)
+}
+
+/// The columns of a matrix as lanes, each column padded to whole lanes.
+fn lanes_of<T: nalgebra::Scalar + Copy>(matrix: &DMatrix<T>, map: impl Fn(T) -> Dd) -> Vec<DdLanes> {
+    let stride = lanes_for(matrix.nrows());
+    let mut lanes = vec![DdLanes::ZERO; stride * matrix.ncols()];
+    for (j, column) in matrix.column_iter().enumerate() {
+        write::<Dd>(&mut lanes[j * stride..(j + 1) * stride], column.iter().map(|&x| map(x)));
+    }
+    lanes
+}
