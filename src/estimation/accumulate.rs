@@ -120,8 +120,18 @@ fn from_moments(axes: &Chebyshev, sample: &Sample) -> Normal {
                 for g in 0..groups {
                     let four = sample.four(start + g * LANES);
                     let z = F64x4(four.z);
-                    chebyshev_lanes(F64x4::mapped(four.u, axes.u.0.center, axes.u.0.scale), one, F64x4::ZERO, &mut row_u);
-                    chebyshev_lanes(F64x4::mapped(four.v, axes.v.0.center, axes.v.0.scale), one, F64x4::ZERO, &mut row_v);
+                    chebyshev_lanes(
+                        F64x4::mapped(four.u, axes.u.0.center, axes.u.0.scale),
+                        one,
+                        F64x4::ZERO,
+                        &mut row_u,
+                    );
+                    chebyshev_lanes(
+                        F64x4::mapped(four.v, axes.v.0.center, axes.v.0.scale),
+                        one,
+                        F64x4::ZERO,
+                        &mut row_v,
+                    );
                     for i in 0..mp {
                         a[i][g] = row_u[i].mul_doubles(four.w);
                     }

@@ -45,6 +45,8 @@ pub fn bias(spectrum: &Spectrum, rule: Rule, parameter: f64, filtered: &[Filtere
 /// Sharp bound on each caller's coefficient: `r ‖ℓⱼᵀ V diag(1−f)‖`, `directions` holding `ℓⱼᵀV` in its rows.
 pub fn per_coefficient(directions: &nalgebra::DMatrix<f64>, filtered: &[Filtered], r: f64) -> Vec<f64> {
     (0..directions.nrows())
-        .map(|j| r * filtered.iter().enumerate().map(|(i, f)| (directions[(j, i)] * f.removed).powi(2)).sum::<f64>().sqrt())
+        .map(|j| {
+            r * filtered.iter().enumerate().map(|(i, f)| (directions[(j, i)] * f.removed).powi(2)).sum::<f64>().sqrt()
+        })
         .collect()
 }

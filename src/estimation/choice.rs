@@ -28,7 +28,10 @@ impl Decided {
 }
 
 /// The rule asked for, with its parameter; `auto` counts the eigenvalues beyond the condition limit.
-fn rule(regularization: &Regularization, lambda: &[f64]) -> Result<(RegularizationKind, Rule, Option<Parameter>), FitError> {
+fn rule(
+    regularization: &Regularization,
+    lambda: &[f64],
+) -> Result<(RegularizationKind, Rule, Option<Parameter>), FitError> {
     match regularization {
         Regularization::None => Ok((RegularizationKind::None, Rule::None, None)),
         Regularization::Ridge { parameter } => Ok((RegularizationKind::Ridge, Rule::Ridge, Some(*parameter))),
@@ -40,7 +43,11 @@ fn rule(regularization: &Regularization, lambda: &[f64]) -> Result<(Regularizati
                 Count::Given(count) => {
                     return Err(Faults::one(
                         "/regularization/count",
-                        format!("{count} of {} eigenvalues: the largest one cannot be regularised, so at most {}", lambda.len(), lambda.len() - 1),
+                        format!(
+                            "{count} of {} eigenvalues: the largest one cannot be regularised, so at most {}",
+                            lambda.len(),
+                            lambda.len() - 1
+                        ),
                     )
                     .into());
                 }
@@ -73,10 +80,19 @@ pub fn decide(
         }
     };
     let mut choices = vec![evaluate(None, None)];
-    let nothing = |choices, curve| Decided { kind, rule: Rule::None, chosen: None, criterion: None, fixed: false, choices, curve };
+    let nothing = |choices, curve| Decided {
+        kind,
+        rule: Rule::None,
+        chosen: None,
+        criterion: None,
+        fixed: false,
+        choices,
+        curve,
+    };
     let Some(parameter) = parameter else {
         if want_curve {
-            warnings.push(Warning { code: "no_lambda_curve", message: "there is no λ* without regularisation".into() });
+            warnings
+                .push(Warning { code: "no_lambda_curve", message: "there is no λ* without regularisation".into() });
         }
         return Ok(nothing(choices, None));
     };

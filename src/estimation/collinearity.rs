@@ -46,9 +46,7 @@ pub fn report(
             if varies(j) { column /= deviation[j] } else { column.fill(0.0) }
         }
         let products = unit.tr_mul(&unit);
-        (0..n)
-            .map(|i| (0..n).map(|j| if i == j { 1.0 } else { products[(i, j)].clamp(-1.0, 1.0) }).collect())
-            .collect()
+        (0..n).map(|i| (0..n).map(|j| if i == j { 1.0 } else { products[(i, j)].clamp(-1.0, 1.0) }).collect()).collect()
     });
     let shares = Shares::new(unit);
     let mut infinite = Vec::new();
@@ -70,7 +68,10 @@ pub fn report(
     if !infinite.is_empty() {
         warnings.push(Warning {
             code: "vif_infinite",
-            message: format!("no variance inflation factor for {}: the column depends on others exactly", infinite.join(", ")),
+            message: format!(
+                "no variance inflation factor for {}: the column depends on others exactly",
+                infinite.join(", ")
+            ),
         });
     }
     CollinearityReport {

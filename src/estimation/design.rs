@@ -38,9 +38,14 @@ pub struct Design {
 
 /// The working basis.
 pub enum Basis {
-    Product { u: Axis, v: Axis },
+    Product {
+        u: Axis,
+        v: Axis,
+    },
     /// Posted columns divided by these powers of 2.
-    Columns { scale: Vec<f64> },
+    Columns {
+        scale: Vec<f64>,
+    },
 }
 
 /// The functions on one axis.
@@ -157,7 +162,9 @@ impl Design {
         if n > m {
             return Err(Faults::one(
                 if matches!(spec.model, Model::Linear) { "/nodes/x" } else { "/model/degree" },
-                format!("{n} coefficients cannot be told from {m} counted nodes: lower the degree or measure more nodes"),
+                format!(
+                    "{n} coefficients cannot be told from {m} counted nodes: lower the degree or measure more nodes"
+                ),
             ));
         }
         Ok(design)
@@ -373,14 +380,12 @@ fn splines(
             Some(BSplineBasis::new(q, v.clone()).map_err(|fault| at("/model/knots/1", fault))?),
         ),
         (Knots::Spans(spans), false) => (uniform(p, *spans, domain_u, "/model/spans")?, None),
-        (Knots::Spans(spans), true) => (
-            uniform(p, *spans, domain_u, "/model/spans")?,
-            Some(uniform(q, *spans, domain_v, "/model/spans")?),
-        ),
-        (Knots::SpansEach(a, b), true) => (
-            uniform(p, *a, domain_u, "/model/spans/0")?,
-            Some(uniform(q, *b, domain_v, "/model/spans/1")?),
-        ),
+        (Knots::Spans(spans), true) => {
+            (uniform(p, *spans, domain_u, "/model/spans")?, Some(uniform(q, *spans, domain_v, "/model/spans")?))
+        }
+        (Knots::SpansEach(a, b), true) => {
+            (uniform(p, *a, domain_u, "/model/spans/0")?, Some(uniform(q, *b, domain_v, "/model/spans/1")?))
+        }
         (Knots::SpansEach(..), false) => {
             return Err(Faults::one("/model/spans", "a curve has one number of spans"));
         }

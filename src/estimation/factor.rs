@@ -62,8 +62,7 @@ impl Factor {
             Some(factor) => factor,
             None => by_qr(design, sample, change),
         };
-        let finite = |values: &mut dyn Iterator<Item = &Dd>| values.into_iter().all(|x| x.is_finite());
-        if finite(&mut factor.r.iter()) && finite(&mut factor.qty.iter()) && finite(&mut factor.change.iter()) {
+        if factor.r.iter().chain(&factor.qty).chain(factor.change.iter()).all(|x| x.is_finite()) {
             Ok(factor)
         } else {
             Err(FitError::Invalid(Faults::one(
@@ -140,9 +139,8 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
         triangular::solve_upper(&unit, projected);
         projected.iter_mut().zip(&length).for_each(|(x, d)| *x /= d);
     };
-    let norm = |values: &mut dyn Iterator<Item = f64>| {
-        values.zip(&length).map(|(x, d)| (x * d) * (x * d)).sum::<f64>().sqrt()
-    };
+    let norm =
+        |values: &mut dyn Iterator<Item = f64>| values.zip(&length).map(|(x, d)| (x * d) * (x * d)).sum::<f64>().sqrt();
     let mut step = normal.rhs.clone();
     solve(&mut step);
     let mut working: Vec<Dd> = step.iter().map(|&c| Dd::from(c)).collect();
@@ -160,10 +158,8 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
         solve(&mut step);
         working.iter_mut().zip(&step).for_each(|(c, d)| *c += *d);
         // ‖z − W(c + d)‖² = ‖z − Wc‖² − ‖Rd‖² at the least-squares solution
-        let gain: f64 = (0..n)
-            .map(|i| (i..n).map(|j| unit[(i, j)] * length[j] * step[j]).sum::<f64>())
-            .map(|x| x * x)
-            .sum();
+        let gain: f64 =
+            (0..n).map(|i| (i..n).map(|j| unit[(i, j)] * length[j] * step[j]).sum::<f64>()).map(|x| x * x).sum();
         rss = (pass.rss - Dd::from(gain)).to_f64().max(0.0);
         max_abs = pass.max_abs;
         let size = norm(&mut working.iter().map(|c| c.to_f64()));
@@ -264,7 +260,8 @@ fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
 /// Solves `R c = b` where R is not singular and corrects `c` by residuals formed in double-double.
 fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
     let n = factor.size();
-    let length: Vec<f64> = (0..n).map(|j| factor.r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
+    let length: Vec<f64> =
+        (0..n).map(|j| factor.r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
     if (0..n).any(|i| !(factor.r[(i, i)].to_f64().abs() > 1e-27 * length[i])) {
         return;
     }

@@ -51,7 +51,13 @@ impl Rule {
             Rule::Ridge => {
                 let inverse = 1.0 / (lambda + parameter);
                 let (f, g) = (lambda * inverse, parameter * inverse);
-                Filtered { factor: f, removed: g, slope: -f * g, bend: -f * g * (f - g), eigenvalue: lambda + parameter }
+                Filtered {
+                    factor: f,
+                    removed: g,
+                    slope: -f * g,
+                    bend: -f * g * (f - g),
+                    eigenvalue: lambda + parameter,
+                }
             }
             Rule::Spectral { count, .. } if i >= count || lambda >= parameter => untouched,
             Rule::Spectral { scheme: Scheme::FirstOrder, .. } => {

@@ -77,7 +77,15 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
 
     let residuals = residuals(&place, &spectrum, &filtered, &estimate, &least_squares, spec);
     let rss = problem.sums(rule, decided.parameter()).rss[0];
-    let report = Reporter { spec, design: &design, columns: &columns, spectrum: &spectrum, decided: &decided, rule, filtered: &filtered };
+    let report = Reporter {
+        spec,
+        design: &design,
+        columns: &columns,
+        spectrum: &spectrum,
+        decided: &decided,
+        rule,
+        filtered: &filtered,
+    };
     let bias = report.bias(&least_squares, &mut warnings);
     let regularization = report.regularization(&problem, &mut warnings, heights.weight);
     let unit = match spec.scaling {
@@ -195,7 +203,8 @@ fn finite(result: &FitResult) -> Result<(), FitError> {
     if sound {
         return Ok(());
     }
-    Err(Faults::one("/nodes", "the coefficients leave the range of double precision: choose another unit or basis").into())
+    Err(Faults::one("/nodes", "the coefficients leave the range of double precision: choose another unit or basis")
+        .into())
 }
 
 /// Dependent columns: named in a warning, or refused where Eq. 39 would divide by 0.
@@ -261,7 +270,8 @@ impl LeastSquares {
             caller[j] = x / s;
         }
         if let Some(constant) = &columns.constant {
-            let shift = columns.kept.iter().zip(&constant.means).fold(Dd::ZERO, |sum, (&j, &mean)| sum + mean * caller[j]);
+            let shift =
+                columns.kept.iter().zip(&constant.means).fold(Dd::ZERO, |sum, (&j, &mean)| sum + mean * caller[j]);
             caller[constant.index] = constant.level - shift;
         }
         let coefficients = caller.iter().map(|x| x.to_f64()).collect();
@@ -478,7 +488,8 @@ impl Reporter<'_> {
             return Ok(None);
         }
         let (_, Some(_)) = choice::scheme_and_count(self.decided.rule) else {
-            warnings.push(Warning { code: "no_matrix_b", message: "only spectral regularisation has a matrix B".into() });
+            warnings
+                .push(Warning { code: "no_matrix_b", message: "only spectral regularisation has a matrix B".into() });
             return Ok(None);
         };
         if self.columns.constant.is_some() {
@@ -490,7 +501,11 @@ impl Reporter<'_> {
         }
         let (m, n) = (place.sample.count(), self.design.size());
         if m * n > MOST_OF_B {
-            return Err(Faults::one("/include", format!("B has {m} × {n} entries here; at most {MOST_OF_B} are answered")).into());
+            return Err(Faults::one(
+                "/include",
+                format!("B has {m} × {n} entries here; at most {MOST_OF_B} are answered"),
+            )
+            .into());
         }
         let lambda = &self.spectrum.lambda;
         let c: Vec<f64> = (0..lambda.len())

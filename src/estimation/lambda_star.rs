@@ -77,8 +77,7 @@ impl<'a> Search<'a> {
     pub fn new(problem: &'a Spectral<'a>, rule: Rule) -> Self {
         let [low, high] = range(problem, rule).map(f64::ln);
         let points = ((((high - low) * DENSITY).ceil() as usize) + 2).min(MOST);
-        let mut places: Vec<f64> =
-            (0..points).map(|i| low + (high - low) * (i as f64 / (points - 1) as f64)).collect();
+        let mut places: Vec<f64> = (0..points).map(|i| low + (high - low) * (i as f64 / (points - 1) as f64)).collect();
         if let Rule::Spectral { count, .. } = rule {
             places.extend(problem.lambda[..count].iter().filter(|l| **l > 0.0).map(|l| l.ln()));
             places.sort_by(f64::total_cmp);

@@ -117,7 +117,7 @@ pub fn matrix_b(
 ) -> Vec<Vec<f64>> {
     let n = design.size();
     // middle = R⁻¹ image diag(c) Vᵀ S, so that a row of B is √w (row of W) · middle
-    let mut middle = DMatrix::zeros(n, n);
+    let mut middle = DMatrix::<f64>::zeros(n, n);
     for (i, &ci) in c.iter().enumerate().filter(|(_, c)| **c != 0.0) {
         let mut direction: Vec<Dd> = image.column(i).iter().map(|&x| Dd::from(x)).collect();
         triangular::solve_upper(&factor.r, &mut direction);

@@ -108,7 +108,9 @@ fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<Sc
         Faults::one("/scaling", "`standardized` needs exactly one constant column or term, which it leaves unpenalised")
     })?;
     if n < 2 {
-        return Err(Faults::one("/scaling", "`standardized` leaves nothing to analyse: the constant is the only term").into());
+        return Err(
+            Faults::one("/scaling", "`standardized` leaves nothing to analyse: the constant is the only term").into()
+        );
     }
     let kept: Vec<usize> = (0..n).filter(|&j| j != index).collect();
     let own = length_squared(caller, index);

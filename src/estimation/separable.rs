@@ -12,9 +12,8 @@ use super::{
     nodes::Grid,
 };
 use crate::numerics::{
-    Dd, Real,
+    Dd, Real, qr, triangular,
     wide::{Ddx4, F64x4, LANES, Lanes},
-    qr, triangular,
 };
 
 /// Grid rows of one partial sum, and from how many nodes on rows are shared among threads.
@@ -59,7 +58,9 @@ impl AxisFactor {
             }
         }
         let r = qr::qr_with_rhs(w.clone(), DVector::from_element(m, Dd::ZERO)).r;
-        if (0..n).any(|j| !(r[(j, j)].to_f64() > 1e-8 * w.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt())) {
+        if (0..n)
+            .any(|j| !(r[(j, j)].to_f64() > 1e-8 * w.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()))
+        {
             return None;
         }
         let inverse = triangular::inverse_upper(&r);

@@ -92,7 +92,8 @@ impl Spectrum {
             if parts.sigma[i].to_f64() > parts.floor {
                 let squared = parts.sigma[i] * parts.sigma[i];
                 lambda[i] = squared.to_f64();
-                a[i] = parts.image.column(i).iter().zip(&factor.qty).fold(Dd::ZERO, |sum, (&x, &b)| sum + x * b) / squared;
+                a[i] =
+                    parts.image.column(i).iter().zip(&factor.qty).fold(Dd::ZERO, |sum, (&x, &b)| sum + x * b) / squared;
             }
         }
         let scaled = (0..n).map(|j| (0..n).fold(Dd::ZERO, |sum, i| parts.v[(j, i)].fma(a[i], sum))).collect();

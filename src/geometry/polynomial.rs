@@ -38,7 +38,11 @@ pub fn values_and_derivatives(family: Family, x: f64, values: &mut [f64], deriva
     let (t, slope) = match family {
         Family::Monomial => (x, 1.0),
         Family::Chebyshev { low, high } | Family::Legendre { low, high } => {
-            if high > low { ((x - low - (high - x)) / (high - low), 2.0 / (high - low)) } else { (0.0, 1.0) }
+            if high > low {
+                ((x - low - (high - x)) / (high - low), 2.0 / (high - low))
+            } else {
+                (0.0, 1.0)
+            }
         }
     };
     for i in 0..values.len() {

@@ -17,6 +17,7 @@ pub mod qr;
 pub mod real;
 pub mod sums;
 pub mod triangular;
+pub mod wide;
 
 pub use dd::Dd;
 pub use jacobi::{Svd, svd, svd_dd};

@@ -9,7 +9,7 @@ use super::Dd;
 pub const LANES: usize = 4;
 
 /// What the node kernels need of a number.
-pub trait Lanes: Copy {
+pub trait Lanes: Copy + Send + Sync {
     const ZERO: Self;
     /// Whether these are double-double numbers.
     const DOUBLE_DOUBLE: bool;
@@ -189,7 +189,8 @@ impl Lanes for Ddx4 {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (p, e) = two_product(self.hi, other.hi);
-        let cross: Four = std::array::from_fn(|i| self.hi[i].mul_add(other.lo[i], self.lo[i].mul_add(other.hi[i], e[i])));
+        let cross: Four =
+            std::array::from_fn(|i| self.hi[i].mul_add(other.lo[i], self.lo[i].mul_add(other.hi[i], e[i])));
         quick_two_sum(p, cross)
     }
     #[inline(always)]
