@@ -132,14 +132,14 @@ fn from_moments(axes: &Chebyshev, sample: &Sample) -> Normal {
                         F64x4::ZERO,
                         &mut row_v,
                     );
-                    for i in 0..mp {
-                        a[i][g] = row_u[i].mul_doubles(four.w);
+                    for (to, from) in a.iter_mut().zip(&row_u) {
+                        to[g] = from.mul_doubles(four.w);
                     }
-                    for i in 0..p {
-                        za[i][g] = a[i][g].mul(z);
+                    for (to, from) in za.iter_mut().zip(&a) {
+                        to[g] = from[g].mul(z);
                     }
-                    for j in 0..mq {
-                        b[j][g] = row_v[j];
+                    for (to, from) in b.iter_mut().zip(&row_v) {
+                        to[g] = *from;
                     }
                 }
                 let products = |a: &[F64x4; GROUPS], b: &[F64x4; GROUPS], mut sum: F64x4| {
@@ -153,10 +153,10 @@ fn from_moments(axes: &Chebyshev, sample: &Sample) -> Normal {
                         sums[i * mq + j] = products(&a[i], &b[j], sums[i * mq + j]);
                     }
                 }
-                for i in 0..p {
-                    for j in 0..q {
+                for (i, za) in za.iter().enumerate() {
+                    for (j, b) in b[..q].iter().enumerate() {
                         let at = mp * mq + i * q + j;
-                        sums[at] = products(&za[i], &b[j], sums[at]);
+                        sums[at] = products(za, b, sums[at]);
                     }
                 }
                 start += groups * LANES;

@@ -192,7 +192,7 @@ impl Shares {
 
 fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit: &Spectrum) -> Vec<NearDependency> {
     let largest = unit.largest();
-    let mut found = Vec::new();
+    let (mut found, mut room) = (Vec::new(), Vec::new());
     for (i, &lambda) in unit.lambda.iter().enumerate().take(MOST_TOLD) {
         let index = (lambda > 0.0).then(|| (largest / lambda).sqrt());
         if index.is_some_and(|index| index <= NEAR) {
@@ -206,7 +206,7 @@ fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit
             cosine = Some((plain.column(a).dot(&plain.column(b)) / (length[a] * length[b])).clamp(-1.0, 1.0));
             weight_ratio = Some(-weights[a].min_by_modulus(weights[b]));
         } else if terms.len() > 2 {
-            r_squared = Some(explained(plain, &terms));
+            r_squared = Some(explained(plain, length, &terms, &mut room));
         }
         found.push(NearDependency {
             sentence: sentence(&names, cosine, r_squared, index),
@@ -233,35 +233,35 @@ impl Ratio for f64 {
     }
 }
 
-/// R² (about 0) of the first of `terms` on the others, by orthogonalisation.
-fn explained(plain: &DMatrix<f64>, terms: &[usize]) -> f64 {
-    let unit = |j: usize| plain.column(j).normalize();
-    let mut basis: Vec<nalgebra::DVector<f64>> = Vec::new();
-    let clear = |vector: &mut nalgebra::DVector<f64>, basis: &[nalgebra::DVector<f64>]| {
-        for _ in 0..2 {
-            for direction in basis {
-                let along = direction.dot(vector);
-                vector.axpy(-along, direction, 1.0);
-            }
+/// R² (about 0) of the first of `terms` on the others: modified Gram–Schmidt on the columns, the first one last.
+fn explained(plain: &DMatrix<f64>, length: &[f64], terms: &[usize], room: &mut Vec<f64>) -> f64 {
+    let rows = plain.nrows();
+    let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+    room.clear();
+    for &j in terms[1..].iter().chain(&terms[..1]) {
+        room.extend(plain.column(j).iter().map(|x| x / length[j]));
+    }
+    for k in 0..terms.len() - 1 {
+        let (before, after) = room.split_at_mut((k + 1) * rows);
+        let direction = &before[k * rows..];
+        let square = norm(direction);
+        if square <= 1e-30 {
+            continue;
         }
-    };
-    for &j in &terms[1..] {
-        let mut vector = unit(j);
-        clear(&mut vector, &basis);
-        if let Some(direction) = vector.try_normalize(1e-15) {
-            basis.push(direction);
+        for column in after.chunks_exact_mut(rows) {
+            let along = direction.iter().zip(column.iter()).map(|(a, b)| a * b).sum::<f64>() / square;
+            column.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);
         }
     }
-    let mut rest = unit(terms[0]);
-    clear(&mut rest, &basis);
-    1.0 - rest.norm_squared()
+    1.0 - norm(&room[(terms.len() - 1) * rows..])
 }
 
 /// What a person reads.
 fn sentence(names: &[String], cosine: Option<f64>, r_squared: Option<f64>, index: Option<f64>) -> String {
-    let index = index.map_or_else(|| "infinite".to_owned(), |index| format!("{index:.3e}"));
+    let index = index.map_or_else(|| "infinite".to_owned(), |index| format!("{:.0}", index.round()));
     let near_one = |x: f64| {
-        let digits = (3..=12).find(|&d| format!("{:.d$}", x.abs()).trim_end_matches('0').len() > 2).unwrap_or(12);
+        // as many digits as it takes to see the difference from 1
+        let digits = (-(1.0 - x.abs()).max(1e-12).log10()).ceil().clamp(3.0, 12.0) as usize;
         format!("{x:.digits$}")
     };
     match (names, cosine, r_squared) {

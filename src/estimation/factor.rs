@@ -62,7 +62,7 @@ impl Factor {
             Some(factor) => factor,
             None => by_qr(design, sample, change),
         };
-        if factor.r.iter().chain(&factor.qty).chain(factor.change.iter()).all(|x| x.is_finite()) {
+        if factor.r.as_slice().iter().chain(&factor.qty).chain(factor.change.as_slice()).all(|x| x.is_finite()) {
             Ok(factor)
         } else {
             Err(FitError::Invalid(Faults::one(
@@ -129,8 +129,7 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
     let unit = triangular::cholesky(&scaled)?;
     let condition = unit.norm() * triangular::inverse_upper(&unit).norm();
     let contraction = 8.0 * f64::EPSILON * condition * condition / n as f64;
-    // also refuses NaN
-    if !(contraction <= TOLERANCE) {
+    if contraction.is_nan() || contraction > TOLERANCE {
         return None;
     }
     let solve = |projected: &mut [f64]| {
@@ -262,7 +261,7 @@ fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
     let n = factor.size();
     let length: Vec<f64> =
         (0..n).map(|j| factor.r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
-    if (0..n).any(|i| !(factor.r[(i, i)].to_f64().abs() > 1e-27 * length[i])) {
+    if !(0..n).all(|i| factor.r[(i, i)].to_f64().abs() > 1e-27 * length[i]) {
         return;
     }
     let inverse = triangular::inverse_upper(&factor.r);
@@ -272,7 +271,7 @@ fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
         .sum::<f64>()
         .sqrt()
         * (n as f64).sqrt();
-    if !(condition < 1e27) {
+    if condition.is_nan() || condition >= 1e27 {
         return;
     }
     let mut working = factor.qty.clone();
@@ -289,7 +288,7 @@ fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
         triangular::solve_upper(&factor.r, &mut step);
         let (moved, size) = (norm(&step), norm(&working));
         // stop where corrections are as large as what rounding puts into them
-        if !(moved < 0.1 * last) || moved <= 1e-28 * size {
+        if moved.is_nan() || moved >= 0.1 * last || moved <= 1e-28 * size {
             factor.relative_error = (if size > 0.0 { moved / size } else { 0.0 }).clamp(1e-30, 1.0);
             break;
         }

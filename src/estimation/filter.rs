@@ -33,10 +33,6 @@ pub struct Filtered {
     pub factor: f64,
     /// 1 − fᵢ, without cancellation.
     pub removed: f64,
-    /// dfᵢ/d ln λ*.
-    pub slope: f64,
-    /// d²fᵢ/d(ln λ*)².
-    pub bend: f64,
     /// μᵢ.
     pub eigenvalue: f64,
 }
@@ -45,36 +41,27 @@ impl Rule {
     /// The filter of direction `i` with eigenvalue `lambda` at λ* (or k) = `parameter`.
     #[inline(always)]
     pub fn at(self, i: usize, lambda: f64, parameter: f64) -> Filtered {
-        let untouched = Filtered { factor: 1.0, removed: 0.0, slope: 0.0, bend: 0.0, eigenvalue: lambda };
+        let untouched = Filtered { factor: 1.0, removed: 0.0, eigenvalue: lambda };
         match self {
             Rule::None => untouched,
             Rule::Ridge => {
                 let inverse = 1.0 / (lambda + parameter);
                 let (f, g) = (lambda * inverse, parameter * inverse);
-                Filtered {
-                    factor: f,
-                    removed: g,
-                    slope: -f * g,
-                    bend: -f * g * (f - g),
-                    eigenvalue: lambda + parameter,
-                }
+                Filtered { factor: f, removed: g, eigenvalue: lambda + parameter }
             }
             Rule::Spectral { count, .. } if i >= count || lambda >= parameter => untouched,
             Rule::Spectral { scheme: Scheme::FirstOrder, .. } => {
                 let inverse = 1.0 / (lambda + parameter);
-                let (f, g) = (lambda * inverse, parameter * inverse);
                 Filtered {
-                    factor: 2.0 * f,
+                    factor: 2.0 * lambda * inverse,
                     removed: (parameter - lambda) * inverse,
-                    slope: -2.0 * f * g,
-                    bend: -2.0 * f * g * (f - g),
                     // (λ*+λ)²/(4λ), ordered so that neither square overflows
                     eigenvalue: 0.25 * (lambda + parameter) * ((lambda + parameter) / lambda),
                 }
             }
             Rule::Spectral { scheme: Scheme::Exact, .. } => {
                 let f = (lambda / parameter).sqrt();
-                Filtered { factor: f, removed: 1.0 - f, slope: -0.5 * f, bend: 0.25 * f, eigenvalue: parameter }
+                Filtered { factor: f, removed: 1.0 - f, eigenvalue: parameter }
             }
         }
     }
@@ -91,12 +78,10 @@ impl Rule {
     }
 }
 
-/// What every criterion needs to know of a fit.
+/// What every criterion needs to know of a fit, laid out for repeated summation.
 pub struct Spectral<'a> {
     /// λᵢ ascending, 0 where not told from 0.
     pub lambda: &'a [f64],
-    /// aᵢ = VᵢᵀÂ.
-    pub a: &'a [f64],
     /// σ², where there is one.
     pub variance: Option<f64>,
     /// Residual sum of squares of least squares.
@@ -105,6 +90,30 @@ pub struct Spectral<'a> {
     pub count: usize,
     /// Coefficients outside the filter (the constant of standardised columns).
     pub unpenalised: usize,
+    /// Directions before this one are not told from 0 and take no part.
+    first: usize,
+    directions: Vec<Direction>,
+    /// Sums over direction i and all above it, for those that a filter leaves alone.
+    above: Vec<Above>,
+}
+
+/// One direction's share in the sums.
+#[derive(Clone, Copy)]
+struct Direction {
+    lambda: f64,
+    /// aᵢ².
+    square: f64,
+    /// σ²/λᵢ.
+    noise: f64,
+    /// max(aᵢ² − σ²/λᵢ, 0).
+    real: f64,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Above {
+    square: f64,
+    noise: f64,
+    count: f64,
 }
 
 /// Sums over the spectrum at one parameter; derivatives are by ln λ*.
@@ -122,34 +131,92 @@ pub struct Sums {
     pub bias: f64,
 }
 
-impl Spectral<'_> {
+/// Directions summed side by side.
+const LANES: usize = 4;
+/// Sums carried per lane.
+const CARRIED: usize = 11;
+
+impl<'a> Spectral<'a> {
+    /// Lays out a problem with coefficients `a` along the directions of `lambda`.
+    pub fn new(
+        lambda: &'a [f64],
+        a: &[f64],
+        variance: Option<f64>,
+        rss: f64,
+        count: usize,
+        unpenalised: usize,
+    ) -> Self {
+        let n = lambda.len();
+        let directions: Vec<Direction> = lambda
+            .iter()
+            .zip(a)
+            .map(|(&lambda, &a)| {
+                let (square, noise) = (a * a, if lambda > 0.0 { variance.unwrap_or(0.0) / lambda } else { 0.0 });
+                Direction { lambda, square, noise, real: (square - noise).max(0.0) }
+            })
+            .collect();
+        let mut above = vec![Above::default(); n + 1];
+        for i in (0..n).rev() {
+            let (d, next) = (directions[i], above[i + 1]);
+            let counts = f64::from(u8::from(d.lambda > 0.0));
+            above[i] = Above {
+                square: next.square + d.square * counts,
+                noise: next.noise + d.noise,
+                count: next.count + counts,
+            };
+        }
+        let first = lambda.partition_point(|l| *l <= 0.0);
+        Spectral { lambda, variance, rss, count, unpenalised, first, directions, above }
+    }
+
+    /// Which directions `rule` touches at `parameter`.
+    fn touched(&self, rule: Rule, parameter: f64) -> std::ops::Range<usize> {
+        match rule {
+            Rule::None => self.first..self.first,
+            Rule::Ridge => self.first..self.lambda.len(),
+            Rule::Spectral { count, .. } => {
+                self.first..self.lambda[..count].partition_point(|l| *l < parameter).max(self.first)
+            }
+        }
+    }
+
     /// The sums at λ* (or k) = `parameter`.
     pub fn sums(&self, rule: Rule, parameter: f64) -> Sums {
-        let mut sums = Sums::default();
-        sums.rss[0] = self.rss;
-        sums.trace[0] = self.unpenalised as f64;
-        let variance = self.variance.unwrap_or(0.0);
-        for (i, (&lambda, &a)) in self.lambda.iter().zip(self.a).enumerate() {
-            if lambda <= 0.0 {
-                continue;
+        let touched = self.touched(rule, parameter);
+        let mut carried = [[0.0; LANES]; CARRIED];
+        let neutral = Direction { lambda: 1.0, square: 0.0, noise: 0.0, real: 0.0 };
+        for four in self.directions[touched.clone()].chunks(LANES) {
+            let mut lanes = [neutral; LANES];
+            lanes[..four.len()].copy_from_slice(four);
+            let ones: [f64; LANES] = std::array::from_fn(|k| f64::from(u8::from(k < four.len())));
+            match rule {
+                Rule::None => {}
+                Rule::Ridge => gather(&mut carried, &lanes, &ones, |lambda| {
+                    let inverse = 1.0 / (lambda + parameter);
+                    let (f, g) = (lambda * inverse, parameter * inverse);
+                    (f, g, -f * g, -f * g * (f - g))
+                }),
+                Rule::Spectral { scheme: Scheme::FirstOrder, .. } => gather(&mut carried, &lanes, &ones, |lambda| {
+                    let inverse = 1.0 / (lambda + parameter);
+                    let (f, g) = (lambda * inverse, parameter * inverse);
+                    (2.0 * f, g - f, -2.0 * f * g, -2.0 * f * g * (f - g))
+                }),
+                Rule::Spectral { scheme: Scheme::Exact, .. } => gather(&mut carried, &lanes, &ones, |lambda| {
+                    let f = (lambda / parameter).sqrt();
+                    (f, 1.0 - f, -0.5 * f, 0.25 * f)
+                }),
             }
-            let f = rule.at(i, lambda, parameter);
-            let (square, noise) = (a * a, variance / lambda);
-            let shown = lambda * square;
-            sums.rss[0] += shown * f.removed * f.removed;
-            sums.rss[1] -= 2.0 * shown * f.removed * f.slope;
-            sums.rss[2] += 2.0 * shown * (f.slope * f.slope - f.removed * f.bend);
-            sums.norm[0] += square * f.factor * f.factor;
-            sums.norm[1] += 2.0 * square * f.factor * f.slope;
-            sums.norm[2] += 2.0 * square * (f.slope * f.slope + f.factor * f.bend);
-            sums.trace[0] += f.factor;
-            sums.trace[1] += f.slope;
-            let real = (square - noise).max(0.0);
-            sums.mse[0] += f.removed * f.removed * real + noise * f.factor * f.factor;
-            sums.mse[1] += 2.0 * f.slope * (noise * f.factor - f.removed * real);
-            sums.bias += square * f.removed * f.removed;
         }
-        sums
+        let [rss0, rss1, rss2, norm0, norm1, norm2, trace0, trace1, mse0, mse1, bias] =
+            carried.map(|x| (x[0] + x[1]) + (x[2] + x[3]));
+        let rest = self.above[touched.end];
+        Sums {
+            rss: [self.rss + rss0, -2.0 * rss1, 2.0 * rss2],
+            norm: [rest.square + norm0, 2.0 * norm1, 2.0 * norm2],
+            trace: [self.unpenalised as f64 + rest.count + trace0, trace1],
+            mse: [rest.noise + mse0, 2.0 * mse1],
+            bias,
+        }
     }
 
     /// Condition of the regularised matrix at `parameter`; `None` where an eigenvalue stays 0.
@@ -165,26 +232,95 @@ impl Spectral<'_> {
     }
 }
 
+/// Adds four directions to the sums; `filter` answers (f, 1 − f, f′, f″) for an eigenvalue.
+#[inline(always)]
+fn gather(
+    carried: &mut [[f64; LANES]; CARRIED],
+    lanes: &[Direction; LANES],
+    ones: &[f64; LANES],
+    filter: impl Fn(f64) -> (f64, f64, f64, f64),
+) {
+    for k in 0..LANES {
+        let Direction { lambda, square, noise, real } = lanes[k];
+        let (f, g, slope, bend) = filter(lambda);
+        let shown = lambda * square;
+        carried[0][k] += shown * g * g;
+        carried[1][k] += shown * g * slope;
+        carried[2][k] += shown * (slope * slope - g * bend);
+        carried[3][k] += square * f * f;
+        carried[4][k] += square * f * slope;
+        carried[5][k] += square * (slope * slope + f * bend);
+        carried[6][k] += f * ones[k];
+        carried[7][k] += slope * ones[k];
+        carried[8][k] += g * g * real + noise * f * f;
+        carried[9][k] += slope * (noise * f - g * real);
+        carried[10][k] += square * g * g;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Slopes and bends against central differences, for every rule.
+    const LAMBDA: [f64; 6] = [1e-6, 3e-5, 2e-3, 0.1, 0.7, 2.0];
+    const A: [f64; 6] = [30.0, -4.0, 0.5, 1.5, -2.0, 0.3];
+
+    fn rules() -> [Rule; 3] {
+        [
+            Rule::Ridge,
+            Rule::Spectral { scheme: Scheme::FirstOrder, count: 5 },
+            Rule::Spectral { scheme: Scheme::Exact, count: 3 },
+        ]
+    }
+
+    /// The laid-out sums against their definitions, direction by direction.
+    #[test]
+    fn sums_are_what_they_are_defined_as() {
+        let variance = 1e-5;
+        let problem = Spectral::new(&LAMBDA, &A, Some(variance), 0.25, 9, 1);
+        for rule in rules() {
+            for parameter in [1e-6, 4e-4, 0.3, 7.0] {
+                let sums = problem.sums(rule, parameter);
+                let (mut rss, mut norm, mut trace, mut mse, mut bias) = (0.25, 0.0, 1.0, 0.0, 0.0);
+                for i in 0..6 {
+                    let (f, a, noise) = (rule.at(i, LAMBDA[i], parameter).factor, A[i], variance / LAMBDA[i]);
+                    rss += LAMBDA[i] * (1.0 - f).powi(2) * a * a;
+                    norm += (f * a).powi(2);
+                    trace += f;
+                    mse += (1.0 - f).powi(2) * (a * a - noise).max(0.0) + noise * f * f;
+                    bias += ((1.0 - f) * a).powi(2);
+                }
+                for (got, want) in [
+                    (sums.rss[0], rss),
+                    (sums.norm[0], norm),
+                    (sums.trace[0], trace),
+                    (sums.mse[0], mse),
+                    (sums.bias, bias),
+                ] {
+                    assert!((got - want).abs() <= 1e-12 * want.abs().max(1e-3), "{rule:?} {parameter}: {got} {want}");
+                }
+            }
+        }
+    }
+
+    /// Derivatives by ln λ* against central differences.
     #[test]
     fn derivatives_by_the_logarithm() {
-        let rules = [
-            Rule::Ridge,
-            Rule::Spectral { scheme: Scheme::FirstOrder, count: 1 },
-            Rule::Spectral { scheme: Scheme::Exact, count: 1 },
-        ];
+        let problem = Spectral::new(&LAMBDA, &A, Some(1e-5), 0.25, 9, 0);
         let h: f64 = 1e-4;
-        for rule in rules {
-            for parameter in [0.011f64, 0.3, 7.0] {
-                let at = |x: f64| rule.at(0, 0.01, parameter * x.exp());
-                let f = at(0.0);
-                assert!((f.factor + f.removed - 1.0).abs() < 1e-15);
-                assert!(((at(h).factor - at(-h).factor) / (2.0 * h) - f.slope).abs() < 1e-7);
-                assert!(((at(h).slope - at(-h).slope) / (2.0 * h) - f.bend).abs() < 1e-7);
+        for rule in rules() {
+            for parameter in [4e-4f64, 0.3] {
+                let at = |x: f64| problem.sums(rule, parameter * x.exp());
+                let (low, here, high) = (at(-h), at(0.0), at(h));
+                let close = |low: f64, high: f64, slope: f64| {
+                    assert!(((high - low) / (2.0 * h) - slope).abs() <= 1e-6 * slope.abs().max(1.0), "{rule:?}");
+                };
+                close(low.rss[0], high.rss[0], here.rss[1]);
+                close(low.rss[1], high.rss[1], here.rss[2]);
+                close(low.norm[0], high.norm[0], here.norm[1]);
+                close(low.norm[1], high.norm[1], here.norm[2]);
+                close(low.trace[0], high.trace[0], here.trace[1]);
+                close(low.mse[0], high.mse[0], here.mse[1]);
             }
         }
     }

@@ -60,20 +60,20 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             message: "as many coefficients as nodes: there is no estimate of the noise, so no standard errors".into(),
         });
     }
-    let problem = Spectral {
-        lambda: &spectrum.lambda,
-        a: &spectrum.a,
-        variance: spec.noise_sigma.or(sigma).map(|s| s * s),
-        rss: least_squares.rss,
-        count: sample.count(),
-        unpenalised: usize::from(columns.constant.is_some()),
-    };
+    let problem = Spectral::new(
+        &spectrum.lambda,
+        &spectrum.a,
+        spec.noise_sigma.or(sigma).map(|s| s * s),
+        least_squares.rss,
+        sample.count(),
+        usize::from(columns.constant.is_some()),
+    );
     let decided =
         choice::decide(&spec.regularization, &problem, heights.weight, spec.include.lambda_curve, &mut warnings)?;
     let rule = if decided.chosen.is_some() { decided.rule } else { Rule::None };
     let filtered: Vec<Filtered> =
         spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, decided.parameter())).collect();
-    let estimate = Estimate::new(&columns, &spectrum, &filtered, &least_squares, sigma);
+    let estimate = Estimate::new(&columns, &spectrum, &filtered, &least_squares);
 
     let residuals = residuals(&place, &spectrum, &filtered, &estimate, &least_squares, spec);
     let rss = problem.sums(rule, decided.parameter()).rss[0];
@@ -86,7 +86,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         rule,
         filtered: &filtered,
     };
-    let bias = report.bias(&least_squares, &mut warnings);
+    let bias = report.bias(&estimate.directions, &mut warnings);
     let regularization = report.regularization(&problem, &mut warnings, heights.weight);
     let unit = match spec.scaling {
         Scaling::UnitLength => None,
@@ -289,28 +289,33 @@ struct Estimate {
     /// The same for least squares.
     leverage: Vec<f64>,
     sensitivity: Vec<f64>,
+    /// `P V`: row j holds what each direction contributes to the caller's coefficient j.
+    directions: DMatrix<f64>,
 }
 
-/// `P V`: row j holds how much each direction contributes to the caller's coefficient j.
+/// `P V`.
 fn directions(columns: &ScaledColumns, spectrum: &Spectrum, n: usize) -> DMatrix<f64> {
     let mut out = DMatrix::zeros(n, spectrum.lambda.len());
-    for i in 0..spectrum.lambda.len() {
-        let scaled: Vec<f64> = spectrum.v.column(i).iter().copied().collect();
-        for (j, value) in columns.to_caller(&scaled, n).into_iter().enumerate() {
-            out[(j, i)] = value;
+    let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();
+    let means: Option<(usize, Vec<f64>)> =
+        columns.constant.as_ref().map(|c| (c.index, c.means.iter().map(|mean| mean.to_f64()).collect()));
+    for (from, mut to) in spectrum.v.column_iter().zip(out.column_iter_mut()) {
+        let mut constant = 0.0;
+        for (s, &j) in columns.kept.iter().enumerate() {
+            to[j] = from[s] / scale[s];
+            if let Some((_, means)) = &means {
+                constant -= means[s] * to[j];
+            }
+        }
+        if let Some((index, _)) = &means {
+            to[*index] = constant;
         }
     }
     out
 }
 
 impl Estimate {
-    fn new(
-        columns: &ScaledColumns,
-        spectrum: &Spectrum,
-        filtered: &[Filtered],
-        least_squares: &LeastSquares,
-        _sigma: Option<f64>,
-    ) -> Self {
+    fn new(columns: &ScaledColumns, spectrum: &Spectrum, filtered: &[Filtered], least_squares: &LeastSquares) -> Self {
         let n = least_squares.coefficients.len();
         let directions = directions(columns, spectrum, n);
         let constant = columns.constant.as_ref();
@@ -345,7 +350,7 @@ impl Estimate {
             spread.push(shrunk.sqrt());
             sensitivity.push(twice.sqrt());
         }
-        Estimate { coefficients, spread, leverage, sensitivity }
+        Estimate { coefficients, spread, leverage, sensitivity, directions }
     }
 }
 
@@ -424,7 +429,7 @@ impl Reporter<'_> {
         }
     }
 
-    fn bias(&self, least_squares: &LeastSquares, warnings: &mut Vec<Warning>) -> (BiasReport, Vec<f64>) {
+    fn bias(&self, directions: &DMatrix<f64>, warnings: &mut Vec<Warning>) -> (BiasReport, Vec<f64>) {
         let norm = self.spectrum.a.iter().map(|a| a * a).sum::<f64>().sqrt();
         let r = self.spec.coefficient_norm_limit.unwrap_or(norm);
         if r < norm {
@@ -437,8 +442,6 @@ impl Reporter<'_> {
             });
         }
         let bias = bias::bias(self.spectrum, self.rule, self.decided.parameter(), self.filtered, r);
-        let n = least_squares.coefficients.len();
-        let directions = directions(self.columns, self.spectrum, n);
         let report = BiasReport {
             norm: bias.norm,
             sharp_bound: bias.sharp,
@@ -447,7 +450,7 @@ impl Reporter<'_> {
             coefficient_norm_limit_from_request: self.spec.coefficient_norm_limit.is_some(),
             e: bias.e,
         };
-        (report, bias::per_coefficient(&directions, self.filtered, r))
+        (report, bias::per_coefficient(directions, self.filtered, r))
     }
 
     fn regularization(&self, problem: &Spectral, warnings: &mut Vec<Warning>, weight: f64) -> RegularizationReport {

@@ -10,11 +10,16 @@ use super::{
 };
 
 /// Grid points for each factor of e between the ends of the search.
-const DENSITY: f64 = 4.0;
+const DENSITY: f64 = 2.5;
 /// Most points of the grid.
 const MOST: usize = 800;
-/// Golden sections and root steps end here.
+/// Refinements end here at the latest.
 const STEPS: usize = 80;
+/// Relative accuracy of λ* where a derivative changes sign, and where only heights are compared.
+const ROOT: f64 = 1e-14;
+const PEAK: f64 = 1e-8;
+/// A peak of the curvature seen on the grid is refined when it is at least this large against the largest.
+const WORTH_REFINING: f64 = 0.25;
 
 /// What a criterion answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,11 +96,6 @@ impl<'a> Search<'a> {
         self.problem.sums(self.rule, x.exp())
     }
 
-    /// The grid's points λ* with their sums, ascending.
-    pub fn points(&self) -> impl Iterator<Item = (f64, &Sums)> {
-        self.grid.iter().map(|(x, sums)| (x.exp(), sums))
-    }
-
     /// What `criterion` chooses.
     pub fn choose(&self, criterion: Criterion) -> Result<Chosen, Unavailable> {
         let chosen = |x: f64| Ok(Chosen { lambda_star: x.exp(), interval: None, reached: true });
@@ -142,8 +142,7 @@ impl<'a> Search<'a> {
             }
             let bracket = (self.grid[k.saturating_sub(1)].0, self.grid[(k + 1).min(last)].0);
             let refined = sign_change(bracket, |x| slope(&self.sums(x)));
-            for x in [self.grid[k].0, refined] {
-                let height = value(&self.sums(x));
+            for (x, height) in [(self.grid[k].0, heights[k]), (refined, value(&self.sums(refined)))] {
                 // a gain below rounding is no gain: prefer the smaller λ*
                 if height < best - 1e-15 * best.abs() || (best == f64::INFINITY && height.is_finite()) {
                     (best, at) = (height, x);
@@ -155,20 +154,20 @@ impl<'a> Search<'a> {
 
     /// The place of greatest curvature of (log ‖Y − XÂ_B‖, log ‖Â_B‖).
     fn corner(&self) -> f64 {
-        let heights: Vec<f64> = self.grid.iter().map(|(_, sums)| -curvature(sums)).collect();
+        let heights: Vec<f64> = self.grid.iter().map(|(_, sums)| curvature(sums)).collect();
         let last = heights.len() - 1;
-        let (mut best, mut at) = (f64::INFINITY, self.grid[0].0);
+        let largest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (mut best, mut at) = (f64::NEG_INFINITY, self.grid[0].0);
         for k in 0..=last {
             let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
-            if heights[k] > heights[before] || heights[k] > heights[after] {
+            let peak = heights[k] >= heights[before] && heights[k] >= heights[after];
+            if !peak || heights[k] < WORTH_REFINING * largest {
                 continue;
             }
-            let x = golden((self.grid[before].0, self.grid[after].0), |x| -curvature(&self.sums(x)));
-            for x in [self.grid[k].0, x] {
-                let height = -curvature(&self.sums(x));
-                if height < best {
-                    (best, at) = (height, x);
-                }
+            let middle = (self.grid[k].0, -heights[k]);
+            let (x, height) = least((self.grid[before].0, self.grid[after].0), middle, |x| -curvature(&self.sums(x)));
+            if -height > best {
+                (best, at) = (-height, x);
             }
         }
         at
@@ -199,59 +198,101 @@ fn curvature(sums: &Sums) -> f64 {
     if curvature.is_finite() { curvature } else { f64::NEG_INFINITY }
 }
 
-/// Where `f` turns from negative to positive between the ends (the low end if it is nowhere negative, the high end
-/// if nowhere positive): false position made safe by bisection.
-fn sign_change((mut low, mut high): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
-    let (mut below, mut above) = (f(low), f(high));
-    if !(below < 0.0) {
+/// Where `f` turns from negative to positive between the ends (the low end if it is not negative there, the high
+/// end if not positive): Chandrupatla's method, inverse quadratic interpolation where that is safe, else bisection.
+fn sign_change((low, high): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
+    let (mut b, mut a) = (low, high);
+    let (mut fb, mut fa) = (f(b), f(a));
+    if fb.is_nan() || fb >= 0.0 {
         return low;
     }
-    if !(above > 0.0) {
+    if fa.is_nan() || fa <= 0.0 {
         return high;
     }
-    for step in 0..STEPS {
-        if high - low <= 4.0 * f64::EPSILON * low.abs().max(high.abs()).max(1e-3) {
-            break;
-        }
-        let mut x = high - above * (high - low) / (above - below);
-        if step % 3 == 2 || !(x > low && x < high) {
-            x = 0.5 * (low + high);
-        }
-        let y = f(x);
-        if y == 0.0 {
-            return x;
-        }
-        if y < 0.0 {
-            (low, below) = (x, y);
-            above *= 0.5;
+    let mut t = 0.5;
+    for _ in 0..STEPS {
+        let x = a + t * (b - a);
+        let fx = f(x);
+        let (c, fc);
+        if (fx < 0.0) == (fa < 0.0) {
+            (c, fc) = (a, fa);
         } else {
-            (high, above) = (x, y);
-            below *= 0.5;
+            (c, fc) = (b, fb);
+            (b, fb) = (a, fa);
         }
+        (a, fa) = (x, fx);
+        let nearest = if fa.abs() < fb.abs() { a } else { b };
+        let limit = (ROOT * nearest.abs().max(1.0)) / (b - a).abs();
+        if limit > 0.5 || fa == 0.0 {
+            return nearest;
+        }
+        let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
+        t = if phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi {
+            fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        } else {
+            0.5
+        };
+        t = t.clamp(limit, 1.0 - limit);
     }
-    0.5 * (low + high)
+    a
 }
 
-/// The minimiser of a function with one minimum between the ends.
-fn golden((mut low, mut high): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
-    let ratio = 0.5 * (5.0f64.sqrt() - 1.0);
-    let (mut x, mut y) = (high - ratio * (high - low), low + ratio * (high - low));
-    let (mut fx, mut fy) = (f(x), f(y));
+/// The place and height of the least value between the ends, `middle` being a place inside with its height:
+/// golden sections, quickened by parabolas (Brent).
+fn least((mut low, mut high): (f64, f64), middle: (f64, f64), f: impl Fn(f64) -> f64) -> (f64, f64) {
+    const GOLDEN: f64 = 0.381_966_011_250_105_1;
+    let (mut x, mut fx) = middle;
+    let ((mut w, mut fw), (mut v, mut fv)) = (middle, middle);
+    let (mut step, mut before) = (0.0f64, 0.0f64);
     for _ in 0..STEPS {
-        if high - low < 1e-9 {
+        let centre = 0.5 * (low + high);
+        if (x - centre).abs() + 0.5 * (high - low) <= 2.0 * PEAK {
             break;
         }
-        if fx <= fy {
-            (high, y, fy) = (y, x, fx);
-            x = high - ratio * (high - low);
-            fx = f(x);
+        let mut parabolic = false;
+        if before.abs() > PEAK {
+            let (r, q) = ((x - w) * (fx - fv), (x - v) * (fx - fw));
+            let (mut p, mut q2) = ((x - v) * q - (x - w) * r, 2.0 * (q - r));
+            if q2 > 0.0 {
+                p = -p
+            } else {
+                q2 = -q2
+            }
+            if p.abs() < (0.5 * q2 * before).abs() && p > q2 * (low - x) && p < q2 * (high - x) {
+                (before, step) = (step, p / q2);
+                parabolic = true;
+            }
+        }
+        if !parabolic {
+            before = if x < centre { high - x } else { low - x };
+            step = GOLDEN * before;
+        }
+        let trial = if step.abs() >= PEAK { x + step } else { x + PEAK.copysign(step) };
+        if trial <= low || trial >= high {
+            break;
+        }
+        let ft = f(trial);
+        if ft <= fx {
+            if trial < x {
+                high = x
+            } else {
+                low = x
+            }
+            (v, fv, w, fw, x, fx) = (w, fw, x, fx, trial, ft);
         } else {
-            (low, x, fx) = (x, y, fy);
-            y = low + ratio * (high - low);
-            fy = f(y);
+            if trial < x {
+                low = trial
+            } else {
+                high = trial
+            }
+            if ft <= fw || w == x {
+                (v, fv, w, fw) = (w, fw, trial, ft);
+            } else if ft <= fv || v == x || v == w {
+                (v, fv) = (trial, ft);
+            }
         }
     }
-    0.5 * (low + high)
+    (x, fx)
 }
 
 #[cfg(test)]
@@ -261,7 +302,7 @@ mod tests {
 
     fn condition(lambda: &[f64], scheme: Scheme, count: usize, at: f64) -> f64 {
         let rule = Rule::Spectral { scheme, count };
-        let problem = Spectral { lambda, a: lambda, variance: None, rss: 0.0, count: 9, unpenalised: 0 };
+        let problem = Spectral::new(lambda, lambda, None, 0.0, 9, 0);
         problem.condition(rule, at).unwrap()
     }
 
@@ -298,6 +339,9 @@ mod tests {
             prop_assert!((x - root).abs() < 1e-4);
             let x = sign_change((-6.0, 6.0), |x| (x - root).exp() - 1.0);
             prop_assert!((x - root).abs() < 1e-12);
+            let start = (0.5, (0.5 - root).powi(2));
+            let (x, _) = least((-6.0, 6.0), start, |x| (x - root).powi(2));
+            prop_assert!((x - root).abs() < 1e-6);
         }
     }
 }

@@ -78,24 +78,6 @@ impl ScaledColumns {
             Scaling::Standardized => standardized(design, caller, weight),
         }
     }
-
-    /// How many scaled columns there are.
-    pub fn size(&self) -> usize {
-        self.kept.len()
-    }
-
-    /// Coefficients of the caller from those of the scaled columns: `P x`, without the constant's own level.
-    pub fn to_caller(&self, scaled: &[f64], size: usize) -> Vec<f64> {
-        let mut caller = vec![0.0; size];
-        for ((&j, s), x) in self.kept.iter().zip(&self.scale).zip(scaled) {
-            caller[j] = x / s.to_f64();
-        }
-        if let Some(constant) = &self.constant {
-            caller[constant.index] =
-                -self.kept.iter().zip(&constant.means).map(|(&j, mean)| mean.to_f64() * caller[j]).sum::<f64>();
-        }
-        caller
-    }
 }
 
 fn positive(length: Dd) -> Dd {

@@ -58,9 +58,8 @@ impl AxisFactor {
             }
         }
         let r = qr::qr_with_rhs(w.clone(), DVector::from_element(m, Dd::ZERO)).r;
-        if (0..n)
-            .any(|j| !(r[(j, j)].to_f64() > 1e-8 * w.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()))
-        {
+        let length = |j: usize| w.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt();
+        if !(0..n).all(|j| r[(j, j)].to_f64() > 1e-8 * length(j)) {
             return None;
         }
         let inverse = triangular::inverse_upper(&r);

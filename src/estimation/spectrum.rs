@@ -193,11 +193,6 @@ impl Spectrum {
         self.lambda.last().copied().unwrap_or(0.0)
     }
 
-    /// λ₁, or the smallest eigenvalue told from 0.
-    pub fn smallest_positive(&self) -> f64 {
-        self.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(0.0)
-    }
-
     /// Whether every eigenvalue is told from 0.
     pub fn full_rank(&self) -> bool {
         self.rank == self.lambda.len()

@@ -138,10 +138,10 @@ impl BSplineBasis {
         out[0] = T::of(1.0);
         for d in 1..=degree {
             let mut carried = T::of(0.0);
-            for r in 0..d {
+            for (r, value) in out[..d].iter_mut().enumerate() {
                 let (high, low) = (self.knots[span + r + 1], self.knots[span + 1 + r - d]);
-                let share = out[r] / gap(high, low);
-                out[r] = carried + gap(high, x) * share;
+                let share = *value / gap(high, low);
+                *value = carried + gap(high, x) * share;
                 carried = gap(x, low) * share;
             }
             out[d] = carried;
