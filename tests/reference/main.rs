@@ -1,0 +1,17 @@
+//! Published and exactly computed reference results. The files stand in `../shared/refdata` beside the checkout;
+//! without that folder the tests that need it say so on standard error and pass.
+
+#[expect(dead_code, reason = "the oracle is shared by the test binaries, each of which uses a part")]
+#[path = "../oracle/mod.rs"]
+mod oracle;
+
+mod answers;
+mod b_spline;
+mod collinearity;
+mod filip;
+mod folder;
+mod nist;
+mod oracle_check;
+mod ridge;
+mod spectral;
+mod tensor;
