@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     geometry::polynomial::{self, Family},
-    numerics::Dd,
+    numerics::{Dd, triangular},
 };
 
 /// Standard deviations counted as "may be".
@@ -29,7 +29,9 @@ const MOST_DIGITS: f64 = 14.5;
 pub struct Fitted<'a> {
     pub design: &'a Design,
     pub sample: &'a Sample<'a>,
-    /// In the working basis.
+    /// R of the working basis.
+    pub r: &'a DMatrix<Dd>,
+    /// Coefficients in the working basis.
     pub working: &'a [Dd],
     /// In the caller's.
     pub coefficients: &'a [f64],
@@ -60,10 +62,17 @@ pub fn correct_digits(fit: &Fitted) -> f64 {
     let count = fit.sample.count();
     let heights = ROUNDING * rounded((0..count).map(|k| fit.sample.z(k) * fit.sample.w(k).sqrt()));
     let (moved, through_residuals) = abscissae(fit);
+    // the working columns move together, by as much as their slopes: ‖row of T⁻¹(WᵀW)⁻¹‖ ≤ leverage · ‖R⁻¹‖
+    let spread = if through_residuals > 0.0 && fit.design.domain.is_some() {
+        (count as f64).sqrt() * triangular::inverse_upper(&fit.r.map(|x| x.to_f64())).norm()
+    } else {
+        0.0
+    };
     let mut worst: f64 = 0.0;
     for (j, &value) in fit.coefficients.iter().enumerate() {
+        let through = if fit.design.domain.is_some() { fit.leverage[j] * spread } else { fit.sensitivity[j] };
         let error = SIGMAS * fit.leverage[j] * (heights + moved)
-            + SIGMAS * through_residuals * fit.leverage[j].max(fit.sensitivity[j])
+            + SIGMAS * through_residuals * through.max(fit.leverage[j])
             + fit.leverage[j] * fit.relative_error * fit.length;
         // a coefficient far below its own uncertainty is 0 for every purpose
         let size = value.abs().max(0.01 * fit.leverage[j] * fit.sigma.unwrap_or(0.0));

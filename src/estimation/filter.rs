@@ -182,7 +182,30 @@ impl<'a> Spectral<'a> {
 
     /// The sums at λ* (or k) = `parameter`.
     pub fn sums(&self, rule: Rule, parameter: f64) -> Sums {
-        let touched = self.touched(rule, parameter);
+        self.sums_touching(rule, parameter, self.touched(rule, parameter))
+    }
+
+    /// Where the set of touched directions changes, and with it the slope of every sum: stretches of ln λ* between
+    /// the eigenvalues, with what is touched inside.
+    pub fn stretches(&self, rule: Rule, [low, high]: [f64; 2]) -> Vec<([f64; 2], std::ops::Range<usize>)> {
+        let mut stretches = Vec::new();
+        let mut from = low;
+        if let Rule::Spectral { count, .. } = rule {
+            for (i, &lambda) in self.lambda.iter().enumerate().take(count).skip(self.first + 1) {
+                if lambda > from {
+                    stretches.push(([from.ln(), lambda.ln()], self.first..i));
+                    from = lambda;
+                }
+            }
+            stretches.push(([from.ln(), high.ln()], self.first..count.max(self.first)));
+        } else {
+            stretches.push(([low.ln(), high.ln()], self.touched(rule, high)));
+        }
+        stretches
+    }
+
+    /// The sums with the touched directions given, so that a stretch's ends can be seen from inside.
+    pub fn sums_touching(&self, rule: Rule, parameter: f64, touched: std::ops::Range<usize>) -> Sums {
         let mut carried = [[0.0; LANES]; CARRIED];
         let neutral = Direction { lambda: 1.0, square: 0.0, noise: 0.0, real: 0.0 };
         for four in self.directions[touched.clone()].chunks(LANES) {

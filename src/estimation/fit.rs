@@ -48,7 +48,17 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         constant.set_level(&caller, &factor.qty);
     }
     let spectrum = Spectrum::new(&factor, &columns, spec.scaling)?;
-    refuse_dependence(&design, &columns, &spectrum, spec, &mut warnings)?;
+    if !spectrum.full_rank() {
+        // names must not depend on how the columns are scaled
+        match spec.scaling {
+            Scaling::None => {
+                let unit = ScaledColumns::new(&design, &caller, Scaling::UnitLength, heights.weight)?;
+                let named = Spectrum::new(&factor, &unit, Scaling::UnitLength)?;
+                refuse_dependence(&design, &unit, &named, spec, &mut warnings)?;
+            }
+            _ => refuse_dependence(&design, &columns, &spectrum, spec, &mut warnings)?,
+        }
+    }
     let place = Place { design: &design, sample: &sample, factor: &factor, nodes, heights: heights.about_zero };
     let least_squares = LeastSquares::new(&place, &columns, &spectrum);
     let free = spectrum.rank + usize::from(columns.constant.is_some());
@@ -129,11 +139,16 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             message: "the node uncertainty times the condition reaches 1: the square bound does not exist there".into(),
         });
     }
-    let total = if report.constant_in_span() { heights.about_mean } else { heights.about_zero };
+    let total = if constant_in_span(&design, &factor, &columns, &spectrum, heights.weight) {
+        heights.about_mean
+    } else {
+        heights.about_zero
+    };
     let matrix_b = report.matrix_b(&place, &mut warnings)?;
     let correct_digits = digits::correct_digits(&digits::Fitted {
         design: &design,
         sample: &sample,
+        r: &factor.r,
         working: &least_squares.working,
         coefficients: &least_squares.coefficients,
         leverage: &estimate.leverage,
@@ -195,6 +210,33 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     Ok(result)
 }
 
+/// Whether the columns can add up to 1 at every node. Where the model does not say, the constant is projected on
+/// them: `‖P1‖² = Σ (Vᵢᵀ X̃ᵀΩ1)²/λᵢ` against `Σw`.
+fn constant_in_span(
+    design: &Design,
+    factor: &Factor,
+    columns: &ScaledColumns,
+    spectrum: &Spectrum,
+    weight: f64,
+) -> bool {
+    if let Some(known) = design.constant_in_span {
+        return known;
+    }
+    let Some(ones) = &factor.ones else { return false };
+    // posted columns: T is diagonal
+    let sums: Vec<f64> = columns
+        .kept
+        .iter()
+        .zip(&columns.scale)
+        .map(|(&j, s)| (factor.change[(j, j)] * ones[j] / *s).to_f64())
+        .collect();
+    let seen: f64 = (0..spectrum.lambda.len())
+        .filter(|&i| spectrum.lambda[i] > 0.0)
+        .map(|i| spectrum.v.column(i).iter().zip(&sums).map(|(v, s)| v * s).sum::<f64>().powi(2) / spectrum.lambda[i])
+        .sum();
+    (weight - seen).abs() <= 1e-9 * weight
+}
+
 /// A coefficient that overflowed would be no answer.
 fn finite(result: &FitResult) -> Result<(), FitError> {
     let sound = result.coefficients.iter().all(|c| c.value.is_finite() && c.least_squares.is_finite())
@@ -215,17 +257,7 @@ fn refuse_dependence(
     spec: &FitSpec,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), FitError> {
-    if spectrum.full_rank() {
-        return Ok(());
-    }
-    let mut terms: Vec<usize> = Vec::new();
-    for i in (0..spectrum.lambda.len()).filter(|&i| spectrum.lambda[i] <= 0.0) {
-        let weights: Vec<f64> = spectrum.v.column(i).iter().copied().collect();
-        terms.extend(collinearity::large_terms(&weights).into_iter().map(|s| columns.kept[s]));
-    }
-    terms.sort_unstable();
-    terms.dedup();
-    let terms: Vec<String> = terms.into_iter().map(|j| design.labels[j].clone()).collect();
+    let terms = dependent_terms(design, columns, spectrum);
     let rank = spectrum.rank + usize::from(columns.constant.is_some());
     if matches!(spec.regularization, Regularization::Spectral { .. }) {
         return Err(FitError::RankDeficient { rank, columns: design.size(), terms });
@@ -240,6 +272,18 @@ fn refuse_dependence(
         ),
     });
     Ok(())
+}
+
+/// The terms with large weights in the directions that cannot be told from 0.
+fn dependent_terms(design: &Design, columns: &ScaledColumns, spectrum: &Spectrum) -> Vec<String> {
+    let mut terms: Vec<usize> = Vec::new();
+    for i in (0..spectrum.lambda.len()).filter(|&i| spectrum.lambda[i] <= 0.0) {
+        let weights: Vec<f64> = spectrum.v.column(i).iter().copied().collect();
+        terms.extend(collinearity::large_terms(&weights).into_iter().map(|s| columns.kept[s]));
+    }
+    terms.sort_unstable();
+    terms.dedup();
+    terms.into_iter().map(|j| design.labels[j].clone()).collect()
 }
 
 /// Plain least squares (Eq. 15).
@@ -398,10 +442,6 @@ struct Reporter<'a> {
 }
 
 impl Reporter<'_> {
-    fn constant_in_span(&self) -> bool {
-        self.design.constant_in_span.unwrap_or(false)
-    }
-
     fn spectrum(&self) -> SpectrumReport {
         let lambda = &self.spectrum.lambda;
         let condition = |values: &mut dyn Iterator<Item = f64>| {

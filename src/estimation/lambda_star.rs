@@ -4,6 +4,8 @@
 //! finds *all* local minima (there may be several, and the eigenvalues are kinks), the sign change of the
 //! derivative refines each, and the best one wins; of equals the smallest λ*, which biases least.
 
+use std::ops::Range;
+
 use super::{
     filter::{Rule, Spectral, Sums},
     spec::{Criterion, Scheme},
@@ -11,8 +13,10 @@ use super::{
 
 /// Grid points for each factor of e between the ends of the search.
 const DENSITY: f64 = 2.5;
-/// Most points of the grid.
-const MOST: usize = 800;
+/// Most grid cells between two eigenvalues.
+const MOST: f64 = 400.0;
+/// Further grid points, at these distances in ln λ* behind the place where a direction joins.
+const JOINING: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 /// Refinements end here at the latest.
 const STEPS: usize = 80;
 /// Relative accuracy of λ* where a derivative changes sign, and where only heights are compared.
@@ -70,30 +74,43 @@ pub fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> Chosen {
     }
 }
 
-/// A grid on ln λ* with the sums at every point; shared by all criteria.
+/// Sums over a grid on ln λ*, shared by all criteria. Between two regularised eigenvalues every criterion is smooth;
+/// at them its slope jumps, so each stretch has a grid of its own, its ends seen from inside.
 pub struct Search<'a> {
     problem: &'a Spectral<'a>,
     rule: Rule,
+    stretches: Vec<Stretch>,
+}
+
+struct Stretch {
+    touched: Range<usize>,
     grid: Vec<(f64, Sums)>,
 }
 
 impl<'a> Search<'a> {
-    /// Lays the grid.
+    /// Lays the grids.
     pub fn new(problem: &'a Spectral<'a>, rule: Rule) -> Self {
-        let [low, high] = range(problem, rule).map(f64::ln);
-        let points = ((((high - low) * DENSITY).ceil() as usize) + 2).min(MOST);
-        let mut places: Vec<f64> = (0..points).map(|i| low + (high - low) * (i as f64 / (points - 1) as f64)).collect();
-        if let Rule::Spectral { count, .. } = rule {
-            places.extend(problem.lambda[..count].iter().filter(|l| **l > 0.0).map(|l| l.ln()));
-            places.sort_by(f64::total_cmp);
-            places.dedup();
-        }
-        let grid = places.into_iter().map(|x| (x, problem.sums(rule, x.exp()))).collect();
-        Search { problem, rule, grid }
+        let stretches = problem
+            .stretches(rule, range(problem, rule))
+            .into_iter()
+            .map(|([low, high], touched)| {
+                let cells = ((high - low) * DENSITY).ceil().clamp(1.0, MOST) as usize;
+                // the curvature may peak close behind the place where a direction joins
+                let near = JOINING.iter().map(|d| low + d).filter(|x| *x < low + (high - low) / cells as f64);
+                let even = (1..=cells).map(|i| low + (high - low) * (i as f64 / cells as f64));
+                let grid = std::iter::once(low)
+                    .chain(near)
+                    .chain(even)
+                    .map(|x| (x, problem.sums_touching(rule, x.exp(), touched.clone())))
+                    .collect();
+                Stretch { touched, grid }
+            })
+            .collect();
+        Search { problem, rule, stretches }
     }
 
-    fn sums(&self, x: f64) -> Sums {
-        self.problem.sums(self.rule, x.exp())
+    fn sums(&self, stretch: &Stretch, x: f64) -> Sums {
+        self.problem.sums_touching(self.rule, x.exp(), stretch.touched.clone())
     }
 
     /// What `criterion` chooses.
@@ -132,20 +149,18 @@ impl<'a> Search<'a> {
 
     /// The best of all local minima; `slope` need only have the derivative's sign.
     fn minimise(&self, value: impl Fn(&Sums) -> f64, slope: impl Fn(&Sums) -> f64) -> f64 {
-        let heights: Vec<f64> = self.grid.iter().map(|(_, sums)| value(sums)).collect();
-        let last = heights.len() - 1;
-        let (mut best, mut at) = (f64::INFINITY, self.grid[0].0);
-        for k in 0..=last {
-            let below = |other: usize| heights[k] <= heights[other];
-            if !heights[k].is_finite() || (k > 0 && !below(k - 1)) || (k < last && !below(k + 1)) {
-                continue;
-            }
-            let bracket = (self.grid[k.saturating_sub(1)].0, self.grid[(k + 1).min(last)].0);
-            let refined = sign_change(bracket, |x| slope(&self.sums(x)));
-            for (x, height) in [(self.grid[k].0, heights[k]), (refined, value(&self.sums(refined)))] {
-                // a gain below rounding is no gain: prefer the smaller λ*
-                if height < best - 1e-15 * best.abs() || (best == f64::INFINITY && height.is_finite()) {
-                    (best, at) = (height, x);
+        let (mut best, mut at) = (f64::INFINITY, self.stretches[0].grid[0].0);
+        for stretch in &self.stretches {
+            let heights: Vec<f64> = stretch.grid.iter().map(|(_, sums)| value(sums)).collect();
+            for (k, bracket) in peaks(&heights, |here, there| here <= there) {
+                let place = |k: usize| stretch.grid[k].0;
+                let refined = sign_change((place(bracket.0), place(bracket.1)), |x| slope(&self.sums(stretch, x)));
+                let there = value(&self.sums(stretch, refined));
+                for (x, height) in [(place(k), heights[k]), (refined, there)] {
+                    // a gain below rounding is no gain: prefer the smaller λ*
+                    if height < best - 1e-15 * best.abs() || (best == f64::INFINITY && height.is_finite()) {
+                        (best, at) = (height, x);
+                    }
                 }
             }
         }
@@ -154,36 +169,52 @@ impl<'a> Search<'a> {
 
     /// The place of greatest curvature of (log ‖Y − XÂ_B‖, log ‖Â_B‖).
     fn corner(&self) -> f64 {
-        let heights: Vec<f64> = self.grid.iter().map(|(_, sums)| curvature(sums)).collect();
-        let last = heights.len() - 1;
-        let largest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let (mut best, mut at) = (f64::NEG_INFINITY, self.grid[0].0);
-        for k in 0..=last {
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
-            let peak = heights[k] >= heights[before] && heights[k] >= heights[after];
-            if !peak || heights[k] < WORTH_REFINING * largest {
-                continue;
-            }
-            let middle = (self.grid[k].0, -heights[k]);
-            let (x, height) = least((self.grid[before].0, self.grid[after].0), middle, |x| -curvature(&self.sums(x)));
-            if -height > best {
-                (best, at) = (-height, x);
+        let heights: Vec<Vec<f64>> =
+            self.stretches.iter().map(|s| s.grid.iter().map(|(_, sums)| curvature(sums)).collect()).collect();
+        let largest = heights.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (mut best, mut at) = (f64::NEG_INFINITY, self.stretches[0].grid[0].0);
+        for (stretch, heights) in self.stretches.iter().zip(&heights) {
+            for (k, bracket) in peaks(heights, |here, there| here >= there) {
+                if heights[k] < WORTH_REFINING * largest {
+                    continue;
+                }
+                let place = |k: usize| stretch.grid[k].0;
+                let middle = (place(k), -heights[k]);
+                let (x, height) =
+                    least((place(bracket.0), place(bracket.1)), middle, |x| -curvature(&self.sums(stretch, x)));
+                if -height > best {
+                    (best, at) = (-height, x);
+                }
             }
         }
         at
     }
 
     fn discrepancy(&self, target: f64) -> Chosen {
-        let (first, last) = (self.grid[0].0, self.grid[self.grid.len() - 1].0);
         let answer = |x: f64, reached| Chosen { lambda_star: x.exp(), interval: None, reached };
-        if self.grid[0].1.rss[0] >= target {
-            return answer(first, true);
+        let first = &self.stretches[0].grid[0];
+        if first.1.rss[0] >= target {
+            return answer(first.0, true);
         }
-        match self.grid.windows(2).find(|pair| pair[1].1.rss[0] >= target) {
-            Some(pair) => answer(sign_change((pair[0].0, pair[1].0), |x| self.sums(x).rss[0] - target), true),
-            None => answer(last, false),
+        for stretch in &self.stretches {
+            if let Some(pair) = stretch.grid.windows(2).find(|pair| pair[1].1.rss[0] >= target) {
+                let x = sign_change((pair[0].0, pair[1].0), |x| self.sums(stretch, x).rss[0] - target);
+                return answer(x, true);
+            }
         }
+        answer(range(self.problem, self.rule)[1].ln(), false)
     }
+}
+
+/// Grid points at least as good as their neighbours, with the neighbours' numbers.
+fn peaks(heights: &[f64], good: impl Fn(f64, f64) -> bool) -> Vec<(usize, (usize, usize))> {
+    let last = heights.len() - 1;
+    (0..=last)
+        .map(|k| (k, (k.saturating_sub(1), (k + 1).min(last))))
+        .filter(|&(k, (before, after))| {
+            heights[k].is_finite() && good(heights[k], heights[before]) && good(heights[k], heights[after])
+        })
+        .collect()
 }
 
 /// Curvature of the L-curve, positive at its corner; −∞ where the curve stands still.

@@ -117,28 +117,29 @@ pub fn matrix_b(
 ) -> Vec<Vec<f64>> {
     let n = design.size();
     // middle = R⁻¹ image diag(c) Vᵀ S, so that a row of B is √w (row of W) · middle
-    let mut middle = DMatrix::<f64>::zeros(n, n);
+    // columns of the middle matrix cancel down to σ₁ in the products: both are formed in double-double
+    let mut middle = DMatrix::from_element(n, n, Dd::ZERO);
     for (i, &ci) in c.iter().enumerate().filter(|(_, c)| **c != 0.0) {
         let mut direction: Vec<Dd> = image.column(i).iter().map(|&x| Dd::from(x)).collect();
         triangular::solve_upper(&factor.r, &mut direction);
-        for k in 0..n {
-            for j in 0..n {
-                middle[(k, j)] += direction[k].to_f64() * ci * v[(j, i)] * scale[j];
+        for j in 0..n {
+            let factor = Dd::product(ci, v[(j, i)]) * scale[j];
+            for k in 0..n {
+                middle[(k, j)] += direction[k] * factor;
             }
         }
     }
-    let mut row = super::accumulate::Row::<f64>::new(design);
+    let mut row = super::accumulate::Row::<Dd>::new(design);
     (0..sample.count())
         .map(|k| {
             row.at(design, sample, k);
             let root = sample.w(k).sqrt();
-            let mut out = vec![0.0; n];
-            for (&s, &x) in row.index.iter().zip(&row.values) {
-                for (j, out) in out.iter_mut().enumerate() {
-                    *out += root * x * middle[(s, j)];
-                }
-            }
-            out
+            (0..n)
+                .map(|j| {
+                    let terms = row.index.iter().zip(&row.values);
+                    root * terms.fold(Dd::ZERO, |sum, (&s, &x)| sum + x * middle[(s, j)]).to_f64()
+                })
+                .collect()
         })
         .collect()
 }
