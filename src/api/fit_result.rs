@@ -285,7 +285,7 @@ fn residuals(check: &mut Check, r: result::ResidualReport) -> ResidualsBody {
 fn lambda_curve_point(check: &mut Check, p: result::LambdaCurvePoint) -> LambdaCurvePointBody {
     LambdaCurvePointBody {
         lambda_star: check.number("lambda_curve.lambda_star", p.lambda_star),
-        condition: check.maybe("lambda_curve.condition", Some(p.condition)),
+        condition: check.maybe("lambda_curve.condition", p.condition),
         bias_norm: check.number("lambda_curve.bias_norm", p.bias_norm),
         predicted_mse: check.maybe("lambda_curve.predicted_mse", p.predicted_mse),
         rms: check.number("lambda_curve.rms", p.rms),
