@@ -6,7 +6,8 @@ use tokio::net::TcpListener;
 
 use crate::{
     config::ServeSettings,
-    http::{self, AppState, state::AlwaysReady},
+    http::{self, AppState, server, state::AlwaysReady},
+    telemetry,
 };
 
 /// A server that listens but does not serve yet.
@@ -44,34 +45,10 @@ impl App {
     }
 
     /// Serves until `stop` is ready, then finishes what was accepted within the shutdown grace.
-    pub async fn serve(self, stop: impl Future<Output = ()> + Send + 'static) -> io::Result<()> {
+    pub async fn serve(self, stop: impl Future<Output = ()>) {
         let grace = self.state.settings.shutdown_grace();
-        let (stopping, stopped) = tokio::sync::oneshot::channel();
-        let stop = async move {
-            stop.await;
-            tracing::info!("stopping: finishing what was accepted");
-            let _gone = stopping.send(());
-        };
-        use axum::serve::ListenerExt;
-        let listener = self.listener.tap_io(|stream| {
-            if let Err(error) = stream.set_nodelay(true) {
-                tracing::debug!(%error, "TCP_NODELAY refused");
-            }
-        });
-        let server = axum::serve(listener, http::router(self.state)).with_graceful_shutdown(stop);
-        let late = async {
-            if stopped.await.is_ok() {
-                tokio::time::sleep(grace).await;
-            } else {
-                std::future::pending::<()>().await;
-            }
-        };
-        tokio::select! {
-            result = server.into_future() => result,
-            () = late => {
-                tracing::warn!(grace_seconds = grace.as_secs(), "the shutdown grace is over; requests were cut off");
-                Ok(())
-            }
-        }
+        let upkeep = tokio::spawn(telemetry::upkeep());
+        server::serve(self.listener, http::router(self.state), stop, grace).await;
+        upkeep.abort();
     }
 }

@@ -1,6 +1,6 @@
 //! Logs and metrics. Both are global to the process and set up once, however many servers run in it (tests run many).
 
-use std::{sync::OnceLock, time::Duration};
+use std::{io::IsTerminal, sync::OnceLock, time::Duration};
 
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 use tracing_subscriber::EnvFilter;
@@ -24,7 +24,10 @@ const SECONDS_BUCKETS: [f64; 16] =
 /// Starts logging to standard error. A second call changes nothing.
 pub fn init_logs(format: LogFormat, directives: &str) -> Result<(), tracing_subscriber::filter::ParseError> {
     let filter = EnvFilter::builder().parse(directives)?;
-    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let builder = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal());
     // An error here means that a subscriber is already there, which is the wanted state.
     let _already = match format {
         LogFormat::Pretty => builder.try_init(),
@@ -60,6 +63,15 @@ pub fn metrics() -> &'static PrometheusHandle {
         metrics::describe_histogram!(STORE_SECONDS, metrics::Unit::Seconds, "Time of one operation of the store");
         handle
     })
+}
+
+/// Drains the histograms' buffers from time to time, whether or not somebody reads the metrics. Never ends.
+pub async fn upkeep() {
+    let mut clock = tokio::time::interval(Duration::from_secs(5));
+    loop {
+        clock.tick().await;
+        metrics().run_upkeep();
+    }
 }
 
 /// Notes how long one operation of the store took.

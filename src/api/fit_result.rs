@@ -16,6 +16,7 @@ use crate::estimation::{FitResult, result, spec};
 
 /// The answer to a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FitResult)]
 pub struct FitResultBody {
     /// In the order of `powers`, `index` or `column`.
     pub coefficients: Vec<CoefficientBody>,

@@ -11,13 +11,43 @@ pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody};
 use super::nodes_schema::NodesBody;
 use crate::estimation::spec::{Criterion, DEFAULT_CONDITION_LIMIT, Scheme};
 
-/// A fit request.
+/// A fit request. Declared for the document; [`super::reader`] reads it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct FitRequest {
     pub nodes: NodesBody,
-    #[serde(flatten)]
-    #[schema(inline)]
+    pub model: ModelBody,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scaling: Option<ScalingName>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regularization: Option<RegularizationBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimator: Option<EstimatorBody>,
+    /// The box on which mapped bases live; by default the smallest box of the counted nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<DomainBody>,
+    /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns; by default estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub coefficient_norm_limit: Option<f64>,
+    /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from the residuals.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub noise_sigma: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub node_uncertainty: Option<NodeUncertaintyBody>,
+    /// What is answered only when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub include: Option<Vec<IncludeName>>,
+}
+
+/// A fit request as a form (`multipart/form-data`).
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct FitForm {
+    /// The fit request without `nodes`, as JSON.
     pub spec: FitSpecBody,
+    /// CSV with a header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
+    #[schema(value_type = String, format = Binary)]
+    pub nodes: Vec<u8>,
 }
 
 /// Everything about a fit but the nodes.

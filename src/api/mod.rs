@@ -3,6 +3,7 @@
 //! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the command line use it too.
 
 pub mod canonical;
+pub mod examples;
 pub mod fit_result;
 pub mod fit_result_parts;
 pub mod fit_spec;

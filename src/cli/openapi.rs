@@ -5,7 +5,7 @@ use std::io::Write;
 use clap::Args;
 
 use super::CommandError;
-use crate::http::meta;
+use crate::http::openapi::{openapi_3_0_json, openapi_json};
 
 #[derive(Debug, Args)]
 pub struct OpenapiArguments {
@@ -15,7 +15,7 @@ pub struct OpenapiArguments {
 }
 
 pub fn run(arguments: &OpenapiArguments) -> Result<(), CommandError> {
-    let text = if arguments.v3_0 { meta::openapi_3_0_json() } else { meta::openapi_json() };
+    let text = if arguments.v3_0 { openapi_3_0_json() } else { openapi_json() };
     std::io::stdout().write_all(text.as_bytes())?;
     Ok(())
 }

@@ -10,7 +10,7 @@ pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
         let app = App::start(settings).await?;
         let address = app.address()?;
         tracing::info!(%address, engine = crate::api::ENGINE, "listening on http://{address}, documentation at http://{address}/docs");
-        app.serve(stop_signal()?).await?;
+        app.serve(stop_signal()?).await;
         Ok(())
     })
 }

@@ -8,7 +8,13 @@ use axum::{
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{body::Payload, multipart, state::AppState};
-use crate::api::{fit_result::FitResultBody, fit_spec::FitRequest, problem::Problem, reader::NoExtra, service};
+use crate::api::{
+    fit_result::FitResultBody,
+    fit_spec::{FitForm, FitRequest},
+    problem::Problem,
+    reader::NoExtra,
+    service,
+};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(create_fit))
@@ -17,12 +23,11 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// Fits a model to nodes and answers everything about the estimate; stores nothing.
 #[utoipa::path(
     post, path = "/v1/fits", operation_id = "create_fit", tag = "fits",
-    request_body = FitRequest,
-    responses(
-        (status = 200, description = "The estimate with its diagnostics.", body = FitResultBody),
-        (status = 400, description = "The body cannot be read.", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The request is well-formed but impossible.", body = Problem, content_type = "application/problem+json")
-    )
+    request_body(
+        content((FitRequest = "application/json"), (FitForm = "multipart/form-data")),
+        description = "Nodes and what to fit to them."
+    ),
+    responses((status = 200, description = "The estimate with its diagnostics.", body = FitResultBody))
 )]
 async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let limit = state.settings.body_limit;

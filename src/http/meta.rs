@@ -1,7 +1,5 @@
 //! Around the contract: health, metrics, the OpenAPI documents and the interactive documentation.
 
-use std::sync::OnceLock;
-
 use axum::{
     Router,
     body::Bytes,
@@ -15,11 +13,11 @@ use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
-use super::state::AppState;
-use crate::api::{
-    openapi_3_0,
-    problem::{Problem, ProblemCode},
+use super::{
+    openapi::{openapi_3_0_json, openapi_json},
+    state::AppState,
 };
+use crate::api::problem::{Problem, ProblemCode};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(get_health)).routes(routes!(get_readiness)).routes(routes!(get_metrics))
@@ -94,20 +92,4 @@ fn document(text: &'static str) -> Response {
     let mut response = Bytes::from_static(text.as_bytes()).into_response();
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
     response
-}
-
-/// The OpenAPI 3.1 document as it is committed.
-pub fn openapi_json() -> &'static str {
-    static TEXT: OnceLock<String> = OnceLock::new();
-    TEXT.get_or_init(|| {
-        let mut text = super::openapi().to_pretty_json().unwrap_or_default();
-        text.push('\n');
-        text
-    })
-}
-
-/// The OpenAPI 3.0 copy as it is committed.
-pub fn openapi_3_0_json() -> &'static str {
-    static TEXT: OnceLock<String> = OnceLock::new();
-    TEXT.get_or_init(|| openapi_3_0::convert(openapi_json()).unwrap_or_default())
 }

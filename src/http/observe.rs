@@ -12,7 +12,7 @@ use axum::{
 };
 use uuid::Uuid;
 
-use super::state::AppState;
+use super::{auth, state::AppState};
 use crate::{
     api::problem::{Problem, ProblemCode},
     telemetry,
@@ -42,8 +42,14 @@ pub async fn observe(State(state): State<AppState>, mut request: Request, next: 
     let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
     request.extensions_mut().insert(RequestId(id.clone()));
 
-    let answer = tokio::time::timeout(state.settings.request_timeout(), catch_panic(next.run(request))).await;
-    let mut response = match answer {
+    let allowed = auth::authorize(&state.settings.api_keys_sha256, request.uri().path(), request.headers());
+    let answer = async {
+        match allowed {
+            Ok(()) => catch_panic(next.run(request)).await,
+            Err(problem) => Ok(problem.into_response()),
+        }
+    };
+    let mut response = match tokio::time::timeout(state.settings.request_timeout(), answer).await {
         Ok(Ok(response)) => response,
         Ok(Err(Panicked)) => Problem::internal("a handler panicked").into_response(),
         Err(_elapsed) => {

@@ -1,39 +1,19 @@
 //! Every endpoint group in one place. Groups are built by `utoipa-axum`, so what is served is what is documented.
 
 use axum::Router;
+use tower_http::{CompressionLevel, compression::CompressionLayer};
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
-use super::{fits, meta, observe, state::AppState};
+use super::{fits, meta, observe, openapi::Contract, state::AppState};
 use crate::api::problem::{Problem, ProblemCode};
 
-#[derive(OpenApi)]
-#[openapi(
-    info(
-        title = "flankfit",
-        description = "Robust parametric estimation of tooth-flank surfaces: coefficients with standard errors and \
-                       bias bounds, eigen diagnostics, and every choice of λ* side by side.",
-        license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
-    ),
-    components(schemas(Problem)),
-    tags(
-        (name = "fits", description = "Fits of node sets; nothing is stored."),
-        (name = "operation", description = "Health, metrics and this document.")
-    )
-)]
-struct Contract;
-
 /// The documented groups. A new group is one more `merge` here.
-fn groups() -> OpenApiRouter<AppState> {
+pub fn groups() -> OpenApiRouter<AppState> {
     OpenApiRouter::with_openapi(Contract::openapi()).merge(fits::group()).merge(meta::group())
 }
 
-/// The OpenAPI document of what is served.
-pub fn openapi() -> utoipa::openapi::OpenApi {
-    groups().into_openapi()
-}
-
-/// The service: documented groups, documentation, fallbacks and the layer around every request.
+/// The service: documented groups, documentation, fallbacks and the layers around every request.
 pub fn router(state: AppState) -> Router {
     let (documented, _) = groups().split_for_parts();
     documented
@@ -43,5 +23,7 @@ pub fn router(state: AppState) -> Router {
             Problem::new(ProblemCode::MethodNotAllowed, "The header `allow` names the methods of this path.")
         })
         .layer(axum::middleware::from_fn_with_state(state.clone(), observe::observe))
+        // Answers are digits: the fastest level halves them, higher ones cost ten times as much for little.
+        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
         .with_state(state)
 }
