@@ -1,0 +1,35 @@
+//! Requests that the document shows and that the tests send.
+
+/// One example of a request body.
+#[derive(Clone, Copy, Debug)]
+pub struct RequestExample {
+    /// The operation that takes it.
+    pub operation_id: &'static str,
+    /// Its name in the document.
+    pub name: &'static str,
+    /// What it shows.
+    pub summary: &'static str,
+    /// The JSON text.
+    pub text: &'static str,
+}
+
+/// An example from the file `examples/requests/NAME.json`.
+macro_rules! example {
+    ($operation:literal, $name:literal, $summary:literal) => {
+        RequestExample {
+            operation_id: $operation,
+            name: $name,
+            summary: $summary,
+            text: include_str!(concat!("../../examples/requests/", $name, ".json")),
+        }
+    };
+}
+
+/// Every example. A new endpoint's examples are lines here and files there.
+pub const REQUEST_EXAMPLES: &[RequestExample] = &[
+    example!("create_fit", "fit_curve", "A boundary curve, plain polynomial, every default"),
+    example!("create_fit", "fit_grid", "A flank grid with missing nodes and every diagnostic"),
+    example!("create_fit", "fit_scattered", "Scattered nodes with weights, Chebyshev basis, fixed λ*"),
+    example!("create_fit", "fit_b_spline", "A B-spline curve with equal spans, ridge by generalised cross-validation"),
+    example!("create_fit", "fit_matrix", "A measurement matrix with named columns, no regularisation"),
+];

@@ -1,0 +1,345 @@
+//! The parts of a fit's answer. Names and meanings are the contract's.
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::fit_spec::SchemeName;
+use crate::estimation::spec::Criterion;
+
+/// One coefficient; exactly one of `powers`, `index` and `column` is there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Coefficient)]
+pub struct CoefficientBody {
+    /// Readable name.
+    #[schema(example = "u^2*v")]
+    pub term: String,
+    /// Degrees of a polynomial term: one for a curve, two for a surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = json!([2, 1]))]
+    pub powers: Option<Vec<usize>>,
+    /// Indices of a B-spline, from 0: one for a curve, two for a surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index: Option<Vec<usize>>,
+    /// Column of a measurement matrix, from 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<usize>,
+    /// Regularised estimate Â_B (Eq. 29).
+    pub value: f64,
+    /// Standard error of `value`; absent without degrees of freedom.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error: Option<f64>,
+    /// Least-squares estimate.
+    pub least_squares: f64,
+    /// Standard error of `least_squares`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_squares_std_error: Option<f64>,
+    /// Sharp bound on the bias |Â − Â_B| of this coefficient, given r.
+    pub bias_bound: f64,
+}
+
+/// Intervals of the parameters. A curve has `u` only.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Domain)]
+#[serde(deny_unknown_fields)]
+pub struct DomainBody {
+    /// Interval of u (of x for a curve): [min, max].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2, example = json!([0.0, 1.0]))]
+    pub u: Option<[f64; 2]>,
+    /// Interval of v: [min, max].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2, example = json!([0.0, 1.0]))]
+    pub v: Option<[f64; 2]>,
+}
+
+/// Eigenvalues of the scaled Fisher information matrix.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Spectrum)]
+pub struct SpectrumBody {
+    /// Ascending.
+    pub eigenvalues: Vec<f64>,
+    /// λₙ/λ₁; absent when the rank is not full.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log10_condition: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log10_determinant: Option<f64>,
+    /// Singular values that the arithmetic tells from 0.
+    pub rank: usize,
+    pub regularized: RegularizedSpectrumBody,
+}
+
+/// After regularisation, in the order of the directions that the eigenvalues came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = RegularizedSpectrum)]
+pub struct RegularizedSpectrumBody {
+    pub eigenvalues: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log10_determinant: Option<f64>,
+}
+
+/// How the estimate was regularised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RegularizationName {
+    None,
+    Spectral,
+    Ridge,
+}
+
+/// What λ* was chosen by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ChosenBy {
+    MinMse,
+    MinCondition,
+    Gcv,
+    Discrepancy,
+    LCurve,
+    /// The caller gave the value.
+    Fixed,
+    /// Not regularised, for comparison.
+    LeastSquares,
+}
+
+impl From<Criterion> for ChosenBy {
+    fn from(criterion: Criterion) -> Self {
+        match criterion {
+            Criterion::MinMse => ChosenBy::MinMse,
+            Criterion::MinCondition => ChosenBy::MinCondition,
+            Criterion::Gcv => ChosenBy::Gcv,
+            Criterion::Discrepancy => ChosenBy::Discrepancy,
+            Criterion::LCurve => ChosenBy::LCurve,
+        }
+    }
+}
+
+/// The regularisation that was applied, and what every criterion would have chosen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RegularizationResult {
+    #[serde(rename = "type")]
+    pub kind: RegularizationName,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scheme: Option<SchemeName>,
+    /// L: how many of the smallest eigenvalues were regularised.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+    /// λ* of the spectral schemes, k of ridge; absent when nothing was regularised.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lambda_star: Option<f64>,
+    /// The plateau of minimisers of Eq. 49, where there is one: [lo, hi].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)]
+    pub lambda_star_interval: Option<[f64; 2]>,
+    /// λ* − λ₁.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gamma: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub criterion: Option<ChosenBy>,
+    /// What is left of each direction: 1 is all.
+    pub filter_factors: Vec<f64>,
+    /// ‖B‖² (Eq. 41).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix_norm_squared: Option<f64>,
+    /// Ineq. 48.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_eigenvalue_bound: Option<f64>,
+    /// Every criterion, and least squares, side by side.
+    pub choices: Vec<ChoiceBody>,
+}
+
+/// What one criterion would choose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Choice)]
+pub struct ChoiceBody {
+    pub criterion: ChosenBy,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lambda_star: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
+    /// ‖Â − Â_B‖ in the scaled columns.
+    pub bias_norm: f64,
+    /// Predicted mean squared error of the coefficients in the scaled columns.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_mse: Option<f64>,
+    pub rms: f64,
+}
+
+/// Bias of the regularised estimate; norms are in the scaled columns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Bias)]
+pub struct BiasBody {
+    /// Observed ‖Â − Â_B‖.
+    pub norm: f64,
+    pub sharp_bound: f64,
+    /// Ineq. 51, where it holds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub paper_bound: Option<f64>,
+    /// r.
+    pub coefficient_norm_limit: f64,
+    pub coefficient_norm_limit_source: LimitSource,
+    /// The small number e of Ineq. 51.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub e: Option<f64>,
+}
+
+/// Where r came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LimitSource {
+    Estimate,
+    Request,
+}
+
+/// How the columns depend on each other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Collinearity)]
+pub struct CollinearityBody {
+    pub columns: Vec<ColumnBody>,
+    /// Pearson correlation of the columns, in coefficient order. For many coefficients only when included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correlation: Option<Vec<Vec<f64>>>,
+    /// Per term, the share of its variance that belongs to each eigenvalue (ascending). For many coefficients only when included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variance_proportions: Option<Vec<Vec<f64>>>,
+    pub near_dependencies: Vec<NearDependencyBody>,
+}
+
+/// Collinearity of one column.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ColumnCollinearity)]
+pub struct ColumnBody {
+    pub term: String,
+    /// Variance inflation factor 1/(1−R²), centred; absent for the constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vif: Option<f64>,
+}
+
+/// Columns that nearly depend on each other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = NearDependency)]
+pub struct NearDependencyBody {
+    pub eigenvalue: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition_index: Option<f64>,
+    /// The eigenvector: how much of each column takes part.
+    pub weights: Vec<f64>,
+    /// The terms that take part.
+    pub terms: Vec<String>,
+    /// Cosine of the angle between the two columns, where there are two terms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cosine: Option<f64>,
+    /// What Eq. 26 says the cosine tends to, where there are two terms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weight_ratio: Option<f64>,
+    /// R² of the leading term on the others, where there are more than two.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_squared: Option<f64>,
+    /// The same in words.
+    pub sentence: String,
+}
+
+/// Bounds on the relative error of the coefficients that the nodes' uncertainty causes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Perturbation)]
+pub struct PerturbationBody {
+    pub least_squares: PerturbationBoundsBody,
+    pub regularized: PerturbationBoundsBody,
+}
+
+/// Bounds on the relative error of the coefficients, in the scaled columns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = PerturbationBounds)]
+pub struct PerturbationBoundsBody {
+    /// Ineq. 22; absent where it does not hold.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub square_bound: Option<f64>,
+    /// First-order bound with the residual term.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_order_bound: Option<f64>,
+}
+
+/// Residuals Y − X Â_B.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Residuals)]
+pub struct ResidualsBody {
+    /// Nodes counted.
+    pub count: usize,
+    pub degrees_of_freedom: usize,
+    /// Σ w r² of the regularised estimate.
+    pub rss: f64,
+    /// σ̂ of the least-squares fit; absent without degrees of freedom.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma: Option<f64>,
+    pub rms: f64,
+    pub max_abs: f64,
+    /// About the mean when the constant lies in the span of the columns, about 0 otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_squared: Option<f64>,
+    pub least_squares_rss: f64,
+    /// One per counted node, in the order posted; present when `residuals` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub values: Option<Vec<f64>>,
+    /// The posted node (from 0, grids row by row) of each value; present when some node was left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node_indices: Option<Vec<usize>>,
+}
+
+/// What a value of λ* would give.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = LambdaCurvePoint)]
+pub struct LambdaCurvePointBody {
+    pub lambda_star: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
+    pub bias_norm: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_mse: Option<f64>,
+    pub rms: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gcv: Option<f64>,
+    pub coefficient_norm: f64,
+}
+
+/// Arithmetic of the decisive steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ArithmeticName {
+    Double,
+    DoubleDouble,
+}
+
+/// How the numbers were computed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Numerics)]
+pub struct NumericsBody {
+    pub arithmetic: ArithmeticName,
+    /// Estimated correct decimal digits of the worst least-squares coefficient; errs on the low side.
+    pub correct_digits: f64,
+}
+
+/// Something to know about the answer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Warning)]
+pub struct WarningBody {
+    /// Stable name.
+    #[schema(value_type = String)]
+    pub code: Cow<'static, str>,
+    pub message: String,
+}
+
+/// What made the answer out of what.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Provenance)]
+pub struct ProvenanceBody {
+    #[schema(value_type = String, example = "flankfit 0.1.0")]
+    pub engine: Cow<'static, str>,
+    /// SHA-256 of the canonical form of nodes and spec: the same request gives the same digest whatever its white space or key order.
+    #[schema(min_length = 64, max_length = 64)]
+    pub input_sha256: String,
+}

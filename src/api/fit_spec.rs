@@ -1,0 +1,353 @@
+//! What a fit request asks for, as it is written: models, regularisations, and the rest of the spec.
+//!
+//! The structs here are read (by [`super::reader`]), written (specs are stored as canonical JSON) and documented
+//! (OpenAPI). Unions carry `type` inside their variants, which is what client generators cope with best.
+
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::ToSchema;
+
+pub use super::fit_result_parts::DomainBody;
+pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody};
+use super::nodes_schema::NodesBody;
+use crate::estimation::spec::{Criterion, DEFAULT_CONDITION_LIMIT, Scheme};
+
+/// A fit request. Declared for the document; [`super::reader`] reads it.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct FitRequest {
+    pub nodes: NodesBody,
+    pub model: ModelBody,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scaling: Option<ScalingName>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regularization: Option<RegularizationBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimator: Option<EstimatorBody>,
+    /// The box on which mapped bases live; by default the smallest box of the counted nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<DomainBody>,
+    /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns; by default estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub coefficient_norm_limit: Option<f64>,
+    /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from the residuals.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub noise_sigma: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub node_uncertainty: Option<NodeUncertaintyBody>,
+    /// What is answered only when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub include: Option<Vec<IncludeName>>,
+}
+
+/// A fit request as a form (`multipart/form-data`).
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct FitForm {
+    /// The fit request without `nodes`, as JSON.
+    pub spec: FitSpecBody,
+    /// CSV with a header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
+    #[schema(value_type = String, format = Binary)]
+    pub nodes: Vec<u8>,
+}
+
+/// Everything about a fit but the nodes.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = FitSpec)]
+pub struct FitSpecBody {
+    pub model: ModelBody,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scaling: Option<ScalingName>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regularization: Option<RegularizationBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimator: Option<EstimatorBody>,
+    /// The box on which mapped bases live; by default the smallest box of the counted nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<DomainBody>,
+    /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns; by default estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub coefficient_norm_limit: Option<f64>,
+    /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from the residuals.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub noise_sigma: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub node_uncertainty: Option<NodeUncertaintyBody>,
+    /// What is answered only when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub include: Option<Vec<IncludeName>>,
+}
+
+/// The functions whose mixture is fitted.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(untagged)]
+#[schema(as = Model, discriminator(property_name = "type", mapping(
+    ("polynomial" = "#/components/schemas/PolynomialModel"),
+    ("b_spline" = "#/components/schemas/BSplineModel"),
+    ("linear" = "#/components/schemas/LinearModel")
+)))]
+pub enum ModelBody {
+    Polynomial(PolynomialModel),
+    BSpline(BSplineModel),
+    Linear(LinearModel),
+}
+
+/// Polynomials.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PolynomialModel {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: PolynomialTag,
+    pub degree: DegreeBody,
+    /// Default `monomial`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub basis: Option<BasisName>,
+    /// Default `tensor`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub terms: Option<TermsName>,
+}
+
+/// B-splines; either `knots` or `spans`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BSplineModel {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: BSplineTag,
+    pub degree: DegreeBody,
+    /// Full knot vectors, ascending; the last span is closed on the right.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub knots: Option<KnotsBody>,
+    /// Equal spans over the domain.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub spans: Option<SpansBody>,
+}
+
+/// The columns of a measurement matrix as they are; for nodes of type `matrix`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LinearModel {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: LinearTag,
+}
+
+/// Regularisation; default spectral with its defaults.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(untagged)]
+#[schema(as = Regularization, discriminator(property_name = "type", mapping(
+    ("none" = "#/components/schemas/NoRegularization"),
+    ("spectral" = "#/components/schemas/SpectralRegularization"),
+    ("ridge" = "#/components/schemas/RidgeRegularization")
+)))]
+pub enum RegularizationBody {
+    None(NoRegularization),
+    Spectral(SpectralRegularization),
+    Ridge(RidgeRegularization),
+}
+
+/// Plain least squares.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoRegularization {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: NoneTag,
+}
+
+/// The matrix B of Eq. 40: the smallest eigenvalues are lifted towards λ*.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpectralRegularization {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: SpectralTag,
+    /// Default `first_order`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub scheme: Option<SchemeName>,
+    /// Default `auto`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub count: Option<CountBody>,
+    /// With count `auto`, eigenvalues below λₙ/condition_limit are regularised. Default 900.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 1, default = json!(DEFAULT_CONDITION_LIMIT))]
+    pub condition_limit: Option<f64>,
+    /// Default `min_mse`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub lambda_star: Option<ParameterBody>,
+}
+
+/// Ridge: every eigenvalue is lifted by k.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RidgeRegularization {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: RidgeTag,
+    /// k. Default `min_mse`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub parameter: Option<ParameterBody>,
+}
+
+/// How λ* (spectral) or k (ridge) is chosen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Parameter)]
+pub struct ParameterBody {
+    pub criterion: CriterionName,
+    /// The value itself, in the scaled columns; with criterion `fixed` and only then.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub value: Option<f64>,
+}
+
+/// How the coefficients are estimated.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(untagged)]
+#[schema(as = Estimator, discriminator(property_name = "type", mapping(
+    ("least_squares" = "#/components/schemas/LeastSquaresEstimator")
+)))]
+pub enum EstimatorBody {
+    LeastSquares(LeastSquaresEstimator),
+}
+
+/// Least squares, the default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LeastSquaresEstimator {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: LeastSquaresTag,
+}
+
+/// Standard uncertainties of a node, in the caller's unit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NodeUncertainty)]
+pub struct NodeUncertaintyBody {
+    /// Of each abscissa (of each entry for a measurement matrix).
+    #[schema(minimum = 0)]
+    pub position: f64,
+    /// Of the height.
+    #[schema(minimum = 0)]
+    pub height: f64,
+}
+
+/// Declares the only value of a variant's `type`.
+macro_rules! tags {
+    ($($name:ident = $text:literal),* $(,)?) => {$(
+        #[doc = concat!("`", $text, "`")]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+        pub enum $name {
+            #[serde(rename = $text)]
+            Tag,
+        }
+    )*};
+}
+
+tags! {
+    PolynomialTag = "polynomial",
+    BSplineTag = "b_spline",
+    LinearTag = "linear",
+    NoneTag = "none",
+    SpectralTag = "spectral",
+    RidgeTag = "ridge",
+    LeastSquaresTag = "least_squares",
+}
+
+/// Functions of a polynomial model. `monomial` means the caller's raw u and v; the others live on the domain mapped to [-1, 1].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BasisName {
+    Monomial,
+    Chebyshev,
+    Legendre,
+}
+
+/// Which products of powers: every one up to the degree of each axis, or those whose degrees add up to at most the degree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TermsName {
+    Tensor,
+    Total,
+}
+
+/// Of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ScalingName {
+    UnitLength,
+    None,
+    Standardized,
+}
+
+/// What the scheme makes of an eigenvalue: near λ* (the paper's first order) or λ* exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SchemeName {
+    FirstOrder,
+    Exact,
+}
+
+impl From<Scheme> for SchemeName {
+    fn from(scheme: Scheme) -> Self {
+        match scheme {
+            Scheme::FirstOrder => SchemeName::FirstOrder,
+            Scheme::Exact => SchemeName::Exact,
+        }
+    }
+}
+
+impl From<SchemeName> for Scheme {
+    fn from(name: SchemeName) -> Self {
+        match name {
+            SchemeName::FirstOrder => Scheme::FirstOrder,
+            SchemeName::Exact => Scheme::Exact,
+        }
+    }
+}
+
+/// By what λ* or k is chosen; `fixed` takes the caller's `value`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CriterionName {
+    MinMse,
+    MinCondition,
+    Gcv,
+    Discrepancy,
+    LCurve,
+    Fixed,
+}
+
+impl From<Criterion> for CriterionName {
+    fn from(criterion: Criterion) -> Self {
+        match criterion {
+            Criterion::MinMse => CriterionName::MinMse,
+            Criterion::MinCondition => CriterionName::MinCondition,
+            Criterion::Gcv => CriterionName::Gcv,
+            Criterion::Discrepancy => CriterionName::Discrepancy,
+            Criterion::LCurve => CriterionName::LCurve,
+        }
+    }
+}
+
+/// What is answered only when asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum IncludeName {
+    /// One residual per counted node.
+    Residuals,
+    /// The collinearity matrices also for many coefficients.
+    Collinearity,
+    /// Condition, bias and error along λ*.
+    LambdaCurve,
+    /// The matrix B.
+    MatrixB,
+}
+
+/// An optional field is left out or has a value; `null` is refused like any other wrong type.
+pub(super) fn present<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(deserializer).map(Some)
+}

@@ -1,0 +1,127 @@
+//! A spec as JSON with every default filled in, for storing and for the digest, and back.
+
+use super::{fit_spec::*, reader};
+use crate::estimation::spec::{self, FitSpec};
+
+/// The canonical JSON text: keys in the contract's order, defaults written out, no white space, −0 as 0.
+pub fn to_json(spec: &FitSpec) -> String {
+    // A spec holds finite numbers and strings only: nothing in it can fail to be written.
+    serde_json::to_string(&FitSpecBody::from(spec)).unwrap_or_default()
+}
+
+/// Reads what [`to_json`] wrote (or any spec of a request).
+pub fn from_json(text: &str) -> Result<FitSpec, reader::ReadError> {
+    reader::read_refit::<reader::NoExtra>(text.as_bytes()).map(|(spec, _)| spec)
+}
+
+impl From<&FitSpec> for FitSpecBody {
+    fn from(spec: &FitSpec) -> Self {
+        FitSpecBody {
+            model: model(&spec.model),
+            scaling: Some(match spec.scaling {
+                spec::Scaling::UnitLength => ScalingName::UnitLength,
+                spec::Scaling::None => ScalingName::None,
+                spec::Scaling::Standardized => ScalingName::Standardized,
+            }),
+            regularization: Some(regularization(&spec.regularization)),
+            estimator: Some(match spec.estimator {
+                spec::Estimator::LeastSquares => {
+                    EstimatorBody::LeastSquares(LeastSquaresEstimator { kind: LeastSquaresTag::Tag })
+                }
+            }),
+            domain: spec.domain.map(|domain| {
+                let interval = |ends: [f64; 2]| ends.map(unsigned_zero);
+                DomainBody { u: domain.u.map(interval), v: domain.v.map(interval) }
+            }),
+            coefficient_norm_limit: spec.coefficient_norm_limit,
+            noise_sigma: spec.noise_sigma,
+            node_uncertainty: spec.node_uncertainty.map(|uncertainty| NodeUncertaintyBody {
+                position: unsigned_zero(uncertainty.position),
+                height: unsigned_zero(uncertainty.height),
+            }),
+            include: include(spec.include),
+        }
+    }
+}
+
+fn unsigned_zero(value: f64) -> f64 {
+    // −0 + 0 is +0; every other number stays.
+    value + 0.0
+}
+
+fn model(model: &spec::Model) -> ModelBody {
+    match model {
+        spec::Model::Polynomial { degree, basis, terms } => ModelBody::Polynomial(PolynomialModel {
+            kind: PolynomialTag::Tag,
+            degree: degree_body(*degree),
+            basis: Some(match basis {
+                spec::PolynomialBasis::Monomial => BasisName::Monomial,
+                spec::PolynomialBasis::Chebyshev => BasisName::Chebyshev,
+                spec::PolynomialBasis::Legendre => BasisName::Legendre,
+            }),
+            terms: Some(match terms {
+                spec::Terms::Tensor => TermsName::Tensor,
+                spec::Terms::Total => TermsName::Total,
+            }),
+        }),
+        spec::Model::BSpline { degree, knots } => {
+            let clean = |knots: &[f64]| knots.iter().copied().map(unsigned_zero).collect::<Vec<_>>();
+            let (knots, spans) = match knots {
+                spec::Knots::Curve(knots) => (Some(KnotsBody::Curve(clean(knots))), None),
+                spec::Knots::Surface(u, v) => (Some(KnotsBody::Surface([clean(u), clean(v)])), None),
+                spec::Knots::Spans(n) => (None, Some(SpansBody::Both(*n))),
+                spec::Knots::SpansEach(a, b) => (None, Some(SpansBody::Each([*a, *b]))),
+            };
+            ModelBody::BSpline(BSplineModel { kind: BSplineTag::Tag, degree: degree_body(*degree), knots, spans })
+        }
+        spec::Model::Linear => ModelBody::Linear(LinearModel { kind: LinearTag::Tag }),
+    }
+}
+
+fn degree_body(degree: spec::Degree) -> DegreeBody {
+    match degree {
+        spec::Degree::Both(n) => DegreeBody::Both(n),
+        spec::Degree::Each(p, q) => DegreeBody::Each([p, q]),
+    }
+}
+
+fn regularization(regularization: &spec::Regularization) -> RegularizationBody {
+    match regularization {
+        spec::Regularization::None => RegularizationBody::None(NoRegularization { kind: NoneTag::Tag }),
+        spec::Regularization::Spectral { scheme, count, condition_limit, lambda_star } => {
+            RegularizationBody::Spectral(SpectralRegularization {
+                kind: SpectralTag::Tag,
+                scheme: Some((*scheme).into()),
+                count: Some(match count {
+                    spec::Count::Auto => CountBody::Auto(super::fit_spec_values::AutoName::Auto),
+                    spec::Count::Given(n) => CountBody::Given(*n),
+                }),
+                condition_limit: Some(*condition_limit),
+                lambda_star: Some(parameter(*lambda_star)),
+            })
+        }
+        spec::Regularization::Ridge { parameter: k } => {
+            RegularizationBody::Ridge(RidgeRegularization { kind: RidgeTag::Tag, parameter: Some(parameter(*k)) })
+        }
+    }
+}
+
+fn parameter(parameter: spec::Parameter) -> ParameterBody {
+    match parameter {
+        spec::Parameter::Criterion(criterion) => ParameterBody { criterion: criterion.into(), value: None },
+        spec::Parameter::Fixed(value) => ParameterBody { criterion: CriterionName::Fixed, value: Some(value) },
+    }
+}
+
+fn include(include: spec::Include) -> Option<Vec<IncludeName>> {
+    let names: Vec<_> = [
+        (include.residuals, IncludeName::Residuals),
+        (include.collinearity, IncludeName::Collinearity),
+        (include.lambda_curve, IncludeName::LambdaCurve),
+        (include.matrix_b, IncludeName::MatrixB),
+    ]
+    .into_iter()
+    .filter_map(|(wanted, name)| wanted.then_some(name))
+    .collect();
+    (!names.is_empty()).then_some(names)
+}

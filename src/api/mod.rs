@@ -1,0 +1,21 @@
+//! The wire: what is read from requests and written into answers, and how it becomes checked domain types.
+//!
+//! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the command line use it too.
+
+pub mod canonical;
+pub mod examples;
+pub mod fit_result;
+pub mod fit_result_parts;
+pub mod fit_spec;
+pub mod fit_spec_json;
+pub mod fit_spec_values;
+pub mod nodes_codec;
+pub mod nodes_schema;
+pub mod nodes_text;
+pub mod openapi_3_0;
+pub mod problem;
+pub mod reader;
+pub mod service;
+
+/// Engine name and version, as results carry it.
+pub const ENGINE: &str = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"));

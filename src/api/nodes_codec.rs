@@ -1,0 +1,208 @@
+//! Nodes as bytes, for storing: exactly what was posted, bit by bit.
+//!
+//! | bytes | meaning |
+//! |---|---|
+//! | 4 | `FFN1`: magic and version |
+//! | 1 | type: 0 curve, 1 scattered, 2 grid, 3 matrix |
+//! | 1 | flags: 1 weight, 2 valid, 4 names |
+//! | 2 | zero |
+//! | 8 × k | counts: curve, scattered m; grid nu, nv; matrix m, n |
+//! | 8 × … | doubles, little-endian: x y · u v z · u v z · x y; then the weights |
+//! | 1 × … | grid: one byte a node, 1 valid, 0 missing |
+//! | … | names: per column its length (4) and its UTF-8 |
+//!
+//! NaN (a missing node posted as `null`) and −0 keep their bits.
+
+use crate::estimation::nodes::{Curve, Grid, Matrix, Nodes, Scattered};
+
+const MAGIC: &[u8; 4] = b"FFN1";
+const WEIGHT: u8 = 1;
+const VALID: u8 = 2;
+const NAMES: u8 = 4;
+
+/// Why stored bytes are not nodes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CodecError {
+    #[error("the stored nodes begin with {0:?}, not with FFN1")]
+    Magic([u8; 4]),
+    #[error("the stored nodes have the unknown type {0}")]
+    Type(u8),
+    #[error("the stored nodes end {0} bytes too early")]
+    Short(usize),
+    #[error("{0} bytes follow the stored nodes")]
+    Long(usize),
+    #[error("the stored counts are impossible")]
+    Counts,
+    #[error("a stored column name is not UTF-8")]
+    Name,
+}
+
+/// Nodes to bytes.
+pub fn encode(nodes: &Nodes) -> Vec<u8> {
+    let (kind, counts, numbers, weight): (u8, Vec<usize>, Vec<&[f64]>, &Option<Vec<f64>>) = match nodes {
+        Nodes::Curve(c) => (0, vec![c.x.len()], vec![&c.x, &c.y], &c.weight),
+        Nodes::Scattered(s) => (1, vec![s.u.len()], vec![&s.u, &s.v, &s.z], &s.weight),
+        Nodes::Grid(g) => (2, vec![g.u.len(), g.v.len()], vec![&g.u, &g.v, &g.z], &g.weight),
+        Nodes::Matrix(m) => (3, vec![m.y.len(), m.columns], vec![&m.x, &m.y], &m.weight),
+    };
+    let (valid, names) = match nodes {
+        Nodes::Grid(g) => (g.valid.as_deref(), None),
+        Nodes::Matrix(m) => (None, m.names.as_deref()),
+        _ => (None, None),
+    };
+    let flag = |there: bool, bit: u8| if there { bit } else { 0 };
+    let flags = flag(weight.is_some(), WEIGHT) | flag(valid.is_some(), VALID) | flag(names.is_some(), NAMES);
+    let total: usize = numbers.iter().map(|n| n.len()).sum::<usize>() + weight.as_ref().map_or(0, Vec::len);
+    let mut bytes = Vec::with_capacity(8 + 8 * counts.len() + 8 * total + valid.map_or(0, <[bool]>::len));
+    bytes.extend_from_slice(MAGIC);
+    bytes.extend_from_slice(&[kind, flags, 0, 0]);
+    for count in counts {
+        bytes.extend_from_slice(&(count as u64).to_le_bytes());
+    }
+    for array in numbers.into_iter().chain(weight.as_deref()) {
+        push_doubles(&mut bytes, array);
+    }
+    bytes.extend(valid.into_iter().flatten().map(|&v| u8::from(v)));
+    for name in names.into_iter().flatten() {
+        bytes.extend_from_slice(&(name.len() as u32).to_le_bytes());
+        bytes.extend_from_slice(name.as_bytes());
+    }
+    bytes
+}
+
+/// Appends doubles in little-endian order (one copy on the processors this runs on).
+pub(super) fn push_doubles(bytes: &mut Vec<u8>, values: &[f64]) {
+    let begin = bytes.len();
+    bytes.resize(begin + 8 * values.len(), 0);
+    for (place, value) in bytes[begin..].chunks_exact_mut(8).zip(values) {
+        place.copy_from_slice(&value.to_le_bytes());
+    }
+}
+
+/// Bytes to nodes. What was encoded had been checked, so only the form is looked at.
+pub fn decode(bytes: &[u8]) -> Result<Nodes, CodecError> {
+    let mut input = Input { bytes };
+    let magic: [u8; 4] = input.array()?;
+    if &magic != MAGIC {
+        return Err(CodecError::Magic(magic));
+    }
+    let [kind, flags, _, _] = input.array()?;
+    let nodes = match kind {
+        0 => {
+            let m = input.count()?;
+            let (x, y) = (input.doubles(m)?, input.doubles(m)?);
+            Nodes::Curve(Curve { x, y, weight: input.weight(flags, m)? })
+        }
+        1 => {
+            let m = input.count()?;
+            let (u, v, z) = (input.doubles(m)?, input.doubles(m)?, input.doubles(m)?);
+            Nodes::Scattered(Scattered { u, v, z, weight: input.weight(flags, m)? })
+        }
+        2 => {
+            let (nu, nv) = (input.count()?, input.count()?);
+            let m = nu.checked_mul(nv).ok_or(CodecError::Counts)?;
+            let (u, v, z) = (input.doubles(nu)?, input.doubles(nv)?, input.doubles(m)?);
+            let weight = input.weight(flags, m)?;
+            let valid = match flags & VALID {
+                0 => None,
+                _ => Some(input.take(m)?.iter().map(|&byte| byte != 0).collect()),
+            };
+            Nodes::Grid(Grid { u, v, z, valid, weight })
+        }
+        3 => {
+            let (m, columns) = (input.count()?, input.count()?);
+            let entries = m.checked_mul(columns).ok_or(CodecError::Counts)?;
+            let (x, y) = (input.doubles(entries)?, input.doubles(m)?);
+            let weight = input.weight(flags, m)?;
+            let names = match flags & NAMES {
+                0 => None,
+                _ => Some((0..columns).map(|_| input.name()).collect::<Result<_, _>>()?),
+            };
+            Nodes::Matrix(Matrix { x, columns, y, names, weight })
+        }
+        other => return Err(CodecError::Type(other)),
+    };
+    match input.bytes.len() {
+        0 => Ok(nodes),
+        rest => Err(CodecError::Long(rest)),
+    }
+}
+
+struct Input<'a> {
+    bytes: &'a [u8],
+}
+
+impl<'a> Input<'a> {
+    fn take(&mut self, count: usize) -> Result<&'a [u8], CodecError> {
+        let (taken, rest) =
+            self.bytes.split_at_checked(count).ok_or(CodecError::Short(count.saturating_sub(self.bytes.len())))?;
+        self.bytes = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], CodecError> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.take(N)?);
+        Ok(array)
+    }
+
+    fn count(&mut self) -> Result<usize, CodecError> {
+        usize::try_from(u64::from_le_bytes(self.array()?)).map_err(|_| CodecError::Counts)
+    }
+
+    fn doubles(&mut self, count: usize) -> Result<Vec<f64>, CodecError> {
+        let bytes = self.take(count.checked_mul(8).ok_or(CodecError::Counts)?)?;
+        Ok(bytes.as_chunks::<8>().0.iter().map(|&chunk| f64::from_le_bytes(chunk)).collect())
+    }
+
+    fn weight(&mut self, flags: u8, count: usize) -> Result<Option<Vec<f64>>, CodecError> {
+        (flags & WEIGHT != 0).then(|| self.doubles(count)).transpose()
+    }
+
+    fn name(&mut self) -> Result<String, CodecError> {
+        let length = u32::from_le_bytes(self.array()?) as usize;
+        String::from_utf8(self.take(length)?.to_vec()).map_err(|_| CodecError::Name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn examples() -> Vec<Nodes> {
+        vec![
+            Nodes::curve(vec![1.0, -0.0], vec![3.0, 1e-308], Some(vec![0.0, 2.0])).unwrap(),
+            Nodes::scattered(vec![1.0], vec![2.0], vec![3.0], None).unwrap(),
+            Nodes::grid(vec![0.0, 1.0], vec![5.0], vec![f64::NAN, 1.0], Some(vec![true, false]), None).unwrap(),
+            Nodes::grid(vec![0.0, 1.0], vec![5.0], vec![2.0, 1.0], None, Some(vec![1.0, 0.5])).unwrap(),
+            Nodes::matrix(vec![1.0, 2.0, 3.0, 4.0], 2, vec![5.0, 6.0], Some(vec!["a".into(), "µ".into()]), None)
+                .unwrap(),
+        ]
+    }
+
+    #[test]
+    fn nodes_come_back_bit_by_bit() {
+        for nodes in examples() {
+            let bytes = encode(&nodes);
+            // By their bytes: NaN is not equal to itself, and −0 is equal to 0.
+            assert_eq!(encode(&decode(&bytes).unwrap()), bytes, "{nodes:?}");
+        }
+    }
+
+    #[test]
+    fn other_bytes_are_refused() {
+        for nodes in examples() {
+            let bytes = encode(&nodes);
+            for cut in 0..bytes.len() {
+                assert!(decode(&bytes[..cut]).is_err());
+            }
+            let mut long = bytes;
+            long.push(0);
+            assert_eq!(decode(&long), Err(CodecError::Long(1)));
+        }
+        assert_eq!(decode(b"FFN2....").unwrap_err(), CodecError::Magic(*b"FFN2"));
+        assert_eq!(decode(b"FFN1\x07\0\0\0").unwrap_err(), CodecError::Type(7));
+        let huge = [b"FFN1\x02\0\0\0".as_slice(), &[0xff; 16]].concat();
+        assert_eq!(decode(&huge).unwrap_err(), CodecError::Counts);
+    }
+}

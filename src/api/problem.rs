@@ -1,0 +1,281 @@
+//! Errors as the contract gives them: `application/problem+json` (RFC 9457).
+//!
+//! `code` is stable and made for programs; `detail` is made for people. What happened inside (`cause`) is logged
+//! and never sent.
+
+use std::{borrow::Cow, fmt::Display};
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::estimation::{Faults, FitError};
+
+/// An error. `application/problem+json` (RFC 9457).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Problem {
+    /// URI that identifies the kind of problem; ends in `code`.
+    #[serde(rename = "type")]
+    #[schema(value_type = String, format = "uri", example = "urn:flankfit:problem:invalid_request")]
+    pub kind: Cow<'static, str>,
+    /// The kind of problem in words; the same for every occurrence.
+    #[schema(value_type = String, example = "The request is well-formed but impossible")]
+    pub title: Cow<'static, str>,
+    /// The HTTP status.
+    #[schema(example = 422)]
+    pub status: u16,
+    /// Stable name of the kind of problem.
+    #[schema(value_type = String, example = "invalid_request")]
+    pub code: Cow<'static, str>,
+    /// What is wrong this time and what to do about it.
+    pub detail: String,
+    /// Every fault found in the request (the first 100), by its place.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<ProblemError>,
+    /// Id of the request, as in the header `x-request-id`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub request_id: Option<String>,
+    /// Seconds for the header `Retry-After`.
+    #[serde(skip)]
+    pub retry_after: Option<u32>,
+    /// What happened inside; logged, never sent.
+    #[serde(skip)]
+    pub cause: Option<String>,
+}
+
+/// One fault, by its place in the request.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct ProblemError {
+    /// JSON Pointer (RFC 6901) into the request.
+    #[schema(example = "/nodes/z/3/7")]
+    pub pointer: String,
+    /// What is wrong there.
+    pub detail: String,
+}
+
+/// Every kind of problem there is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProblemCode {
+    /// 400: the body, its compression or its form cannot be read.
+    MalformedBody,
+    /// 400: a header or the query cannot be read.
+    MalformedRequest,
+    /// 401: no API key.
+    Unauthorized,
+    /// 403: an unknown API key.
+    Forbidden,
+    /// 404.
+    NotFound,
+    /// 405.
+    MethodNotAllowed,
+    /// 406.
+    NotAcceptable,
+    /// 408: the body did not arrive in time.
+    BodyTimeout,
+    /// 409: the resource's state does not allow it.
+    Conflict,
+    /// 409: the first request with this idempotency key still runs.
+    IdempotencyKeyInUse,
+    /// 412: `If-Match` names another version.
+    PreconditionFailed,
+    /// 413.
+    BodyTooLarge,
+    /// 415.
+    UnsupportedMediaType,
+    /// 422: faults in the request, each with a pointer.
+    InvalidRequest,
+    /// 422: dependent columns where the method needs independent ones.
+    RankDeficient,
+    /// 422: an iteration did not end within its limit.
+    NotConverged,
+    /// 422: the idempotency key was used with another body.
+    IdempotencyKeyReused,
+    /// 429.
+    TooManyRequests,
+    /// 500.
+    Internal,
+    /// 503: the queue of fits is full.
+    Overloaded,
+    /// 503: no answer within the time limit.
+    RequestTimeout,
+    /// 503: the store does not answer.
+    StoreUnavailable,
+}
+
+impl ProblemCode {
+    /// Every code.
+    pub const ALL: [ProblemCode; 22] = [
+        Self::MalformedBody,
+        Self::MalformedRequest,
+        Self::Unauthorized,
+        Self::Forbidden,
+        Self::NotFound,
+        Self::MethodNotAllowed,
+        Self::NotAcceptable,
+        Self::BodyTimeout,
+        Self::Conflict,
+        Self::IdempotencyKeyInUse,
+        Self::PreconditionFailed,
+        Self::BodyTooLarge,
+        Self::UnsupportedMediaType,
+        Self::InvalidRequest,
+        Self::RankDeficient,
+        Self::NotConverged,
+        Self::IdempotencyKeyReused,
+        Self::TooManyRequests,
+        Self::Internal,
+        Self::Overloaded,
+        Self::RequestTimeout,
+        Self::StoreUnavailable,
+    ];
+
+    /// Status, the URI whose last part is the code, and the title.
+    const fn parts(self) -> (u16, &'static str, &'static str) {
+        match self {
+            Self::MalformedBody => (400, "urn:flankfit:problem:malformed_body", "The request body cannot be read"),
+            Self::MalformedRequest => (400, "urn:flankfit:problem:malformed_request", "The request cannot be read"),
+            Self::Unauthorized => (401, "urn:flankfit:problem:unauthorized", "An API key is needed"),
+            Self::Forbidden => (403, "urn:flankfit:problem:forbidden", "The API key is not known"),
+            Self::NotFound => (404, "urn:flankfit:problem:not_found", "There is nothing here"),
+            Self::MethodNotAllowed => {
+                (405, "urn:flankfit:problem:method_not_allowed", "The method is not offered here")
+            }
+            Self::NotAcceptable => (406, "urn:flankfit:problem:not_acceptable", "The wanted form is not offered here"),
+            Self::BodyTimeout => (408, "urn:flankfit:problem:body_timeout", "The request body took too long"),
+            Self::Conflict => (409, "urn:flankfit:problem:conflict", "The resource's state does not allow this"),
+            Self::IdempotencyKeyInUse => (
+                409,
+                "urn:flankfit:problem:idempotency_key_in_use",
+                "The first request with this idempotency key is still running",
+            ),
+            Self::PreconditionFailed => {
+                (412, "urn:flankfit:problem:precondition_failed", "The resource has changed meanwhile")
+            }
+            Self::BodyTooLarge => (413, "urn:flankfit:problem:body_too_large", "The request body is too large"),
+            Self::UnsupportedMediaType => {
+                (415, "urn:flankfit:problem:unsupported_media_type", "The media type is not supported")
+            }
+            Self::InvalidRequest => {
+                (422, "urn:flankfit:problem:invalid_request", "The request is well-formed but impossible")
+            }
+            Self::RankDeficient => (422, "urn:flankfit:problem:rank_deficient", "The columns are linearly dependent"),
+            Self::NotConverged => (422, "urn:flankfit:problem:not_converged", "The computation did not converge"),
+            Self::IdempotencyKeyReused => (
+                422,
+                "urn:flankfit:problem:idempotency_key_reused",
+                "The idempotency key was used with another request",
+            ),
+            Self::TooManyRequests => (429, "urn:flankfit:problem:too_many_requests", "Too many requests"),
+            Self::Internal => (500, "urn:flankfit:problem:internal", "Something went wrong inside the service"),
+            Self::Overloaded => (503, "urn:flankfit:problem:overloaded", "The service is busy"),
+            Self::RequestTimeout => (503, "urn:flankfit:problem:request_timeout", "The answer took too long"),
+            Self::StoreUnavailable => (503, "urn:flankfit:problem:store_unavailable", "The store does not answer"),
+        }
+    }
+
+    /// The HTTP status.
+    pub const fn status(self) -> u16 {
+        self.parts().0
+    }
+
+    /// The stable name.
+    pub fn name(self) -> &'static str {
+        let uri = self.parts().1;
+        uri.rsplit(':').next().unwrap_or(uri)
+    }
+}
+
+impl Problem {
+    pub fn new(code: ProblemCode, detail: impl Into<String>) -> Self {
+        let (status, uri, title) = code.parts();
+        Problem {
+            kind: uri.into(),
+            title: title.into(),
+            status,
+            code: code.name().into(),
+            detail: detail.into(),
+            errors: Vec::new(),
+            request_id: None,
+            retry_after: None,
+            cause: None,
+        }
+    }
+
+    /// 422 with every fault by its place.
+    pub fn invalid(faults: Faults) -> Self {
+        let detail = match faults.count() {
+            1 => "1 fault; `errors` says where.".to_owned(),
+            n if n <= Faults::MOST => format!("{n} faults; `errors` says where."),
+            n => format!("{n} faults; `errors` lists the first {}.", Faults::MOST),
+        };
+        let errors = faults
+            .list()
+            .iter()
+            .map(|fault| ProblemError { pointer: fault.pointer.clone(), detail: fault.detail.clone() })
+            .collect();
+        Problem { errors, ..Problem::new(ProblemCode::InvalidRequest, detail) }
+    }
+
+    /// 500: the cause goes to the log, nothing of it to the client.
+    pub fn internal(cause: impl Display) -> Self {
+        Problem::new(ProblemCode::Internal, "The fault is on this side; it has been logged under the request id.")
+            .caused_by(cause)
+    }
+
+    /// Keeps what happened inside for the log.
+    pub fn caused_by(mut self, cause: impl Display) -> Self {
+        self.cause = Some(cause.to_string());
+        self
+    }
+
+    /// Tells the client when to try again.
+    pub fn retry_after(mut self, seconds: u32) -> Self {
+        self.retry_after = Some(seconds);
+        self
+    }
+}
+
+impl From<FitError> for Problem {
+    fn from(error: FitError) -> Self {
+        match error {
+            FitError::Invalid(faults) => Problem::invalid(faults),
+            FitError::RankDeficient { rank, columns, terms } => Problem {
+                errors: vec![ProblemError {
+                    pointer: "/model".into(),
+                    detail: format!("linearly dependent terms: {}", terms.join(", ")),
+                }],
+                ..Problem::new(
+                    ProblemCode::RankDeficient,
+                    format!(
+                        "The nodes determine only {rank} of {columns} coefficients; these terms depend on each other: {}. \
+                         Spectral regularisation divides by the smallest eigenvalue, which is 0 here: ask for ridge, \
+                         leave terms out, or measure more nodes.",
+                        terms.join(", ")
+                    ),
+                )
+            },
+            FitError::NotConverged(what) => Problem::new(ProblemCode::NotConverged, what),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_distinct_and_in_the_uri() {
+        let mut names: Vec<_> = ProblemCode::ALL.iter().map(|code| code.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), ProblemCode::ALL.len());
+        let problem = Problem::new(ProblemCode::Conflict, "x");
+        assert_eq!((problem.status, problem.code.as_ref()), (409, "conflict"));
+        assert!(problem.kind.ends_with(problem.code.as_ref()));
+    }
+
+    #[test]
+    fn what_happened_inside_is_not_written() {
+        let text = serde_json::to_string(&Problem::internal("secret path").retry_after(3)).unwrap();
+        assert!(!text.contains("secret") && !text.contains("cause") && !text.contains("null"), "{text}");
+    }
+}

@@ -1,0 +1,159 @@
+//! Arrays of numbers, flat or in rows, straight into a vector.
+//!
+//! What stands where a number should is noted with its place and read on, so that every bad node is named at once.
+
+use super::cursor::{Cursor, Syntax, Token};
+use crate::estimation::Faults;
+
+/// Numbers as they stood, with what was wrong among them.
+#[derive(Debug, Default)]
+pub struct Numbers {
+    /// All of them, rows end to end; NaN stands for whatever was not a number.
+    pub values: Vec<f64>,
+    /// Lengths of the rows, when there were rows.
+    pub rows: Option<Vec<usize>>,
+    /// Where the row that is being read begins.
+    row_begin: usize,
+    /// Places of `null`, which in a grid's heights are missing nodes.
+    nulls: Noted,
+    /// What else stood where a number should.
+    wrong: Noted,
+}
+
+/// The first places and what stood there; all are counted.
+#[derive(Debug, Default)]
+struct Noted {
+    list: Vec<(String, String)>,
+    count: usize,
+}
+
+impl Noted {
+    fn report(&self, pointer: &str, faults: &mut Faults) {
+        for i in 0..self.count {
+            match self.list.get(i) {
+                Some((place, what)) => faults.push(format!("{pointer}{place}"), what.as_str()),
+                None => faults.push("", ""),
+            }
+        }
+    }
+}
+
+impl Numbers {
+    /// Reads the value at the cursor.
+    pub fn read(cursor: &mut Cursor) -> Result<Self, Syntax> {
+        let mut numbers = Numbers::default();
+        match cursor.token()? {
+            Token::Array => {}
+            other => {
+                numbers.wrong.count = 1;
+                numbers
+                    .wrong
+                    .list
+                    .push((String::new(), format!("expected an array of numbers, found {}", other.name())));
+                cursor.skip_value()?;
+                return Ok(numbers);
+            }
+        }
+        let mut ahead = cursor.clone();
+        ahead.at += 1;
+        ahead.skip_space();
+        if ahead.peek() != Some(b'[') {
+            numbers.read_row(cursor)?;
+            return Ok(numbers);
+        }
+        numbers.rows = Some(Vec::new());
+        cursor.array(|cursor, row| {
+            numbers.row_begin = numbers.values.len();
+            match cursor.token()? {
+                Token::Array => numbers.read_row(cursor)?,
+                other => {
+                    let what = format!("expected a row of numbers, found {}", other.name());
+                    note(&mut numbers.wrong, || (format!("/{row}"), what));
+                    cursor.skip_value()?;
+                }
+            }
+            let length = numbers.values.len() - numbers.row_begin;
+            numbers.rows.get_or_insert_default().push(length);
+            Ok(())
+        })?;
+        Ok(numbers)
+    }
+
+    fn read_row(&mut self, cursor: &mut Cursor) -> Result<(), Syntax> {
+        cursor.at += 1;
+        if cursor.takes(b']') {
+            return Ok(());
+        }
+        loop {
+            cursor.skip_space();
+            match cursor.peek() {
+                Some(b'-' | b'0'..=b'9') => {
+                    let value = cursor.number()?;
+                    if value.is_infinite() {
+                        self.note_wrong("the number is beyond double precision (about 1.8e308)".into());
+                    }
+                    self.values.push(value);
+                }
+                _ => self.read_other(cursor)?,
+            }
+            cursor.skip_space();
+            match cursor.peek() {
+                Some(b',') => cursor.at += 1,
+                Some(b']') => {
+                    cursor.at += 1;
+                    return Ok(());
+                }
+                _ => return cursor.unexpected("`,` or `]` after a number"),
+            }
+        }
+    }
+
+    #[cold]
+    fn read_other(&mut self, cursor: &mut Cursor) -> Result<(), Syntax> {
+        match cursor.token()? {
+            Token::Null => {
+                let place = self.place();
+                note(&mut self.nulls, || {
+                    (
+                        place,
+                        "null marks a missing node only in the heights of a grid; leave the node out instead".into(),
+                    )
+                });
+            }
+            other => self.note_wrong(format!("expected a number, found {}", other.name())),
+        }
+        cursor.skip_value()?;
+        self.values.push(f64::NAN);
+        Ok(())
+    }
+
+    #[cold]
+    fn note_wrong(&mut self, what: String) {
+        let place = self.place();
+        note(&mut self.wrong, || (place, what));
+    }
+
+    /// Where the next number goes, as the rest of a pointer.
+    fn place(&self) -> String {
+        let i = self.values.len() - self.row_begin;
+        match &self.rows {
+            Some(rows) => format!("/{}/{i}", rows.len()),
+            None => format!("/{i}"),
+        }
+    }
+
+    /// Hands over what was wrong; `null` is a missing node where `null_is_missing`.
+    pub fn report(&self, pointer: &str, null_is_missing: bool, faults: &mut Faults) {
+        self.wrong.report(pointer, faults);
+        if !null_is_missing {
+            self.nulls.report(pointer, faults);
+        }
+    }
+}
+
+fn note(noted: &mut Noted, what: impl FnOnce() -> (String, String)) {
+    noted.count += 1;
+    if noted.list.len() < Faults::MOST {
+        noted.list.push(what());
+    }
+}

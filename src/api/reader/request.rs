@@ -1,0 +1,190 @@
+//! The top level of a fit request, and the small parts of it that serde reads.
+
+use serde::de::DeserializeOwned;
+
+use super::{
+    Extra, ReadError, csv,
+    cursor::{Cursor, Syntax, Token, place},
+    nodes::RawNodes,
+    spec::{RawSpec, SPEC_KEYS},
+};
+use crate::estimation::{Faults, FitSpec, Nodes};
+
+/// A request as it was walked over.
+#[derive(Default)]
+struct Walked<'a> {
+    nodes: Option<RawNodes<'a>>,
+    spec: RawSpec<'a>,
+    extras: Vec<(&'static str, &'a [u8])>,
+    faults: Faults,
+}
+
+pub fn read_fit<E: Extra>(text: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
+    let mut walked = walk::<E>(text, true)?;
+    let nodes = match walked.nodes.take() {
+        Some(raw) => keep(raw.check(), &mut walked.faults),
+        None => {
+            walked.faults.push("/nodes", "missing");
+            None
+        }
+    };
+    finish(nodes, walked)
+}
+
+pub fn read_refit<E: Extra>(text: &[u8]) -> Result<(FitSpec, E), ReadError> {
+    let walked = walk::<E>(text, false)?;
+    finish(Some(()), walked).map(|((), spec, extra)| (spec, extra))
+}
+
+pub fn read_fit_with_csv<E: Extra>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
+    let mut walked = walk::<E>(spec, false)?;
+    let nodes = keep(csv::read(nodes), &mut walked.faults);
+    finish(nodes, walked)
+}
+
+fn finish<N, E: Extra>(nodes: Option<N>, mut walked: Walked) -> Result<(N, FitSpec, E), ReadError> {
+    let spec = walked.spec.check(&mut walked.faults);
+    let extra = read_extras(&walked.extras, &mut walked.faults);
+    match (nodes, spec, extra) {
+        (Some(nodes), Some(spec), Some(extra)) => Ok(walked.faults.into_result((nodes, spec, extra))?),
+        _ => Err(walked.faults.into()),
+    }
+}
+
+fn walk<E: Extra>(text: &[u8], with_nodes: bool) -> Result<Walked<'_>, ReadError> {
+    let mut walked = Walked::default();
+    let mut cursor = Cursor::new(text);
+    walk_text::<E>(&mut cursor, with_nodes, &mut walked).map_err(|syntax| malformed(text, &syntax))?;
+    Ok(walked)
+}
+
+fn walk_text<'a, E: Extra>(cursor: &mut Cursor<'a>, with_nodes: bool, walked: &mut Walked<'a>) -> Result<(), Syntax> {
+    match cursor.token()? {
+        Token::Object => {}
+        other => {
+            walked.faults.push("", format!("expected an object, found {}", other.name()));
+            cursor.skip_value()?;
+            return cursor.end();
+        }
+    }
+    cursor.object(|cursor, key| {
+        let key = key.as_ref();
+        let twice = if with_nodes && key == "nodes" {
+            walked.nodes.replace(RawNodes::read(cursor)?).is_some()
+        } else if let Some(place) = SPEC_KEYS.iter().position(|known| *known == key) {
+            walked.spec.slices[place].replace(cursor.skip_value()?).is_some()
+        } else if let Some(known) = E::KEYS.iter().find(|known| **known == key) {
+            let twice = walked.extras.iter().any(|(there, _)| there == known);
+            walked.extras.push((known, cursor.skip_value()?));
+            twice
+        } else {
+            walked.faults.push(format!("/{}", escape(key)), "there is no such field");
+            cursor.skip_value()?;
+            false
+        };
+        if twice {
+            walked.faults.push(format!("/{key}"), "the field stands twice");
+        }
+        Ok(())
+    })?;
+    cursor.end()
+}
+
+/// The fields of `E`, from an object that holds only them.
+fn read_extras<E: Extra>(extras: &[(&'static str, &[u8])], faults: &mut Faults) -> Option<E> {
+    let mut text = vec![b'{'];
+    for (i, (key, slice)) in extras.iter().enumerate() {
+        if i > 0 {
+            text.push(b',');
+        }
+        text.push(b'"');
+        text.extend_from_slice(key.as_bytes());
+        text.extend_from_slice(b"\":");
+        text.extend_from_slice(slice);
+    }
+    text.push(b'}');
+    read_part(&text, "", faults)
+}
+
+pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, ReadError> {
+    // The walk finds what is not JSON, with the hints that the contract asks for; what serde then
+    // refuses is well-formed.
+    let mut cursor = Cursor::new(text);
+    cursor.skip_value().and_then(|_| cursor.end()).map_err(|syntax| malformed(text, &syntax))?;
+    let mut faults = Faults::default();
+    read_part(text, "", &mut faults).ok_or(ReadError::Invalid(faults))
+}
+
+fn malformed(text: &[u8], syntax: &Syntax) -> ReadError {
+    let (line, column) = place(text, syntax.at);
+    ReadError::Malformed { detail: format!("Line {line}, column {column}: {}.", syntax.what) }
+}
+
+fn keep<T>(result: Result<T, Faults>, faults: &mut Faults) -> Option<T> {
+    match result {
+        Ok(value) => Some(value),
+        Err(found) => {
+            faults.append(found);
+            None
+        }
+    }
+}
+
+/// Reads well-formed JSON with serde; a fault goes to its pointer below `pointer`.
+pub fn read_part<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut Faults) -> Option<T> {
+    let mut deserializer = serde_json::Deserializer::from_slice(text);
+    match serde_path_to_error::deserialize(&mut deserializer) {
+        Ok(value) => Some(value),
+        Err(error) => {
+            let mut place = pointer.to_owned();
+            for segment in error.path() {
+                use serde_path_to_error::Segment;
+                match segment {
+                    Segment::Seq { index } => place.push_str(&format!("/{index}")),
+                    Segment::Map { key } => place.push_str(&format!("/{}", escape(key))),
+                    Segment::Enum { .. } | Segment::Unknown => {}
+                }
+            }
+            let (field, detail) = explain(&error.into_inner().to_string());
+            if let Some(field) = field {
+                let end = format!("/{}", escape(&field));
+                if !place.ends_with(&end) {
+                    place.push_str(&end);
+                }
+            }
+            faults.push(place, detail);
+            None
+        }
+    }
+}
+
+/// serde's message without the place in the slice (which is not the place in the request), and the field
+/// that it speaks of when that is unknown, missing or twice.
+fn explain(message: &str) -> (Option<String>, String) {
+    let message = message.rsplit_once(" at line ").map_or(message, |(before, _)| before);
+    let field = |prefix: &str| {
+        let name = message.strip_prefix(prefix)?.split('`').next()?;
+        Some(name.to_owned())
+    };
+    if let Some(name) = field("unknown field `") {
+        let known = message.split_once(", expected ").map_or("", |(_, known)| known);
+        return (Some(name), format!("there is no such field; expected {known}"));
+    }
+    if let Some(name) = field("missing field `") {
+        return (Some(name), "missing".into());
+    }
+    if let Some(name) = field("duplicate field `") {
+        return (Some(name), "the field stands twice".into());
+    }
+    if message.starts_with("number out of range") {
+        return (None, "the number is beyond double precision (about 1.8e308)".into());
+    }
+    (None, message.to_owned())
+}
+
+/// A key as a part of a JSON Pointer (RFC 6901).
+pub fn escape(key: &str) -> String {
+    // Keys come from the caller; a long one would only be echoed.
+    let short: String = key.chars().take(64).collect();
+    short.replace('~', "~0").replace('/', "~1")
+}

@@ -1,0 +1,246 @@
+//! Everything about a fit but the nodes: wire parts to a checked [`FitSpec`], with the contract's defaults and ranges.
+
+use serde::Deserialize;
+
+use super::request::read_part;
+use crate::{
+    api::fit_spec::*,
+    estimation::{Faults, FitSpec, spec},
+};
+
+/// The keys of a spec at the top level of a request.
+pub const SPEC_KEYS: [&str; 9] = [
+    "model",
+    "scaling",
+    "regularization",
+    "estimator",
+    "domain",
+    "coefficient_norm_limit",
+    "noise_sigma",
+    "node_uncertainty",
+    "include",
+];
+
+/// Slices of the request, in the order of [`SPEC_KEYS`].
+#[derive(Default)]
+pub struct RawSpec<'a> {
+    pub slices: [Option<&'a [u8]>; SPEC_KEYS.len()],
+}
+
+impl RawSpec<'_> {
+    /// The spec, when none of its parts has a fault.
+    pub fn check(&self, faults: &mut Faults) -> Option<FitSpec> {
+        let before = faults.count();
+        let [model, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include] =
+            self.slices;
+        let model = match model {
+            Some(slice) => read_model(slice, faults),
+            None => {
+                faults.push("/model", "missing");
+                None
+            }
+        };
+        let scaling = scaling.and_then(|slice| read_part(slice, "/scaling", faults)).map(|name| match name {
+            ScalingName::UnitLength => spec::Scaling::UnitLength,
+            ScalingName::None => spec::Scaling::None,
+            ScalingName::Standardized => spec::Scaling::Standardized,
+        });
+        let regularization = regularization.and_then(|slice| read_regularization(slice, faults));
+        if let Some(slice) = estimator {
+            check_estimator(slice, faults);
+        }
+        let domain = domain.and_then(|slice| read_domain(slice, faults));
+        let coefficient_norm_limit = norm_limit.and_then(|slice| positive(slice, "/coefficient_norm_limit", faults));
+        let noise_sigma = noise_sigma.and_then(|slice| positive(slice, "/noise_sigma", faults));
+        let node_uncertainty = uncertainty.and_then(|slice| read_uncertainty(slice, faults));
+        let include = include.and_then(|slice| read_include(slice, faults));
+        if faults.count() > before {
+            return None;
+        }
+        Some(FitSpec {
+            scaling: scaling.unwrap_or_default(),
+            regularization: regularization.unwrap_or_default(),
+            estimator: spec::Estimator::LeastSquares,
+            domain,
+            coefficient_norm_limit,
+            noise_sigma,
+            node_uncertainty,
+            include: include.unwrap_or_default(),
+            ..FitSpec::new(model?)
+        })
+    }
+}
+
+/// The `type` of a union.
+#[derive(Deserialize)]
+struct Tag {
+    #[serde(rename = "type")]
+    kind: String,
+}
+
+fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
+    read_part::<Tag>(slice, pointer, faults).map(|tag| tag.kind)
+}
+
+fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
+    let got: String = got.chars().take(64).collect();
+    faults.push(format!("{pointer}/type"), format!("`{got}` is not offered by this version; {known}"));
+}
+
+fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
+    match read_tag(slice, "/model", faults)?.as_str() {
+        "polynomial" => {
+            let model: PolynomialModel = read_part(slice, "/model", faults)?;
+            Some(spec::Model::Polynomial {
+                degree: degree(model.degree),
+                basis: match model.basis {
+                    None | Some(BasisName::Monomial) => spec::PolynomialBasis::Monomial,
+                    Some(BasisName::Chebyshev) => spec::PolynomialBasis::Chebyshev,
+                    Some(BasisName::Legendre) => spec::PolynomialBasis::Legendre,
+                },
+                terms: match model.terms {
+                    None | Some(TermsName::Tensor) => spec::Terms::Tensor,
+                    Some(TermsName::Total) => spec::Terms::Total,
+                },
+            })
+        }
+        "b_spline" => {
+            let model: BSplineModel = read_part(slice, "/model", faults)?;
+            let knots = match (model.knots, model.spans) {
+                (Some(KnotsBody::Curve(knots)), None) => spec::Knots::Curve(knots),
+                (Some(KnotsBody::Surface([u, v])), None) => spec::Knots::Surface(u, v),
+                (None, Some(SpansBody::Both(n))) => spec::Knots::Spans(n),
+                (None, Some(SpansBody::Each([a, b]))) => spec::Knots::SpansEach(a, b),
+                (Some(_), Some(_)) => {
+                    faults.push("/model/spans", "give either `knots` or `spans`, not both");
+                    return None;
+                }
+                (None, None) => {
+                    faults.push("/model", "give `knots` or `spans`");
+                    return None;
+                }
+            };
+            Some(spec::Model::BSpline { degree: degree(model.degree), knots })
+        }
+        "linear" => read_part::<LinearModel>(slice, "/model", faults).map(|_| spec::Model::Linear),
+        other => {
+            unknown_type("/model", other, "polynomial, b_spline and linear are", faults);
+            None
+        }
+    }
+}
+
+fn degree(degree: DegreeBody) -> spec::Degree {
+    match degree {
+        DegreeBody::Both(n) => spec::Degree::Both(n),
+        DegreeBody::Each([p, q]) => spec::Degree::Each(p, q),
+    }
+}
+
+fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Regularization> {
+    const AT: &str = "/regularization";
+    match read_tag(slice, AT, faults)?.as_str() {
+        "none" => read_part::<NoRegularization>(slice, AT, faults).map(|_| spec::Regularization::None),
+        "spectral" => {
+            let body: SpectralRegularization = read_part(slice, AT, faults)?;
+            let condition_limit = body.condition_limit.unwrap_or(spec::DEFAULT_CONDITION_LIMIT);
+            if condition_limit <= 1.0 {
+                faults.push(format!("{AT}/condition_limit"), format!("{condition_limit} is not greater than 1"));
+            }
+            let lambda_star = parameter(body.lambda_star, &format!("{AT}/lambda_star"), faults)?;
+            Some(spec::Regularization::Spectral {
+                scheme: body.scheme.map_or_else(spec::Scheme::default, spec::Scheme::from),
+                count: match body.count {
+                    None | Some(CountBody::Auto(_)) => spec::Count::Auto,
+                    Some(CountBody::Given(n)) => spec::Count::Given(n),
+                },
+                condition_limit,
+                lambda_star,
+            })
+        }
+        "ridge" => {
+            let body: RidgeRegularization = read_part(slice, AT, faults)?;
+            let parameter = parameter(body.parameter, &format!("{AT}/parameter"), faults)?;
+            Some(spec::Regularization::Ridge { parameter })
+        }
+        other => {
+            unknown_type(AT, other, "none, spectral and ridge are", faults);
+            None
+        }
+    }
+}
+
+fn parameter(body: Option<ParameterBody>, pointer: &str, faults: &mut Faults) -> Option<spec::Parameter> {
+    let Some(body) = body else { return Some(spec::Parameter::Criterion(spec::Criterion::MinMse)) };
+    let criterion = match body.criterion {
+        CriterionName::Fixed => {
+            let Some(value) = body.value else {
+                faults.push(format!("{pointer}/value"), "missing; the criterion `fixed` needs it");
+                return None;
+            };
+            if value <= 0.0 {
+                faults.push(format!("{pointer}/value"), format!("{value} is not greater than 0"));
+            }
+            return Some(spec::Parameter::Fixed(value));
+        }
+        CriterionName::MinMse => spec::Criterion::MinMse,
+        CriterionName::MinCondition => spec::Criterion::MinCondition,
+        CriterionName::Gcv => spec::Criterion::Gcv,
+        CriterionName::Discrepancy => spec::Criterion::Discrepancy,
+        CriterionName::LCurve => spec::Criterion::LCurve,
+    };
+    if body.value.is_some() {
+        faults.push(format!("{pointer}/value"), "only the criterion `fixed` takes a value");
+    }
+    Some(spec::Parameter::Criterion(criterion))
+}
+
+fn check_estimator(slice: &[u8], faults: &mut Faults) {
+    match read_tag(slice, "/estimator", faults).as_deref() {
+        None => {}
+        Some("least_squares") => {
+            let _checked: Option<LeastSquaresEstimator> = read_part(slice, "/estimator", faults);
+        }
+        Some(other) => unknown_type("/estimator", other, "least_squares is", faults),
+    }
+}
+
+fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {
+    let body: DomainBody = read_part(slice, "/domain", faults)?;
+    for (key, ends) in [("u", body.u), ("v", body.v)] {
+        if let Some([low, high]) = ends
+            && low > high
+        {
+            faults.push(format!("/domain/{key}"), format!("{low} is greater than {high}; write [min, max]"));
+        }
+    }
+    Some(spec::Domain { u: body.u, v: body.v })
+}
+
+fn positive(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<f64> {
+    let value: f64 = read_part(slice, pointer, faults)?;
+    if value <= 0.0 {
+        faults.push(pointer, format!("{value} is not greater than 0"));
+    }
+    Some(value)
+}
+
+fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncertainty> {
+    let body: NodeUncertaintyBody = read_part(slice, "/node_uncertainty", faults)?;
+    for (key, value) in [("position", body.position), ("height", body.height)] {
+        if value < 0.0 {
+            faults.push(format!("/node_uncertainty/{key}"), format!("{value} is negative"));
+        }
+    }
+    Some(spec::NodeUncertainty { position: body.position, height: body.height })
+}
+
+fn read_include(slice: &[u8], faults: &mut Faults) -> Option<spec::Include> {
+    let names: Vec<IncludeName> = read_part(slice, "/include", faults)?;
+    Some(spec::Include {
+        residuals: names.contains(&IncludeName::Residuals),
+        collinearity: names.contains(&IncludeName::Collinearity),
+        lambda_curve: names.contains(&IncludeName::LambdaCurve),
+        matrix_b: names.contains(&IncludeName::MatrixB),
+    })
+}

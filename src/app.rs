@@ -1,0 +1,54 @@
+//! Wiring: settings in, a running server out.
+
+use std::{io, net::SocketAddr, sync::Arc};
+
+use tokio::net::TcpListener;
+
+use crate::{
+    config::ServeSettings,
+    http::{self, AppState, server, state::AlwaysReady},
+    telemetry,
+};
+
+/// A server that listens but does not serve yet.
+pub struct App {
+    listener: TcpListener,
+    state: AppState,
+}
+
+/// Why the server did not start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    #[error("{address} is taken by another program; choose another with --bind or FLANKFIT_BIND")]
+    AddressTaken { address: SocketAddr },
+    #[error("cannot listen on {address}: {source}")]
+    Listen { address: SocketAddr, source: io::Error },
+    #[error("cannot start the fit workers: {0}")]
+    Workers(io::Error),
+}
+
+impl App {
+    /// Binds the address and opens what the handlers need.
+    pub async fn start(settings: ServeSettings) -> Result<Self, StartError> {
+        let address = settings.bind;
+        let listener = TcpListener::bind(address).await.map_err(|source| match source.kind() {
+            io::ErrorKind::AddrInUse => StartError::AddressTaken { address },
+            _ => StartError::Listen { address, source },
+        })?;
+        let state = AppState::new(settings, Arc::new(AlwaysReady)).map_err(StartError::Workers)?;
+        Ok(App { listener, state })
+    }
+
+    /// The address that was bound (its port is known even when 0 was asked for).
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    /// Serves until `stop` is ready, then finishes what was accepted within the shutdown grace.
+    pub async fn serve(self, stop: impl Future<Output = ()>) {
+        let grace = self.state.settings.shutdown_grace();
+        let upkeep = tokio::spawn(telemetry::upkeep());
+        server::serve(self.listener, http::router(self.state), stop, grace).await;
+        upkeep.abort();
+    }
+}

@@ -1,0 +1,48 @@
+//! `flankfit fit FILE`: the answer of `POST /v1/fits` without a server.
+
+use std::{
+    io::{Read, Write},
+    path::PathBuf,
+    process::ExitCode,
+};
+
+use clap::Args;
+
+use crate::api::{
+    problem::{Problem, ProblemCode},
+    service,
+};
+
+#[derive(Debug, Args)]
+pub struct FitArguments {
+    /// A fit request as JSON; `-` reads standard input.
+    file: PathBuf,
+}
+
+/// The answer goes to standard output (exit code 0); a problem goes to standard error as JSON (exit code 1).
+pub fn run(arguments: &FitArguments) -> ExitCode {
+    let answer = read(arguments).and_then(|text| service::fit_json(&text)).and_then(|mut answer| {
+        answer.push(b'\n');
+        std::io::stdout().write_all(&answer).map_err(|error| Problem::internal("cannot write").caused_by(error))
+    });
+    match answer {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            let text = serde_json::to_string_pretty(&problem).unwrap_or_else(|error| error.to_string());
+            eprintln!("{text}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn read(arguments: &FitArguments) -> Result<Vec<u8>, Problem> {
+    let unreadable =
+        |error| Problem::new(ProblemCode::MalformedBody, format!("Cannot read {}: {error}.", arguments.file.display()));
+    if arguments.file.as_os_str() == "-" {
+        let mut text = Vec::new();
+        std::io::stdin().read_to_end(&mut text).map_err(unreadable)?;
+        Ok(text)
+    } else {
+        std::fs::read(&arguments.file).map_err(unreadable)
+    }
+}

@@ -1,0 +1,56 @@
+//! The command line: one file per subcommand, `serve` when none is given.
+
+pub mod fit;
+pub mod healthcheck;
+pub mod openapi;
+pub mod serve;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::config::ServeSettings;
+
+/// Robust parametric estimation of tooth-flank surfaces, as an HTTP service.
+#[derive(Debug, Parser)]
+#[command(name = "flankfit", version, about, args_conflicts_with_subcommands = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    serve: ServeSettings,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Serve HTTP (the default).
+    Serve(ServeSettings),
+    /// Fit one request from a file (`-` for standard input), offline, with the same engine.
+    Fit(fit::FitArguments),
+    /// Print the OpenAPI document.
+    Openapi(openapi::OpenapiArguments),
+    /// Ask a running server whether it is up; exit code 0 when it is.
+    Healthcheck(healthcheck::HealthcheckArguments),
+}
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let command = arguments.command.unwrap_or(Command::Serve(arguments.serve));
+    let outcome = match command {
+        Command::Serve(settings) => serve::run(settings),
+        Command::Fit(arguments) => return fit::run(&arguments),
+        Command::Openapi(arguments) => openapi::run(&arguments),
+        Command::Healthcheck(arguments) => healthcheck::run(&arguments),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("flankfit: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// What a subcommand failed with, ready for a person to read.
+pub type CommandError = Box<dyn std::error::Error + Send + Sync>;

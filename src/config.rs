@@ -1,0 +1,132 @@
+//! Settings of the server, as flags and as environment variables. `flankfit serve --help` lists them all.
+
+use std::{net::SocketAddr, time::Duration};
+
+use clap::{Args, ValueEnum};
+
+/// How log lines look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// For people.
+    Pretty,
+    /// One JSON object a line.
+    Json,
+}
+
+#[derive(Clone, Debug, Args)]
+pub struct ServeSettings {
+    /// Address and port to listen on; port 0 takes any free one.
+    #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080")]
+    pub bind: SocketAddr,
+    /// Where the gear jobs are kept.
+    #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db")]
+    pub database_url: String,
+    /// Threads that compute fits; 0 takes one per processor.
+    #[arg(long, env = "FLANKFIT_WORKERS", default_value_t = 0)]
+    pub workers: usize,
+    /// Requests that may wait for a worker before the answer is 503.
+    #[arg(long, env = "FLANKFIT_QUEUE", default_value_t = 1024)]
+    pub queue: usize,
+    /// Largest request body in bytes, counted after decompression.
+    #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024)]
+    pub body_limit: usize,
+    /// Seconds in which a request body must have arrived (else 408).
+    #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
+    pub body_timeout: u64,
+    /// Seconds in which a request must be answered (else 503).
+    #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
+    pub request_timeout: u64,
+    /// Seconds that a shutdown waits for what was accepted.
+    #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30)]
+    pub shutdown_grace: u64,
+    /// SHA-256 digests (hexadecimal, separated by commas) of the API keys that may be used; none: no key is asked for.
+    #[arg(
+        long,
+        env = "FLANKFIT_API_KEYS_SHA256",
+        value_delimiter = ',',
+        value_parser = parse_digest,
+        hide_env_values = true
+    )]
+    pub api_keys_sha256: Vec<Digest>,
+    /// Form of the log lines on standard error.
+    #[arg(long, env = "FLANKFIT_LOG_FORMAT", value_enum, default_value_t = LogFormat::Pretty)]
+    pub log_format: LogFormat,
+    /// What is logged: error, warn, info, debug, trace, or directives such as `info,sqlx=warn`.
+    #[arg(long, env = "FLANKFIT_LOG", default_value = "info")]
+    pub log: String,
+    /// Whether the interactive documentation is served at /docs.
+    #[arg(long, env = "FLANKFIT_DOCS", default_value_t = true, action = clap::ArgAction::Set)]
+    pub docs: bool,
+}
+
+/// SHA-256 of an API key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Digest(pub [u8; 32]);
+
+fn parse_digest(text: &str) -> Result<Digest, String> {
+    let text = text.trim();
+    let mut digest = [0_u8; 32];
+    if text.len() != 64 || !text.is_ascii() {
+        return Err("a SHA-256 digest has 64 hexadecimal digits".into());
+    }
+    for (byte, pair) in digest.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
+        let pair = std::str::from_utf8(pair).map_err(|error| error.to_string())?;
+        *byte = u8::from_str_radix(pair, 16).map_err(|error| error.to_string())?;
+    }
+    Ok(Digest(digest))
+}
+
+impl ServeSettings {
+    /// The number of fit workers after `0` has been replaced by the number of processors.
+    pub fn worker_count(&self) -> usize {
+        match self.workers {
+            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+            n => n,
+        }
+    }
+
+    pub fn body_timeout(&self) -> Duration {
+        Duration::from_secs(self.body_timeout)
+    }
+
+    pub fn request_timeout(&self) -> Duration {
+        Duration::from_secs(self.request_timeout)
+    }
+
+    pub fn shutdown_grace(&self) -> Duration {
+        Duration::from_secs(self.shutdown_grace)
+    }
+}
+
+impl Default for ServeSettings {
+    /// What an empty command line and an empty environment give.
+    fn default() -> Self {
+        ServeSettings {
+            bind: SocketAddr::from(([127, 0, 0, 1], 8080)),
+            database_url: "sqlite://flankfit.db".into(),
+            workers: 0,
+            queue: 1024,
+            body_limit: 256 * 1024 * 1024,
+            body_timeout: 60,
+            request_timeout: 120,
+            shutdown_grace: 30,
+            api_keys_sha256: Vec::new(),
+            log_format: LogFormat::Pretty,
+            log: "info".into(),
+            docs: true,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digests_are_read_strictly() {
+        let text = "00ff".to_owned() + &"0".repeat(60);
+        assert_eq!(parse_digest(&text).map(|d| d.0[1]), Ok(255));
+        assert!(parse_digest("00").is_err());
+        assert!(parse_digest(&"g".repeat(64)).is_err());
+    }
+}

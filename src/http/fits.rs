@@ -1,0 +1,49 @@
+//! `POST /v1/fits`: compute, store nothing.
+
+use axum::{
+    extract::State,
+    http::{HeaderValue, header},
+    response::{IntoResponse, Response},
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::{body::Payload, multipart, state::AppState};
+use crate::api::{
+    fit_result::FitResultBody,
+    fit_spec::{FitForm, FitRequest},
+    problem::Problem,
+    reader::NoExtra,
+    service,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(create_fit))
+}
+
+/// Fits a model to nodes and answers everything about the estimate; stores nothing.
+#[utoipa::path(
+    post, path = "/v1/fits", operation_id = "create_fit", tag = "fits",
+    request_body(
+        content((FitRequest = "application/json"), (FitForm = "multipart/form-data")),
+        description = "Nodes and what to fit to them."
+    ),
+    responses((status = 200, description = "The estimate with its diagnostics.", body = FitResultBody))
+)]
+async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let limit = state.settings.body_limit;
+    let answer = state
+        .pool
+        .run(move || {
+            let (nodes, spec, NoExtra {}) = multipart::read_fit(payload, limit)?;
+            service::fit(&nodes, &spec)?.to_json().map_err(Problem::internal)
+        })
+        .await??;
+    Ok(json(answer))
+}
+
+/// A response that holds finished JSON.
+pub fn json(text: Vec<u8>) -> Response {
+    let mut response = text.into_response();
+    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    response
+}

@@ -1,0 +1,95 @@
+//! Around the contract: health, metrics, the OpenAPI documents and the interactive documentation.
+
+use axum::{
+    Router,
+    body::Bytes,
+    extract::State,
+    http::{HeaderValue, header},
+    response::{IntoResponse, Redirect, Response},
+    routing::get,
+};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use utoipa_swagger_ui::{Config, SwaggerUi};
+
+use super::{
+    openapi::{openapi_3_0_json, openapi_json},
+    state::AppState,
+};
+use crate::api::problem::{Problem, ProblemCode};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(get_health)).routes(routes!(get_readiness)).routes(routes!(get_metrics))
+}
+
+/// What is served but is not part of the document it serves.
+pub fn undocumented(state: &AppState) -> Router<AppState> {
+    let router = Router::new()
+        .route("/openapi.json", get(|| async { document(openapi_json()) }))
+        .route("/openapi-3.0.json", get(|| async { document(openapi_3_0_json()) }));
+    if !state.settings.docs {
+        return router;
+    }
+    let pages =
+        SwaggerUi::new("/docs").config(Config::from("/openapi.json").validator_url("none").display_operation_id(true));
+    router.merge(pages).route("/", get(|| async { Redirect::temporary("/docs/") }))
+}
+
+/// The state of the process.
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
+pub struct Health {
+    /// Always `ok`; anything else is a problem.
+    #[schema(example = "ok")]
+    pub status: String,
+    /// Engine name and version.
+    #[schema(example = "flankfit 0.1.0")]
+    pub engine: String,
+}
+
+impl Health {
+    fn ok() -> Self {
+        Health { status: "ok".into(), engine: crate::api::ENGINE.into() }
+    }
+}
+
+/// Whether the process is up.
+#[utoipa::path(
+    get, path = "/healthz", operation_id = "get_health", tag = "operation",
+    responses((status = 200, description = "The process is up.", body = Health))
+)]
+async fn get_health() -> axum::Json<Health> {
+    axum::Json(Health::ok())
+}
+
+/// Whether requests can be answered: the database answers.
+#[utoipa::path(
+    get, path = "/readyz", operation_id = "get_readiness", tag = "operation",
+    responses(
+        (status = 200, description = "Requests can be answered.", body = Health),
+        (status = 503, description = "The store does not answer.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_readiness(State(state): State<AppState>) -> Result<axum::Json<Health>, Problem> {
+    match state.readiness.check().await {
+        Ok(()) => Ok(axum::Json(Health::ok())),
+        Err(cause) => Err(Problem::new(ProblemCode::StoreUnavailable, "The store does not answer.")
+            .caused_by(cause)
+            .retry_after(1)),
+    }
+}
+
+/// Metrics in the Prometheus text format.
+#[utoipa::path(
+    get, path = "/metrics", operation_id = "get_metrics", tag = "operation",
+    responses((status = 200, description = "Metrics in the Prometheus text format.", body = String, content_type = "text/plain"))
+)]
+async fn get_metrics(State(state): State<AppState>) -> impl IntoResponse {
+    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], state.metrics.render())
+}
+
+fn document(text: &'static str) -> Response {
+    let mut response = Bytes::from_static(text.as_bytes()).into_response();
+    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    response
+}

@@ -1,0 +1,17 @@
+//! HTTP: one file per endpoint group, and what they share (bodies, problems, the layer around every request).
+
+pub mod auth;
+pub mod body;
+pub mod extract;
+pub mod fits;
+pub mod meta;
+pub mod multipart;
+pub mod observe;
+pub mod openapi;
+pub mod problem;
+pub mod router;
+pub mod server;
+pub mod state;
+
+pub use router::router;
+pub use state::{AppState, Readiness};

@@ -1,0 +1,157 @@
+//! The one layer around every request: id, time limit, panics, metrics, log line.
+//!
+//! One function instead of a stack of layers: each request is looked at once on its way in and once on its way out.
+
+use std::{panic::AssertUnwindSafe, task::Poll, time::Instant};
+
+use axum::{
+    extract::{MatchedPath, Request, State},
+    http::{HeaderName, HeaderValue, Method},
+    middleware::Next,
+    response::{IntoResponse, Response},
+};
+use uuid::Uuid;
+
+use super::{auth, state::AppState};
+use crate::{
+    api::problem::{Problem, ProblemCode},
+    telemetry,
+};
+
+/// The header that carries the id of a request.
+pub static REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+
+/// Longest id taken over from a client.
+const LONGEST_ID: usize = 128;
+
+/// The id of the request that is being answered, for handlers (a request extension).
+#[derive(Clone, Debug)]
+pub struct RequestId(pub HeaderValue);
+
+impl RequestId {
+    pub fn as_str(&self) -> &str {
+        self.0.to_str().unwrap_or_default()
+    }
+}
+
+pub async fn observe(State(state): State<AppState>, mut request: Request, next: Next) -> Response {
+    let begun = Instant::now();
+    let id = request.headers().get(&REQUEST_ID).filter(|id| is_sane(id)).cloned().unwrap_or_else(new_id);
+    let method = request.method().clone();
+    let path = request.extensions().get::<MatchedPath>().cloned();
+    let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
+    request.extensions_mut().insert(RequestId(id.clone()));
+
+    let allowed = auth::authorize(&state.settings.api_keys_sha256, request.uri().path(), request.headers());
+    let answer = async {
+        match allowed {
+            Ok(()) => catch_panic(next.run(request)).await,
+            Err(problem) => Ok(problem.into_response()),
+        }
+    };
+    let mut response = match tokio::time::timeout(state.settings.request_timeout(), answer).await {
+        Ok(Ok(response)) => response,
+        Ok(Err(Panicked)) => Problem::internal("a handler panicked").into_response(),
+        Err(_elapsed) => {
+            let limit = state.settings.request_timeout;
+            Problem::new(ProblemCode::RequestTimeout, format!("There was no answer within {limit} s."))
+                .retry_after(5)
+                .into_response()
+        }
+    };
+
+    if let Some(mut problem) = response.extensions_mut().remove::<Problem>() {
+        if let Some(cause) = problem.cause.take() {
+            tracing::error!(request_id = RequestId(id.clone()).as_str(), code = %problem.code, cause, "problem");
+        }
+        problem.request_id = Some(RequestId(id.clone()).as_str().to_owned());
+        let headers = std::mem::take(response.headers_mut());
+        let mut named = problem.into_response();
+        for (name, value) in &headers {
+            if name != axum::http::header::CONTENT_LENGTH {
+                named.headers_mut().insert(name, value.clone());
+            }
+        }
+        response = named;
+    }
+    response.headers_mut().insert(REQUEST_ID.clone(), id.clone());
+    report(&method, path.as_ref(), &response, begun, &id, url);
+    response
+}
+
+fn report(
+    method: &Method,
+    path: Option<&MatchedPath>,
+    response: &Response,
+    begun: Instant,
+    id: &HeaderValue,
+    url: Option<axum::http::Uri>,
+) {
+    let seconds = begun.elapsed().as_secs_f64();
+    let status = response.status();
+    let route = path.map_or("unmatched", MatchedPath::as_str);
+    let labels = [
+        metrics::Label::new("method", method_name(method)),
+        metrics::Label::new("path", route.to_owned()),
+        metrics::Label::new("status", status_name(status.as_u16())),
+    ];
+    let labels = labels.to_vec();
+    metrics::counter!(telemetry::REQUESTS, labels.clone()).increment(1);
+    metrics::histogram!(telemetry::REQUEST_SECONDS, labels).record(seconds);
+    let id = id.to_str().unwrap_or_default();
+    match url {
+        Some(url) => {
+            tracing::debug!(request_id = id, %method, route, %url, status = status.as_u16(), seconds, "answered")
+        }
+        None => tracing::info!(request_id = id, %method, route, status = status.as_u16(), seconds, "answered"),
+    }
+}
+
+/// Methods are labels, so unknown ones share a name: a client cannot make new time series.
+fn method_name(method: &Method) -> &'static str {
+    match *method {
+        Method::GET => "GET",
+        Method::POST => "POST",
+        Method::PUT => "PUT",
+        Method::PATCH => "PATCH",
+        Method::DELETE => "DELETE",
+        Method::HEAD => "HEAD",
+        Method::OPTIONS => "OPTIONS",
+        _ => "other",
+    }
+}
+
+/// The statuses that are answered often, without allocating.
+fn status_name(status: u16) -> metrics::SharedString {
+    match status {
+        200 => "200".into(),
+        201 => "201".into(),
+        204 => "204".into(),
+        422 => "422".into(),
+        other => other.to_string().into(),
+    }
+}
+
+fn is_sane(id: &HeaderValue) -> bool {
+    let bytes = id.as_bytes();
+    (1..=LONGEST_ID).contains(&bytes.len()) && bytes.iter().all(u8::is_ascii_graphic)
+}
+
+fn new_id() -> HeaderValue {
+    let mut buffer = Uuid::encode_buffer();
+    let text = Uuid::now_v7().hyphenated().encode_lower(&mut buffer);
+    HeaderValue::from_str(text).unwrap_or(HeaderValue::from_static("unknown"))
+}
+
+struct Panicked;
+
+/// Turns a panic of the future into an error (what happened has gone to the panic hook).
+async fn catch_panic<F: Future>(future: F) -> Result<F::Output, Panicked> {
+    let mut future = std::pin::pin!(future);
+    std::future::poll_fn(move |cx| match std::panic::catch_unwind(AssertUnwindSafe(|| future.as_mut().poll(cx))) {
+        Ok(Poll::Ready(output)) => Poll::Ready(Ok(output)),
+        Ok(Poll::Pending) => Poll::Pending,
+        Err(_) => Poll::Ready(Err(Panicked)),
+    })
+    .await
+}

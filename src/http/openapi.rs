@@ -1,0 +1,211 @@
+//! The OpenAPI document: what the handlers declare, completed with what holds for every one of them.
+//!
+//! Handlers declare what is theirs. Here every operation gains the refusals that the layers below it give
+//! (unreadable body, API key, timeouts, a full queue, …), the header `x-request-id`, and its examples; and
+//! optional properties lose the `null` that the generator writes for them, since absence is never written as `null`.
+
+use std::sync::OnceLock;
+
+use utoipa::{
+    Modify, OpenApi,
+    openapi::{
+        Content, HeaderBuilder, ObjectBuilder, OpenApi as Document, Ref, RefOr, ResponseBuilder,
+        encoding::EncodingBuilder,
+        example::ExampleBuilder,
+        path::{Operation, PathItem},
+        schema::{Schema, SchemaType, Type},
+        security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme},
+    },
+};
+
+use super::router;
+use crate::api::{
+    examples::REQUEST_EXAMPLES,
+    openapi_3_0,
+    problem::{Problem, ProblemError},
+};
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "flankfit",
+        description = "Robust parametric estimation of tooth-flank surfaces: coefficients with standard errors and \
+                       bias bounds, eigen diagnostics, and every choice of λ* side by side.",
+        license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
+    ),
+    components(schemas(Problem, ProblemError)),
+    tags(
+        (name = "fits", description = "Fits of node sets; nothing is stored."),
+        (name = "operation", description = "Health and metrics.")
+    )
+)]
+pub struct Contract;
+
+/// The OpenAPI 3.1 document as it is committed.
+pub fn openapi_json() -> &'static str {
+    static TEXT: OnceLock<String> = OnceLock::new();
+    TEXT.get_or_init(|| {
+        let mut document = router::groups().into_openapi();
+        Complete.modify(&mut document);
+        let mut text = document.to_pretty_json().unwrap_or_default();
+        text.push('\n');
+        text
+    })
+}
+
+/// The OpenAPI 3.0 copy as it is committed.
+pub fn openapi_3_0_json() -> &'static str {
+    static TEXT: OnceLock<String> = OnceLock::new();
+    TEXT.get_or_init(|| openapi_3_0::convert(openapi_json()).unwrap_or_default())
+}
+
+struct Complete;
+
+impl Modify for Complete {
+    fn modify(&self, document: &mut Document) {
+        for (path, item) in &mut document.paths.paths {
+            for operation in operations(item) {
+                refusals(path, operation);
+                if path.starts_with("/v1/") {
+                    operation.security = Some(vec![
+                        SecurityRequirement::default(),
+                        SecurityRequirement::new("bearer", [""; 0]),
+                        SecurityRequirement::new("api_key", [""; 0]),
+                    ]);
+                }
+                request_id(operation);
+                examples(operation);
+                form_parts(operation);
+            }
+        }
+        if let Some(components) = &mut document.components {
+            components.schemas.values_mut().for_each(without_null);
+            let bearer = HttpBuilder::new()
+                .scheme(HttpAuthScheme::Bearer)
+                .description(Some("An API key, where the server was started with some."))
+                .build();
+            components.add_security_scheme("bearer", SecurityScheme::Http(bearer));
+            let header = ApiKeyValue::with_description("x-api-key", "The same in a header of its own.");
+            components.add_security_scheme("api_key", SecurityScheme::ApiKey(ApiKey::Header(header)));
+        }
+    }
+}
+
+fn operations(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {
+    [&mut item.get, &mut item.put, &mut item.post, &mut item.delete, &mut item.patch].into_iter().flatten()
+}
+
+/// Documents what the layers below a handler may answer, where the handler has not said more about it.
+fn refusals(path: &str, operation: &mut Operation) {
+    let versioned = path.starts_with("/v1/");
+    let body = operation.request_body.is_some();
+    let known = [
+        (versioned && body, "400", "The body or its compression cannot be read; `detail` says where."),
+        (versioned, "401", "The server asks for an API key."),
+        (versioned, "403", "The API key is not known."),
+        (versioned && path.contains('{'), "404", "There is no such resource."),
+        (versioned && body, "408", "The body did not arrive in time."),
+        (versioned && body, "413", "The body is too large (counted after decompression)."),
+        (versioned && body, "415", "The media type or the compression is not supported."),
+        (versioned && body, "422", "Well-formed but impossible; `errors` points to every fault."),
+        (true, "500", "The fault is on the server's side; nothing was stored."),
+        (true, "503", "Busy, or no answer in time; try again after `Retry-After` seconds."),
+    ];
+    for (_, status, description) in known.into_iter().filter(|(given, _, _)| *given) {
+        if operation.responses.responses.contains_key(status) {
+            continue;
+        }
+        let content = Content::new(Some(RefOr::Ref(Ref::from_schema_name("Problem"))));
+        let mut response = ResponseBuilder::new().description(description).content("application/problem+json", content);
+        if status == "503" {
+            let seconds = ObjectBuilder::new().schema_type(Type::Integer);
+            let header = HeaderBuilder::new().schema(Some(seconds)).description(Some("Seconds to wait.")).build();
+            response = response.header("Retry-After", header);
+        }
+        operation.responses.responses.insert(status.into(), response.build().into());
+    }
+}
+
+fn request_id(operation: &mut Operation) {
+    for response in operation.responses.responses.values_mut() {
+        if let RefOr::T(response) = response {
+            let text = ObjectBuilder::new().schema_type(Type::String);
+            let header = HeaderBuilder::new()
+                .schema(Some(text))
+                .description(Some("Id of the request: the caller's own, or a new UUIDv7."))
+                .build();
+            response.headers.insert("x-request-id".into(), header.into());
+        }
+    }
+}
+
+fn examples(operation: &mut Operation) {
+    let Some(RefOr::T(body)) = &mut operation.request_body else { return };
+    let Some(RefOr::T(content)) = body.content.get_mut("application/json") else { return };
+    for example in REQUEST_EXAMPLES.iter().filter(|e| Some(e.operation_id) == operation.operation_id.as_deref()) {
+        let value = serde_json::from_str(example.text).ok();
+        let shown = ExampleBuilder::new().summary(example.summary).value(value).build();
+        content.examples.insert(example.name.into(), shown.into());
+    }
+}
+
+/// Which media types the parts of a form have.
+fn form_parts(operation: &mut Operation) {
+    let Some(RefOr::T(body)) = &mut operation.request_body else { return };
+    let Some(RefOr::T(content)) = body.content.get_mut("multipart/form-data") else { return };
+    for (part, media) in [("spec", "application/json"), ("nodes", "text/csv")] {
+        let encoding = EncodingBuilder::new().content_type(Some(media)).build();
+        content.encoding.insert(part.into(), encoding.into());
+    }
+}
+
+/// Takes `null` from the properties of objects, at every depth. Entries of arrays keep it: a grid's heights have it.
+fn without_null(schema: &mut RefOr<Schema>) {
+    let RefOr::T(schema) = schema else { return };
+    match schema {
+        Schema::Object(object) => {
+            for property in object.properties.values_mut() {
+                not_nullable(property);
+                without_null(property);
+            }
+        }
+        Schema::AllOf(all) => all.items.iter_mut().for_each(without_null),
+        Schema::OneOf(one) => one.items.iter_mut().for_each(without_null),
+        _ => {}
+    }
+}
+
+fn not_nullable(property: &mut RefOr<Schema>) {
+    let RefOr::T(schema) = property else { return };
+    match schema {
+        Schema::Object(object) => single_type(&mut object.schema_type),
+        Schema::Array(array) => single_type(&mut array.schema_type),
+        Schema::OneOf(one) => {
+            one.items.retain(|item| !is_null(item));
+            if let [only] = one.items.as_mut_slice() {
+                let description = one.description.take();
+                let mut only = std::mem::replace(only, RefOr::Ref(Ref::default()));
+                if let RefOr::Ref(reference) = &mut only
+                    && let Some(description) = description
+                {
+                    reference.description = description;
+                }
+                *property = only;
+            }
+        }
+        _ => {}
+    }
+}
+
+fn single_type(kind: &mut SchemaType) {
+    if let SchemaType::Array(types) = kind {
+        types.retain(|kind| *kind != Type::Null);
+        if let [only] = types.as_slice() {
+            *kind = SchemaType::Type(only.clone());
+        }
+    }
+}
+
+fn is_null(schema: &RefOr<Schema>) -> bool {
+    matches!(schema, RefOr::T(Schema::Object(object)) if object.schema_type == SchemaType::Type(Type::Null))
+}

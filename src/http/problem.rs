@@ -1,0 +1,43 @@
+//! Problems as HTTP responses.
+
+use axum::{
+    http::{HeaderValue, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+
+use crate::{
+    api::problem::{Problem, ProblemCode},
+    pool::PoolError,
+};
+
+impl IntoResponse for Problem {
+    /// The problem also travels as an extension, for [`super::observe`] to add the request id and log the cause.
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        let body = serde_json::to_vec(&self).unwrap_or_default();
+        let mut response = (status, body).into_response();
+        let headers = response.headers_mut();
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+        if let Some(seconds) = self.retry_after {
+            headers.insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+        }
+        if status == StatusCode::UNAUTHORIZED {
+            headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+        }
+        response.extensions_mut().insert(self);
+        response
+    }
+}
+
+impl From<PoolError> for Problem {
+    fn from(error: PoolError) -> Self {
+        match error {
+            PoolError::Full { .. } => Problem::new(
+                ProblemCode::Overloaded,
+                "Every worker is busy and the queue is full; try again in a moment.",
+            )
+            .retry_after(1),
+            PoolError::Lost => Problem::internal(error),
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! Every endpoint group in one place. Groups are built by `utoipa-axum`, so what is served is what is documented.
+
+use axum::Router;
+use tower_http::{CompressionLevel, compression::CompressionLayer};
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+
+use super::{fits, meta, observe, openapi::Contract, state::AppState};
+use crate::api::problem::{Problem, ProblemCode};
+
+/// The documented groups. A new group is one more `merge` here.
+pub fn groups() -> OpenApiRouter<AppState> {
+    OpenApiRouter::with_openapi(Contract::openapi()).merge(fits::group()).merge(meta::group())
+}
+
+/// The service: documented groups, documentation, fallbacks and the layers around every request.
+pub fn router(state: AppState) -> Router {
+    let (documented, _) = groups().split_for_parts();
+    documented
+        .merge(meta::undocumented(&state))
+        .fallback(|| async { Problem::new(ProblemCode::NotFound, "No such path; /docs lists what there is.") })
+        .method_not_allowed_fallback(|| async {
+            Problem::new(ProblemCode::MethodNotAllowed, "The header `allow` names the methods of this path.")
+        })
+        .layer(axum::middleware::from_fn_with_state(state.clone(), observe::observe))
+        // Answers are digits: the fastest level halves them, higher ones cost ten times as much for little.
+        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
+        .with_state(state)
+}

@@ -1,0 +1,96 @@
+//! Logs and metrics. Both are global to the process and set up once, however many servers run in it (tests run many).
+
+use std::{io::IsTerminal, sync::OnceLock, time::Duration};
+
+use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
+use tracing_subscriber::EnvFilter;
+
+use crate::config::LogFormat;
+
+/// Seconds from a request's head to its answer's head. Labels: `method`, `path` (the route, not the URL), `status`.
+pub const REQUEST_SECONDS: &str = "flankfit_http_request_duration_seconds";
+/// Requests answered. Same labels.
+pub const REQUESTS: &str = "flankfit_http_requests_total";
+/// Seconds of one fit (reading, computing, writing the answer). Label: `size` (the node count's class).
+pub const FIT_SECONDS: &str = "flankfit_fit_duration_seconds";
+/// Fits waiting for a worker.
+pub const QUEUE_DEPTH: &str = "flankfit_fit_queue_depth";
+/// Seconds from asking the store to its answer. Label: `operation`.
+pub const STORE_SECONDS: &str = "flankfit_store_duration_seconds";
+
+const SECONDS_BUCKETS: [f64; 16] =
+    [5e-5, 1e-4, 2.5e-4, 5e-4, 1e-3, 2.5e-3, 5e-3, 1e-2, 2.5e-2, 5e-2, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0];
+
+/// Starts logging to standard error. A second call changes nothing.
+pub fn init_logs(format: LogFormat, directives: &str) -> Result<(), tracing_subscriber::filter::ParseError> {
+    let filter = EnvFilter::builder().parse(directives)?;
+    let builder = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal());
+    // An error here means that a subscriber is already there, which is the wanted state.
+    let _already = match format {
+        LogFormat::Pretty => builder.try_init(),
+        LogFormat::Json => builder.json().flatten_event(true).try_init(),
+    };
+    Ok(())
+}
+
+/// The metrics recorder of this process, installed at the first call.
+pub fn metrics() -> &'static PrometheusHandle {
+    static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
+    HANDLE.get_or_init(|| {
+        let builder = [REQUEST_SECONDS, FIT_SECONDS, STORE_SECONDS].into_iter().fold(
+            PrometheusBuilder::new(),
+            |builder, name| {
+                // Only an empty list of buckets is refused.
+                builder
+                    .set_buckets_for_metric(Matcher::Full(name.into()), &SECONDS_BUCKETS)
+                    .unwrap_or_else(|_| PrometheusBuilder::new())
+            },
+        );
+        let recorder = builder.build_recorder();
+        let handle = recorder.handle();
+        let _already = metrics::set_global_recorder(recorder);
+        metrics::describe_counter!(REQUESTS, "Requests answered, by method, route and status");
+        metrics::describe_histogram!(REQUEST_SECONDS, metrics::Unit::Seconds, "Time to answer a request");
+        metrics::describe_histogram!(
+            FIT_SECONDS,
+            metrics::Unit::Seconds,
+            "Time to read, compute and write one fit, by class of node count"
+        );
+        metrics::describe_gauge!(QUEUE_DEPTH, "Fits waiting for a worker");
+        metrics::describe_histogram!(STORE_SECONDS, metrics::Unit::Seconds, "Time of one operation of the store");
+        handle
+    })
+}
+
+/// Drains the histograms' buffers from time to time, whether or not somebody reads the metrics. Never ends.
+pub async fn upkeep() {
+    let mut clock = tokio::time::interval(Duration::from_secs(5));
+    loop {
+        clock.tick().await;
+        metrics().run_upkeep();
+    }
+}
+
+/// Notes how long one operation of the store took.
+pub fn record_store(operation: &'static str, elapsed: Duration) {
+    metrics::histogram!(STORE_SECONDS, "operation" => operation).record(elapsed.as_secs_f64());
+}
+
+/// Notes how long a fit of `nodes` nodes took.
+pub fn record_fit(nodes: usize, elapsed: Duration) {
+    metrics::histogram!(FIT_SECONDS, "size" => size_class(nodes)).record(elapsed.as_secs_f64());
+}
+
+fn size_class(nodes: usize) -> &'static str {
+    match nodes {
+        0..=100 => "le_100",
+        101..=1_000 => "le_1000",
+        1_001..=10_000 => "le_10000",
+        10_001..=100_000 => "le_100000",
+        100_001..=1_000_000 => "le_1000000",
+        _ => "gt_1000000",
+    }
+}
