@@ -283,6 +283,10 @@ fn product(nodes: &Nodes, sample: &Sample, model: &Model, domain: Option<Domain>
 }
 
 fn bounding_box(sample: &Sample) -> ([f64; 2], [f64; 2]) {
+    if let Some((u, v)) = sample.full_axes() {
+        // axes ascend
+        return ([u[0], u[u.len() - 1]], [v[0], v[v.len() - 1]]);
+    }
     let (u, v) = sample.place(0);
     let (mut box_u, mut box_v) = ([u; 2], [v; 2]);
     for k in 1..sample.count() {

@@ -29,6 +29,8 @@ const MOST_DIGITS: f64 = 14.5;
 pub struct Fitted<'a> {
     pub design: &'a Design,
     pub sample: &'a Sample<'a>,
+    /// max √w |z|.
+    pub largest_height: f64,
     /// R of the working basis.
     pub r: &'a DMatrix<Dd>,
     /// Coefficients in the working basis.
@@ -60,7 +62,8 @@ fn rounded(values: impl Iterator<Item = f64>) -> f64 {
 /// Correct decimal digits of the worst coefficient.
 pub fn correct_digits(fit: &Fitted) -> f64 {
     let count = fit.sample.count();
-    let heights = ROUNDING * rounded((0..count).map(|k| fit.sample.z(k) * fit.sample.w(k).sqrt()));
+    let any_rounded = (0..count).any(|k| !exact(fit.sample.z(k)));
+    let heights = if any_rounded { ROUNDING * fit.largest_height } else { 0.0 };
     let (moved, through_residuals) = abscissae(fit);
     // the working columns move together, by as much as their slopes: ‖row of T⁻¹(WᵀW)⁻¹‖ ≤ leverage · ‖R⁻¹‖
     let spread = if through_residuals > 0.0 && fit.design.domain.is_some() {

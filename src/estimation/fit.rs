@@ -148,6 +148,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     let correct_digits = digits::correct_digits(&digits::Fitted {
         design: &design,
         sample: &sample,
+        largest_height: heights.largest,
         r: &factor.r,
         working: &least_squares.working,
         coefficients: &least_squares.coefficients,

@@ -9,7 +9,7 @@ use super::{
     nodes::{Grid, Nodes},
     sample::Sample,
 };
-use crate::numerics::{Dd, sum2, triangular};
+use crate::numerics::{Dd, triangular, wide::LANES};
 
 /// A residual this small against the heights has lost digits in double precision.
 const SMALL: f64 = 1e-7;
@@ -22,33 +22,70 @@ pub struct Heights {
     pub about_mean: f64,
     /// Σ w z².
     pub about_zero: f64,
+    /// max √w |z|.
+    pub largest: f64,
 }
+
+/// Heights summed before a compensated total is touched.
+const BLOCK: usize = 1024;
 
 impl Heights {
     pub fn new(sample: &Sample) -> Self {
-        let count = sample.count();
-        let sum = |value: &dyn Fn(usize) -> f64| {
-            // blocks, so that a million nodes need no second copy
-            let mut block = [0.0; 256];
-            let mut total = Dd::ZERO;
-            let mut start = 0;
-            while start < count {
-                let here = (count - start).min(block.len());
-                for (i, slot) in block[..here].iter_mut().enumerate() {
-                    *slot = value(start + i);
+        let mut weight = Dd::ZERO;
+        let (mut sum, mut squares, mut largest) = (Dd::ZERO, Dd::ZERO, 0.0f64);
+        over_blocks(sample, |z, w| {
+            let mut lanes = [[0.0; LANES]; 4];
+            for (z, w) in z.chunks(LANES).zip(w.chunks(LANES)) {
+                for (k, (z, w)) in z.iter().zip(w).enumerate() {
+                    lanes[0][k] += w;
+                    lanes[1][k] += w * z;
+                    lanes[2][k] += w * z * z;
+                    lanes[3][k] = lanes[3][k].max(w * z * z);
                 }
-                total += sum2(&block[..here]);
-                start += here;
             }
-            total.to_f64()
-        };
-        let weight = if sample.weighted() { sum(&|k| sample.w(k)) } else { count as f64 };
-        let mean = sum(&|k| sample.w(k) * sample.z(k)) / weight;
+            weight += Dd::from(total(lanes[0]));
+            sum += Dd::from(total(lanes[1]));
+            squares += Dd::from(total(lanes[2]));
+            largest = lanes[3].into_iter().fold(largest, f64::max);
+        });
+        let mean = (sum / weight).to_f64();
+        let mut about_mean = Dd::ZERO;
+        over_blocks(sample, |z, w| {
+            let mut lanes = [0.0; LANES];
+            for (z, w) in z.chunks(LANES).zip(w.chunks(LANES)) {
+                for (k, (z, w)) in z.iter().zip(w).enumerate() {
+                    lanes[k] += w * (z - mean) * (z - mean);
+                }
+            }
+            about_mean += Dd::from(total(lanes));
+        });
         Heights {
-            weight,
-            about_mean: sum(&|k| sample.w(k) * (sample.z(k) - mean).powi(2)),
-            about_zero: sum(&|k| sample.w(k) * sample.z(k).powi(2)),
+            weight: weight.to_f64(),
+            about_mean: about_mean.to_f64(),
+            about_zero: squares.to_f64(),
+            largest: largest.sqrt(),
         }
+    }
+}
+
+fn total(lanes: [f64; LANES]) -> f64 {
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
+}
+
+/// Hands heights and weights on block by block, in order.
+fn over_blocks(sample: &Sample, mut work: impl FnMut(&[f64], &[f64])) {
+    let ones = [1.0; BLOCK];
+    if let Some(heights) = sample.all_heights().filter(|_| !sample.weighted()) {
+        heights.chunks(BLOCK).for_each(|block| work(block, &ones[..block.len()]));
+        return;
+    }
+    let (mut z, mut w) = ([0.0; BLOCK], [1.0; BLOCK]);
+    for start in (0..sample.count()).step_by(BLOCK) {
+        let here = (sample.count() - start).min(BLOCK);
+        for i in 0..here {
+            (z[i], w[i]) = (sample.z(start + i), sample.w(start + i));
+        }
+        work(&z[..here], &w[..here]);
     }
 }
 

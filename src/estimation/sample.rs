@@ -56,6 +56,19 @@ impl<'a> Sample<'a> {
         self.index.as_deref()
     }
 
+    /// The heights as posted, when all of them count.
+    pub fn all_heights(&self) -> Option<&[f64]> {
+        self.index.is_none().then_some(self.heights)
+    }
+
+    /// The axes of a grid on which every node counts.
+    pub fn full_axes(&self) -> Option<(&[f64], &[f64])> {
+        match self.places {
+            Places::Grid { u, v } if self.index.is_none() => Some((u, v)),
+            _ => None,
+        }
+    }
+
     /// Whether any node carries a weight of its own.
     pub fn weighted(&self) -> bool {
         self.weight.is_some()
