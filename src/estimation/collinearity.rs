@@ -34,20 +34,13 @@ pub fn report(
 ) -> CollinearityReport {
     let n = design.size();
     let plain = caller.map(|x| x.to_f64());
-    let length: Vec<f64> = plain.column_iter().map(|c| c.norm()).collect();
+    let length = lengths(&plain);
     let centred = centred(design, factor, caller, weight);
-    let deviation: Vec<f64> = centred.matrix.column_iter().map(|c| c.norm()).collect();
+    let deviation = lengths(&centred.matrix);
     // a column whose spread is lost in rounding is a constant
     let varies = |j: usize| deviation[j] > 1e-13 * length[j];
     let matrices = n <= MATRICES_UP_TO || all_matrices;
-    let correlation = matrices.then(|| {
-        let mut unit = centred.matrix.clone();
-        for (j, mut column) in unit.column_iter_mut().enumerate() {
-            if varies(j) { column /= deviation[j] } else { column.fill(0.0) }
-        }
-        let products = unit.tr_mul(&unit);
-        (0..n).map(|i| (0..n).map(|j| if i == j { 1.0 } else { products[(i, j)].clamp(-1.0, 1.0) }).collect()).collect()
-    });
+    let correlation = matrices.then(|| correlations(&centred.matrix, &deviation, varies));
     let shares = Shares::new(unit);
     let mut infinite = Vec::new();
     let columns = (0..n)
@@ -80,6 +73,42 @@ pub fn report(
         variance_proportions: matrices.then(|| shares.proportions(unit)),
         near_dependencies: near_dependencies(design, &plain, &length, unit),
     }
+}
+
+/// Pearson correlations of centred columns; a column that does not vary has none with any other (0).
+fn correlations(centred: &DMatrix<f64>, deviation: &[f64], varies: impl Fn(usize) -> bool) -> Vec<Vec<f64>> {
+    let n = deviation.len();
+    let rows = centred.nrows();
+    let columns: Vec<&[f64]> = centred.as_slice().chunks_exact(rows).collect();
+    let mut out = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        out[i][i] = 1.0;
+        for j in 0..i {
+            if varies(i) && varies(j) {
+                let value = (dot(columns[i], columns[j]) / (deviation[i] * deviation[j])).clamp(-1.0, 1.0);
+                (out[i][j], out[j][i]) = (value, value);
+            }
+        }
+    }
+    out
+}
+
+/// A scalar product, four sums side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a4, a_rest), (b4, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a4.iter().zip(b4) {
+        for k in 0..4 {
+            sums[k] = a[k].mul_add(b[k], sums[k]);
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+/// Lengths of the columns.
+fn lengths(matrix: &DMatrix<f64>) -> Vec<f64> {
+    matrix.as_slice().chunks_exact(matrix.nrows()).map(|column| dot(column, column).sqrt()).collect()
 }
 
 /// Terms with large weights in a direction, leading term first.
@@ -173,18 +202,17 @@ impl Shares {
     /// Per term, one share for each eigenvalue; an exact dependency takes all of it.
     fn proportions(&self, unit: &Spectrum) -> Vec<Vec<f64>> {
         let n = unit.v.nrows();
+        let inverse: Vec<f64> = unit.lambda.iter().map(|&l| if l > 0.0 { 1.0 / l } else { 0.0 }).collect();
+        let exact: Vec<f64> = unit.lambda.iter().map(|&l| if l > 0.0 { 0.0 } else { 1.0 }).collect();
         (0..n)
             .map(|j| {
-                let square = |i: usize| unit.v[(j, i)] * unit.v[(j, i)];
-                if self.undetermined[j] {
-                    let exact = |i: usize| if unit.lambda[i] > 0.0 { 0.0 } else { square(i) };
-                    let sum: f64 = (0..n).map(exact).sum();
-                    (0..n).map(|i| exact(i) / sum).collect()
-                } else {
-                    let share = |i: usize| if unit.lambda[i] > 0.0 { square(i) / unit.lambda[i] } else { 0.0 };
-                    let inverse = if self.total[j] > 0.0 { 1.0 / self.total[j] } else { 0.0 };
-                    (0..n).map(|i| share(i) * inverse).collect()
+                let by = if self.undetermined[j] { &exact } else { &inverse };
+                let mut row: Vec<f64> = (0..n).map(|i| unit.v[(j, i)] * unit.v[(j, i)] * by[i]).collect();
+                let sum: f64 = row.iter().sum();
+                if sum > 0.0 {
+                    row.iter_mut().for_each(|share| *share /= sum);
                 }
+                row
             })
             .collect()
     }
@@ -198,7 +226,8 @@ fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit
         if index.is_some_and(|index| index <= NEAR) {
             break;
         }
-        let weights: Vec<f64> = unit.v.column(i).iter().copied().collect();
+        let rows = unit.v.nrows();
+        let weights = unit.v.as_slice()[i * rows..(i + 1) * rows].to_vec();
         let terms = large_terms(&weights);
         let names: Vec<String> = terms.iter().map(|&j| design.labels[j].clone()).collect();
         let (mut cosine, mut weight_ratio, mut r_squared) = (None, None, None);
@@ -236,33 +265,43 @@ impl Ratio for f64 {
 /// R² (about 0) of the first of `terms` on the others: modified Gram–Schmidt on the columns, the first one last.
 fn explained(plain: &DMatrix<f64>, length: &[f64], terms: &[usize], room: &mut Vec<f64>) -> f64 {
     let rows = plain.nrows();
-    let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
     room.clear();
     for &j in terms[1..].iter().chain(&terms[..1]) {
-        room.extend(plain.column(j).iter().map(|x| x / length[j]));
+        let inverse = 1.0 / length[j];
+        room.extend(plain.as_slice()[j * rows..(j + 1) * rows].iter().map(|x| x * inverse));
     }
     for k in 0..terms.len() - 1 {
         let (before, after) = room.split_at_mut((k + 1) * rows);
         let direction = &before[k * rows..];
-        let square = norm(direction);
+        let square = dot(direction, direction);
         if square <= 1e-30 {
             continue;
         }
         for column in after.chunks_exact_mut(rows) {
-            let along = direction.iter().zip(column.iter()).map(|(a, b)| a * b).sum::<f64>() / square;
-            column.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);
+            let along = dot(direction, column) / square;
+            for (x, d) in column.iter_mut().zip(direction) {
+                *x = along.mul_add(-d, *x);
+            }
         }
     }
-    1.0 - norm(&room[(terms.len() - 1) * rows..])
+    let rest = &room[(terms.len() - 1) * rows..];
+    1.0 - dot(rest, rest)
 }
 
 /// What a person reads.
 fn sentence(names: &[String], cosine: Option<f64>, r_squared: Option<f64>, index: Option<f64>) -> String {
-    let index = index.map_or_else(|| "infinite".to_owned(), |index| format!("{:.0}", index.round()));
+    let index = index.map_or_else(
+        || "infinite".to_owned(),
+        |index| {
+            // condition indices are read by their order of magnitude
+            if index < 1e15 { (index.round() as u64).to_string() } else { format!("{index:.1e}") }
+        },
+    );
+    // as many digits as it takes to see the difference from 1
     let near_one = |x: f64| {
-        // as many digits as it takes to see the difference from 1
-        let digits = (-(1.0 - x.abs()).max(1e-12).log10()).ceil().clamp(3.0, 12.0) as usize;
-        format!("{x:.digits$}")
+        let digits = (-(1.0 - x.abs()).max(1e-12).log10()).ceil().clamp(3.0, 12.0) as i32;
+        let unit = 10f64.powi(digits);
+        (x * unit).round() / unit
     };
     match (names, cosine, r_squared) {
         ([a, b], Some(cosine), _) => {

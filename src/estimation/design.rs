@@ -407,17 +407,47 @@ fn splines(
 
 /// A readable name: `u^2*v`, `T2(u)*T1(v)`, `B3(u)*B0(v)`; curves are written in x.
 fn label((i, j): (usize, usize), letter: Option<char>, surface: bool) -> String {
-    let factor = |power: usize, name: &str| match (letter, power) {
-        (Some('B'), _) => Some(format!("B{power}({name})")),
-        (_, 0) => None,
-        (Some(letter), _) => Some(format!("{letter}{power}({name})")),
-        (None, 1) => Some(name.to_owned()),
-        (None, _) => Some(format!("{name}^{power}")),
+    let mut name = String::with_capacity(16);
+    let mut factor = |power: usize, axis: &str| {
+        if power == 0 && letter != Some('B') {
+            return;
+        }
+        if !name.is_empty() {
+            name.push('*');
+        }
+        match letter {
+            Some(letter) => {
+                name.push(letter);
+                push_number(&mut name, power);
+                name.push('(');
+                name.push_str(axis);
+                name.push(')');
+            }
+            None => {
+                name.push_str(axis);
+                if power > 1 {
+                    name.push('^');
+                    push_number(&mut name, power);
+                }
+            }
+        }
     };
-    let (first, second) = if surface { (factor(i, "u"), factor(j, "v")) } else { (factor(i, "x"), None) };
-    match (first, second) {
-        (Some(a), Some(b)) => format!("{a}*{b}"),
-        (Some(a), None) | (None, Some(a)) => a,
-        (None, None) => "1".to_owned(),
+    if surface {
+        factor(i, "u");
+        factor(j, "v");
+    } else {
+        factor(i, "x");
     }
+    if name.is_empty() {
+        name.push('1');
+    }
+    name
+}
+
+/// Appends a decimal number (labels are made for every fit: the formatting machinery would be half their cost).
+fn push_number(to: &mut String, number: usize) {
+    if number >= 10 {
+        push_number(to, number / 10);
+    }
+    to.push(char::from(b'0' + (number % 10) as u8));
 }

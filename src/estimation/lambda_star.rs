@@ -16,7 +16,7 @@ const DENSITY: f64 = 2.5;
 /// Most grid cells between two eigenvalues.
 const MOST: f64 = 400.0;
 /// Further grid points, at these distances in ln λ* behind the place where a direction joins.
-const JOINING: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
+const JOINING: [f64; 3] = [1e-4, 3e-3, 6e-2];
 /// Refinements end here at the latest.
 const STEPS: usize = 80;
 /// Relative accuracy of λ* where a derivative changes sign, and where only heights are compared.
@@ -150,8 +150,10 @@ impl<'a> Search<'a> {
     /// The best of all local minima; `slope` need only have the derivative's sign.
     fn minimise(&self, value: impl Fn(&Sums) -> f64, slope: impl Fn(&Sums) -> f64) -> f64 {
         let (mut best, mut at) = (f64::INFINITY, self.stretches[0].grid[0].0);
+        let mut heights = Vec::new();
         for stretch in &self.stretches {
-            let heights: Vec<f64> = stretch.grid.iter().map(|(_, sums)| value(sums)).collect();
+            heights.clear();
+            heights.extend(stretch.grid.iter().map(|(_, sums)| value(sums)));
             for (k, bracket) in peaks(&heights, |here, there| here <= there) {
                 let place = |k: usize| stretch.grid[k].0;
                 let refined = sign_change((place(bracket.0), place(bracket.1)), |x| slope(&self.sums(stretch, x)));
@@ -207,14 +209,11 @@ impl<'a> Search<'a> {
 }
 
 /// Grid points at least as good as their neighbours, with the neighbours' numbers.
-fn peaks(heights: &[f64], good: impl Fn(f64, f64) -> bool) -> Vec<(usize, (usize, usize))> {
+fn peaks(heights: &[f64], good: impl Fn(f64, f64) -> bool) -> impl Iterator<Item = (usize, (usize, usize))> {
     let last = heights.len() - 1;
-    (0..=last)
-        .map(|k| (k, (k.saturating_sub(1), (k + 1).min(last))))
-        .filter(|&(k, (before, after))| {
-            heights[k].is_finite() && good(heights[k], heights[before]) && good(heights[k], heights[after])
-        })
-        .collect()
+    (0..=last).map(move |k| (k, (k.saturating_sub(1), (k + 1).min(last)))).filter(move |&(k, (before, after))| {
+        heights[k].is_finite() && good(heights[k], heights[before]) && good(heights[k], heights[after])
+    })
 }
 
 /// Curvature of the L-curve, positive at its corner; −∞ where the curve stands still.
