@@ -5,6 +5,7 @@ use super::{
     flank_form::FlankForm,
     node_file::Units,
     numbers::{ABSENT, as_certain_as, short, short_or_absent, um_per_mm},
+    story::LEAST_SQUARES,
     table::Table,
 };
 
@@ -78,7 +79,7 @@ pub fn spectrum(fit: &Fit) -> String {
 pub fn choices(fit: &Fit) -> String {
     let headings = ["criterion", "λ*", "condition", "bias", "predicted error²", "÷ least squares", "rms", ""];
     let mut table = Table::new(headings, 1).with_remark();
-    let plain = fit.regularization.choices.iter().find(|choice| choice.criterion == "least_squares");
+    let plain = fit.regularization.choices.iter().find(|choice| choice.criterion == LEAST_SQUARES);
     let plain_error = plain.and_then(|choice| choice.predicted_mse).filter(|&error| error > 0.0);
     for choice in &fit.regularization.choices {
         let ratio = choice.predicted_mse.zip(plain_error).map(|(error, plain)| error / plain);
@@ -162,7 +163,7 @@ pub fn trace(trace: &Trace) -> String {
         };
         let reason = |reason: &Option<String>| reason.clone().unwrap_or_default();
         for fit in &iteration.fits {
-            let criterion = fit.criterion.as_deref().unwrap_or("least squares");
+            let criterion = fit.criterion.as_deref().unwrap_or(LEAST_SQUARES);
             let figures = [
                 short_or_absent(fit.lambda_star),
                 short_or_absent(fit.condition),

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use serde_json::{Value, json};
 
 use super::{
-    answers::{Fit, Iteration, Job, StoredFit, Trace},
+    answers::{Choice, Fit, Iteration, Job, StoredFit, Trace},
     client::{Client, ClientError},
     flank_form::FlankForm,
     node_file::{NodeSet, Units},
@@ -15,6 +15,9 @@ use super::{
 
 /// Profile slope that a class 5 gear of d = 52 mm and m_n = 1 mm may have: 0.4 m_n + 0.001 d + 4 µm (ISO 1328-1:2013).
 const PROFILE_SLOPE_LIMIT_UM: f64 = 4.452;
+
+/// The name under which plain least squares stands among the choices.
+pub const LEAST_SQUARES: &str = "least_squares";
 
 /// Why the demonstration ended early.
 #[derive(Debug, thiserror::Error)]
@@ -106,31 +109,22 @@ impl<W: Write> Story<'_, W> {
         fit: &StoredFit,
         request: &Value,
     ) -> Result<StoredFit, StoryError> {
-        let offered = &fit.result.regularization.choices;
-        let current = fit.result.regularization.criterion.as_deref();
-        let other = ["gcv", "l_curve", "discrepancy", "min_mse"]
-            .into_iter()
-            .find(|&name| Some(name) != current && offered.iter().any(|choice| choice.criterion == name));
-        let Some(criterion) = other else {
-            writeln!(self.out, "\n  No other criterion can choose a λ* here; the fit stands as it is.")?;
+        let Some(criterion) = best_other(&fit.result) else {
+            writeln!(self.out, "\n  Every criterion chooses the same λ* here; the fit stands as it is.")?;
             return Ok(fit.clone());
         };
         let mut body = request.clone();
         if let Some(object) = body.as_object_mut() {
             object.retain(|key, _| !["nodes", "measured_at", "instrument", "operator", "note"].contains(&key.as_str()));
             object.insert("regularization".into(), with_criterion(object.get("regularization"), criterion));
-            object.insert("reason".into(), format!("does {criterion} see it differently?").into());
+            object.insert("reason".into(), format!("what {criterion} makes of it").into());
         }
         let iteration = format!("{job}/iterations/{}", first.number);
         let refit: StoredFit = self.client.post(&format!("{iteration}/fits"), &body)?;
 
-        let better = if predicted_error(&refit.result, criterion)
-            < predicted_error(&fit.result, current.unwrap_or("least_squares"))
-        {
-            &refit
-        } else {
-            fit
-        };
+        let current = fit.result.regularization.criterion.as_deref().unwrap_or(LEAST_SQUARES);
+        let refit_is_better = predicted_error(&refit.result, criterion) < predicted_error(&fit.result, current);
+        let better = if refit_is_better { &refit } else { fit };
         let reason = "smaller predicted error of the coefficients";
         let _: Value =
             self.client.put(&format!("{iteration}/chosen_fit"), &json!({"fit_id": better.id, "reason": reason}))?;
@@ -176,6 +170,15 @@ impl<W: Write> Story<'_, W> {
 
 fn chosen(iteration: &Iteration) -> Result<&StoredFit, StoryError> {
     iteration.fits.first().ok_or(StoryError::NoFit(iteration.number))
+}
+
+/// Of the criteria that choose another λ* than the fit's own, the one with the smallest predicted error.
+fn best_other(fit: &Fit) -> Option<&str> {
+    let current = fit.regularization.lambda_star;
+    let differs = |other: f64| current.is_none_or(|current| (other - current).abs() > 0.01 * current);
+    let others = fit.regularization.choices.iter().filter(|choice| choice.lambda_star.is_some_and(differs));
+    let error = |choice: &Choice| choice.predicted_mse.unwrap_or(f64::INFINITY);
+    others.min_by(|a, b| error(a).total_cmp(&error(b))).map(|choice| choice.criterion.as_str())
 }
 
 fn predicted_error(fit: &Fit, criterion: &str) -> f64 {
