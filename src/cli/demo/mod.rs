@@ -55,7 +55,7 @@ const FLANK_REMACHINED: &str = include_str!("../../../examples/flank_z52_remachi
 const JOB: &str = include_str!("../../../examples/requests/job.json");
 
 /// Starts a server, drives it, prints, and serves on until it is told to stop.
-pub fn run(arguments: DemoArguments) -> Result<(), CommandError> {
+pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
     telemetry::init_logs(LogFormat::Pretty, "warn")?;
     let chapters = match &arguments.nodes {
         Some(path) => node_file::read(path)?.into_iter().map(Chapter::of_file).collect(),
@@ -76,7 +76,7 @@ pub fn run(arguments: DemoArguments) -> Result<(), CommandError> {
         let _ = stopped.await;
     }));
 
-    let told = tell(&chapters, &base, &arguments);
+    let told = tell(&chapters, &base, arguments);
     if told.is_ok() && !arguments.exit {
         runtime.block_on(async {
             stop_signal()?.await;
@@ -91,7 +91,12 @@ pub fn run(arguments: DemoArguments) -> Result<(), CommandError> {
 fn tell(chapters: &[Chapter], base: &str, arguments: &DemoArguments) -> Result<(), CommandError> {
     let client = Client::new(base);
     let mut out = io::stdout().lock();
-    writeln!(out, "flankfit {} serves at {base} and keeps its jobs in {}", env!("CARGO_PKG_VERSION"), arguments.database_url)?;
+    writeln!(
+        out,
+        "flankfit {} serves at {base} and keeps its jobs in {}",
+        env!("CARGO_PKG_VERSION"),
+        arguments.database_url
+    )?;
     let mut jobs = Vec::new();
     for chapter in chapters {
         let mut story = Story { client: &client, out: &mut out };

@@ -127,7 +127,8 @@ fn from_traces(path: &Path, text: &str) -> Result<Vec<NodeSet>, NodeFileError> {
 /// The reader's error, with the column's name where it knows only its number.
 fn with_column(path: &Path, text: &str, source: csv::Error) -> NodeFileError {
     if let csv::ErrorKind::Deserialize { pos: Some(position), err } = source.kind()
-        && let Some(column) = err.field().and_then(|field| text.lines().next()?.split(',').nth(usize::try_from(field).ok()?))
+        && let Some(column) =
+            err.field().and_then(|field| text.lines().next()?.split(',').nth(usize::try_from(field).ok()?))
     {
         return NodeFileError::Field {
             path: path.into(),
