@@ -98,7 +98,6 @@ pub struct Collinearity {
 
 #[derive(Clone, Debug, Deserialize)]
 pub struct NearDependency {
-    pub condition_index: Option<f64>,
     pub sentence: String,
 }
 

@@ -102,9 +102,7 @@ pub fn choices(fit: &Fit) -> String {
 pub fn collinearity(fit: &Fit) -> String {
     let mut text = String::new();
     for dependency in &fit.collinearity.near_dependencies {
-        let index =
-            dependency.condition_index.map_or_else(String::new, |index| format!(" (condition index {})", short(index)));
-        text.push_str(&format!("  • {}{index}\n", dependency.sentence));
+        text.push_str(&format!("  • {}\n", dependency.sentence));
     }
     if text.is_empty() {
         text.push_str("  No near dependency: the nodes tell all terms apart.\n");
