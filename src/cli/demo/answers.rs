@@ -136,8 +136,8 @@ pub struct TracedFit {
     pub criterion: Option<String>,
     pub condition: Option<f64>,
     pub regularized_condition: Option<f64>,
-    pub bias_norm: f64,
-    pub rms: f64,
+    pub bias_norm: Option<f64>,
+    pub rms: Option<f64>,
     pub created_at: String,
     pub reason: Option<String>,
 }

@@ -166,8 +166,8 @@ pub fn trace(trace: &Trace) -> String {
                 short_or_absent(fit.lambda_star),
                 short_or_absent(fit.condition),
                 short_or_absent(fit.regularized_condition),
-                short(fit.bias_norm),
-                short(fit.rms),
+                short_or_absent(fit.bias_norm),
+                short_or_absent(fit.rms),
                 reason(&fit.reason),
             ];
             let head = [number.clone(), format!("{} by {criterion}", label(&fit.id))];
