@@ -84,7 +84,7 @@ pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
         })?;
     }
     drop(stop);
-    runtime.block_on(server)??;
+    runtime.block_on(server)?;
     told
 }
 
