@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, `serve` when none is given.
 
+pub mod demo;
 pub mod fit;
 pub mod healthcheck;
 pub mod openapi;
@@ -25,6 +26,8 @@ struct Arguments {
 enum Command {
     /// Serve HTTP (the default).
     Serve(ServeSettings),
+    /// Show a gear job from first measurement to acceptance, on a server of its own.
+    Demo(demo::DemoArguments),
     /// Fit one request from a file (`-` for standard input), offline, with the same engine.
     Fit(fit::FitArguments),
     /// Print the OpenAPI document.
@@ -39,6 +42,7 @@ pub fn main() -> ExitCode {
     let command = arguments.command.unwrap_or(Command::Serve(arguments.serve));
     let outcome = match command {
         Command::Serve(settings) => serve::run(settings),
+        Command::Demo(arguments) => demo::run(&arguments),
         Command::Fit(arguments) => return fit::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),

@@ -1,0 +1,149 @@
+//! The demonstration's HTTP client: the server is spoken to as any other program would, over TCP.
+
+use std::time::Duration;
+
+use serde::{Deserialize, de::DeserializeOwned};
+use serde_json::Value;
+
+/// Largest answer taken, in bytes: a refit of a million nodes with its residuals is 20 MB.
+const LARGEST_ANSWER: u64 = 1 << 30;
+
+/// Speaks to one server.
+pub struct Client {
+    agent: ureq::Agent,
+    base: String,
+}
+
+/// A request that did not bring what was asked for.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    #[error("{method} {url}: {source}")]
+    Transport {
+        method: &'static str,
+        url: String,
+        #[source]
+        source: Box<ureq::Error>,
+    },
+    #[error("{method} {url} was answered {status}: {problem}")]
+    Refused { method: &'static str, url: String, status: u16, problem: String },
+    #[error("{method} {url} was answered {status} with a body that is not as agreed: {source}")]
+    Unexpected {
+        method: &'static str,
+        url: String,
+        status: u16,
+        #[source]
+        source: serde_json::Error,
+    },
+}
+
+/// What is shown of an `application/problem+json`.
+#[derive(Deserialize)]
+struct Problem {
+    title: String,
+    detail: Option<String>,
+    #[serde(default)]
+    errors: Vec<Fault>,
+}
+
+#[derive(Deserialize)]
+struct Fault {
+    pointer: String,
+    detail: String,
+}
+
+/// Faults shown of a refused request.
+const FAULTS_SHOWN: usize = 5;
+
+impl Client {
+    /// A client of the server at `base`, such as `http://127.0.0.1:8080`.
+    pub fn new(base: impl Into<String>) -> Self {
+        let config = ureq::Agent::config_builder()
+            .http_status_as_error(false)
+            // The server is on this machine, whatever HTTP_PROXY says.
+            .proxy(None)
+            .timeout_global(Some(Duration::from_secs(300)))
+            .build();
+        Client { agent: config.into(), base: base.into() }
+    }
+
+    /// The address of `path` on this server.
+    pub fn url(&self, path: &str) -> String {
+        format!("{}{path}", self.base)
+    }
+
+    pub fn get<T: DeserializeOwned>(&self, path: &str) -> Result<T, ClientError> {
+        let url = self.url(path);
+        let outcome = self.agent.get(&url).call();
+        answer("GET", url, outcome)
+    }
+
+    pub fn post<T: DeserializeOwned>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
+        self.send("POST", self.agent.post(self.url(path)), path, body)
+    }
+
+    pub fn put<T: DeserializeOwned>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
+        self.send("PUT", self.agent.put(self.url(path)), path, body)
+    }
+
+    pub fn patch<T: DeserializeOwned>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
+        self.send("PATCH", self.agent.patch(self.url(path)), path, body)
+    }
+
+    fn send<T: DeserializeOwned>(
+        &self,
+        method: &'static str,
+        request: ureq::RequestBuilder<ureq::typestate::WithBody>,
+        path: &str,
+        body: &Value,
+    ) -> Result<T, ClientError> {
+        let outcome = request.header("content-type", "application/json").send(body.to_string());
+        answer(method, self.url(path), outcome)
+    }
+}
+
+fn answer<T: DeserializeOwned>(
+    method: &'static str,
+    url: String,
+    outcome: Result<ureq::http::Response<ureq::Body>, ureq::Error>,
+) -> Result<T, ClientError> {
+    let read = outcome.and_then(|mut response| {
+        let body = response.body_mut().with_config().limit(LARGEST_ANSWER).read_to_vec()?;
+        Ok((response.status().as_u16(), body))
+    });
+    let (status, body) = match read {
+        Ok(parts) => parts,
+        Err(source) => return Err(ClientError::Transport { method, url, source: Box::new(source) }),
+    };
+    if !(200..300).contains(&status) {
+        return Err(ClientError::Refused { method, url, status, problem: in_words(&body) });
+    }
+    serde_json::from_slice(&body).map_err(|source| ClientError::Unexpected { method, url, status, source })
+}
+
+/// A problem as one sentence with the first faults and where in the request they are.
+fn in_words(body: &[u8]) -> String {
+    let Ok(problem) = serde_json::from_slice::<Problem>(body) else {
+        return String::from_utf8_lossy(body).into_owned();
+    };
+    let mut text = problem.detail.unwrap_or(problem.title);
+    for fault in problem.errors.iter().take(FAULTS_SHOWN) {
+        text.push_str(&format!("\n  {}: {}", fault.pointer, fault.detail));
+    }
+    if problem.errors.len() > FAULTS_SHOWN {
+        text.push_str(&format!("\n  and {} more", problem.errors.len() - FAULTS_SHOWN));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_reads_as_a_sentence() {
+        let body = br#"{"type":"about:blank","title":"Unprocessable","status":422,"detail":"one fault",
+            "errors":[{"pointer":"/nodes/z/1","detail":"not a number"}]}"#;
+        assert_eq!(in_words(body), "one fault\n  /nodes/z/1: not a number");
+        assert_eq!(in_words(b"plain"), "plain");
+    }
+}

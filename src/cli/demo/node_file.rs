@@ -1,0 +1,225 @@
+//! `demo --nodes FILE`: whatever a caller has at hand, as fit requests.
+//!
+//! - JSON: a fit request, or a `nodes` object alone.
+//! - CSV with the header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
+//! - CSV of gear tester traces, see [`super::traces`].
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use serde_json::{Value, json};
+
+use super::traces;
+
+/// Nodes to be shown, as the body of a fit request.
+#[derive(Debug)]
+pub struct NodeSet {
+    pub name: String,
+    pub request: Value,
+    pub units: Units,
+    /// What was read and what was left out, for the reader.
+    pub report: String,
+}
+
+/// What the numbers of a node set mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Units {
+    /// Deviations in µm over roll length and face width in mm.
+    FlankDeviation,
+    /// The caller's own length unit, which nobody told.
+    Callers,
+}
+
+/// A file that holds no nodes.
+#[derive(Debug, thiserror::Error)]
+pub enum NodeFileError {
+    #[error("cannot read {}: {source}", path.display())]
+    Unreadable {
+        path: PathBuf,
+        #[source]
+        source: io::Error,
+    },
+    #[error("{} is not valid JSON: {source}", path.display())]
+    Json {
+        path: PathBuf,
+        #[source]
+        source: serde_json::Error,
+    },
+    #[error("{} holds neither a fit request (an object with \"nodes\") nor nodes (an object with \"type\")", path.display())]
+    NoNodes { path: PathBuf },
+    #[error("{}: {source}", path.display())]
+    Csv {
+        path: PathBuf,
+        #[source]
+        source: csv::Error,
+    },
+    #[error(
+        "{}: the header is \"{header}\"; known are u,v,z[,weight] and x,y[,weight], and traces with a column {}",
+        path.display(),
+        traces::MARK
+    )]
+    Header { path: PathBuf, header: String },
+    #[error("{}, line {line}, column {column}: \"{text}\" is not a finite number", path.display())]
+    NotANumber { path: PathBuf, line: u64, column: String, text: String },
+    #[error("{}, line {line}, column {column}: {reason}", path.display())]
+    Field { path: PathBuf, line: u64, column: String, reason: String },
+    #[error("{} holds no samples", path.display())]
+    Empty { path: PathBuf },
+}
+
+/// Reads a file of any of the known forms.
+pub fn read(path: &Path) -> Result<Vec<NodeSet>, NodeFileError> {
+    let text = fs::read_to_string(path).map_err(|source| NodeFileError::Unreadable { path: path.into(), source })?;
+    let text = text.trim_start_matches('\u{feff}');
+    if text.trim_start().starts_with('{') {
+        return from_json(path, text).map(|set| vec![set]);
+    }
+    let header = text.lines().next().unwrap_or_default();
+    if header.split(',').any(|column| column.trim() == traces::MARK) {
+        return from_traces(path, text);
+    }
+    from_csv(path, text).map(|set| vec![set])
+}
+
+/// Nodes with the model that suits their type: a second-order surface, a cubic, the columns themselves.
+pub fn request_for(nodes: Value) -> Value {
+    let model = match nodes.get("type").and_then(Value::as_str) {
+        Some("matrix") => json!({"type": "linear"}),
+        Some("curve") => json!({"type": "polynomial", "degree": 3}),
+        _ => json!({"type": "polynomial", "degree": [2, 2]}),
+    };
+    json!({"nodes": nodes, "model": model})
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+fn from_json(path: &Path, text: &str) -> Result<NodeSet, NodeFileError> {
+    let value: Value =
+        serde_json::from_str(text).map_err(|source| NodeFileError::Json { path: path.into(), source })?;
+    let request = if value.get("nodes").is_some() {
+        value
+    } else if value.get("type").is_some() {
+        request_for(value)
+    } else {
+        return Err(NodeFileError::NoNodes { path: path.into() });
+    };
+    Ok(NodeSet { name: name_of(path), request, units: Units::Callers, report: String::new() })
+}
+
+fn from_traces(path: &Path, text: &str) -> Result<Vec<NodeSet>, NodeFileError> {
+    let flanks = traces::read(text.as_bytes()).map_err(|source| with_column(path, text, source))?;
+    if flanks.is_empty() {
+        return Err(NodeFileError::Empty { path: path.into() });
+    }
+    let sets = flanks.into_iter().map(|flank| NodeSet {
+        name: format!("{}, {}", name_of(path), flank.name),
+        request: request_for(json!({"type": "scattered", "u": flank.u, "v": flank.v, "z": flank.z})),
+        units: Units::FlankDeviation,
+        report: flank.report,
+    });
+    Ok(sets.collect())
+}
+
+/// The reader's error, with the column's name where it knows only its number.
+fn with_column(path: &Path, text: &str, source: csv::Error) -> NodeFileError {
+    if let csv::ErrorKind::Deserialize { pos: Some(position), err } = source.kind()
+        && let Some(column) =
+            err.field().and_then(|field| text.lines().next()?.split(',').nth(usize::try_from(field).ok()?))
+    {
+        return NodeFileError::Field {
+            path: path.into(),
+            line: position.line(),
+            column: column.trim().to_owned(),
+            reason: err.kind().to_string(),
+        };
+    }
+    NodeFileError::Csv { path: path.into(), source }
+}
+
+fn from_csv(path: &Path, text: &str) -> Result<NodeSet, NodeFileError> {
+    let wrong = |source| NodeFileError::Csv { path: path.into(), source };
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let header: Vec<String> = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
+    let names: Vec<&str> = header.iter().map(String::as_str).collect();
+    let (kind, height) = match names.as_slice() {
+        ["u", "v", "z"] | ["u", "v", "z", "weight"] => ("scattered", 2),
+        ["x", "y"] | ["x", "y", "weight"] => ("curve", 1),
+        _ => return Err(NodeFileError::Header { path: path.into(), header: header.join(",") }),
+    };
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
+    let mut missing = 0;
+    for record in reader.records() {
+        let record = record.map_err(wrong)?;
+        if record.get(height).is_some_and(str::is_empty) {
+            missing += 1;
+            continue;
+        }
+        for ((column, name), text) in columns.iter_mut().zip(&header).zip(&record) {
+            let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+            column.push(number.ok_or_else(|| NodeFileError::NotANumber {
+                path: path.into(),
+                line: record.position().map_or(0, csv::Position::line),
+                column: name.clone(),
+                text: text.to_owned(),
+            })?);
+        }
+    }
+    let count = columns.first().map_or(0, Vec::len);
+    let mut nodes: serde_json::Map<String, Value> =
+        header.into_iter().zip(columns.into_iter().map(|c| json!(c))).collect();
+    nodes.insert("type".into(), kind.into());
+    Ok(NodeSet {
+        name: name_of(path),
+        request: request_for(Value::Object(nodes)),
+        units: Units::Callers,
+        report: format!("  {count} nodes used, {missing} missing (no height).\n"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(name: &str, text: &str) -> Result<Vec<NodeSet>, NodeFileError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        read(&path)
+    }
+
+    #[test]
+    fn plain_nodes_get_the_model_of_their_type() {
+        let sets = read_text("flank.csv", "u,v,z\n1,2,3\n4,5,\n6,7,8.5\n").unwrap();
+        assert_eq!(sets[0].request["nodes"]["z"], json!([3.0, 8.5]));
+        assert_eq!(sets[0].request["model"]["degree"], json!([2, 2]));
+        assert!(sets[0].report.contains("2 nodes used, 1 missing"));
+        let sets = read_text("curve.json", r#"{"type":"curve","x":[1],"y":[2]}"#).unwrap();
+        assert_eq!(sets[0].request["model"]["degree"], json!(3));
+    }
+
+    #[test]
+    fn a_request_is_sent_as_it_is() {
+        let text = r#"{"nodes":{"type":"curve","x":[1],"y":[2]},"model":{"type":"polynomial","degree":0}}"#;
+        let sets = read_text("request.json", text).unwrap();
+        assert_eq!(sets[0].request, serde_json::from_str::<Value>(text).unwrap());
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named() {
+        let error = read(Path::new("nowhere.csv")).unwrap_err().to_string();
+        assert!(error.contains("nowhere.csv"), "{error}");
+        let error = read_text("a.csv", "u,v,z\n1,2,three\n").unwrap_err().to_string();
+        assert!(error.contains("line 2, column z: \"three\""), "{error}");
+        let text = "flank,tooth_tag,trace,roll_length_mm,z_mm,deviation_um_DIN_sign\nleft,1,lead,seven,0,1\n";
+        let error = read_text("a.csv", text).unwrap_err().to_string();
+        assert!(error.contains("line 2, column roll_length_mm: invalid float"), "{error}");
+        let error = read_text("a.csv", "a,b\n1,2\n").unwrap_err().to_string();
+        assert!(error.contains("u,v,z[,weight]"), "{error}");
+        let error = read_text("a.json", "{}").unwrap_err().to_string();
+        assert!(error.contains("neither a fit request"), "{error}");
+    }
+}

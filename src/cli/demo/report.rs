@@ -1,0 +1,201 @@
+//! The service's answers as tables for a terminal.
+
+use super::{
+    answers::{Fit, Iteration, StoredFit, Trace},
+    flank_form::FlankForm,
+    node_file::Units,
+    numbers::{ABSENT, as_certain_as, short, short_or_absent, um_per_mm},
+    story::LEAST_SQUARES,
+    table::Table,
+};
+
+/// What the node numbers and heights are told in.
+fn height_unit(units: Units) -> &'static str {
+    match units {
+        Units::FlankDeviation => " µm",
+        Units::Callers => "",
+    }
+}
+
+/// Coefficients with standard errors and bias bounds.
+pub fn coefficients(fit: &Fit, units: Units) -> String {
+    let headings = ["term", "value", "± std. error", "bias bound", "least squares", "± std. error", "unit"];
+    let mut table = Table::new(headings, 1).with_remark();
+    for coefficient in &fit.coefficients {
+        let unit = match (units, &coefficient.powers) {
+            (Units::FlankDeviation, Some(powers)) => um_per_mm(powers.iter().sum()),
+            _ => String::new(),
+        };
+        table.row([
+            coefficient.term.clone(),
+            as_certain_as(coefficient.value, coefficient.std_error),
+            short_or_absent(coefficient.std_error),
+            short(coefficient.bias_bound),
+            as_certain_as(coefficient.least_squares, coefficient.least_squares_std_error),
+            short_or_absent(coefficient.least_squares_std_error),
+            unit,
+        ]);
+    }
+    let residuals = &fit.residuals;
+    let bias = &fit.bias;
+    let unit = height_unit(units);
+    format!(
+        "{table}  {} nodes, {} degrees of freedom; σ̂ = {}{unit}, rms = {}{unit}, largest residual {}{unit}.\n  \
+         Bias in the scaled columns: observed {}, sharp bound {}, bound of the paper {} (with ‖A‖ ≤ {}).\n",
+        residuals.count,
+        residuals.degrees_of_freedom,
+        short_or_absent(residuals.sigma),
+        short(residuals.rms),
+        short(residuals.max_abs),
+        short(bias.norm),
+        short(bias.sharp_bound),
+        short_or_absent(bias.paper_bound),
+        short(bias.coefficient_norm_limit),
+    )
+}
+
+/// Eigenvalues of the scaled Fisher information matrix before and after regularisation.
+pub fn spectrum(fit: &Fit) -> String {
+    let mut table = Table::new(["direction", "eigenvalue", "regularised", "filter factor"], 0);
+    let regularized = &fit.spectrum.regularized.eigenvalues;
+    for (i, &eigenvalue) in fit.spectrum.eigenvalues.iter().enumerate() {
+        table.row([
+            (i + 1).to_string(),
+            short(eigenvalue),
+            short_or_absent(regularized.get(i).copied()),
+            short_or_absent(fit.regularization.filter_factors.get(i).copied()),
+        ]);
+    }
+    format!(
+        "{table}  Condition {} before, {} after; {} of {} directions regularised.\n",
+        short_or_absent(fit.spectrum.condition),
+        short_or_absent(fit.spectrum.regularized.condition),
+        fit.regularization.count.map_or_else(|| ABSENT.to_owned(), |count| count.to_string()),
+        fit.spectrum.eigenvalues.len(),
+    )
+}
+
+/// What every criterion would choose, side by side.
+pub fn choices(fit: &Fit) -> String {
+    let headings = ["criterion", "λ*", "condition", "bias", "predicted error²", "÷ least squares", "rms", ""];
+    let mut table = Table::new(headings, 1).with_remark();
+    let plain = fit.regularization.choices.iter().find(|choice| choice.criterion == LEAST_SQUARES);
+    let plain_error = plain.and_then(|choice| choice.predicted_mse).filter(|&error| error > 0.0);
+    for choice in &fit.regularization.choices {
+        let ratio = choice.predicted_mse.zip(plain_error).map(|(error, plain)| error / plain);
+        let chosen = fit.regularization.criterion.as_ref() == Some(&choice.criterion);
+        table.row([
+            choice.criterion.clone(),
+            short_or_absent(choice.lambda_star),
+            short_or_absent(choice.condition),
+            short(choice.bias_norm),
+            short_or_absent(choice.predicted_mse),
+            short_or_absent(ratio),
+            short(choice.rms),
+            if chosen { "← this fit".into() } else { String::new() },
+        ]);
+    }
+    table.to_string()
+}
+
+/// Which terms the nodes cannot tell apart, and the warnings of the fit.
+pub fn collinearity(fit: &Fit) -> String {
+    let mut text = String::new();
+    for dependency in &fit.collinearity.near_dependencies {
+        text.push_str(&format!("  • {}\n", dependency.sentence));
+    }
+    if text.is_empty() {
+        text.push_str("  No near dependency: the nodes tell all terms apart.\n");
+    }
+    text
+}
+
+/// The warnings of a fit, one a line.
+pub fn warnings(fit: &Fit) -> String {
+    fit.warnings.iter().map(|warning| format!("  ! {}: {}\n", warning.code, warning.message)).collect()
+}
+
+/// The stored fits of one iteration beside each other.
+pub fn fits(fits: &[&StoredFit], chosen: &str) -> String {
+    let headings = ["fit", "criterion", "λ*", "condition", "after", "bias", "rms", ""];
+    let mut table = Table::new(headings, 2).with_remark();
+    for (i, fit) in fits.iter().enumerate() {
+        let result = &fit.result;
+        table.row([
+            (i + 1).to_string(),
+            result.regularization.criterion.clone().unwrap_or_else(|| ABSENT.to_owned()),
+            short_or_absent(result.regularization.lambda_star),
+            short_or_absent(result.spectrum.condition),
+            short_or_absent(result.spectrum.regularized.condition),
+            short(result.bias.norm),
+            short(result.residuals.rms),
+            if fit.id == chosen { "← stands".into() } else { String::new() },
+        ]);
+    }
+    table.to_string()
+}
+
+/// Slopes, crownings and twist of one or more iterations, in µm.
+pub fn flank_forms(forms: &[(&Iteration, FlankForm)]) -> String {
+    let headings: Vec<String> = forms.iter().map(|(iteration, _)| format!("iteration {}", iteration.number)).collect();
+    let heading = |i: usize| headings.get(i).map_or("", String::as_str);
+    let mut table = Table::new(["over the fitted domain, µm", heading(0), heading(1)], 1);
+    let Some((_, first)) = forms.first() else { return String::new() };
+    for (i, (name, _)) in first.rows().iter().enumerate() {
+        let cells =
+            forms.iter().filter_map(|(_, form)| form.rows().get(i).map(|(_, value)| as_certain_as(*value, Some(0.1))));
+        table.row(std::iter::once((*name).to_owned()).chain(cells));
+    }
+    table.to_string()
+}
+
+/// Everything that was recorded of the job, in the order in which it happened.
+pub fn trace(trace: &Trace) -> String {
+    let headings = ["time (UTC)", "it.", "what", "λ*", "condition", "after", "bias", "rms", "reason"];
+    let mut events: Vec<(&str, Vec<String>)> = Vec::new();
+    for iteration in &trace.iterations {
+        let number = iteration.number.to_string();
+        let label = |fit_id: &str| {
+            let place = iteration.fits.iter().position(|fit| fit.id == fit_id);
+            place.map_or_else(|| "fit".to_owned(), |place| format!("fit {}", place + 1))
+        };
+        let reason = |reason: &Option<String>| reason.clone().unwrap_or_default();
+        for fit in &iteration.fits {
+            let criterion = fit.criterion.as_deref().unwrap_or(LEAST_SQUARES);
+            let figures = [
+                short_or_absent(fit.lambda_star),
+                short_or_absent(fit.condition),
+                short_or_absent(fit.regularized_condition),
+                short_or_absent(fit.bias_norm),
+                short_or_absent(fit.rms),
+                reason(&fit.reason),
+            ];
+            let head = [number.clone(), format!("{} by {criterion}", label(&fit.id))];
+            events.push((&fit.created_at, head.into_iter().chain(figures).collect()));
+        }
+        let remark = |what: String, reason: String| {
+            let mut cells = vec![number.clone(), what];
+            cells.resize(headings.len() - 2, String::new());
+            cells.push(reason);
+            cells
+        };
+        for choice in &iteration.choices {
+            let what = format!("{} stands", label(&choice.fit_id));
+            events.push((&choice.created_at, remark(what, reason(&choice.reason))));
+        }
+        for decision in &iteration.decisions {
+            events.push((
+                &decision.created_at,
+                remark(format!("decision: {}", decision.decision), reason(&decision.reason)),
+            ));
+        }
+    }
+    // Times are RFC 3339 of one width, so they sort as text; the sort keeps the order of equal ones.
+    events.sort_by_key(|(time, _)| *time);
+    let mut table = Table::new(headings, 3).with_remark();
+    for (time, cells) in events {
+        let clock = time.get(..19).unwrap_or(time).replace('T', " ");
+        table.row(std::iter::once(clock).chain(cells));
+    }
+    table.to_string()
+}

@@ -1,0 +1,221 @@
+//! What the demonstration does, step by step, through the HTTP interface alone.
+
+use std::io::{self, Write};
+
+use serde_json::{Value, json};
+
+use super::{
+    answers::{Choice, Fit, Iteration, Job, StoredFit, Trace},
+    client::{Client, ClientError},
+    flank_form::FlankForm,
+    node_file::{NodeSet, Units},
+    numbers::short,
+    report,
+};
+
+/// Profile slope that a class 5 gear of d = 52 mm and m_n = 1 mm may have: 0.4 m_n + 0.001 d + 4 µm (ISO 1328-1:2013).
+const PROFILE_SLOPE_LIMIT_UM: f64 = 4.452;
+
+/// The name under which plain least squares stands among the choices.
+pub const LEAST_SQUARES: &str = "least_squares";
+
+/// Why the demonstration ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum StoryError {
+    #[error(transparent)]
+    Client(#[from] ClientError),
+    #[error("cannot write: {0}")]
+    Output(#[from] io::Error),
+    #[error("iteration {0} was answered without a fit")]
+    NoFit(u32),
+}
+
+/// Who tells it to whom.
+pub struct Story<'a, W: Write> {
+    pub client: &'a Client,
+    pub out: W,
+}
+
+impl<W: Write> Story<'_, W> {
+    /// One gear job: measure, fit, refit with another λ*, choose, decide; measure again after re-machining.
+    /// Returns the path of the job.
+    pub fn tell(&mut self, job: &Value, first: &NodeSet, second: Option<&NodeSet>) -> Result<String, StoryError> {
+        let created: Job = self.client.post("/v1/jobs", job)?;
+        let path = format!("/v1/jobs/{}", created.id);
+        self.heading(&format!("Job: {}", job["name"].as_str().unwrap_or_default()))?;
+        writeln!(self.out, "  {}", self.client.url(&path))?;
+
+        let iteration = self.measure(&path, first, "first measurement")?;
+        let fit = chosen(&iteration)?;
+        self.show_fit(&fit.result, first.units)?;
+        let standing = self.refit(&path, &iteration, fit, &first.request)?;
+        let before = self.decide(&path, &iteration, &standing.result, first.units)?;
+
+        if let Some(second) = second {
+            let iteration_2 = self.measure(&path, second, "after correction of the pressure angle")?;
+            let fit = chosen(&iteration_2)?;
+            self.show_fit(&fit.result, second.units)?;
+            let after = self.decide(&path, &iteration_2, &fit.result, second.units)?;
+            if let (Some(before), Some(after)) = (before, after) {
+                self.heading("The flank before and after")?;
+                write!(self.out, "{}", report::flank_forms(&[(&iteration, before), (&iteration_2, after)]))?;
+            }
+        }
+
+        let trace: Trace = self.client.get(&format!("{path}/trace"))?;
+        self.heading("Trace of the job")?;
+        write!(self.out, "{}", report::trace(&trace))?;
+        Ok(path)
+    }
+
+    fn heading(&mut self, text: &str) -> io::Result<()> {
+        writeln!(self.out, "\n{text}")
+    }
+
+    fn measure(&mut self, job: &str, set: &NodeSet, note: &str) -> Result<Iteration, StoryError> {
+        let mut body = set.request.clone();
+        if let Some(object) = body.as_object_mut() {
+            object.entry("instrument").or_insert_with(|| "gear tester".into());
+            object.entry("note").or_insert_with(|| note.into());
+        }
+        let iteration: Iteration = self.client.post(&format!("{job}/iterations"), &body)?;
+        self.heading(&format!("Iteration {}: {} ({note})", iteration.number, set.name))?;
+        write!(self.out, "{}", set.report)?;
+        Ok(iteration)
+    }
+
+    fn show_fit(&mut self, fit: &Fit, units: Units) -> io::Result<()> {
+        self.heading("Coefficients")?;
+        write!(self.out, "{}", report::coefficients(fit, units))?;
+        self.heading("Spectrum of the scaled Fisher information matrix")?;
+        write!(self.out, "{}", report::spectrum(fit))?;
+        self.heading("λ* as each criterion would choose it")?;
+        write!(self.out, "{}", report::choices(fit))?;
+        self.heading("Collinearity")?;
+        write!(self.out, "{}", report::collinearity(fit))?;
+        let warnings = report::warnings(fit);
+        if !warnings.is_empty() {
+            self.heading("Warnings")?;
+            write!(self.out, "{warnings}")?;
+        }
+        Ok(())
+    }
+
+    /// Refits the stored nodes by another criterion and lets the fit with the smaller predicted error stand.
+    fn refit(
+        &mut self,
+        job: &str,
+        first: &Iteration,
+        fit: &StoredFit,
+        request: &Value,
+    ) -> Result<StoredFit, StoryError> {
+        let Some(criterion) = best_other(&fit.result) else {
+            writeln!(self.out, "\n  Every criterion chooses the same λ* here; the fit stands as it is.")?;
+            return Ok(fit.clone());
+        };
+        let mut body = request.clone();
+        if let Some(object) = body.as_object_mut() {
+            object.retain(|key, _| !["nodes", "measured_at", "instrument", "operator", "note"].contains(&key.as_str()));
+            object.insert("regularization".into(), with_criterion(object.get("regularization"), criterion));
+            object.insert("reason".into(), format!("what {criterion} makes of it").into());
+        }
+        let iteration = format!("{job}/iterations/{}", first.number);
+        let refit: StoredFit = self.client.post(&format!("{iteration}/fits"), &body)?;
+
+        let current = fit.result.regularization.criterion.as_deref().unwrap_or(LEAST_SQUARES);
+        let refit_is_better = predicted_error(&refit.result, criterion) < predicted_error(&fit.result, current);
+        let better = if refit_is_better { &refit } else { fit };
+        let reason = "smaller predicted error of the coefficients";
+        let _: Value =
+            self.client.put(&format!("{iteration}/chosen_fit"), &json!({"fit_id": better.id, "reason": reason}))?;
+        self.heading(&format!("Refit of the stored nodes by {criterion}, and the choice"))?;
+        write!(self.out, "{}", report::fits(&[fit, &refit], &better.id))?;
+        Ok(better.clone())
+    }
+
+    /// Accepts a flank or sends it back to the machine, by its profile slope; only where heights are known to be µm.
+    fn decide(
+        &mut self,
+        job: &str,
+        iteration: &Iteration,
+        fit: &Fit,
+        units: Units,
+    ) -> Result<Option<FlankForm>, StoryError> {
+        let form = match units {
+            Units::FlankDeviation => FlankForm::of(fit),
+            Units::Callers => None,
+        };
+        let Some(form) = form else {
+            writeln!(
+                self.out,
+                "\n  The unit of the heights is not known, so the decision is left to you: PATCH {}",
+                self.client.url(&format!("{job}/iterations/{}", iteration.number))
+            )?;
+            return Ok(None);
+        };
+        let within = form.profile_slope.abs() <= PROFILE_SLOPE_LIMIT_UM;
+        let reason = format!(
+            "profile slope {} µm, class 5 allows {} µm",
+            short(form.profile_slope),
+            short(PROFILE_SLOPE_LIMIT_UM)
+        );
+        let decision = if within { "accept" } else { "remachine" };
+        let body = json!({"decision": decision, "reason": reason});
+        let _: Value = self.client.patch(&format!("{job}/iterations/{}", iteration.number), &body)?;
+        self.heading(&format!("Decision: {decision} ({reason})"))?;
+        write!(self.out, "{}", report::flank_forms(&[(iteration, form)]))?;
+        Ok(Some(form))
+    }
+}
+
+fn chosen(iteration: &Iteration) -> Result<&StoredFit, StoryError> {
+    iteration.fits.first().ok_or(StoryError::NoFit(iteration.number))
+}
+
+/// Of the criteria that choose another λ* than the fit's own, the one with the smallest predicted error.
+fn best_other(fit: &Fit) -> Option<&str> {
+    let current = fit.regularization.lambda_star;
+    let differs = |other: f64| current.is_none_or(|current| (other - current).abs() > 0.01 * current);
+    let others = fit.regularization.choices.iter().filter(|choice| choice.lambda_star.is_some_and(differs));
+    let error = |choice: &Choice| choice.predicted_mse.unwrap_or(f64::INFINITY);
+    others.min_by(|a, b| error(a).total_cmp(&error(b))).map(|choice| choice.criterion.as_str())
+}
+
+fn predicted_error(fit: &Fit, criterion: &str) -> f64 {
+    let choice = fit.regularization.choices.iter().find(|choice| choice.criterion == criterion);
+    choice.and_then(|choice| choice.predicted_mse).unwrap_or(f64::INFINITY)
+}
+
+/// The regularisation asked for before, with another criterion for its λ* (or k).
+fn with_criterion(regularization: Option<&Value>, criterion: &str) -> Value {
+    let mut changed = regularization.cloned().unwrap_or_else(|| json!({"type": "spectral"}));
+    let key = if changed["type"] == "ridge" { "parameter" } else { "lambda_star" };
+    if changed["type"] == "none" {
+        changed = json!({"type": "spectral"});
+    }
+    changed[key] = json!({"criterion": criterion});
+    changed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_criterion_alone_is_changed() {
+        let spectral = json!({"type": "spectral", "count": 3, "lambda_star": {"criterion": "fixed", "value": 1.0}});
+        assert_eq!(
+            with_criterion(Some(&spectral), "gcv"),
+            json!({"type": "spectral", "count": 3, "lambda_star": {"criterion": "gcv"}})
+        );
+        assert_eq!(with_criterion(None, "gcv"), json!({"type": "spectral", "lambda_star": {"criterion": "gcv"}}));
+        assert_eq!(
+            with_criterion(Some(&json!({"type": "ridge"})), "gcv"),
+            json!({"type": "ridge", "parameter": {"criterion": "gcv"}})
+        );
+        assert_eq!(
+            with_criterion(Some(&json!({"type": "none"})), "gcv"),
+            json!({"type": "spectral", "lambda_star": {"criterion": "gcv"}})
+        );
+    }
+}

@@ -1,0 +1,165 @@
+//! The demonstration as a user sees it: the built program, a folder of its own, the printed tables.
+
+use std::{
+    path::Path,
+    process::{Command, Output},
+};
+
+/// The generator, so that the committed grids can be made anew.
+#[path = "../examples/make_flank_grid.rs"]
+#[expect(dead_code, reason = "its main is for `cargo run --example`")]
+mod make_flank_grid;
+
+fn demo(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_flankfit"))
+        .arg("demo")
+        .args(arguments)
+        .current_dir(folder)
+        .env("FLANKFIT_BIND", "127.0.0.1:0")
+        .output()
+        .unwrap()
+}
+
+fn printed(output: &Output) -> String {
+    let text = String::from_utf8(output.stdout.clone()).unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}\n{errors}\n{text}", output.status);
+    text
+}
+
+/// The cells of a table's row, found by the text in its first column under a heading.
+fn row<'a>(text: &'a str, heading: &str, first: &str) -> Vec<&'a str> {
+    let (_, section) = text.split_once(heading).unwrap_or_else(|| panic!("no \"{heading}\" in\n{text}"));
+    let line = section.lines().find(|line| line.trim_start().starts_with(&format!("{first} ")));
+    line.unwrap_or_else(|| panic!("no row \"{first}\" under \"{heading}\" in\n{text}"))
+        .trim()
+        .split("  ")
+        .map(str::trim)
+        .filter(|cell| !cell.is_empty())
+        .collect()
+}
+
+fn number(cell: &str) -> f64 {
+    cell.replace('−', "-").parse().unwrap_or_else(|_| panic!("\"{cell}\" is not a number"))
+}
+
+#[test]
+fn the_bundled_flank_is_measured_corrected_and_accepted() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = printed(&demo(folder.path(), &["--exit"]));
+    assert!(folder.path().join("flankfit-demo.db").is_file(), "the jobs are in a file");
+
+    // Coefficients: value, standard error, bias bound, least squares, its standard error, unit.
+    for (term, unit) in [("1", "µm"), ("u", "µm/mm"), ("u^2*v^2", "µm/mm⁴")] {
+        let cells = row(&text, "Coefficients", term);
+        assert_eq!(cells.len(), 7, "{cells:?}");
+        assert!(number(cells[2]) > 0.0 && number(cells[3]) >= 0.0 && number(cells[5]) > 0.0, "{cells:?}");
+        assert_eq!(cells[6], unit);
+    }
+    // 135 nodes, 3 missing, 9 coefficients.
+    assert!(text.contains("132 nodes, 123 degrees of freedom"), "{text}");
+
+    // The smallest eigenvalue before and after.
+    let first = row(&text, "Spectrum of the scaled Fisher information matrix", "1");
+    assert!(number(first[1]) > 0.0 && number(first[2]) >= number(first[1]), "{first:?}");
+
+    // Every criterion stands beside least squares.
+    for criterion in ["least_squares", "min_mse", "min_condition", "gcv", "discrepancy", "l_curve"] {
+        let cells = row(&text, "λ* as each criterion would choose it", criterion);
+        let rms = cells.len() - 1 - usize::from(cells.last() == Some(&"← this fit"));
+        assert!(number(cells[rms]) > 0.0, "{cells:?}");
+    }
+    assert!(text.contains("nearly"), "a sentence on collinearity:\n{text}");
+
+    // The figures that went in come out: slope 9 µm, then 0.5 µm; crownings 3 and 4 µm, twist 3 µm.
+    for (name, before, after) in [
+        ("profile slope f_Hα", 9.0, 0.5),
+        ("profile crowning C_α", 3.0, 3.0),
+        ("helix crowning C_β", 4.0, 4.0),
+        ("twist S", 3.0, 3.0),
+    ] {
+        let cells = row(&text, "The flank before and after", name);
+        assert!((number(cells[1]) - before).abs() < 0.6 && (number(cells[2]) - after).abs() < 0.6, "{cells:?}");
+    }
+
+    let (_, trace) = text.split_once("Trace of the job").unwrap();
+    let order =
+        ["fit 1 by min_mse", "fit 2 by ", " stands", "decision: remachine", "fit 1 by min_mse", "decision: accept"];
+    let mut rest = trace;
+    for event in order {
+        let split = rest.split_once(event);
+        (_, rest) = split.unwrap_or_else(|| panic!("\"{event}\" is missing or out of order in\n{trace}"));
+    }
+}
+
+#[test]
+fn a_second_run_adds_a_job_to_the_same_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let database = format!("sqlite://{}", folder.path().join("jobs.db").display());
+    for _ in 0..2 {
+        let text = printed(&demo(folder.path(), &["--exit", "--database", &database]));
+        assert!(text.contains("Trace of the job"), "{text}");
+    }
+    assert!(!folder.path().join("flankfit-demo.db").exists());
+}
+
+#[test]
+fn real_traces_are_fitted_flank_by_flank() {
+    let traces = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/p40/97340-neu_nodes.csv");
+    if !traces.is_file() {
+        // The measurement is not part of this repository.
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let text = printed(&demo(folder.path(), &["--exit", "--nodes", &traces.display().to_string()]));
+    for flank in ["left, tooth 1", "right, tooth 1"] {
+        assert!(text.contains(flank), "{text}");
+    }
+    // Six traces of 40 samples; the first sample of each lead is undefined.
+    assert_eq!(text.matches("237 nodes, 228 degrees of freedom").count(), 2, "{text}");
+    assert!(text.contains("Not used: teeth 12, 22"), "{text}");
+    assert!(text.contains("Leads turned"), "the right flank's leads count against material:\n{text}");
+
+    // Left flank: the tester printed f_Hα = 23.8, 10.0 and 0.0 µm at three places along the face.
+    let slope = number(row(&text, "Decision: remachine", "profile slope f_Hα")[1]);
+    assert!((5.0..20.0).contains(&slope), "{slope}");
+}
+
+#[test]
+fn own_nodes_in_csv_are_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut nodes = "x,y\n".to_owned();
+    for k in 0..12 {
+        let x = f64::from(k);
+        let height =
+            if k == 5 { String::new() } else { (1.0 + 0.1 * x - 0.02 * x * x + 0.01 * (7.0 * x).sin()).to_string() };
+        nodes += &format!("{x},{height}\n");
+    }
+    std::fs::write(folder.path().join("profile.csv"), nodes).unwrap();
+    let text = printed(&demo(folder.path(), &["--exit", "--nodes", "profile.csv"]));
+    assert!(text.contains("11 nodes used, 1 missing"), "{text}");
+    assert!(text.contains("the decision is left to you"), "{text}");
+}
+
+#[test]
+fn what_cannot_work_is_said_plainly() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = demo(folder.path(), &["--exit", "--nodes", "nowhere.csv"]);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && error.contains("cannot read nowhere.csv"), "{error}");
+
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let output = demo(folder.path(), &["--exit", "--bind", &address]);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && error.contains(&address) && error.contains("taken"), "{error}");
+}
+
+#[test]
+fn the_committed_grids_are_what_the_generator_makes() {
+    for flank in &make_flank_grid::FLANKS {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(flank.file);
+        let committed = std::fs::read_to_string(&path).unwrap();
+        assert!(committed == make_flank_grid::fit_request(flank), "{} differs: run the example", path.display());
+    }
+}
