@@ -91,7 +91,7 @@ fn the_default_beats_least_squares_on_smooth_surfaces_and_least_condition_does_n
     println!("degree decay noise_um | min_mse: all, median, worst | min_condition: all, median, worst, warned");
     let (mut all_default, mut worst_default, mut worst_condition, mut cases) = (0.0, 0.0f64, 0.0f64, 0);
     for degree in [2, 3] {
-        for decay in [0.05, 0.1, 0.3] {
+        for decay in [0.1, 0.3, 0.6] {
             for noise in [0.5e-3, 2e-3] {
                 let run = |r: &Regularization| simulate(r, degree, decay, noise, 7 + degree as u64);
                 let default = run(&Regularization::default());
