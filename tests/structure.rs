@@ -37,26 +37,34 @@ const SERVICE: &[&str] = &[
     "uuid",
 ];
 
+/// Telemetry, like a log, may be written to from every room above the mathematics.
 const RULES: &[Rule] = &[
     Rule { room: "numerics", rooms: &[], foreign: SERVICE },
     Rule { room: "geometry", rooms: &["numerics"], foreign: SERVICE },
     Rule { room: "estimation", rooms: &["geometry", "numerics"], foreign: SERVICE },
     Rule {
         room: "api",
-        rooms: &["estimation", "jobs"],
+        rooms: &["estimation", "jobs", "telemetry"],
         foreign: &["axum", "clap", "metrics", "nalgebra", "sqlx", "tokio", "tower", "tower_http", "utoipa_axum"],
     },
     Rule {
         room: "jobs",
-        rooms: &["estimation"],
+        rooms: &["estimation", "telemetry"],
         foreign: &["axum", "clap", "metrics", "nalgebra", "sqlx", "tower", "tower_http", "utoipa", "utoipa_axum"],
     },
     Rule {
         room: "store",
-        rooms: &["jobs", "api", "estimation"],
+        rooms: &["jobs", "api", "estimation", "telemetry"],
         foreign: &["axum", "clap", "nalgebra", "tower", "tower_http", "utoipa", "utoipa_axum"],
     },
-    Rule { room: "http", rooms: &["api", "jobs", "estimation"], foreign: &["clap", "nalgebra", "sqlx"] },
+    Rule {
+        room: "http",
+        rooms: &["api", "jobs", "estimation", "pool", "config", "telemetry"],
+        foreign: &["clap", "nalgebra", "sqlx"],
+    },
+    Rule { room: "pool", rooms: &["telemetry"], foreign: &["axum", "clap", "nalgebra", "sqlx", "utoipa"] },
+    Rule { room: "telemetry", rooms: &["config"], foreign: &["axum", "clap", "nalgebra", "sqlx", "utoipa"] },
+    Rule { room: "config", rooms: &[], foreign: &["axum", "nalgebra", "sqlx", "utoipa"] },
 ];
 
 fn source() -> PathBuf {

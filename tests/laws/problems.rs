@@ -28,10 +28,18 @@ impl Problem {
     /// `X = U Σ Vᵀ` with random U and V and singular values graded so that cond(XᵀX) is 10^`log_condition`;
     /// heights of random coefficients with noise.
     pub fn graded(seed: u64, n: usize, extra: usize, log_condition: f64) -> Self {
+        Self::of(seed, n, extra, log_condition, false)
+    }
+
+    /// The same, with some eigenvalues equal in every third case (their directions are then anyone's choice).
+    pub fn clustered(seed: u64, n: usize, extra: usize, log_condition: f64) -> Self {
+        Self::of(seed, n, extra, log_condition, seed.is_multiple_of(3))
+    }
+
+    fn of(seed: u64, n: usize, extra: usize, log_condition: f64, clustered: bool) -> Self {
         let mut random = Random::new(seed);
         let m = n + extra;
         let (u, v) = (orthonormal(&mut random, m, n), orthonormal(&mut random, n, n));
-        let clustered = random.below(3) == 0;
         let singular: Vec<f64> = (0..n)
             .map(|i| {
                 let place = match (i, clustered) {

@@ -4,48 +4,68 @@
 //! `cargo test --test laws simulation -- --nocapture` prints the figures that the documentation quotes.
 
 use crate::oracle::design::{Basis, crossings, surface};
-use crate::oracle::matrix::{doubles, least_squares, rows};
+use crate::oracle::matrix::{column, doubles, least_squares};
 use crate::oracle::random::Random;
 use crate::problems::{by, fit, linear, matrix, polynomial, spectral, warned};
 use flankfit::estimation::Nodes;
 use flankfit::estimation::spec::{Count, Criterion, Degree, FitSpec, PolynomialBasis, Regularization, Scaling, Scheme};
 
-/// A surface on 9 × 5 crossings of [30, 34] × [0, 20] mm with known coefficients of u^p v^q.
-struct Truth {
+/// Surfaces of one degree on 9 × 5 crossings of [30, 34] × [0, 20] mm.
+struct Place {
     nodes: Vec<[f64; 2]>,
-    heights: Vec<f64>,
-    coefficients: Vec<f64>,
+    degree: usize,
+    /// Products of Legendre polynomials at the nodes.
+    orthogonal: Vec<Vec<f64>>,
+    /// From their coefficients to those of u^p v^q.
+    change: Vec<Vec<f64>>,
     /// Lengths of the raw columns, by which errors are scaled.
     scales: Vec<f64>,
 }
 
-impl Truth {
-    /// Coefficients of products of Legendre polynomials decay like `decay` to the order; the constant is 20 µm.
-    fn new(random: &mut Random, degree: usize, decay: f64) -> Self {
+impl Place {
+    fn new(degree: usize) -> Self {
         let u: Vec<f64> = (0..9).map(|i| 30.0 + 0.5 * f64::from(i)).collect();
         let v: Vec<f64> = (0..5).map(|j| 5.0 * f64::from(j)).collect();
         let nodes = crossings(&u, &v);
         let legendre = [Basis::Legendre([30.0, 34.0]), Basis::Legendre([0.0, 20.0])];
         let orthogonal = surface(legendre, [degree, degree], &nodes, |_, _| true);
         let raw = surface([Basis::Monomial, Basis::Monomial], [degree, degree], &nodes, |_, _| true);
-        let orders = (0..=degree).flat_map(|p| (0..=degree).map(move |q| p + q));
+        let n = raw[0].len();
+        let columns: Vec<Vec<f64>> =
+            (0..n).map(|j| doubles(&least_squares(&raw, &column(&orthogonal, j)).coefficients)).collect();
+        let change = (0..n).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
+        let scales = (0..n).map(|j| raw.iter().map(|row| row[j].to_f64().powi(2)).sum::<f64>().sqrt()).collect();
+        Place { nodes, degree, orthogonal: orthogonal.iter().map(|row| doubles(row)).collect(), change, scales }
+    }
+}
+
+/// A surface with known coefficients of u^p v^q.
+struct Truth<'a> {
+    place: &'a Place,
+    heights: Vec<f64>,
+    coefficients: Vec<f64>,
+}
+
+impl<'a> Truth<'a> {
+    /// Coefficients of the orthogonal products decay like `decay` to the order; the constant is about 20 µm.
+    fn new(place: &'a Place, random: &mut Random, decay: f64) -> Self {
+        let size = 0..=place.degree;
+        let orders = size.clone().flat_map(|p| size.clone().map(move |q| p + q));
         let true_ones: Vec<f64> = orders.map(|order| 0.02 * decay.powi(order as i32) * random.normal()).collect();
-        let true_ones = &rows(&[true_ones])[0];
-        let heights = crate::oracle::matrix::times(&orthogonal, true_ones);
-        let coefficients = doubles(&least_squares(&raw, &heights).coefficients);
-        let scales =
-            (0..raw[0].len()).map(|j| raw.iter().map(|row| row[j].to_f64().powi(2)).sum::<f64>().sqrt()).collect();
-        Truth { nodes, heights: doubles(&heights), coefficients, scales }
+        let times = |rows: &[Vec<f64>]| -> Vec<f64> {
+            rows.iter().map(|row| row.iter().zip(&true_ones).map(|(x, a)| x * a).sum()).collect()
+        };
+        Truth { place, heights: times(&place.orthogonal), coefficients: times(&place.change) }
     }
 
     fn measured(&self, random: &mut Random, noise: f64) -> Nodes {
-        let axis = |k: usize| self.nodes.iter().map(|n| n[k]).collect();
+        let axis = |k: usize| self.place.nodes.iter().map(|n| n[k]).collect();
         let z = self.heights.iter().map(|z| z + noise * random.normal()).collect();
         Nodes::scattered(axis(0), axis(1), z, None).expect("checked nodes")
     }
 
     fn squared_error(&self, values: impl Iterator<Item = f64>) -> f64 {
-        let parts = values.zip(&self.coefficients).zip(&self.scales);
+        let parts = values.zip(&self.coefficients).zip(&self.place.scales);
         parts.map(|((value, truth), scale)| ((value - truth) * scale).powi(2)).sum()
     }
 }
@@ -58,17 +78,17 @@ struct Outcome {
     fits: usize,
 }
 
-fn simulate(regularization: &Regularization, degree: usize, decay: f64, noise: f64, seed: u64) -> Outcome {
-    let mut random = Random::new(seed);
+fn simulate(regularization: &Regularization, place: &Place, decay: f64, noise: f64, noises: usize) -> Outcome {
+    let mut random = Random::new(7 + place.degree as u64);
     let spec = FitSpec {
         regularization: regularization.clone(),
-        ..polynomial(Degree::Both(degree), PolynomialBasis::Monomial)
+        ..polynomial(Degree::Both(place.degree), PolynomialBasis::Monomial)
     };
     let (mut ratios, mut sums, mut warnings, mut fits) = (Vec::new(), [0.0, 0.0], 0, 0);
     for _ in 0..SURFACES {
-        let truth = Truth::new(&mut random, degree, decay);
+        let truth = Truth::new(place, &mut random, decay);
         let (mut own, mut plain) = (0.0, 0.0);
-        for _ in 0..NOISES {
+        for _ in 0..noises {
             let result = fit(&truth.measured(&mut random, noise), &spec);
             own += truth.squared_error(result.coefficients.iter().map(|c| c.value));
             plain += truth.squared_error(result.coefficients.iter().map(|c| c.least_squares));
@@ -83,19 +103,19 @@ fn simulate(regularization: &Regularization, degree: usize, decay: f64, noise: f
     Outcome { ratios, total: sums[0] / sums[1], warned: warnings, fits }
 }
 
-const SURFACES: usize = 40;
-const NOISES: usize = 40;
+const SURFACES: usize = 24;
 
 #[test]
 fn the_default_beats_least_squares_on_smooth_surfaces_and_least_condition_does_not() {
     println!("degree decay noise_um | min_mse: all, median, worst | min_condition: all, median, worst, warned");
     let (mut all_default, mut worst_default, mut worst_condition, mut cases) = (0.0, 0.0f64, 0.0f64, 0);
     for degree in [2, 3] {
-        for decay in [0.05, 0.1, 0.3] {
+        let place = Place::new(degree);
+        for decay in [0.1, 0.3, 0.6] {
             for noise in [0.5e-3, 2e-3] {
-                let run = |r: &Regularization| simulate(r, degree, decay, noise, 7 + degree as u64);
-                let default = run(&Regularization::default());
-                let least = run(&spectral(Scheme::FirstOrder, Count::Auto, by(Criterion::MinCondition)));
+                let run = |r: &Regularization, noises| simulate(r, &place, decay, noise, noises);
+                let default = run(&Regularization::default(), 100);
+                let least = run(&spectral(Scheme::FirstOrder, Count::Auto, by(Criterion::MinCondition)), 20);
                 let (last, middle) = (default.ratios.len() - 1, default.ratios.len() / 2);
                 println!(
                     "{degree} {decay:5} {:4} | {:.3} {:.3} {:.3} | {:.3e} {:.3e} {:.3e} {:.2}",
@@ -122,7 +142,7 @@ fn the_default_beats_least_squares_on_smooth_surfaces_and_least_condition_does_n
     println!("min_mse over all: geometric mean {mean:.3}, worst surface {worst_default:.3}");
     println!("min_condition: worst surface {worst_condition:.3e}");
     assert!(mean < 0.75, "the default wins too little: {mean}");
-    assert!(worst_default < 1.8, "the default loses too much: {worst_default}");
+    assert!(worst_default < 2.0, "the default loses too much: {worst_default}");
     assert!(worst_condition > 100.0, "the warning about least condition would be idle: {worst_condition}");
 }
 

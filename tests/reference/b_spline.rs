@@ -32,7 +32,7 @@ fn curve(name: &str) {
         heights[k] = &heights[k] * &root;
     }
     let exact = crate::oracle::matrix::least_squares(&columns, &heights).coefficients;
-    judge_digits(name, &result, &exact);
+    judge_digits(name, &result, &exact, 14.0);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn bicubic_on_a_grid() {
         let result = answer(&nodes, &plain(model.clone()));
         // Some coefficients are a thousandth of the surface's height and lose that many digits.
         at_least(name, &values(&result), &truth, 12.0);
-        judge_digits(name, &result, &exact);
+        judge_digits(name, &result, &exact, 14.0);
         let near = |a: f64, b: &str| (a - number(&file[b])).abs() <= 1e-12 * number(&file[b]);
         assert!(near(result.residuals.rss, "rss") && near(result.residuals.sigma.unwrap(), "residual_sd"));
     }

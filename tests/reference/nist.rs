@@ -1,7 +1,8 @@
 //! The NIST StRD linear sets, posted as doubles the way a client would: raw monomials, or the matrix itself.
 
 use crate::answers::{
-    answer, at_least, curve, exact, exact_of, judge_digits, matrix, monomials, plain, std_errors, values,
+    answer, at_least, curve, curve_floor, exact, exact_of, judge_digits, matrix, matrix_floor, monomials, plain,
+    std_errors, values,
 };
 use crate::folder::{decimals, number, numbers, reference};
 use crate::oracle::big::{Big, digits, worst_digits};
@@ -11,7 +12,7 @@ use flankfit::estimation::spec::{FitSpec, Model};
 use serde_json::Value;
 
 /// Compares a fit with the certified values: `wanted` digits of the worst coefficient.
-fn certified(file: &Value, nodes: &Nodes, model: Model, exact: &[Big], wanted: f64) {
+fn certified(file: &Value, nodes: &Nodes, model: Model, (exact, floor): (&[Big], f64), wanted: f64) {
     let name = file["name"].as_str().expect("a name");
     let certified = &file["certified"];
     let coefficients = decimals(&certified["coef_text"]);
@@ -19,7 +20,7 @@ fn certified(file: &Value, nodes: &Nodes, model: Model, exact: &[Big], wanted: f
     at_least(name, &values(&result), &coefficients, wanted);
     // The doubles as posted determine more than the printed digits show.
     at_least(&format!("{name}, of its doubles"), &values(&result), exact, wanted);
-    judge_digits(name, &result, exact);
+    judge_digits(name, &result, exact, floor);
 
     let heights = numbers(&file["data"]["y"]).iter().fold(0.0f64, |s, y| s.max(y.abs()));
     let spread = Big::parse(certified["residual_sd_text"].as_str().expect("a text"));
@@ -53,7 +54,8 @@ fn polynomial(name: &str, degree: usize, wanted: f64) {
     let Some(file) = reference(name) else { return };
     let (x, y) = (numbers(&file["data"]["x"]), numbers(&file["data"]["y"]));
     let truth = exact_of(&design::curve(Basis::Monomial, degree, &x), &y);
-    certified(&file, &curve(&x, &y), monomials(degree), &truth, wanted);
+    let floor = curve_floor(&truth, degree, &x, &y);
+    certified(&file, &curve(&x, &y), monomials(degree), (&truth, floor), wanted);
 
     let powers: Vec<Vec<f64>> = x.iter().map(|x| (0..=degree as i32).map(|p| x.powi(p)).collect()).collect();
     let result = answer(&matrix(&powers, &y), &plain(Model::Linear));
@@ -61,7 +63,7 @@ fn polynomial(name: &str, degree: usize, wanted: f64) {
     let reached = worst_digits(&values(&result), &truth);
     println!("{name} as a matrix: {reached:.2} digits");
     assert!(reached >= 13.0, "{name} as a matrix: {reached:.2} digits");
-    judge_digits(&format!("{name} as a matrix"), &result, &truth);
+    judge_digits(&format!("{name} as a matrix"), &result, &truth, matrix_floor(&truth, &powers, &y));
 }
 
 #[test]
@@ -94,7 +96,8 @@ fn noint1() {
     let Some(file) = reference("nist_noint1") else { return };
     let x: Vec<Vec<f64>> = numbers(&file["data"]["x"]).iter().map(|x| vec![*x]).collect();
     let y = numbers(&file["data"]["y"]);
-    certified(&file, &matrix(&x, &y), Model::Linear, &exact(&x, &y), 14.2);
+    let truth = exact(&x, &y);
+    certified(&file, &matrix(&x, &y), Model::Linear, (&truth, matrix_floor(&truth, &x, &y)), 14.2);
 }
 
 #[test]
@@ -104,5 +107,6 @@ fn longley() {
     let y = numbers(&file["data"]["y"]);
     let x: Vec<Vec<f64>> =
         (0..y.len()).map(|k| std::iter::once(1.0).chain(columns.iter().map(|c| c[k])).collect()).collect();
-    certified(&file, &matrix(&x, &y), Model::Linear, &exact(&x, &y), 14.0);
+    let truth = exact(&x, &y);
+    certified(&file, &matrix(&x, &y), Model::Linear, (&truth, matrix_floor(&truth, &x, &y)), 14.0);
 }

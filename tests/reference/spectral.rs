@@ -1,6 +1,8 @@
 //! Small eigenvalues, where forming XᵀX in doubles has no digit left.
 
-use crate::answers::{answer, at_least, curve, exact, exact_of, judge_digits, matrix, monomials, plain};
+use crate::answers::{
+    answer, at_least, curve, curve_floor, exact, exact_of, judge_digits, matrix, matrix_floor, monomials, plain,
+};
 use crate::folder::{decimals, number, numbers, reference, table};
 use crate::oracle::big::{Big, digits};
 use crate::oracle::design::{self, Basis};
@@ -42,7 +44,8 @@ fn design_matrix(name: &str) -> Option<Value> {
     check(name, &result, &ascending(decimals(own)));
     // The reference and the tests' own oracle agree, so that either may be trusted elsewhere.
     check(&format!("{name}, by the oracle"), &result, &eigen(&gram(&rows(&x))).0);
-    judge_digits(name, &result, &exact(&x, &y));
+    let truth = exact(&x, &y);
+    judge_digits(name, &result, &truth, matrix_floor(&truth, &x, &y));
     if file["design_entries_exact_in_f64"].as_bool() == Some(true) {
         ridge_solutions(name, &file, &matrix(&x, &y), Model::Linear);
     }
@@ -81,7 +84,8 @@ fn vandermonde(name: &str, degree: usize) {
         eigen(&gram(&design::curve(Basis::Monomial, degree, &x))).0
     };
     check(&format!("{name}, as a curve"), &result, &truth);
-    judge_digits(name, &result, &exact_of(&design::curve(Basis::Monomial, degree, &x), &y));
+    let truth = exact_of(&design::curve(Basis::Monomial, degree, &x), &y);
+    judge_digits(name, &result, &truth, curve_floor(&truth, degree, &x, &y));
     if file["design_entries_exact_in_f64"].as_bool() == Some(true) {
         ridge_solutions(name, &file, &curve(&x, &y), monomials(degree));
     }
@@ -160,6 +164,7 @@ fn hard_matrices_made_here() {
         let y: Vec<f64> = (0..x.len()).map(|k| (k as f64 * 0.7).sin()).collect();
         let result = unscaled(&matrix(&x, &y), Model::Linear);
         check(&format!("{name} (1e{condition:.1})"), &result, &truth);
-        judge_digits(name, &result, &exact(&x, &y));
+        let truth = exact(&x, &y);
+        judge_digits(name, &result, &truth, matrix_floor(&truth, &x, &y));
     }
 }

@@ -21,7 +21,7 @@ fn bicubic_by_quadratic_between_30_and_40_mm() {
         let result = answer(&nodes, &plain(model.clone()));
         at_least(name, &values(&result), &decimals(&file["coef_dec"]), 12.0);
         at_least("standard errors", &std_errors(&result), &decimals(&file["se_dec"]), 8.0);
-        judge_digits(name, &result, &truth);
+        judge_digits(name, &result, &truth, 13.0);
         let residual = &result.residuals;
         let near = |a: f64, b: &str| (a - number(&file[b])).abs() <= 1e-11 * number(&file[b]);
         assert!(near(residual.rss, "rss") && near(residual.sigma.unwrap(), "residual_sd"));
