@@ -2,6 +2,7 @@
 
 pub mod auth;
 pub mod body;
+pub mod docs;
 pub mod extract;
 pub mod fits;
 pub mod meta;
