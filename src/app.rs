@@ -55,6 +55,11 @@ impl App {
         self.listener.local_addr()
     }
 
+    /// What the handlers reach.
+    pub fn state(&self) -> &AppState {
+        &self.state
+    }
+
     /// Serves until `stop` is ready, then finishes what was accepted within the shutdown grace.
     pub async fn serve(self, stop: impl Future<Output = ()>) {
         let grace = self.state.settings.shutdown_grace();

@@ -16,7 +16,29 @@ use tokio::sync::oneshot;
 
 use crate::telemetry;
 
-type Job = Box<dyn FnOnce() + Send>;
+/// Work with somebody who waits for it.
+trait Job: Send {
+    fn run(self: Box<Self>);
+    /// Whether nobody waits any more.
+    fn is_abandoned(&self) -> bool;
+}
+
+struct Task<T, F> {
+    work: F,
+    answer: oneshot::Sender<T>,
+}
+
+impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
+    fn run(self: Box<Self>) {
+        if !self.is_abandoned() {
+            let _gone = self.answer.send((self.work)());
+        }
+    }
+
+    fn is_abandoned(&self) -> bool {
+        self.answer.is_closed()
+    }
+}
 
 /// Why work was not done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -48,7 +70,7 @@ struct Shared {
 
 #[derive(Default)]
 struct State {
-    queue: VecDeque<Job>,
+    queue: VecDeque<Box<dyn Job>>,
     idle: usize,
     closed: bool,
 }
@@ -72,7 +94,7 @@ impl Shared {
                 self.depth.set(state.queue.len() as f64);
                 drop(state);
                 // The panic hook has said what happened; the waiting side sees its channel closed.
-                let _panicked = catch_unwind(AssertUnwindSafe(job));
+                let _panicked = catch_unwind(AssertUnwindSafe(|| job.run()));
                 state = self.lock();
             } else if state.closed {
                 return;
@@ -109,16 +131,16 @@ impl WorkPool {
         T: Send + 'static,
         F: FnOnce() -> T + Send + 'static,
     {
-        let (sender, receiver) = oneshot::channel();
-        let job: Job = Box::new(move || {
-            if !sender.is_closed() {
-                let _gone = sender.send(work());
-            }
-        });
+        let (answer, receiver) = oneshot::channel();
+        let job = Box::new(Task { work, answer });
         {
             let mut state = self.shared.lock();
             if state.closed {
                 return Err(PoolError::Lost);
+            }
+            if state.queue.len() >= self.limit {
+                // Requests that were given up (timeouts, lost connections) do not hold places.
+                state.queue.retain(|job| !job.is_abandoned());
             }
             if state.queue.len() >= self.limit {
                 return Err(PoolError::Full { limit: self.limit });

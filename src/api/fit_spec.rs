@@ -11,8 +11,10 @@ pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody};
 use super::nodes_schema::NodesBody;
 use crate::estimation::spec::{Criterion, DEFAULT_CONDITION_LIMIT, Scheme};
 
-/// A fit request. Declared for the document; [`super::reader`] reads it.
+// Declared for the document; `super::reader` reads it.
+/// A fit request.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct FitRequest {
     pub nodes: NodesBody,
     pub model: ModelBody,
@@ -52,6 +54,7 @@ pub struct FitForm {
 
 /// Everything about a fit but the nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 #[schema(as = FitSpec)]
 pub struct FitSpecBody {
     pub model: ModelBody,
@@ -237,24 +240,24 @@ pub struct NodeUncertaintyBody {
 
 /// Declares the only value of a variant's `type`.
 macro_rules! tags {
-    ($($name:ident = $text:literal),* $(,)?) => {$(
-        #[doc = concat!("`", $text, "`")]
+    ($($name:ident = $value:ident),* $(,)?) => {$(
+        /// The variant.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+        #[serde(rename_all = "snake_case")]
         pub enum $name {
-            #[serde(rename = $text)]
-            Tag,
+            $value,
         }
     )*};
 }
 
 tags! {
-    PolynomialTag = "polynomial",
-    BSplineTag = "b_spline",
-    LinearTag = "linear",
-    NoneTag = "none",
-    SpectralTag = "spectral",
-    RidgeTag = "ridge",
-    LeastSquaresTag = "least_squares",
+    PolynomialTag = Polynomial,
+    BSplineTag = BSpline,
+    LinearTag = Linear,
+    NoneTag = None,
+    SpectralTag = Spectral,
+    RidgeTag = Ridge,
+    LeastSquaresTag = LeastSquares,
 }
 
 /// Functions of a polynomial model. `monomial` means the caller's raw u and v; the others live on the domain mapped to [-1, 1].

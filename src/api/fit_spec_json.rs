@@ -26,7 +26,7 @@ impl From<&FitSpec> for FitSpecBody {
             regularization: Some(regularization(&spec.regularization)),
             estimator: Some(match spec.estimator {
                 spec::Estimator::LeastSquares => {
-                    EstimatorBody::LeastSquares(LeastSquaresEstimator { kind: LeastSquaresTag::Tag })
+                    EstimatorBody::LeastSquares(LeastSquaresEstimator { kind: LeastSquaresTag::LeastSquares })
                 }
             }),
             domain: spec.domain.map(|domain| {
@@ -52,7 +52,7 @@ fn unsigned_zero(value: f64) -> f64 {
 fn model(model: &spec::Model) -> ModelBody {
     match model {
         spec::Model::Polynomial { degree, basis, terms } => ModelBody::Polynomial(PolynomialModel {
-            kind: PolynomialTag::Tag,
+            kind: PolynomialTag::Polynomial,
             degree: degree_body(*degree),
             basis: Some(match basis {
                 spec::PolynomialBasis::Monomial => BasisName::Monomial,
@@ -72,9 +72,9 @@ fn model(model: &spec::Model) -> ModelBody {
                 spec::Knots::Spans(n) => (None, Some(SpansBody::Both(*n))),
                 spec::Knots::SpansEach(a, b) => (None, Some(SpansBody::Each([*a, *b]))),
             };
-            ModelBody::BSpline(BSplineModel { kind: BSplineTag::Tag, degree: degree_body(*degree), knots, spans })
+            ModelBody::BSpline(BSplineModel { kind: BSplineTag::BSpline, degree: degree_body(*degree), knots, spans })
         }
-        spec::Model::Linear => ModelBody::Linear(LinearModel { kind: LinearTag::Tag }),
+        spec::Model::Linear => ModelBody::Linear(LinearModel { kind: LinearTag::Linear }),
     }
 }
 
@@ -87,10 +87,10 @@ fn degree_body(degree: spec::Degree) -> DegreeBody {
 
 fn regularization(regularization: &spec::Regularization) -> RegularizationBody {
     match regularization {
-        spec::Regularization::None => RegularizationBody::None(NoRegularization { kind: NoneTag::Tag }),
+        spec::Regularization::None => RegularizationBody::None(NoRegularization { kind: NoneTag::None }),
         spec::Regularization::Spectral { scheme, count, condition_limit, lambda_star } => {
             RegularizationBody::Spectral(SpectralRegularization {
-                kind: SpectralTag::Tag,
+                kind: SpectralTag::Spectral,
                 scheme: Some((*scheme).into()),
                 count: Some(match count {
                     spec::Count::Auto => CountBody::Auto(super::fit_spec_values::AutoName::Auto),
@@ -101,7 +101,7 @@ fn regularization(regularization: &spec::Regularization) -> RegularizationBody {
             })
         }
         spec::Regularization::Ridge { parameter: k } => {
-            RegularizationBody::Ridge(RidgeRegularization { kind: RidgeTag::Tag, parameter: Some(parameter(*k)) })
+            RegularizationBody::Ridge(RidgeRegularization { kind: RidgeTag::Ridge, parameter: Some(parameter(*k)) })
         }
     }
 }

@@ -21,6 +21,7 @@ pub enum NodesBody {
 
 /// One boundary curve y(x); abscissae in any order, repetitions are repeated measurements.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct CurveNodes {
     #[serde(rename = "type")]
     #[schema(inline)]
@@ -36,6 +37,7 @@ pub struct CurveNodes {
 
 /// One surface z(u, v) at arbitrary places.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct ScatteredNodes {
     #[serde(rename = "type")]
     #[schema(inline)]
@@ -53,6 +55,7 @@ pub struct ScatteredNodes {
 
 /// One surface on the crossings of two axes.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct GridNodes {
     #[serde(rename = "type")]
     #[schema(inline)]
@@ -76,6 +79,7 @@ pub struct GridNodes {
 
 /// The measurement matrix itself, row by row.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct MatrixNodes {
     #[serde(rename = "type")]
     #[schema(inline)]
@@ -93,19 +97,19 @@ pub struct MatrixNodes {
 }
 
 macro_rules! tags {
-    ($($name:ident = $text:literal),* $(,)?) => {$(
-        #[doc = concat!("`", $text, "`")]
+    ($($name:ident = $value:ident),* $(,)?) => {$(
+        /// The variant.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+        #[serde(rename_all = "snake_case")]
         pub enum $name {
-            #[serde(rename = $text)]
-            Tag,
+            $value,
         }
     )*};
 }
 
 tags! {
-    CurveTag = "curve",
-    ScatteredTag = "scattered",
-    GridTag = "grid",
-    MatrixTag = "matrix",
+    CurveTag = Curve,
+    ScatteredTag = Scattered,
+    GridTag = Grid,
+    MatrixTag = Matrix,
 }

@@ -4,7 +4,7 @@
 //! `example`, `const` becomes a one-value `enum`, exclusive bounds become booleans beside the bounds, and the
 //! licence identifier (3.1 only) is dropped.
 
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 /// The 3.0 copy of a 3.1 document, pretty-printed.
 pub fn convert(document: &str) -> Result<String, serde_json::Error> {
@@ -80,6 +80,12 @@ fn schema(value: &mut Value) {
         }
     }
     object.remove("propertyNames");
+    // Whatever stands beside a 3.0 reference is ignored, so a described one is wrapped.
+    if object.len() > 1
+        && let Some(reference) = object.remove("$ref")
+    {
+        object.insert("allOf".into(), json!([{ "$ref": reference }]));
+    }
 }
 
 /// `"type": ["number", "null"]` → `"type": "number", "nullable": true`.
@@ -110,8 +116,6 @@ fn null_alternative(object: &mut Map<String, Value>) {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
 
     #[test]
@@ -126,7 +130,8 @@ mod tests {
                     "a": {"type": "number", "exclusiveMinimum": 0, "examples": [1]},
                     "b": {"const": "x"},
                     "c": {"oneOf": [{"type": "null"}, {"$ref": "#/components/schemas/A"}]},
-                    "d": {"type": "array", "items": {"type": ["number", "null"]}}
+                    "d": {"type": "array", "items": {"type": ["number", "null"]}},
+                    "e": {"$ref": "#/components/schemas/A", "description": "d"}
                 }
             }}}
         });
@@ -137,6 +142,7 @@ mod tests {
         assert_eq!(properties["b"], json!({"enum": ["x"]}));
         assert_eq!(properties["c"], json!({"oneOf": [{"$ref": "#/components/schemas/A"}], "nullable": true}));
         assert_eq!(properties["d"]["items"], json!({"type": "number", "nullable": true}));
+        assert_eq!(properties["e"], json!({"allOf": [{"$ref": "#/components/schemas/A"}], "description": "d"}));
         assert_eq!(got["paths"]["/a"]["get"]["parameters"][0]["schema"], json!({"type": "integer", "nullable": true}));
         assert_eq!(got["info"]["license"], json!({"name": "MIT"}));
     }

@@ -5,15 +5,15 @@ use axum::{
     body::Bytes,
     extract::State,
     http::{HeaderValue, header},
-    response::{IntoResponse, Redirect, Response},
+    response::{IntoResponse, Response},
     routing::get,
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
-use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use super::{
+    docs,
     openapi::{openapi_3_0_json, openapi_json},
     state::AppState,
 };
@@ -28,12 +28,7 @@ pub fn undocumented(state: &AppState) -> Router<AppState> {
     let router = Router::new()
         .route("/openapi.json", get(|| async { document(openapi_json()) }))
         .route("/openapi-3.0.json", get(|| async { document(openapi_3_0_json()) }));
-    if !state.settings.docs {
-        return router;
-    }
-    let pages =
-        SwaggerUi::new("/docs").config(Config::from("/openapi.json").validator_url("none").display_operation_id(true));
-    router.merge(pages).route("/", get(|| async { Redirect::temporary("/docs/") }))
+    if state.settings.docs { router.merge(docs::routes()) } else { router }
 }
 
 /// The state of the process.

@@ -3,6 +3,7 @@
 pub mod auth;
 pub mod body;
 pub mod conditional;
+pub mod docs;
 pub mod extract;
 pub mod fits;
 pub mod idempotency;

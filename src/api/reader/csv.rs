@@ -1,7 +1,7 @@
 //! Nodes as CSV: a header `u,v,z[,weight]` (surface, scattered) or `x,y[,weight]` (curve), one node a line.
 //!
 //! An empty height is a missing node and is left out. Every other cell must hold a finite number with a decimal
-//! point; faults name line and column and point to the node's number among the lines.
+//! point (−0 is 0); faults name line and column and point to the node's number among the lines.
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
@@ -103,7 +103,7 @@ fn read_line(
         match fast_float2::parse::<f64, _>(cell) {
             Ok(value) if value.is_finite() => {
                 if !missing {
-                    arrays[column].push(value);
+                    arrays[column].push(value + 0.0);
                 }
             }
             _ => {

@@ -13,6 +13,8 @@ mod nodes;
 mod numbers;
 mod request;
 mod spec;
+#[cfg(test)]
+mod tests;
 
 use serde::de::DeserializeOwned;
 

@@ -159,6 +159,9 @@ impl<'a> RawNodes<'a> {
 /// Builds the nodes. The faults of reading come first; where one is known already, the check's word on the
 /// placeholder that stands there is dropped.
 fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, Faults>) -> Result<Nodes, Faults> {
+    if faults.count() >= Faults::MOST {
+        return Err(faults);
+    }
     match build() {
         Ok(nodes) => faults.into_result(nodes),
         Err(found) => {

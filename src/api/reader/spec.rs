@@ -107,8 +107,8 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
         "b_spline" => {
             let model: BSplineModel = read_part(slice, "/model", faults)?;
             let knots = match (model.knots, model.spans) {
-                (Some(KnotsBody::Curve(knots)), None) => spec::Knots::Curve(knots),
-                (Some(KnotsBody::Surface([u, v])), None) => spec::Knots::Surface(u, v),
+                (Some(KnotsBody::Curve(knots)), None) => spec::Knots::Curve(unsigned_zeros(knots)),
+                (Some(KnotsBody::Surface([u, v])), None) => spec::Knots::Surface(unsigned_zeros(u), unsigned_zeros(v)),
                 (None, Some(SpansBody::Both(n))) => spec::Knots::Spans(n),
                 (None, Some(SpansBody::Each([a, b]))) => spec::Knots::SpansEach(a, b),
                 (Some(_), Some(_)) => {
@@ -214,7 +214,8 @@ fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {
             faults.push(format!("/domain/{key}"), format!("{low} is greater than {high}; write [min, max]"));
         }
     }
-    Some(spec::Domain { u: body.u, v: body.v })
+    let interval = |ends: [f64; 2]| ends.map(unsigned_zero);
+    Some(spec::Domain { u: body.u.map(interval), v: body.v.map(interval) })
 }
 
 fn positive(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<f64> {
@@ -243,4 +244,13 @@ fn read_include(slice: &[u8], faults: &mut Faults) -> Option<spec::Include> {
         lambda_curve: names.contains(&IncludeName::LambdaCurve),
         matrix_b: names.contains(&IncludeName::MatrixB),
     })
+}
+
+/// −0 as 0: the digest does not tell them apart, so nothing else may.
+fn unsigned_zero(value: f64) -> f64 {
+    value + 0.0
+}
+
+fn unsigned_zeros(values: Vec<f64>) -> Vec<f64> {
+    values.into_iter().map(unsigned_zero).collect()
 }

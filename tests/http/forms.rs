@@ -1,0 +1,80 @@
+//! Node sets as `multipart/form-data`.
+
+use reqwest::multipart::{Form, Part};
+use serde_json::Value;
+
+use crate::harness::{Answer, CURVE, TestApp, send};
+
+const SPEC: &str = r#"{"model":{"type":"polynomial","degree":1}}"#;
+
+fn part(text: &str, media: &str) -> Part {
+    Part::text(text.to_owned()).mime_str(media).unwrap()
+}
+
+async fn post(app: &TestApp, form: Form) -> Answer {
+    send(app.client.post(app.url("/v1/fits")).multipart(form)).await
+}
+
+async fn post_table(app: &TestApp, table: &str) -> Answer {
+    post(app, Form::new().part("spec", part(SPEC, "application/json")).part("nodes", part(table, "text/csv"))).await
+}
+
+#[tokio::test]
+async fn a_table_gives_the_same_answer_as_json() {
+    let app = TestApp::start().await;
+    let answer = post_table(&app, "x,y\n0,1\n1,3.1\n2,4.9\n3,7.2\n").await;
+    assert_eq!((answer.status.as_u16(), &answer.text), (200, &app.fit(CURVE).await.text));
+    let without_types = Form::new().text("nodes", "x,y\n0,1\n1,3.1\n2,4.9\n3,7.2").text("spec", SPEC);
+    assert_eq!(post(&app, without_types).await.text, answer.text);
+}
+
+#[tokio::test]
+async fn an_empty_height_is_a_missing_node() {
+    let app = TestApp::start().await;
+    let answer = post_table(&app, "u,v,z,weight\n0,0,1,1\n0,1,2,1\n1,0,3,1\n1,1,,1\n1,2,4.5,2\n2,2,5,0.5\n").await;
+    assert_eq!(answer.status, 200, "{}", answer.text);
+    let body: Value = answer.json();
+    assert_eq!(body["residuals"]["count"], 5);
+}
+
+#[tokio::test]
+async fn bad_cells_have_line_and_column() {
+    let app = TestApp::start().await;
+    let answer = post_table(&app, "x,y\n0,1\n1,\"2,5\"\n2,inf\n").await;
+    assert_eq!(answer.pointers(), ["/nodes/y/1", "/nodes/y/2"]);
+    assert!(answer.text.contains("line 3, column 2"), "{}", answer.text);
+    assert_eq!(post_table(&app, "a,b\n1,2\n").await.pointers(), ["/nodes"]);
+    assert_eq!(post_table(&app, "").await.pointers(), ["/nodes"]);
+}
+
+#[tokio::test]
+async fn the_spec_is_checked_as_elsewhere() {
+    let app = TestApp::start().await;
+    let form = |spec: &str| Form::new().text("spec", spec.to_owned()).text("nodes", "x,y\n0,1\n1,2\n2,4\n");
+    let both = r#"{"nodes":{"type":"curve","x":[1],"y":[1]},"model":{"type":"polynomial","degree":1}}"#;
+    assert_eq!(post(&app, form(both)).await.pointers(), ["/nodes"]);
+    assert_eq!(post(&app, form("{}")).await.pointers(), ["/model"]);
+    post(&app, form("{")).await.problem(400, "malformed_body");
+}
+
+#[tokio::test]
+async fn broken_forms_are_refused() {
+    let app = TestApp::start().await;
+    post(&app, Form::new().text("spec", SPEC)).await.problem(400, "malformed_body");
+    post(&app, Form::new().text("nodes", "x,y\n1,2")).await.problem(400, "malformed_body");
+    let more = Form::new().text("spec", SPEC).text("nodes", "x,y\n1,2").text("more", "1");
+    post(&app, more).await.problem(400, "malformed_body");
+    let twice = Form::new().text("spec", SPEC).text("nodes", "x,y\n1,2").text("spec", SPEC);
+    post(&app, twice).await.problem(400, "malformed_body");
+    let other = Form::new().text("spec", SPEC).part("nodes", part("x", "application/vnd.ms-excel"));
+    post(&app, other).await.problem(415, "unsupported_media_type");
+    for (media, body) in [
+        ("multipart/form-data", "--x\r\n"),
+        ("multipart/form-data; boundary=x", ""),
+        ("multipart/form-data; boundary=x", "--x\r\nContent-Disposition: form-data; name=\"spec\"\r\n\r\n{"),
+        ("multipart/form-data; boundary=x", "--x--\r\n"),
+    ] {
+        let request = app.client.post(app.url("/v1/fits")).header("content-type", media).body(body);
+        send(request).await.problem(400, "malformed_body");
+    }
+}

@@ -1,0 +1,160 @@
+//! A server of its own for every test: a free port, a database file in a directory that goes away.
+
+use std::{net::SocketAddr, path::PathBuf, sync::mpsc};
+
+use flankfit::{app::App, config::ServeSettings, http::AppState};
+use reqwest::{Client, RequestBuilder, Response, StatusCode, header};
+use serde_json::Value;
+use tempfile::TempDir;
+use tokio::{sync::oneshot, task::JoinHandle};
+
+pub struct TestApp {
+    pub address: SocketAddr,
+    pub client: Client,
+    /// Where the database is.
+    pub directory: TempDir,
+    /// What the server's handlers reach, for tests that must hold something up.
+    pub state: AppState,
+    stop: oneshot::Sender<()>,
+    server: JoinHandle<()>,
+}
+
+/// An answer, read to its end.
+#[derive(Debug)]
+pub struct Answer {
+    pub status: StatusCode,
+    pub headers: header::HeaderMap,
+    pub text: String,
+}
+
+impl TestApp {
+    pub async fn start() -> Self {
+        Self::start_with(|_| {}).await
+    }
+
+    /// A server with other settings.
+    pub async fn start_with(change: impl FnOnce(&mut ServeSettings)) -> Self {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        Self::start_in(directory, change).await
+    }
+
+    /// A server on a database that may be there already.
+    pub async fn start_in(directory: TempDir, change: impl FnOnce(&mut ServeSettings)) -> Self {
+        let mut settings = ServeSettings {
+            bind: SocketAddr::from(([127, 0, 0, 1], 0)),
+            database_url: database_url(directory.path().join("test.db")),
+            workers: 2,
+            ..ServeSettings::default()
+        };
+        change(&mut settings);
+        let app = App::start(settings).await.expect("the server starts");
+        let address = app.address().expect("an address");
+        let state = app.state().clone();
+        let (stop, stopped) = oneshot::channel();
+        let server = tokio::spawn(app.serve(async move {
+            let _ = stopped.await;
+        }));
+        let client = Client::builder().no_proxy().no_gzip().build().expect("a client");
+        TestApp { address, client, directory, state, stop, server }
+    }
+
+    /// Stops the server gracefully and hands over the directory for the next one.
+    pub async fn stop(self) -> TempDir {
+        let _ = self.stop.send(());
+        // Idle connections of the client would be waited for.
+        drop(self.client);
+        self.server.await.expect("the server ends");
+        self.directory
+    }
+
+    /// Keeps a worker busy until the returned sender is dropped.
+    pub async fn occupy_worker(&self) -> mpsc::Sender<()> {
+        let (open, gate) = mpsc::channel();
+        let (begun, busy) = oneshot::channel();
+        let state = self.state.clone();
+        tokio::spawn(async move {
+            let work = move || {
+                let _ = begun.send(());
+                let _ = gate.recv();
+            };
+            state.pool.run(work).await
+        });
+        busy.await.expect("a worker");
+        open
+    }
+
+    /// Returns when so many fits wait for a worker.
+    pub async fn until_waiting(&self, count: usize) {
+        while self.state.pool.waiting() < count {
+            tokio::task::yield_now().await;
+        }
+    }
+
+    pub fn url(&self, path: &str) -> String {
+        format!("http://{}{path}", self.address)
+    }
+
+    pub fn get(&self, path: &str) -> RequestBuilder {
+        self.client.get(self.url(path))
+    }
+
+    /// A POST of JSON text.
+    pub fn post(&self, path: &str, text: impl Into<reqwest::Body>) -> RequestBuilder {
+        self.client.post(self.url(path)).header(header::CONTENT_TYPE, "application/json").body(text)
+    }
+
+    pub async fn fit(&self, text: &str) -> Answer {
+        send(self.post("/v1/fits", text.to_owned())).await
+    }
+}
+
+fn database_url(file: PathBuf) -> String {
+    format!("sqlite://{}", file.display())
+}
+
+pub async fn send(request: RequestBuilder) -> Answer {
+    Answer::read(request.send().await.expect("an answer")).await
+}
+
+impl Answer {
+    pub async fn read(response: Response) -> Self {
+        let (status, headers) = (response.status(), response.headers().clone());
+        Answer { status, headers, text: response.text().await.expect("a body") }
+    }
+
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.text).unwrap_or_else(|error| panic!("{error}: {}", self.text))
+    }
+
+    pub fn header(&self, name: &str) -> &str {
+        self.headers.get(name).map_or("", |value| value.to_str().expect("text"))
+    }
+
+    /// Checks that this is a complete problem of this status and code, and hands over its body.
+    #[track_caller]
+    pub fn problem(&self, status: u16, code: &str) -> Value {
+        assert_eq!(self.status.as_u16(), status, "{}", self.text);
+        assert_eq!(self.header("content-type"), "application/problem+json");
+        let body = self.json();
+        assert_eq!(body["status"], status);
+        assert_eq!(body["code"], code);
+        assert_eq!(body["type"], format!("urn:flankfit:problem:{code}"));
+        assert_eq!(body["request_id"], self.header("x-request-id"));
+        for key in ["title", "detail"] {
+            assert!(body[key].as_str().is_some_and(|text| !text.is_empty()), "{key}: {body}");
+        }
+        body
+    }
+
+    /// The pointers of a 422.
+    #[track_caller]
+    pub fn pointers(&self) -> Vec<String> {
+        let body = self.problem(422, "invalid_request");
+        let errors = body["errors"].as_array().expect("errors");
+        errors.iter().map(|error| error["pointer"].as_str().unwrap_or("?").to_owned()).collect()
+    }
+}
+
+/// A small request that succeeds.
+pub const CURVE: &str =
+    r#"{"nodes":{"type":"curve","x":[0,1,2,3],"y":[1,3.1,4.9,7.2]},"model":{"type":"polynomial","degree":1}}"#;

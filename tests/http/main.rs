@@ -1,0 +1,11 @@
+//! The service over real HTTP: one binary, one harness, one file per subject.
+
+mod harness;
+
+mod bad_bodies;
+mod bad_input;
+mod document;
+mod fits;
+mod forms;
+mod mutations;
+mod operation;
