@@ -14,6 +14,9 @@ mod numbers;
 mod request;
 mod spec;
 
+/// Nodes from a table with a header.
+pub use self::csv::read as read_csv;
+
 use serde::de::DeserializeOwned;
 
 use super::problem::{Problem, ProblemCode};
