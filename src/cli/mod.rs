@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand, `serve` when none is given.
 
-pub mod demo;
 pub mod backup;
+pub mod demo;
 pub mod fit;
 pub mod healthcheck;
 pub mod openapi;

@@ -1,36 +1,39 @@
 //! Requests that somebody got wrong in whatever way: never a 5xx, every 4xx a problem.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use axum::{
     Router,
     body::Body,
     http::{Method, Request},
 };
-use flankfit::{
-    api::examples::REQUEST_EXAMPLES,
-    config::ServeSettings,
-    http::{AppState, router, state::AlwaysReady},
-};
+use flankfit::{api::examples::REQUEST_EXAMPLES, app::App, config::ServeSettings, http::router};
 use http_body_util::BodyExt;
 use proptest::prelude::*;
 use tokio::runtime::Runtime;
 use tower::ServiceExt;
 
 /// One router for all cases: what one request does must not touch the next.
-fn service() -> &'static (Runtime, Router) {
-    static SERVICE: OnceLock<(Runtime, Router)> = OnceLock::new();
+fn service() -> &'static (Runtime, Router, tempfile::TempDir) {
+    static SERVICE: OnceLock<(Runtime, Router, tempfile::TempDir)> = OnceLock::new();
     SERVICE.get_or_init(|| {
         let runtime = Runtime::new().unwrap();
-        let settings = ServeSettings { workers: 2, body_limit: 64 * 1024, ..ServeSettings::default() };
-        let state = AppState::new(settings, Arc::new(AlwaysReady)).unwrap();
-        (runtime, router(state))
+        let folder = tempfile::tempdir().unwrap();
+        let settings = ServeSettings {
+            bind: "127.0.0.1:0".parse().unwrap(),
+            database_url: format!("sqlite://{}", folder.path().join("mutations.db").display()),
+            workers: 2,
+            body_limit: 64 * 1024,
+            ..ServeSettings::default()
+        };
+        let app = runtime.block_on(App::start(settings)).unwrap();
+        (runtime, router(app.state().clone()), folder)
     })
 }
 
 /// Status, content type and body of an answer.
 fn answer(request: Request<Body>) -> (u16, String, Vec<u8>) {
-    let (runtime, router) = service();
+    let (runtime, router, _) = service();
     runtime.block_on(async {
         let response = router.clone().oneshot(request).await.unwrap();
         let status = response.status().as_u16();
