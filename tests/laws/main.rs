@@ -9,6 +9,7 @@ mod bases;
 mod bounds;
 mod collinearity;
 mod criteria;
+mod extremes;
 mod large;
 mod least_condition;
 mod nodes;
