@@ -10,6 +10,7 @@ mod bounds;
 mod collinearity;
 mod criteria;
 mod extremes;
+mod hard;
 mod large;
 mod least_condition;
 mod nodes;
