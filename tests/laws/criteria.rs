@@ -170,3 +170,25 @@ proptest! {
         prop_assert_eq!((report.lambda_star, report.fixed, report.criterion), (Some(t), true, None));
     }
 }
+
+proptest! {
+    #![proptest_config(config(6))]
+
+    #[test]
+    fn choices_with_many_coefficients(seed: u64, n in 10usize..18, log_condition in 8.0f64..12.0, count in 1usize..17) {
+        let problem = Problem::graded(seed, n, 9, log_condition);
+        let count = 1 + (count - 1) % (n - 1);
+        let sums = problem.spectrum(columns(Scaling::UnitLength)).sums();
+        let spectral_range = [sums.lambda[0], sums.lambda[n - 1]];
+        let ridge_range = [1e-8 * sums.lambda[0], 1e4 * sums.lambda[n - 1]];
+        let min_mse = by(Criterion::MinMse);
+        for (regularization, filter, range) in [
+            (spectral(Scheme::FirstOrder, Count::Given(count), min_mse), Filter::FirstOrder(count), spectral_range),
+            (spectral(Scheme::Exact, Count::Given(count), min_mse), Filter::Exact(count), spectral_range),
+            (Regularization::Ridge { parameter: min_mse }, Filter::Ridge, ridge_range),
+        ] {
+            let result = fit(&problem.nodes(), &FitSpec { regularization, ..linear() });
+            Trial { sums: &sums, filter, range, sigma: sums.sigma() }.check(&result);
+        }
+    }
+}
