@@ -1,7 +1,6 @@
 //! The store on real files: what the schema refuses, what the trace keeps, what survives.
 
 mod backup;
-#[expect(clippy::undocumented_unsafe_blocks, reason = "a SQLite VFS is a table of C functions")]
 mod disk;
 mod group_commit;
 mod migrations;
