@@ -7,6 +7,8 @@ pub mod config;
 pub mod estimation;
 pub mod geometry;
 pub mod http;
+pub mod jobs;
 pub mod numerics;
 pub mod pool;
+pub mod store;
 pub mod telemetry;

@@ -1,0 +1,37 @@
+//! What a caller asks of the use cases, checked, before ids and times are given.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use jiff::Timestamp;
+
+use crate::estimation::{FitSpec, Nodes};
+
+/// A job to create.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JobDraft {
+    pub name: String,
+    pub part_number: Option<String>,
+    pub serial_number: Option<String>,
+    pub machine: Option<String>,
+    /// JSON document.
+    pub gear: Option<String>,
+    pub tags: BTreeMap<String, String>,
+}
+
+/// An iteration to add.
+#[derive(Clone, Debug)]
+pub struct IterationDraft {
+    pub nodes: Arc<Nodes>,
+    pub spec: Arc<FitSpec>,
+    pub measured_at: Option<Timestamp>,
+    pub instrument: Option<String>,
+    pub operator: Option<String>,
+    pub note: Option<String>,
+}
+
+/// Another fit of nodes already stored.
+#[derive(Clone, Debug)]
+pub struct RefitDraft {
+    pub spec: Arc<FitSpec>,
+    pub reason: Option<String>,
+}

@@ -1,0 +1,94 @@
+//! A fit on record: what was asked, what was answered, and the figures that the trace lists.
+
+use std::sync::Arc;
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use crate::estimation::{
+    FitResult,
+    spec::{Criterion, Scheme},
+};
+
+/// A fit about to be stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NewFit {
+    pub id: Uuid,
+    /// What was asked for, without the nodes: a JSON document.
+    pub spec: Arc<str>,
+    /// What was answered: the JSON document itself, so that a replay can compare bit by bit.
+    pub result: Arc<str>,
+    pub figures: Figures,
+    pub reason: Option<String>,
+    pub created_at: Timestamp,
+}
+
+/// A stored fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitRecord {
+    pub id: Uuid,
+    pub spec: Arc<str>,
+    pub result: Arc<str>,
+    pub reason: Option<String>,
+    pub created_at: Timestamp,
+}
+
+/// The figures by which λ* choices are told apart at a glance. A figure that does not exist (or is not finite) is `None`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Figures {
+    pub lambda_star: Option<f64>,
+    /// Name of the criterion, `fixed` for a caller's value.
+    pub criterion: Option<&'static str>,
+    pub scheme: Option<&'static str>,
+    pub count: Option<u32>,
+    pub condition: Option<f64>,
+    pub regularized_condition: Option<f64>,
+    pub bias_norm: Option<f64>,
+    pub bias_sharp_bound: Option<f64>,
+    pub rms: Option<f64>,
+    pub max_abs: Option<f64>,
+}
+
+/// The criterion's name for a value that the caller gave.
+const FIXED: &str = "fixed";
+
+impl Figures {
+    /// The figures of a result.
+    pub fn of(result: &FitResult) -> Self {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let regularization = &result.regularization;
+        Figures {
+            lambda_star: regularization.lambda_star.and_then(finite),
+            criterion: match regularization.criterion {
+                Some(criterion) => Some(criterion.name()),
+                None if regularization.fixed => Some(FIXED),
+                None => None,
+            },
+            scheme: regularization.scheme.map(scheme_name),
+            count: regularization.count.and_then(|count| u32::try_from(count).ok()),
+            condition: result.spectrum.condition.and_then(finite),
+            regularized_condition: result.spectrum.regularized.condition.and_then(finite),
+            bias_norm: finite(result.bias.norm),
+            bias_sharp_bound: finite(result.bias.sharp_bound),
+            rms: finite(result.residuals.rms),
+            max_abs: finite(result.residuals.max_abs),
+        }
+    }
+
+    /// The criterion of that name, as [`Figures::of`] writes it.
+    pub fn criterion_named(name: &str) -> Option<&'static str> {
+        Criterion::ALL.into_iter().map(Criterion::name).chain([FIXED]).find(|known| *known == name)
+    }
+
+    /// The scheme of that name, as [`Figures::of`] writes it.
+    pub fn scheme_named(name: &str) -> Option<&'static str> {
+        [Scheme::FirstOrder, Scheme::Exact].into_iter().map(scheme_name).find(|known| *known == name)
+    }
+}
+
+fn scheme_name(scheme: Scheme) -> &'static str {
+    match scheme {
+        Scheme::FirstOrder => "first_order",
+        Scheme::Exact => "exact",
+    }
+}

@@ -1,0 +1,82 @@
+//! Idempotency keys: a client that lost an answer may ask again without storing twice.
+//!
+//! An answer is kept under (key, scope) in the same transaction as what it tells of, with a digest of its request; so the key
+//! works across restarts and never vouches for something that was not stored. Which keys are being worked on right now is kept
+//! in memory only: after a crash nothing is being worked on.
+
+use std::{
+    collections::HashSet,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use super::repository::Stored;
+
+/// An answer as it is given again.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Answer {
+    pub status: u16,
+    pub location: Option<String>,
+    pub etag: Option<String>,
+    pub body: Vec<u8>,
+}
+
+/// What is kept of a keyed request.
+pub struct Receipt {
+    pub key: String,
+    /// Method and path.
+    pub scope: String,
+    pub request_sha256: [u8; 32],
+    /// Writes the answer, once the store knows what only it can know. Runs inside the transaction, perhaps twice (a
+    /// transaction may have to be repeated): pure and quick.
+    pub answer: Box<dyn Fn(Stored) -> Answer + Send + Sync>,
+}
+
+impl std::fmt::Debug for Receipt {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Receipt").field("key", &self.key).field("scope", &self.scope).finish_non_exhaustive()
+    }
+}
+
+/// The keys being worked on.
+#[derive(Clone, Debug, Default)]
+pub struct RunningKeys {
+    keys: Arc<Mutex<HashSet<(String, String)>>>,
+}
+
+/// A key taken; given back when dropped.
+#[derive(Debug)]
+pub struct KeyClaim {
+    running: RunningKeys,
+    entry: (String, String),
+}
+
+impl RunningKeys {
+    /// Takes a key, unless its first request is still running.
+    pub fn claim(&self, key: &str, scope: &str) -> Option<KeyClaim> {
+        let entry = (key.to_owned(), scope.to_owned());
+        let mut keys = self.keys.lock().unwrap_or_else(PoisonError::into_inner);
+        keys.insert(entry.clone()).then(|| KeyClaim { running: self.clone(), entry })
+    }
+}
+
+impl Drop for KeyClaim {
+    fn drop(&mut self) {
+        self.running.keys.lock().unwrap_or_else(PoisonError::into_inner).remove(&self.entry);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_is_taken_once_and_given_back() {
+        let running = RunningKeys::default();
+        let claim = running.claim("k", "POST /v1/jobs");
+        assert!(claim.is_some());
+        assert!(running.claim("k", "POST /v1/jobs").is_none());
+        assert!(running.claim("k", "POST /v1/other").is_some());
+        drop(claim);
+        assert!(running.claim("k", "POST /v1/jobs").is_some());
+    }
+}

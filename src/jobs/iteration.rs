@@ -1,0 +1,123 @@
+//! An iteration of a job: nodes measured once, the fits made of them, and the events that followed.
+
+use std::sync::Arc;
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use super::{
+    fit::{Figures, FitRecord, NewFit},
+    job::Job,
+};
+use crate::estimation::Nodes;
+
+/// What is stored when an iteration is added: nodes, first fit and the choice of that fit, all or nothing.
+#[derive(Clone, Debug)]
+pub struct NewIteration {
+    pub id: Uuid,
+    pub job_id: Uuid,
+    pub measured_at: Option<Timestamp>,
+    pub instrument: Option<String>,
+    pub operator: Option<String>,
+    pub note: Option<String>,
+    pub created_at: Timestamp,
+    pub nodes: Arc<Nodes>,
+    pub fit: NewFit,
+}
+
+/// A stored iteration with all its fits, in the order in which they were made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Iteration {
+    pub id: Uuid,
+    pub job_id: Uuid,
+    /// 1, 2, 3 … within the job, without gaps.
+    pub number: u32,
+    pub measured_at: Option<Timestamp>,
+    pub instrument: Option<String>,
+    pub operator: Option<String>,
+    pub note: Option<String>,
+    pub created_at: Timestamp,
+    /// Nodes posted, missing ones included.
+    pub node_count: u64,
+    /// 1 when created, one more with every fit, choice and ruling.
+    pub version: u64,
+    pub fits: Vec<FitRecord>,
+    pub chosen: Uuid,
+    /// The latest ruling, if there is one.
+    pub ruling: Option<Ruling>,
+}
+
+/// What is done with the gear after an iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    Accept,
+    Remachine,
+    Reject,
+}
+
+impl Decision {
+    /// The contract's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Decision::Accept => "accept",
+            Decision::Remachine => "remachine",
+            Decision::Reject => "reject",
+        }
+    }
+
+    /// The decision of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Decision::Accept, Decision::Remachine, Decision::Reject].into_iter().find(|decision| decision.name() == name)
+    }
+}
+
+/// When something was said of an iteration, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Event {
+    pub reason: Option<String>,
+    pub created_at: Timestamp,
+}
+
+/// That from now on a certain fit stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    pub fit_id: Uuid,
+    pub event: Event,
+}
+
+/// That something was decided.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ruling {
+    pub decision: Decision,
+    pub event: Event,
+}
+
+/// The whole story of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    pub job: Job,
+    pub iterations: Vec<TracedIteration>,
+}
+
+/// An iteration as the trace tells it: every fit, choice and ruling in the order in which it was made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TracedIteration {
+    pub id: Uuid,
+    pub number: u32,
+    pub measured_at: Option<Timestamp>,
+    pub created_at: Timestamp,
+    pub fits: Vec<FitSummary>,
+    pub choices: Vec<Choice>,
+    pub rulings: Vec<Ruling>,
+}
+
+/// A fit in the trace.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitSummary {
+    pub id: Uuid,
+    pub chosen: bool,
+    pub figures: Figures,
+    /// The answered coefficients, as the JSON array that was answered.
+    pub coefficients: String,
+    pub event: Event,
+}

@@ -1,0 +1,112 @@
+//! A job: one gear (or one batch) on its way to the wanted flank.
+
+use std::collections::BTreeMap;
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+/// What is known of a job. Iterations are kept apart: a job may gather many.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    pub id: Uuid,
+    pub name: String,
+    pub part_number: Option<String>,
+    pub serial_number: Option<String>,
+    pub machine: Option<String>,
+    /// The gear's data as a JSON document, checked at the door.
+    pub gear: Option<String>,
+    pub tags: BTreeMap<String, String>,
+    /// 1 when created, one more with every change.
+    pub version: u64,
+    pub created_at: Timestamp,
+    pub updated_at: Timestamp,
+}
+
+/// What a patch does to an optional field.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Update<T> {
+    #[default]
+    Keep,
+    Clear,
+    Set(T),
+}
+
+impl<T> Update<T> {
+    fn apply(self, to: &mut Option<T>) {
+        match self {
+            Update::Keep => {}
+            Update::Clear => *to = None,
+            Update::Set(value) => *to = Some(value),
+        }
+    }
+}
+
+/// A change of a job's data; what is not named stays.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JobPatch {
+    pub name: Option<String>,
+    pub part_number: Update<String>,
+    pub serial_number: Update<String>,
+    pub machine: Update<String>,
+    pub gear: Update<String>,
+    pub tags: Option<BTreeMap<String, String>>,
+}
+
+impl Job {
+    /// The job after `patch`; the version moves on only when something changed.
+    pub fn patched(&self, patch: JobPatch, now: Timestamp) -> Job {
+        let mut job = self.clone();
+        if let Some(name) = patch.name {
+            job.name = name;
+        }
+        patch.part_number.apply(&mut job.part_number);
+        patch.serial_number.apply(&mut job.serial_number);
+        patch.machine.apply(&mut job.machine);
+        patch.gear.apply(&mut job.gear);
+        if let Some(tags) = patch.tags {
+            job.tags = tags;
+        }
+        if job != *self {
+            job.version += 1;
+            job.updated_at = now;
+        }
+        job
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn job() -> Job {
+        let now = Timestamp::UNIX_EPOCH;
+        Job {
+            id: Uuid::nil(),
+            name: "wheel".into(),
+            part_number: Some("A1".into()),
+            serial_number: None,
+            machine: None,
+            gear: None,
+            tags: BTreeMap::new(),
+            version: 1,
+            created_at: now,
+            updated_at: now,
+        }
+    }
+
+    #[test]
+    fn a_patch_changes_what_it_names_and_counts_once() {
+        let later = Timestamp::UNIX_EPOCH + jiff::SignedDuration::from_secs(5);
+        let patch = JobPatch { part_number: Update::Clear, machine: Update::Set("K300".into()), ..JobPatch::default() };
+        let after = job().patched(patch, later);
+        assert_eq!((after.part_number, after.machine.as_deref(), after.version), (None, Some("K300"), 2));
+        assert_eq!(after.updated_at, later);
+    }
+
+    #[test]
+    fn a_patch_without_effect_leaves_the_version() {
+        let later = Timestamp::UNIX_EPOCH + jiff::SignedDuration::from_secs(5);
+        let patch = JobPatch { name: Some("wheel".into()), ..JobPatch::default() };
+        assert_eq!(job().patched(patch, later), job());
+    }
+}

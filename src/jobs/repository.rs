@@ -1,0 +1,129 @@
+//! Where jobs are kept. SQLite is one answer; nothing here says so.
+
+use std::{future::Future, pin::Pin, sync::Arc};
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use super::{
+    fit::{FitRecord, NewFit},
+    idempotency::{Answer, Receipt},
+    iteration::{Choice, Iteration, NewIteration, Ruling, Trace},
+    job::{Job, JobPatch},
+    page::{Page, PageRequest},
+};
+use crate::estimation::Nodes;
+
+/// What a request named and the store did not find.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    Job,
+    Iteration,
+    Fit,
+}
+
+/// Why the store did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum RepositoryError {
+    #[error("not found: {0:?}")]
+    NotFound(What),
+    /// A job with iterations is not deleted.
+    #[error("the job has {0} iteration(s)")]
+    HasIterations(u64),
+    /// The resource has moved on since the caller saw it.
+    #[error("the resource is at version {current}")]
+    VersionMismatch { current: u64 },
+    /// A fit was named that belongs elsewhere or nowhere.
+    #[error("fit {0} is not of this iteration")]
+    ForeignFit(Uuid),
+    /// An answer is already kept under this idempotency key.
+    #[error("the idempotency key is taken")]
+    KeyTaken,
+    /// Too many writes wait; nothing was stored.
+    #[error("the store's queue is full")]
+    Overloaded,
+    /// The store cannot be used now; nothing was stored.
+    #[error("the store cannot be used now: {0}")]
+    Unavailable(String),
+    /// Anything else; nothing was stored.
+    #[error("the store failed: {0}")]
+    Failed(String),
+}
+
+/// What only the store could know of something it stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stored {
+    /// The number an iteration was given (0 for what has no number).
+    pub number: u32,
+    /// The version of the job or iteration after the change.
+    pub version: u64,
+}
+
+/// What the caller says it has seen (`If-Match`).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Precondition {
+    #[default]
+    None,
+    /// One of these versions.
+    AnyOf(Vec<u64>),
+}
+
+impl Precondition {
+    /// Refuses a version that the caller has not seen.
+    pub fn check(&self, current: u64) -> Result<(), RepositoryError> {
+        match self {
+            Precondition::AnyOf(seen) if !seen.contains(&current) => Err(RepositoryError::VersionMismatch { current }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What the store's methods answer with.
+pub type RepositoryFuture<'a, T> = Pin<Box<dyn Future<Output = Result<T, RepositoryError>> + Send + 'a>>;
+
+/// The store. Every write is all or nothing, and is durable when its future is ready; a write that was begun is finished even
+/// if its future is dropped. Reads see one consistent state each.
+pub trait Repository: Send + Sync + 'static {
+    fn insert_job(&self, job: Job, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
+    fn job(&self, id: Uuid) -> RepositoryFuture<'_, Job>;
+    /// Newest first.
+    fn jobs(&self, page: PageRequest) -> RepositoryFuture<'_, Page<Job>>;
+    fn patch_job(
+        &self,
+        id: Uuid,
+        patch: JobPatch,
+        precondition: Precondition,
+        now: Timestamp,
+    ) -> RepositoryFuture<'_, Job>;
+    fn delete_job(&self, id: Uuid, precondition: Precondition) -> RepositoryFuture<'_, ()>;
+
+    fn insert_iteration(&self, iteration: Arc<NewIteration>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
+    fn iteration(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Iteration>;
+    fn nodes(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Nodes>;
+    fn trace(&self, job: Uuid) -> RepositoryFuture<'_, Trace>;
+
+    fn insert_fit(
+        &self,
+        job: Uuid,
+        number: u32,
+        fit: Arc<NewFit>,
+        receipt: Option<Receipt>,
+    ) -> RepositoryFuture<'_, Stored>;
+    fn fit(&self, job: Uuid, number: u32, fit: Uuid) -> RepositoryFuture<'_, FitRecord>;
+    /// Records the choice, unless the latest one says the same.
+    fn choose(
+        &self,
+        job: Uuid,
+        number: u32,
+        choice: Choice,
+        precondition: Precondition,
+    ) -> RepositoryFuture<'_, Stored>;
+    /// Records the ruling, unless the latest one says the same.
+    fn rule(&self, job: Uuid, number: u32, ruling: Ruling, precondition: Precondition) -> RepositoryFuture<'_, Stored>;
+
+    /// The answer kept under an idempotency key, with the digest of its request.
+    fn answer(&self, key: String, scope: String) -> RepositoryFuture<'_, Option<([u8; 32], Answer)>>;
+
+    /// Whether the store answers at all.
+    fn ping(&self) -> RepositoryFuture<'_, ()>;
+}

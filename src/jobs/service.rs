@@ -1,0 +1,264 @@
+//! The use cases. Each computes first and writes last: no write waits for a fit, and what is written is written at once.
+
+use std::{
+    collections::HashSet,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use uuid::Uuid;
+
+use super::{
+    ambient::{Clock, Ids},
+    draft::{IterationDraft, JobDraft, RefitDraft},
+    engine::Engine,
+    error::JobsError,
+    fit::NewFit,
+    idempotency::{Answer, Receipt},
+    iteration::{Choice, Decision, Event, Iteration, NewIteration, Ruling, Trace},
+    job::{Job, JobPatch},
+    page::{Page, PageRequest},
+    repository::{Precondition, Repository, Stored},
+};
+use crate::estimation::Nodes;
+
+/// A keyed request, before what it stores has ids: the receipt's answer is written from `T`.
+pub struct Keyed<T: ?Sized> {
+    pub key: String,
+    pub scope: String,
+    pub request_sha256: [u8; 32],
+    pub answer: fn(&T, Stored) -> Answer,
+}
+
+impl<T: Send + Sync + 'static> Keyed<T> {
+    fn receipt(self, of: Arc<T>) -> Receipt {
+        let Keyed { key, scope, request_sha256, answer } = self;
+        Receipt { key, scope, request_sha256, answer: Box::new(move |stored| answer(&of, stored)) }
+    }
+}
+
+/// What a replay found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Replay {
+    /// The recomputed answer equals the stored one, bit by bit.
+    Identical,
+    Different {
+        /// Over all numbers of the two answers; `None` when they do not line up.
+        max_relative_difference: Option<f64>,
+        stored_engine: Option<String>,
+        replay_engine: Option<String>,
+    },
+}
+
+/// Jobs and everything that can be done with them.
+pub struct Jobs {
+    repository: Arc<dyn Repository>,
+    engine: Arc<dyn Engine>,
+    clock: Arc<dyn Clock>,
+    ids: Arc<dyn Ids>,
+    known: KnownJobs,
+}
+
+impl Jobs {
+    pub fn new(
+        repository: Arc<dyn Repository>,
+        engine: Arc<dyn Engine>,
+        clock: Arc<dyn Clock>,
+        ids: Arc<dyn Ids>,
+    ) -> Self {
+        Jobs { repository, engine, clock, ids, known: KnownJobs::default() }
+    }
+
+    /// The store beneath, for what is not about jobs (readiness, kept answers).
+    pub fn repository(&self) -> &Arc<dyn Repository> {
+        &self.repository
+    }
+
+    pub async fn create_job(&self, draft: JobDraft, keyed: Option<Keyed<Job>>) -> Result<Arc<Job>, JobsError> {
+        let now = self.clock.now();
+        let job = Arc::new(Job {
+            id: self.ids.fresh(now),
+            name: draft.name,
+            part_number: draft.part_number,
+            serial_number: draft.serial_number,
+            machine: draft.machine,
+            gear: draft.gear,
+            tags: draft.tags,
+            version: 1,
+            created_at: now,
+            updated_at: now,
+        });
+        let receipt = keyed.map(|keyed| keyed.receipt(job.clone()));
+        self.repository.insert_job(Job::clone(&job), receipt).await?;
+        self.known.add(job.id);
+        Ok(job)
+    }
+
+    /// Newest first.
+    pub async fn list_jobs(&self, page: PageRequest) -> Result<Page<Job>, JobsError> {
+        Ok(self.repository.jobs(page).await?)
+    }
+
+    pub async fn job(&self, id: Uuid) -> Result<Job, JobsError> {
+        Ok(self.repository.job(id).await?)
+    }
+
+    pub async fn patch_job(&self, id: Uuid, patch: JobPatch, precondition: Precondition) -> Result<Job, JobsError> {
+        Ok(self.repository.patch_job(id, patch, precondition, self.clock.now()).await?)
+    }
+
+    /// Deletes a job that has no iterations.
+    pub async fn delete_job(&self, id: Uuid, precondition: Precondition) -> Result<(), JobsError> {
+        self.repository.delete_job(id, precondition).await?;
+        self.known.remove(id);
+        Ok(())
+    }
+
+    /// Fits the nodes and stores them with the fit, which is chosen until somebody chooses another.
+    pub async fn add_iteration(
+        &self,
+        job_id: Uuid,
+        draft: IterationDraft,
+        keyed: Option<Keyed<NewIteration>>,
+    ) -> Result<(Arc<NewIteration>, Stored), JobsError> {
+        self.refuse_unknown(job_id).await?;
+        let computed = self.engine.compute(draft.nodes.clone(), draft.spec).await?;
+        let now = self.clock.now();
+        let iteration = Arc::new(NewIteration {
+            id: self.ids.fresh(now),
+            job_id,
+            measured_at: draft.measured_at,
+            instrument: draft.instrument,
+            operator: draft.operator,
+            note: draft.note,
+            created_at: now,
+            nodes: draft.nodes,
+            fit: NewFit {
+                id: self.ids.fresh(now),
+                spec: computed.spec,
+                result: computed.result,
+                figures: computed.figures,
+                reason: None,
+                created_at: now,
+            },
+        });
+        let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
+        let stored = self.repository.insert_iteration(iteration.clone(), receipt).await?;
+        Ok((iteration, stored))
+    }
+
+    pub async fn iteration(&self, job: Uuid, number: u32) -> Result<Iteration, JobsError> {
+        Ok(self.repository.iteration(job, number).await?)
+    }
+
+    pub async fn nodes(&self, job: Uuid, number: u32) -> Result<Nodes, JobsError> {
+        Ok(self.repository.nodes(job, number).await?)
+    }
+
+    /// Another fit of stored nodes. It does not stand until it is chosen.
+    pub async fn refit(
+        &self,
+        job: Uuid,
+        number: u32,
+        draft: RefitDraft,
+        keyed: Option<Keyed<NewFit>>,
+    ) -> Result<(Arc<NewFit>, Stored), JobsError> {
+        let nodes = Arc::new(self.repository.nodes(job, number).await?);
+        let computed = self.engine.compute(nodes, draft.spec).await?;
+        let now = self.clock.now();
+        let fit = Arc::new(NewFit {
+            id: self.ids.fresh(now),
+            spec: computed.spec,
+            result: computed.result,
+            figures: computed.figures,
+            reason: draft.reason,
+            created_at: now,
+        });
+        let receipt = keyed.map(|keyed| keyed.receipt(fit.clone()));
+        let stored = self.repository.insert_fit(job, number, fit.clone(), receipt).await?;
+        Ok((fit, stored))
+    }
+
+    /// From now on this fit of the iteration stands.
+    pub async fn choose_fit(
+        &self,
+        job: Uuid,
+        number: u32,
+        fit_id: Uuid,
+        reason: Option<String>,
+        precondition: Precondition,
+    ) -> Result<Iteration, JobsError> {
+        let choice = Choice { fit_id, event: Event { reason, created_at: self.clock.now() } };
+        self.repository.choose(job, number, choice, precondition).await?;
+        self.iteration(job, number).await
+    }
+
+    /// What is done with the gear after this iteration.
+    pub async fn decide(
+        &self,
+        job: Uuid,
+        number: u32,
+        decision: Decision,
+        reason: Option<String>,
+        precondition: Precondition,
+    ) -> Result<Iteration, JobsError> {
+        let ruling = Ruling { decision, event: Event { reason, created_at: self.clock.now() } };
+        self.repository.rule(job, number, ruling, precondition).await?;
+        self.iteration(job, number).await
+    }
+
+    /// Computes a stored fit again from the stored nodes and compares the two answers bit by bit.
+    pub async fn replay(&self, job: Uuid, number: u32, fit: Uuid) -> Result<Replay, JobsError> {
+        let stored = self.repository.fit(job, number, fit).await?;
+        let nodes = self.repository.nodes(job, number).await?;
+        let spec = self.engine.read_spec(&stored.spec)?;
+        let computed = self.engine.compute(Arc::new(nodes), Arc::new(spec)).await?;
+        if computed.result == stored.result {
+            return Ok(Replay::Identical);
+        }
+        Ok(Replay::Different {
+            max_relative_difference: self.engine.largest_relative_difference(&stored.result, &computed.result),
+            stored_engine: self.engine.engine_of(&stored.result),
+            replay_engine: self.engine.engine_of(&computed.result),
+        })
+    }
+
+    /// The whole story of a job.
+    pub async fn trace(&self, job: Uuid) -> Result<Trace, JobsError> {
+        Ok(self.repository.trace(job).await?)
+    }
+
+    /// Spares a fit (not the final check, which the write makes) for a job that does not exist.
+    async fn refuse_unknown(&self, job: Uuid) -> Result<(), JobsError> {
+        if !self.known.contains(job) {
+            self.repository.job(job).await?;
+            self.known.add(job);
+        }
+        Ok(())
+    }
+}
+
+/// Jobs lately seen to exist.
+#[derive(Default)]
+struct KnownJobs {
+    ids: Mutex<HashSet<Uuid>>,
+}
+
+impl KnownJobs {
+    const MOST: usize = 4096;
+
+    fn contains(&self, id: Uuid) -> bool {
+        self.ids.lock().unwrap_or_else(PoisonError::into_inner).contains(&id)
+    }
+
+    fn add(&self, id: Uuid) {
+        let mut ids = self.ids.lock().unwrap_or_else(PoisonError::into_inner);
+        if ids.len() >= Self::MOST {
+            ids.clear();
+        }
+        ids.insert(id);
+    }
+
+    fn remove(&self, id: Uuid) {
+        self.ids.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
+    }
+}

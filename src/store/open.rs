@@ -1,0 +1,148 @@
+//! Opening the database: options, migrations, the writing connection and the readers.
+
+use std::{path::PathBuf, str::FromStr, time::Duration};
+
+use sqlx::{
+    ConnectOptions, SqliteConnection, SqlitePool,
+    migrate::Migrator,
+    sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
+};
+
+use super::{error::OpenError, time};
+
+static MIGRATIONS: Migrator = sqlx::migrate!("./migrations");
+
+/// Every migration that this version knows, oldest first.
+pub fn migrations() -> &'static Migrator {
+    &MIGRATIONS
+}
+
+/// How the store is opened.
+#[derive(Clone, Debug)]
+pub struct StoreSettings {
+    options: SqliteConnectOptions,
+    /// Read-only connections.
+    pub readers: u32,
+    /// Writes that may wait; more are refused.
+    pub queue: usize,
+}
+
+/// How long a connection waits while another program (a backup tool, a shell) holds the database.
+const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
+/// Answers are some 10 kB each: bigger pages waste less and sync fewer frames.
+const PAGE_SIZE: u32 = 8192;
+/// Pages of write-ahead log after which it is copied into the database (32 MiB).
+const CHECKPOINT_PAGES: &str = "4096";
+/// The log is cut back to this after a checkpoint (64 MiB).
+const LOG_LIMIT: &str = "67108864";
+/// One prepared statement for each group size is kept, so no group waits for the compiler.
+const WRITER_STATEMENTS: usize = 512;
+/// Kept answers older than this are forgotten at start.
+const ANSWERS_KEPT: jiff::SignedDuration = jiff::SignedDuration::from_hours(30 * 24);
+
+impl StoreSettings {
+    /// Settings for a database URL such as `sqlite://flankfit.db`.
+    pub fn of_url(url: &str) -> Result<Self, OpenError> {
+        if url.contains(":memory:") || url.contains("mode=memory") {
+            return Err(OpenError::InMemory);
+        }
+        let refused = |reason: String| OpenError::Url { url: url.to_owned(), reason };
+        if !url.starts_with("sqlite:") {
+            return Err(refused("this build keeps its jobs in SQLite".into()));
+        }
+        let options = SqliteConnectOptions::from_str(url).map_err(|error| refused(error.to_string()))?;
+        if options.get_filename().as_os_str().is_empty() {
+            return Err(refused("no file is named".into()));
+        }
+        Ok(StoreSettings { options, readers: 4, queue: 4096 })
+    }
+
+    /// Settings for a database file.
+    pub fn of_file(path: impl Into<PathBuf>) -> Self {
+        StoreSettings { options: SqliteConnectOptions::new().filename(path.into()), readers: 4, queue: 4096 }
+    }
+
+    /// Uses a registered SQLite VFS (tests watch the file system through one).
+    pub fn vfs(mut self, name: &'static str) -> Self {
+        self.options = self.options.vfs(name);
+        self
+    }
+
+    /// The database file.
+    pub fn path(&self) -> PathBuf {
+        self.options.get_filename().to_path_buf()
+    }
+
+    /// The writing connection, on a database brought up to date.
+    pub(super) async fn open_writer(&self) -> Result<SqliteConnection, OpenError> {
+        let failed = |source| OpenError::from_sqlx(self.path(), source);
+        let mut connection = self.writer_options().connect().await.map_err(failed)?;
+        MIGRATIONS.run(&mut connection).await.map_err(|source| OpenError::from_migration(self.path(), source))?;
+        Ok(connection)
+    }
+
+    /// The writing connection again, after the first was lost.
+    pub(super) async fn reopen_writer(&self) -> Result<SqliteConnection, sqlx::Error> {
+        self.writer_options().create_if_missing(false).connect().await
+    }
+
+    /// A connection of its own to a database that must be there already, for a backup. It writes nothing.
+    pub(super) async fn open_existing(&self) -> Result<SqliteConnection, OpenError> {
+        self.options
+            .clone()
+            .create_if_missing(false)
+            .read_only(true)
+            .busy_timeout(BUSY_TIMEOUT)
+            .disable_statement_logging()
+            .connect()
+            .await
+            .map_err(|source| OpenError::from_sqlx(self.path(), source))
+    }
+
+    /// The readers. The writer must have been opened before: it makes the database and its log.
+    pub(super) async fn open_readers(&self) -> Result<SqlitePool, OpenError> {
+        let options = self
+            .options
+            .clone()
+            .read_only(true)
+            .foreign_keys(true)
+            .busy_timeout(BUSY_TIMEOUT)
+            .disable_statement_logging()
+            .thread_name(|i| format!("store-read-{i}"));
+        SqlitePoolOptions::new()
+            .max_connections(self.readers)
+            .test_before_acquire(false)
+            .acquire_timeout(BUSY_TIMEOUT)
+            .connect_with(options)
+            .await
+            .map_err(|source| OpenError::from_sqlx(self.path(), source))
+    }
+
+    fn writer_options(&self) -> SqliteConnectOptions {
+        self.options
+            .clone()
+            .create_if_missing(true)
+            .page_size(PAGE_SIZE)
+            .journal_mode(SqliteJournalMode::Wal)
+            .synchronous(SqliteSynchronous::Full)
+            .foreign_keys(true)
+            .busy_timeout(BUSY_TIMEOUT)
+            .pragma("wal_autocheckpoint", CHECKPOINT_PAGES)
+            .pragma("journal_size_limit", LOG_LIMIT)
+            .statement_cache_capacity(WRITER_STATEMENTS)
+            .disable_statement_logging()
+            .thread_name(|_| "store-write".to_owned())
+    }
+}
+
+/// Forgets kept answers that nobody will ask for any more.
+pub(super) async fn forget_old_answers(
+    connection: &mut SqliteConnection,
+    now: jiff::Timestamp,
+) -> Result<(), sqlx::Error> {
+    sqlx::query("DELETE FROM idempotency_keys WHERE created_at < ?")
+        .bind(time::to_text(now - ANSWERS_KEPT))
+        .execute(connection)
+        .await
+        .map(|_| ())
+}

@@ -1,0 +1,200 @@
+//! The store as the jobs see it: writes go to the writer, reads to the pool.
+
+use std::{sync::Arc, time::Instant};
+
+use jiff::Timestamp;
+use sqlx::SqlitePool;
+use tokio::sync::{mpsc, oneshot};
+use uuid::Uuid;
+
+use super::{
+    blob,
+    bulk::Incoming,
+    error::OpenError,
+    open::{self, StoreSettings},
+    read,
+    writer::{Message, Outcome, Request, Work, Writer},
+};
+use crate::{
+    estimation::Nodes,
+    jobs::{
+        Answer, Choice, FitRecord, Iteration, Job, JobPatch, NewFit, NewIteration, Page, PageRequest, Precondition,
+        Receipt, Repository, RepositoryError, RepositoryFuture, Ruling, Stored, Trace,
+    },
+};
+
+/// An open database.
+pub struct Store {
+    readers: SqlitePool,
+    writer: mpsc::Sender<Message>,
+    write_seconds: metrics::Histogram,
+    read_seconds: metrics::Histogram,
+}
+
+impl Store {
+    /// Opens the database (making it where there is none), brings it up to date and starts the writer.
+    pub async fn open(settings: StoreSettings, now: Timestamp) -> Result<Self, OpenError> {
+        let path = settings.path();
+        let mut connection = settings.open_writer().await?;
+        open::forget_old_answers(&mut connection, now).await.map_err(|source| OpenError::from_sqlx(path, source))?;
+        let readers = settings.open_readers().await?;
+        let (writer, incoming) = mpsc::channel(settings.queue.max(1));
+        tokio::spawn(Writer::new(settings, connection, incoming).run());
+        Ok(Store {
+            readers,
+            writer,
+            write_seconds: metrics::histogram!("flankfit_store_seconds", "operation" => "write"),
+            read_seconds: metrics::histogram!("flankfit_store_seconds", "operation" => "read"),
+        })
+    }
+
+    /// Finishes the writes that wait and closes the database. Later writes are refused.
+    pub async fn close(&self) {
+        let (closed, done) = oneshot::channel();
+        self.readers.close().await;
+        if self.writer.send(Message::Close(closed)).await.is_ok() {
+            let _gone = done.await;
+        }
+    }
+
+    /// The request is in the writer's hands before this returns its future: dropping the future changes nothing.
+    fn write(&self, work: Work) -> impl Future<Output = Result<Outcome, RepositoryError>> + Send + use<> {
+        let begun = Instant::now();
+        let seconds = self.write_seconds.clone();
+        let (reply, outcome) = oneshot::channel();
+        let sent = self.writer.try_send(Message::Write(Request { work, reply }));
+        async move {
+            match sent {
+                Ok(()) => {}
+                Err(mpsc::error::TrySendError::Full(_)) => return Err(RepositoryError::Overloaded),
+                Err(mpsc::error::TrySendError::Closed(_)) => return Err(closed()),
+            }
+            let outcome = outcome.await.unwrap_or_else(|_| Err(closed()));
+            seconds.record(begun.elapsed());
+            outcome
+        }
+    }
+
+    fn write_stored(&self, work: Work) -> RepositoryFuture<'_, Stored> {
+        let outcome = self.write(work);
+        Box::pin(async move {
+            match outcome.await? {
+                Outcome::Stored(stored) => Ok(stored),
+                other => Err(unexpected(&other)),
+            }
+        })
+    }
+
+    fn read<'a, T: 'a>(
+        &'a self,
+        read: impl Future<Output = Result<T, RepositoryError>> + Send + 'a,
+    ) -> RepositoryFuture<'a, T> {
+        Box::pin(async move {
+            let begun = Instant::now();
+            let result = read.await;
+            self.read_seconds.record(begun.elapsed());
+            result
+        })
+    }
+}
+
+impl Repository for Store {
+    fn insert_job(&self, job: Job, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored> {
+        self.write_stored(Work::InsertJob { job, receipt })
+    }
+
+    fn job(&self, id: Uuid) -> RepositoryFuture<'_, Job> {
+        self.read(read::job(&self.readers, id))
+    }
+
+    fn jobs(&self, page: PageRequest) -> RepositoryFuture<'_, Page<Job>> {
+        self.read(read::jobs(&self.readers, page))
+    }
+
+    fn patch_job(
+        &self,
+        id: Uuid,
+        patch: JobPatch,
+        precondition: Precondition,
+        now: Timestamp,
+    ) -> RepositoryFuture<'_, Job> {
+        let outcome = self.write(Work::PatchJob { id, patch, precondition, now });
+        Box::pin(async move {
+            match outcome.await? {
+                Outcome::Job(job) => Ok(*job),
+                other => Err(unexpected(&other)),
+            }
+        })
+    }
+
+    fn delete_job(&self, id: Uuid, precondition: Precondition) -> RepositoryFuture<'_, ()> {
+        let outcome = self.write(Work::DeleteJob { id, precondition });
+        Box::pin(async move {
+            match outcome.await? {
+                Outcome::Deleted => Ok(()),
+                other => Err(unexpected(&other)),
+            }
+        })
+    }
+
+    fn insert_iteration(&self, iteration: Arc<NewIteration>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored> {
+        let nodes = blob::encode(&iteration.nodes);
+        self.write_stored(Work::InsertIteration(Incoming { iteration, nodes, receipt }))
+    }
+
+    fn iteration(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Iteration> {
+        self.read(read::iteration(&self.readers, job, number))
+    }
+
+    fn nodes(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Nodes> {
+        self.read(read::nodes(&self.readers, job, number))
+    }
+
+    fn trace(&self, job: Uuid) -> RepositoryFuture<'_, Trace> {
+        self.read(read::trace(&self.readers, job))
+    }
+
+    fn insert_fit(
+        &self,
+        job: Uuid,
+        number: u32,
+        fit: Arc<NewFit>,
+        receipt: Option<Receipt>,
+    ) -> RepositoryFuture<'_, Stored> {
+        self.write_stored(Work::InsertFit { job, number, fit, receipt })
+    }
+
+    fn fit(&self, job: Uuid, number: u32, fit: Uuid) -> RepositoryFuture<'_, FitRecord> {
+        self.read(read::fit(&self.readers, job, number, fit))
+    }
+
+    fn choose(
+        &self,
+        job: Uuid,
+        number: u32,
+        choice: Choice,
+        precondition: Precondition,
+    ) -> RepositoryFuture<'_, Stored> {
+        self.write_stored(Work::Choose { job, number, choice, precondition })
+    }
+
+    fn rule(&self, job: Uuid, number: u32, ruling: Ruling, precondition: Precondition) -> RepositoryFuture<'_, Stored> {
+        self.write_stored(Work::Rule { job, number, ruling, precondition })
+    }
+
+    fn answer(&self, key: String, scope: String) -> RepositoryFuture<'_, Option<([u8; 32], Answer)>> {
+        self.read(async move { read::answer(&self.readers, &key, &scope).await })
+    }
+
+    fn ping(&self) -> RepositoryFuture<'_, ()> {
+        self.read(read::ping(&self.readers))
+    }
+}
+
+fn closed() -> RepositoryError {
+    RepositoryError::Unavailable("the store is closed".into())
+}
+
+fn unexpected(outcome: &Outcome) -> RepositoryError {
+    RepositoryError::Failed(format!("the writer answered something else: {outcome:?}"))
+}

@@ -1,0 +1,87 @@
+//! Migrations are only ever added, and an older database is brought up to date with what it holds.
+
+use flankfit::{
+    jobs::Repository,
+    store::{OpenError, Store, StoreSettings, migrations},
+};
+use sqlx::{ConnectOptions, sqlite::SqliteConnectOptions};
+
+use crate::support::Place;
+
+/// The digests of the migrations as they were released. A changed one would leave databases behind that no version knows:
+/// add a migration instead, and its digest here.
+const RELEASED: &[(i64, &str)] = &[
+    (1, "c99dab07199656110b86660475cd2a4c"),
+    (2, "7fdd19148856f83197bd5bf17768ca10"),
+    (3, "31e052e1b6aee6298d19fb06e72c4de5"),
+    (4, "83c8825463adfe444dc32bf19310c8be"),
+];
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[test]
+fn released_migrations_are_unchanged() {
+    let known: Vec<(i64, String)> =
+        migrations().iter().map(|migration| (migration.version, hex(&migration.checksum[..16]))).collect();
+    let released: Vec<(i64, String)> =
+        RELEASED.iter().map(|(version, digest)| (*version, (*digest).to_owned())).collect();
+    assert_eq!(known, released);
+}
+
+#[tokio::test]
+async fn an_older_database_is_brought_up_to_date() {
+    let place = Place::new();
+    let mut old = SqliteConnectOptions::new().filename(place.file()).create_if_missing(true).connect().await.unwrap();
+    migrations().run_to(1, &mut old).await.unwrap();
+    let job = place.job("from before");
+    sqlx::query(
+        "INSERT INTO jobs (id, name, tags, version, created_at, updated_at)
+         VALUES (?, 'from before', '{}', 3, '2026-01-02T03:04:05.000006Z', '2026-01-02T03:04:05.000006Z')",
+    )
+    .bind(job.id)
+    .execute(&mut old)
+    .await
+    .unwrap();
+    sqlx::Connection::close(old).await.unwrap();
+
+    let store = place.open().await;
+    let back = store.job(job.id).await.unwrap();
+    assert_eq!((back.name.as_str(), back.version), ("from before", 3));
+    let (_, stored) = place.stored_iteration(&store, job.id).await;
+    assert_eq!(stored.number, 1);
+}
+
+#[tokio::test]
+async fn a_newer_database_is_refused_in_words() {
+    let place = Place::new();
+    place.open().await.close().await;
+    let mut own = place.connect().await;
+    sqlx::query(
+        "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time)
+         VALUES (9999, 'from the future', 1, x'00', 0)",
+    )
+    .execute(&mut own)
+    .await
+    .unwrap();
+    let refused = Store::open(StoreSettings::of_file(place.file()), place.now()).await.err();
+    assert!(matches!(refused, Some(OpenError::Newer { version: 9999, .. })), "{refused:?}");
+}
+
+#[tokio::test]
+async fn what_cannot_be_opened_is_explained() {
+    let place = Place::new();
+    let open = async |settings: StoreSettings| match Store::open(settings, place.now()).await {
+        Ok(_) => String::new(),
+        Err(error) => error.to_string(),
+    };
+    let nowhere = open(StoreSettings::of_file(place.beside("no/such/directory/jobs.db"))).await;
+    assert!(nowhere.contains("its directory must exist and be writable"), "{nowhere}");
+    std::fs::write(place.file(), "not a database, but long enough to have a header of a hundred bytes ".repeat(20))
+        .unwrap();
+    let foreign = open(StoreSettings::of_file(place.file())).await;
+    assert!(foreign.contains("is not an SQLite database"), "{foreign}");
+    assert!(matches!(StoreSettings::of_url("sqlite::memory:"), Err(OpenError::InMemory)));
+    assert!(matches!(StoreSettings::of_url("postgres://host/db"), Err(OpenError::Url { .. })));
+}

@@ -1,0 +1,92 @@
+//! What the database itself refuses, whoever writes.
+
+use flankfit::jobs::Repository;
+use sqlx::{AssertSqlSafe, Row, SqliteConnection};
+
+use crate::support::Place;
+
+async fn refusal(connection: &mut SqliteConnection, sql: &str) -> String {
+    let outcome = sqlx::query(AssertSqlSafe(sql.to_owned())).execute(connection).await;
+    outcome.expect_err(sql).to_string()
+}
+
+#[tokio::test]
+async fn every_table_is_strict() {
+    let place = Place::new();
+    let store = place.open().await;
+    place.stored_iteration(&store, place.stored_job(&store).await.id).await;
+    let mut own = place.connect().await;
+    let loose: Vec<String> = sqlx::query_scalar(
+        "SELECT name FROM pragma_table_list WHERE type = 'table' AND strict = 0
+         AND name NOT LIKE 'sqlite_%' AND name NOT LIKE '_sqlx_%'",
+    )
+    .fetch_all(&mut own)
+    .await
+    .unwrap();
+    assert_eq!(loose, Vec::<String>::new());
+
+    let at = "'2026-11-21T08:00:00.000001Z'";
+    let wrong_type = refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 'one', 'accept', NULL, {at})")).await;
+    assert!(wrong_type.contains("cannot store TEXT value in INTEGER column"), "{wrong_type}");
+    let wrong_word = refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 1, 'perhaps', NULL, {at})")).await;
+    assert!(wrong_word.contains("CHECK constraint failed"), "{wrong_word}");
+    let wrong_time = refusal(&mut own, "INSERT INTO decisions VALUES (1, 1, 'accept', NULL, 'today')").await;
+    assert!(wrong_time.contains("CHECK constraint failed"), "{wrong_time}");
+    let no_iteration = refusal(&mut own, &format!("INSERT INTO decisions VALUES (99, 1, 'accept', NULL, {at})")).await;
+    assert!(no_iteration.contains("FOREIGN KEY constraint failed"), "{no_iteration}");
+    let twice = refusal(
+        &mut own,
+        &format!("INSERT INTO iterations (id, job, number, created_at) VALUES (zeroblob(16), 1, 1, {at})"),
+    )
+    .await;
+    assert!(twice.contains("UNIQUE constraint failed"), "{twice}");
+}
+
+#[tokio::test]
+async fn the_trace_is_append_only_for_everybody() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await;
+    place.stored_iteration(&store, job.id).await;
+    let mut own = place.connect().await;
+    for (table, column) in [("iterations", "note"), ("nodes", "data"), ("fits", "result"), ("fit_choices", "reason")] {
+        let update = refusal(&mut own, &format!("UPDATE {table} SET {column} = {column}")).await;
+        assert!(update.contains("is append-only"), "{update}");
+        let delete = refusal(&mut own, &format!("DELETE FROM {table}")).await;
+        assert!(delete.contains("is append-only"), "{delete}");
+    }
+    let ruling = flankfit::jobs::Ruling {
+        decision: flankfit::jobs::Decision::Accept,
+        event: flankfit::jobs::Event { reason: None, created_at: place.now() },
+    };
+    store.rule(job.id, 1, ruling, Default::default()).await.unwrap();
+    assert!(refusal(&mut own, "UPDATE decisions SET decision = 'reject'").await.contains("is append-only"));
+    assert!(refusal(&mut own, "DELETE FROM decisions").await.contains("is append-only"));
+    // A job with iterations cannot be deleted past the foreign key either.
+    assert!(refusal(&mut own, "DELETE FROM jobs").await.contains("FOREIGN KEY constraint failed"));
+}
+
+#[tokio::test]
+async fn a_choice_of_another_iterations_fit_is_refused() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await;
+    place.stored_iteration(&store, job.id).await;
+    place.stored_iteration(&store, job.id).await;
+    let mut own = place.connect().await;
+    let foreign =
+        refusal(&mut own, "INSERT INTO fit_choices VALUES (1, 2, 2, NULL, '2026-11-21T08:00:00.000001Z')").await;
+    assert!(foreign.contains("FOREIGN KEY constraint failed"), "{foreign}");
+}
+
+#[tokio::test]
+async fn the_log_is_written_ahead_and_synced_in_full() {
+    let place = Place::new();
+    let store = place.open().await;
+    place.stored_job(&store).await;
+    let mut own = place.connect().await;
+    let mode: String = sqlx::query("PRAGMA journal_mode").fetch_one(&mut own).await.unwrap().get(0);
+    assert_eq!(mode, "wal");
+    let broken: Vec<String> = sqlx::query_scalar("PRAGMA integrity_check").fetch_all(&mut own).await.unwrap();
+    assert_eq!(broken, ["ok"]);
+}

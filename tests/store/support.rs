@@ -1,0 +1,132 @@
+//! A store in a directory of its own, and values to put into it.
+
+use std::{
+    collections::BTreeMap,
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
+
+use flankfit::{
+    estimation::Nodes,
+    jobs::{Figures, Ids, Job, NewFit, NewIteration, OrderedIds, Repository, Stored},
+    store::{Store, StoreSettings},
+};
+use jiff::{SignedDuration, Timestamp};
+use sqlx::{ConnectOptions, SqliteConnection, sqlite::SqliteConnectOptions};
+use uuid::Uuid;
+
+pub struct Place {
+    directory: tempfile::TempDir,
+    ids: OrderedIds,
+    ticks: AtomicU64,
+}
+
+impl Place {
+    pub fn new() -> Self {
+        Place { directory: tempfile::tempdir().unwrap(), ids: OrderedIds::new(), ticks: AtomicU64::new(0) }
+    }
+
+    pub fn file(&self) -> PathBuf {
+        self.directory.path().join("jobs.db")
+    }
+
+    pub fn beside(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    pub async fn open(&self) -> Store {
+        Store::open(StoreSettings::of_file(self.file()), self.now()).await.unwrap()
+    }
+
+    /// A connection of the test's own, with no more rights than any program has.
+    pub async fn connect(&self) -> SqliteConnection {
+        SqliteConnectOptions::new().filename(self.file()).foreign_keys(true).connect().await.unwrap()
+    }
+
+    /// Time moves one second with every look.
+    pub fn now(&self) -> Timestamp {
+        let seconds = self.ticks.fetch_add(1, Ordering::Relaxed);
+        let start: Timestamp = "2026-11-21T08:00:00.000001Z".parse().unwrap();
+        start + SignedDuration::from_secs(i64::try_from(seconds).unwrap())
+    }
+
+    pub fn id(&self) -> Uuid {
+        self.ids.fresh(self.now())
+    }
+
+    pub fn job(&self, name: &str) -> Job {
+        let now = self.now();
+        Job {
+            id: self.ids.fresh(now),
+            name: name.to_owned(),
+            part_number: Some("P-1".to_owned()),
+            serial_number: None,
+            machine: None,
+            gear: Some(r#"{"teeth":52,"normal_module_mm":1.0}"#.to_owned()),
+            tags: BTreeMap::from([("shift".to_owned(), "night".to_owned())]),
+            version: 1,
+            created_at: now,
+            updated_at: now,
+        }
+    }
+
+    pub async fn stored_job(&self, store: &Store) -> Job {
+        let job = self.job("wheel");
+        store.insert_job(job.clone(), None).await.unwrap();
+        job
+    }
+
+    pub fn fit(&self, lambda_star: f64) -> NewFit {
+        let result = format!(
+            r#"{{"coefficients":[{{"term":"1","value":{lambda_star}}}],"warnings":[],"provenance":{{"engine":"test 1"}}}}"#
+        );
+        NewFit {
+            id: self.id(),
+            spec: Arc::from(r#"{"model":{"type":"linear"}}"#),
+            result: Arc::from(result),
+            figures: Figures {
+                lambda_star: Some(lambda_star),
+                criterion: Some("min_mse"),
+                scheme: Some("first_order"),
+                count: Some(2),
+                condition: Some(1e9),
+                regularized_condition: None,
+                bias_norm: Some(0.5),
+                bias_sharp_bound: Some(0.75),
+                rms: Some(1e-3),
+                max_abs: Some(2e-3),
+            },
+            reason: None,
+            created_at: self.now(),
+        }
+    }
+
+    pub fn iteration(&self, job: Uuid) -> Arc<NewIteration> {
+        Arc::new(NewIteration {
+            id: self.id(),
+            job_id: job,
+            measured_at: Some("2026-11-20T23:00:00Z".parse().unwrap()),
+            instrument: Some("CMM".to_owned()),
+            operator: None,
+            note: Some("first; cut".to_owned()),
+            created_at: self.now(),
+            nodes: Arc::new(nodes()),
+            fit: self.fit(1e-4),
+        })
+    }
+
+    pub async fn stored_iteration(&self, store: &Store, job: Uuid) -> (Arc<NewIteration>, Stored) {
+        let iteration = self.iteration(job);
+        let stored = store.insert_iteration(iteration.clone(), None).await.unwrap();
+        (iteration, stored)
+    }
+}
+
+/// A small grid with a missing node.
+pub fn nodes() -> Nodes {
+    let z = vec![0.1, 0.2, f64::NAN, 0.4, 0.5, 0.6];
+    Nodes::grid(vec![1.0, 2.0, 3.0], vec![-1.0, 1.0], z, None, None).unwrap()
+}

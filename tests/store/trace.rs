@@ -1,0 +1,107 @@
+//! What comes back is what went in, and the trace tells everything in order.
+
+use std::sync::Arc;
+
+use flankfit::jobs::{
+    Choice, Decision, Event, JobPatch, Precondition, Repository, RepositoryError, Ruling, Update, What,
+};
+use uuid::Uuid;
+
+use crate::support::{Place, nodes};
+
+#[tokio::test]
+async fn a_job_comes_back_and_counts_its_changes() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await;
+    assert_eq!(store.job(job.id).await.unwrap(), job);
+
+    let patch = JobPatch { machine: Update::Set("K300".into()), gear: Update::Clear, ..JobPatch::default() };
+    let seen = Precondition::AnyOf(vec![1]);
+    let patched = store.patch_job(job.id, patch.clone(), seen.clone(), place.now()).await.unwrap();
+    assert_eq!((patched.version, patched.machine.as_deref(), patched.gear.as_deref()), (2, Some("K300"), None));
+    assert_eq!(store.job(job.id).await.unwrap(), patched);
+
+    let late = store.patch_job(job.id, patch, seen, place.now()).await;
+    assert!(matches!(late, Err(RepositoryError::VersionMismatch { current: 2 })));
+    assert!(matches!(store.job(Uuid::nil()).await, Err(RepositoryError::NotFound(What::Job))));
+}
+
+#[tokio::test]
+async fn only_an_empty_job_is_deleted() {
+    let place = Place::new();
+    let store = place.open().await;
+    let (empty, full) = (place.stored_job(&store).await, place.stored_job(&store).await);
+    place.stored_iteration(&store, full.id).await;
+    store.delete_job(empty.id, Precondition::None).await.unwrap();
+    assert!(matches!(store.job(empty.id).await, Err(RepositoryError::NotFound(What::Job))));
+    let refused = store.delete_job(full.id, Precondition::None).await;
+    assert!(matches!(refused, Err(RepositoryError::HasIterations(1))));
+    assert_eq!(store.trace(full.id).await.unwrap().iterations.len(), 1);
+}
+
+#[tokio::test]
+async fn an_iteration_comes_back_bit_for_bit() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await;
+    let (new, stored) = place.stored_iteration(&store, job.id).await;
+    assert_eq!((stored.number, stored.version), (1, 1));
+    let back = store.iteration(job.id, 1).await.unwrap();
+    assert_eq!((back.id, back.job_id, back.number, back.version), (new.id, job.id, 1, 1));
+    assert_eq!((back.measured_at, back.created_at), (new.measured_at, new.created_at));
+    assert_eq!((&back.instrument, &back.operator, &back.note), (&new.instrument, &new.operator, &new.note));
+    assert_eq!((back.node_count, back.chosen, back.ruling), (6, new.fit.id, None));
+    assert_eq!(back.fits.len(), 1);
+    assert_eq!((&back.fits[0].result, &back.fits[0].spec), (&new.fit.result, &new.fit.spec));
+    // NaN differs from itself; what is printed does not.
+    assert_eq!(format!("{:?}", store.nodes(job.id, 1).await.unwrap()), format!("{:?}", nodes()));
+
+    assert!(matches!(store.iteration(job.id, 2).await, Err(RepositoryError::NotFound(What::Iteration))));
+    assert!(matches!(store.iteration(Uuid::nil(), 1).await, Err(RepositoryError::NotFound(What::Job))));
+    assert!(matches!(store.nodes(job.id, 2).await, Err(RepositoryError::NotFound(What::Iteration))));
+    assert!(matches!(store.fit(job.id, 1, Uuid::nil()).await, Err(RepositoryError::NotFound(What::Fit))));
+    assert!(matches!(store.trace(Uuid::nil()).await, Err(RepositoryError::NotFound(What::Job))));
+}
+
+#[tokio::test]
+async fn the_trace_keeps_every_choice_and_ruling_in_order() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await;
+    let (first, _) = place.stored_iteration(&store, job.id).await;
+    let mut second = place.fit(0.25);
+    second.reason = Some("more shrinkage".into());
+    let second = Arc::new(second);
+    let stored = store.insert_fit(job.id, 1, second.clone(), None).await.unwrap();
+    assert_eq!((stored.number, stored.version), (1, 2));
+
+    let event = |reason: &str| Event { reason: Some(reason.to_owned()), created_at: place.now() };
+    let none = Precondition::None;
+    let choose = |fit_id, reason| store.choose(job.id, 1, Choice { fit_id, event: event(reason) }, Precondition::None);
+    assert_eq!(choose(second.id, "smoother").await.unwrap().version, 3);
+    assert_eq!(choose(second.id, "smoother").await.unwrap().version, 3, "saying the same again is no new choice");
+    assert_eq!(choose(first.fit.id, "back").await.unwrap().version, 4);
+    assert!(matches!(choose(job.id, "no fit").await, Err(RepositoryError::ForeignFit(id)) if id == job.id));
+    let rule = |decision, reason| store.rule(job.id, 1, Ruling { decision, event: event(reason) }, none.clone());
+    assert_eq!(rule(Decision::Remachine, "slope").await.unwrap().version, 5);
+    assert_eq!(rule(Decision::Accept, "measured again").await.unwrap().version, 6);
+    let late = Ruling { decision: Decision::Reject, event: event("late") };
+    let late = store.rule(job.id, 1, late, Precondition::AnyOf(vec![5])).await;
+    assert!(matches!(late, Err(RepositoryError::VersionMismatch { current: 6 })));
+
+    let trace = store.trace(job.id).await.unwrap();
+    assert_eq!(trace.job, job);
+    let told = &trace.iterations[0];
+    let fits: Vec<_> = told.fits.iter().map(|fit| (fit.id, fit.chosen, fit.figures.lambda_star)).collect();
+    assert_eq!(fits, [(first.fit.id, true, Some(1e-4)), (second.id, false, Some(0.25))]);
+    assert_eq!(told.fits[1].figures, second.figures);
+    assert_eq!(told.fits[1].coefficients, r#"[{"term":"1","value":0.25}]"#);
+    assert_eq!(told.fits[1].event.reason.as_deref(), Some("more shrinkage"));
+    let choices: Vec<_> = told.choices.iter().map(|choice| (choice.fit_id, choice.event.reason.as_deref())).collect();
+    assert_eq!(choices, [(first.fit.id, None), (second.id, Some("smoother")), (first.fit.id, Some("back"))]);
+    let rulings: Vec<_> = told.rulings.iter().map(|ruling| ruling.decision).collect();
+    assert_eq!(rulings, [Decision::Remachine, Decision::Accept]);
+    assert_eq!(store.iteration(job.id, 1).await.unwrap().chosen, first.fit.id);
+    assert_eq!(store.iteration(job.id, 1).await.unwrap().ruling.unwrap().decision, Decision::Accept);
+}
