@@ -4,7 +4,8 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use jiff::Timestamp;
 
-use crate::estimation::{FitSpec, Nodes};
+use super::fit::Computed;
+use crate::estimation::Nodes;
 
 /// A job to create.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,7 +23,8 @@ pub struct JobDraft {
 #[derive(Clone, Debug)]
 pub struct IterationDraft {
     pub nodes: Arc<Nodes>,
-    pub spec: Arc<FitSpec>,
+    /// Of these nodes.
+    pub computed: Computed,
     pub measured_at: Option<Timestamp>,
     pub instrument: Option<String>,
     pub operator: Option<String>,
@@ -32,6 +34,6 @@ pub struct IterationDraft {
 /// Another fit of nodes already stored.
 #[derive(Clone, Debug)]
 pub struct RefitDraft {
-    pub spec: Arc<FitSpec>,
+    pub computed: Computed,
     pub reason: Option<String>,
 }

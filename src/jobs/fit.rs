@@ -10,15 +10,21 @@ use crate::estimation::{
     spec::{Criterion, Scheme},
 };
 
-/// A fit about to be stored.
+/// A fit computed and written down, on its way to be stored.
 #[derive(Clone, Debug, PartialEq)]
-pub struct NewFit {
-    pub id: Uuid,
+pub struct Computed {
     /// What was asked for, without the nodes: a JSON document.
     pub spec: Arc<str>,
     /// What was answered: the JSON document itself, so that a replay can compare bit by bit.
     pub result: Arc<str>,
     pub figures: Figures,
+}
+
+/// A fit about to be stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NewFit {
+    pub id: Uuid,
+    pub computed: Computed,
     pub reason: Option<String>,
     pub created_at: Timestamp,
 }

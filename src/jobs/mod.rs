@@ -5,29 +5,28 @@
 //! more fits; which fit stands is the latest [`Choice`], and what followed is the latest [`Ruling`]. Choices and rulings are
 //! events: a change of mind is a new one, so the trace tells the whole story and nothing in it is ever overwritten.
 //!
-//! This room knows neither SQL nor HTTP. Storage is the [`Repository`], computing is the [`Engine`], and the ambient world
-//! (time, fresh ids) comes in through [`Clock`] and [`Ids`], so a test can hold all four in its hand.
+//! This room knows neither SQL nor HTTP. Storage is the [`Repository`], and the ambient world (time, fresh ids) comes in through
+//! [`Clock`] and [`Ids`], so a test can hold all three in its hand. Fits are computed before anything is written and come here
+//! [`Computed`]: no write ever waits for a fit.
 
 mod ambient;
 mod draft;
-mod engine;
-mod error;
 mod fit;
 mod idempotency;
 mod iteration;
 mod job;
 mod page;
+mod replay;
 mod repository;
 mod service;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
 pub use draft::{IterationDraft, JobDraft, RefitDraft};
-pub use engine::{Computed, Engine, EngineError};
-pub use error::JobsError;
-pub use fit::{Figures, FitRecord, NewFit};
+pub use fit::{Computed, Figures, FitRecord, NewFit};
 pub use idempotency::{Answer, KeyClaim, Receipt, RunningKeys};
 pub use iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling, Trace, TracedIteration};
 pub use job::{Job, JobPatch, Update};
 pub use page::{Cursor, Page, PageRequest};
+pub use replay::{Difference, Replay};
 pub use repository::{Precondition, Repository, RepositoryError, RepositoryFuture, Stored, What};
-pub use service::{Jobs, Keyed, Replay};
+pub use service::{Jobs, Keyed};

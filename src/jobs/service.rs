@@ -1,4 +1,4 @@
-//! The use cases. Each computes first and writes last: no write waits for a fit, and what is written is written at once.
+//! The use cases: they give ids and times, and say what is stored together.
 
 use std::{
     collections::HashSet,
@@ -10,14 +10,12 @@ use uuid::Uuid;
 use super::{
     ambient::{Clock, Ids},
     draft::{IterationDraft, JobDraft, RefitDraft},
-    engine::Engine,
-    error::JobsError,
-    fit::NewFit,
+    fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},
     iteration::{Choice, Decision, Event, Iteration, NewIteration, Ruling, Trace},
     job::{Job, JobPatch},
     page::{Page, PageRequest},
-    repository::{Precondition, Repository, Stored},
+    repository::{Precondition, Repository, RepositoryError, Stored},
 };
 use crate::estimation::Nodes;
 
@@ -36,36 +34,17 @@ impl<T: Send + Sync + 'static> Keyed<T> {
     }
 }
 
-/// What a replay found.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Replay {
-    /// The recomputed answer equals the stored one, bit by bit.
-    Identical,
-    Different {
-        /// Over all numbers of the two answers; `None` when they do not line up.
-        max_relative_difference: Option<f64>,
-        stored_engine: Option<String>,
-        replay_engine: Option<String>,
-    },
-}
-
 /// Jobs and everything that can be done with them.
 pub struct Jobs {
     repository: Arc<dyn Repository>,
-    engine: Arc<dyn Engine>,
     clock: Arc<dyn Clock>,
     ids: Arc<dyn Ids>,
     known: KnownJobs,
 }
 
 impl Jobs {
-    pub fn new(
-        repository: Arc<dyn Repository>,
-        engine: Arc<dyn Engine>,
-        clock: Arc<dyn Clock>,
-        ids: Arc<dyn Ids>,
-    ) -> Self {
-        Jobs { repository, engine, clock, ids, known: KnownJobs::default() }
+    pub fn new(repository: Arc<dyn Repository>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Self {
+        Jobs { repository, clock, ids, known: KnownJobs::default() }
     }
 
     /// The store beneath, for what is not about jobs (readiness, kept answers).
@@ -73,7 +52,7 @@ impl Jobs {
         &self.repository
     }
 
-    pub async fn create_job(&self, draft: JobDraft, keyed: Option<Keyed<Job>>) -> Result<Arc<Job>, JobsError> {
+    pub async fn create_job(&self, draft: JobDraft, keyed: Option<Keyed<Job>>) -> Result<Arc<Job>, RepositoryError> {
         let now = self.clock.now();
         let job = Arc::new(Job {
             id: self.ids.fresh(now),
@@ -94,34 +73,37 @@ impl Jobs {
     }
 
     /// Newest first.
-    pub async fn list_jobs(&self, page: PageRequest) -> Result<Page<Job>, JobsError> {
-        Ok(self.repository.jobs(page).await?)
+    pub async fn list_jobs(&self, page: PageRequest) -> Result<Page<Job>, RepositoryError> {
+        self.repository.jobs(page).await
     }
 
-    pub async fn job(&self, id: Uuid) -> Result<Job, JobsError> {
-        Ok(self.repository.job(id).await?)
+    pub async fn job(&self, id: Uuid) -> Result<Job, RepositoryError> {
+        self.repository.job(id).await
     }
 
-    pub async fn patch_job(&self, id: Uuid, patch: JobPatch, precondition: Precondition) -> Result<Job, JobsError> {
-        Ok(self.repository.patch_job(id, patch, precondition, self.clock.now()).await?)
+    pub async fn patch_job(
+        &self,
+        id: Uuid,
+        patch: JobPatch,
+        precondition: Precondition,
+    ) -> Result<Job, RepositoryError> {
+        self.repository.patch_job(id, patch, precondition, self.clock.now()).await
     }
 
     /// Deletes a job that has no iterations.
-    pub async fn delete_job(&self, id: Uuid, precondition: Precondition) -> Result<(), JobsError> {
+    pub async fn delete_job(&self, id: Uuid, precondition: Precondition) -> Result<(), RepositoryError> {
         self.repository.delete_job(id, precondition).await?;
         self.known.remove(id);
         Ok(())
     }
 
-    /// Fits the nodes and stores them with the fit, which is chosen until somebody chooses another.
+    /// Stores nodes with their first fit, which stands until somebody chooses another.
     pub async fn add_iteration(
         &self,
         job_id: Uuid,
         draft: IterationDraft,
         keyed: Option<Keyed<NewIteration>>,
-    ) -> Result<(Arc<NewIteration>, Stored), JobsError> {
-        self.refuse_unknown(job_id).await?;
-        let computed = self.engine.compute(draft.nodes.clone(), draft.spec).await?;
+    ) -> Result<(Arc<NewIteration>, Stored), RepositoryError> {
         let now = self.clock.now();
         let iteration = Arc::new(NewIteration {
             id: self.ids.fresh(now),
@@ -132,44 +114,33 @@ impl Jobs {
             note: draft.note,
             created_at: now,
             nodes: draft.nodes,
-            fit: NewFit {
-                id: self.ids.fresh(now),
-                spec: computed.spec,
-                result: computed.result,
-                figures: computed.figures,
-                reason: None,
-                created_at: now,
-            },
+            fit: NewFit { id: self.ids.fresh(now), computed: draft.computed, reason: None, created_at: now },
         });
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
         let stored = self.repository.insert_iteration(iteration.clone(), receipt).await?;
         Ok((iteration, stored))
     }
 
-    pub async fn iteration(&self, job: Uuid, number: u32) -> Result<Iteration, JobsError> {
-        Ok(self.repository.iteration(job, number).await?)
+    pub async fn iteration(&self, job: Uuid, number: u32) -> Result<Iteration, RepositoryError> {
+        self.repository.iteration(job, number).await
     }
 
-    pub async fn nodes(&self, job: Uuid, number: u32) -> Result<Nodes, JobsError> {
-        Ok(self.repository.nodes(job, number).await?)
+    pub async fn nodes(&self, job: Uuid, number: u32) -> Result<Nodes, RepositoryError> {
+        self.repository.nodes(job, number).await
     }
 
-    /// Another fit of stored nodes. It does not stand until it is chosen.
-    pub async fn refit(
+    /// Stores another fit of stored nodes. It does not stand until it is chosen.
+    pub async fn add_fit(
         &self,
         job: Uuid,
         number: u32,
         draft: RefitDraft,
         keyed: Option<Keyed<NewFit>>,
-    ) -> Result<(Arc<NewFit>, Stored), JobsError> {
-        let nodes = Arc::new(self.repository.nodes(job, number).await?);
-        let computed = self.engine.compute(nodes, draft.spec).await?;
+    ) -> Result<(Arc<NewFit>, Stored), RepositoryError> {
         let now = self.clock.now();
         let fit = Arc::new(NewFit {
             id: self.ids.fresh(now),
-            spec: computed.spec,
-            result: computed.result,
-            figures: computed.figures,
+            computed: draft.computed,
             reason: draft.reason,
             created_at: now,
         });
@@ -186,7 +157,7 @@ impl Jobs {
         fit_id: Uuid,
         reason: Option<String>,
         precondition: Precondition,
-    ) -> Result<Iteration, JobsError> {
+    ) -> Result<Iteration, RepositoryError> {
         let choice = Choice { fit_id, event: Event { reason, created_at: self.clock.now() } };
         self.repository.choose(job, number, choice, precondition).await?;
         self.iteration(job, number).await
@@ -200,35 +171,31 @@ impl Jobs {
         decision: Decision,
         reason: Option<String>,
         precondition: Precondition,
-    ) -> Result<Iteration, JobsError> {
+    ) -> Result<Iteration, RepositoryError> {
         let ruling = Ruling { decision, event: Event { reason, created_at: self.clock.now() } };
         self.repository.rule(job, number, ruling, precondition).await?;
         self.iteration(job, number).await
     }
 
-    /// Computes a stored fit again from the stored nodes and compares the two answers bit by bit.
-    pub async fn replay(&self, job: Uuid, number: u32, fit: Uuid) -> Result<Replay, JobsError> {
+    /// What a replay computes again: the nodes and the stored fit.
+    pub async fn replay_material(
+        &self,
+        job: Uuid,
+        number: u32,
+        fit: Uuid,
+    ) -> Result<(Nodes, FitRecord), RepositoryError> {
         let stored = self.repository.fit(job, number, fit).await?;
         let nodes = self.repository.nodes(job, number).await?;
-        let spec = self.engine.read_spec(&stored.spec)?;
-        let computed = self.engine.compute(Arc::new(nodes), Arc::new(spec)).await?;
-        if computed.result == stored.result {
-            return Ok(Replay::Identical);
-        }
-        Ok(Replay::Different {
-            max_relative_difference: self.engine.largest_relative_difference(&stored.result, &computed.result),
-            stored_engine: self.engine.engine_of(&stored.result),
-            replay_engine: self.engine.engine_of(&computed.result),
-        })
+        Ok((nodes, stored))
     }
 
     /// The whole story of a job.
-    pub async fn trace(&self, job: Uuid) -> Result<Trace, JobsError> {
-        Ok(self.repository.trace(job).await?)
+    pub async fn trace(&self, job: Uuid) -> Result<Trace, RepositoryError> {
+        self.repository.trace(job).await
     }
 
-    /// Spares a fit (not the final check, which the write makes) for a job that does not exist.
-    async fn refuse_unknown(&self, job: Uuid) -> Result<(), JobsError> {
+    /// Refuses a job that does not exist before a fit is computed for it. (The write looks again.)
+    pub async fn admit(&self, job: Uuid) -> Result<(), RepositoryError> {
         if !self.known.contains(job) {
             self.repository.job(job).await?;
             self.known.add(job);

@@ -159,7 +159,7 @@ async fn insert(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Result<(), 
     }
     for row in rows {
         let fit = &row.new.iteration.fit;
-        let figures = &fit.figures;
+        let figures = &fit.computed.figures;
         query = query
             .bind(row.fit)
             .bind(fit.id)
@@ -176,8 +176,8 @@ async fn insert(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Result<(), 
             .bind(figures.bias_sharp_bound)
             .bind(figures.rms)
             .bind(figures.max_abs)
-            .bind(fit.spec.clone())
-            .bind(fit.result.clone());
+            .bind(fit.computed.spec.clone())
+            .bind(fit.computed.result.clone());
     }
     for row in rows {
         query = query.bind(row.seq).bind(row.fit).bind(time::to_text(row.new.iteration.fit.created_at));

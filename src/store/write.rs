@@ -111,7 +111,7 @@ pub async fn insert_fit(
 ) -> Written<Stored> {
     let place = iteration(db, job, number).await?;
     refuse_taken_key(db, receipt).await?;
-    let figures = &fit.figures;
+    let figures = &fit.computed.figures;
     sqlx::query(
         "INSERT INTO fits (id, iteration, reason, created_at, lambda_star, criterion, scheme, count, condition,
          regularized_condition, bias_norm, bias_sharp_bound, rms, max_abs, spec, result)
@@ -131,8 +131,8 @@ pub async fn insert_fit(
     .bind(figures.bias_sharp_bound)
     .bind(figures.rms)
     .bind(figures.max_abs)
-    .bind(fit.spec.clone())
-    .bind(fit.result.clone())
+    .bind(fit.computed.spec.clone())
+    .bind(fit.computed.result.clone())
     .execute(&mut *db)
     .await?;
     let stored = Stored { number, version: place.version + 1 };

@@ -228,8 +228,8 @@ impl Work {
     /// Roughly what it adds to the log.
     fn bytes(&self) -> usize {
         match self {
-            Work::InsertIteration(incoming) => incoming.nodes.len() + incoming.iteration.fit.result.len(),
-            Work::InsertFit { fit, .. } => fit.result.len(),
+            Work::InsertIteration(incoming) => incoming.nodes.len() + incoming.iteration.fit.computed.result.len(),
+            Work::InsertFit { fit, .. } => fit.computed.result.len(),
             _ => 0,
         }
     }

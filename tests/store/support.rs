@@ -11,7 +11,7 @@ use std::{
 
 use flankfit::{
     estimation::Nodes,
-    jobs::{Figures, Ids, Job, NewFit, NewIteration, OrderedIds, Repository, Stored},
+    jobs::{Computed, Figures, Ids, Job, NewFit, NewIteration, OrderedIds, Repository, Stored},
     store::{Store, StoreSettings},
 };
 use jiff::{SignedDuration, Timestamp};
@@ -85,19 +85,21 @@ impl Place {
         );
         NewFit {
             id: self.id(),
-            spec: Arc::from(r#"{"model":{"type":"linear"}}"#),
-            result: Arc::from(result),
-            figures: Figures {
-                lambda_star: Some(lambda_star),
-                criterion: Some("min_mse"),
-                scheme: Some("first_order"),
-                count: Some(2),
-                condition: Some(1e9),
-                regularized_condition: None,
-                bias_norm: Some(0.5),
-                bias_sharp_bound: Some(0.75),
-                rms: Some(1e-3),
-                max_abs: Some(2e-3),
+            computed: Computed {
+                spec: Arc::from(r#"{"model":{"type":"linear"}}"#),
+                result: Arc::from(result),
+                figures: Figures {
+                    lambda_star: Some(lambda_star),
+                    criterion: Some("min_mse"),
+                    scheme: Some("first_order"),
+                    count: Some(2),
+                    condition: Some(1e9),
+                    regularized_condition: None,
+                    bias_norm: Some(0.5),
+                    bias_sharp_bound: Some(0.75),
+                    rms: Some(1e-3),
+                    max_abs: Some(2e-3),
+                },
             },
             reason: None,
             created_at: self.now(),

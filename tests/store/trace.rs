@@ -53,7 +53,7 @@ async fn an_iteration_comes_back_bit_for_bit() {
     assert_eq!((&back.instrument, &back.operator, &back.note), (&new.instrument, &new.operator, &new.note));
     assert_eq!((back.node_count, back.chosen, back.ruling), (6, new.fit.id, None));
     assert_eq!(back.fits.len(), 1);
-    assert_eq!((&back.fits[0].result, &back.fits[0].spec), (&new.fit.result, &new.fit.spec));
+    assert_eq!((&back.fits[0].result, &back.fits[0].spec), (&new.fit.computed.result, &new.fit.computed.spec));
     // NaN differs from itself; what is printed does not.
     assert_eq!(format!("{:?}", store.nodes(job.id, 1).await.unwrap()), format!("{:?}", nodes()));
 
@@ -95,7 +95,7 @@ async fn the_trace_keeps_every_choice_and_ruling_in_order() {
     let told = &trace.iterations[0];
     let fits: Vec<_> = told.fits.iter().map(|fit| (fit.id, fit.chosen, fit.figures.lambda_star)).collect();
     assert_eq!(fits, [(first.fit.id, true, Some(1e-4)), (second.id, false, Some(0.25))]);
-    assert_eq!(told.fits[1].figures, second.figures);
+    assert_eq!(told.fits[1].figures, second.computed.figures);
     assert_eq!(told.fits[1].coefficients, r#"[{"term":"1","value":0.25}]"#);
     assert_eq!(told.fits[1].event.reason.as_deref(), Some("more shrinkage"));
     let choices: Vec<_> = told.choices.iter().map(|choice| (choice.fit_id, choice.event.reason.as_deref())).collect();

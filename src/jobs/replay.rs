@@ -1,0 +1,27 @@
+//! Computing a stored fit again.
+
+/// What a replay found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Replay {
+    /// The recomputed answer equals the stored one, bit by bit.
+    Identical,
+    Different(Difference),
+}
+
+/// How two answers to the same question differ.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// The largest over all numbers of the two answers; `None` when they do not line up.
+    pub max_relative_difference: Option<f64>,
+    /// Who computed the stored answer.
+    pub stored_engine: Option<String>,
+    /// Who computed it now.
+    pub replay_engine: Option<String>,
+}
+
+impl Replay {
+    /// Compares two answers; how they differ is only looked at when they do.
+    pub fn of(stored: &str, recomputed: &str, difference: impl FnOnce(&str, &str) -> Difference) -> Self {
+        if stored == recomputed { Replay::Identical } else { Replay::Different(difference(stored, recomputed)) }
+    }
+}
