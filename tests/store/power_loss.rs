@@ -1,0 +1,112 @@
+//! What was answered is on disk: a sync of the write-ahead log lies between a request and its answer.
+
+use std::sync::Arc;
+
+use flankfit::{
+    jobs::{Choice, Decision, Event, JobPatch, Precondition, Repository, Ruling, Update},
+    store::{Store, StoreSettings},
+};
+use sqlx::{
+    ConnectOptions, Connection,
+    sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous},
+};
+use tokio::task::JoinSet;
+
+use crate::{disk, support::Place};
+
+/// The store as it comes up after a power loss now.
+async fn after_power_loss(place: &Place, name: &str) -> Store {
+    let aftermath = place.beside(name);
+    disk::lose_power(place.file().parent().unwrap(), &aftermath);
+    Store::open(StoreSettings::of_file(aftermath.join("jobs.db")), place.now()).await.unwrap()
+}
+
+async fn open_watched(place: &Place) -> Store {
+    disk::register();
+    Store::open(StoreSettings::of_file(place.file()).vfs(disk::NAME), place.now()).await.unwrap()
+}
+
+#[tokio::test]
+async fn every_kind_of_write_is_synced_when_it_is_answered() {
+    let place = Place::new();
+    let store = open_watched(&place).await;
+    let log = place.beside("jobs.db-wal");
+    let none = || Precondition::None;
+
+    let job = place.stored_job(&store).await;
+    assert!(disk::is_synced(&log));
+    assert_eq!(after_power_loss(&place, "1").await.job(job.id).await.unwrap(), job);
+
+    let (first, _) = place.stored_iteration(&store, job.id).await;
+    assert!(disk::is_synced(&log));
+    let fit = Arc::new(place.fit(0.5));
+    store.insert_fit(job.id, 1, fit.clone(), None).await.unwrap();
+    assert!(disk::is_synced(&log));
+    let event = || Event { reason: None, created_at: place.now() };
+    store.choose(job.id, 1, Choice { fit_id: fit.id, event: event() }, none()).await.unwrap();
+    assert!(disk::is_synced(&log));
+    store.rule(job.id, 1, Ruling { decision: Decision::Accept, event: event() }, none()).await.unwrap();
+    assert!(disk::is_synced(&log));
+    let patch = JobPatch { machine: Update::Set("K300".into()), ..JobPatch::default() };
+    store.patch_job(job.id, patch, none(), place.now()).await.unwrap();
+    assert!(disk::is_synced(&log));
+
+    let after = after_power_loss(&place, "2").await;
+    let iteration = after.iteration(job.id, 1).await.unwrap();
+    assert_eq!((iteration.id, iteration.chosen, iteration.fits.len()), (first.id, fit.id, 2));
+    assert_eq!(iteration.ruling.unwrap().decision, Decision::Accept);
+    assert_eq!(after.job(job.id).await.unwrap().machine.as_deref(), Some("K300"));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn of_concurrent_writes_every_answered_one_survives_a_power_loss() {
+    let place = Arc::new(Place::new());
+    let store = Arc::new(open_watched(&place).await);
+    let job = place.stored_job(&store).await.id;
+    for round in 0..4 {
+        let mut writers = JoinSet::new();
+        for _ in 0..24 {
+            let (place, store) = (place.clone(), store.clone());
+            writers.spawn(async move {
+                let (new, stored) = place.stored_iteration(&store, job).await;
+                (stored.number, new.id)
+            });
+        }
+        // The power goes while some writes are answered and others are under way.
+        let mut answered = Vec::new();
+        while answered.len() < 9 {
+            answered.push(writers.join_next().await.unwrap().unwrap());
+        }
+        let after = after_power_loss(&place, &format!("round {round}")).await;
+        for (number, id) in answered {
+            assert_eq!(after.iteration(job, number).await.unwrap().id, id);
+        }
+        while let Some(outcome) = writers.join_next().await {
+            outcome.unwrap();
+        }
+    }
+}
+
+#[tokio::test]
+async fn the_watched_disk_does_lose_what_is_not_synced() {
+    disk::register();
+    let place = Place::new();
+    let mut careless = SqliteConnectOptions::new()
+        .filename(place.file())
+        .create_if_missing(true)
+        .vfs(disk::NAME)
+        .journal_mode(SqliteJournalMode::Wal)
+        .synchronous(SqliteSynchronous::Normal)
+        .connect()
+        .await
+        .unwrap();
+    sqlx::query("CREATE TABLE kept (n INTEGER); PRAGMA wal_checkpoint").execute(&mut careless).await.unwrap();
+    sqlx::query("INSERT INTO kept VALUES (1)").execute(&mut careless).await.unwrap();
+    assert!(!disk::is_synced(&place.beside("jobs.db-wal")));
+    let aftermath = place.beside("aftermath");
+    disk::lose_power(place.file().parent().unwrap(), &aftermath);
+    careless.close().await.unwrap();
+    let mut after = SqliteConnectOptions::new().filename(aftermath.join("jobs.db")).connect().await.unwrap();
+    let kept: i64 = sqlx::query_scalar("SELECT count(*) FROM kept").fetch_one(&mut after).await.unwrap();
+    assert_eq!(kept, 0);
+}
