@@ -9,6 +9,13 @@ pub mod fit_result_parts;
 pub mod fit_spec;
 pub mod fit_spec_json;
 pub mod fit_spec_values;
+pub mod gear;
+pub mod job_fits;
+pub mod job_iterations;
+pub mod job_problem;
+pub mod job_trace;
+pub mod jobs;
+pub mod json_writer;
 pub mod nodes_codec;
 pub mod nodes_schema;
 pub mod nodes_text;
@@ -16,6 +23,7 @@ pub mod openapi_3_0;
 pub mod problem;
 pub mod reader;
 pub mod service;
+pub mod text;
 
 /// Engine name and version, as results carry it.
 pub const ENGINE: &str = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"));

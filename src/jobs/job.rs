@@ -32,6 +32,15 @@ pub enum Update<T> {
 }
 
 impl<T> Update<T> {
+    /// The same update of another form of the value.
+    pub fn map<U>(self, form: impl FnOnce(T) -> U) -> Update<U> {
+        match self {
+            Update::Keep => Update::Keep,
+            Update::Clear => Update::Clear,
+            Update::Set(value) => Update::Set(form(value)),
+        }
+    }
+
     fn apply(self, to: &mut Option<T>) {
         match self {
             Update::Keep => {}

@@ -22,7 +22,7 @@ use crate::jobs::{NewIteration, Receipt, RepositoryError, Stored, What};
 /// An iteration on its way in.
 pub struct Incoming {
     pub iteration: Arc<NewIteration>,
-    /// [`super::blob::encode`] of its nodes.
+    /// [`crate::api::nodes_codec::encode`] of its nodes.
     pub nodes: Vec<u8>,
     pub receipt: Option<Receipt>,
 }

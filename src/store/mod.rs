@@ -10,11 +10,10 @@
 //! **Durability.** `journal_mode=WAL` with `synchronous=FULL`: a commit returns after the log has been synced.
 //!
 //! **Form.** STRICT tables, foreign keys enforced, triggers that refuse to change the trace. Times are fixed-width RFC 3339 text in
-//! UTC, ids 16 bytes, nodes a compact binary form ([`blob`]), answers the JSON text that was answered. A figure that does not
+//! UTC, ids 16 bytes, nodes the binary form of [`crate::api::nodes_codec`], answers the JSON text that was answered. A figure that does not
 //! exist is NULL; NaN never gets here (SQLite would make it NULL without a word).
 
 mod backup;
-mod blob;
 mod bulk;
 mod error;
 mod open;

@@ -6,11 +6,11 @@ use sqlx::{Row, SqliteConnection, SqlitePool, sqlite::SqliteRow};
 use uuid::Uuid;
 
 use super::{
-    blob,
     error::failure,
     rows::{self, damaged, figure_columns, get, job_columns},
 };
 use crate::{
+    api::nodes_codec,
     estimation::Nodes,
     jobs::{
         Answer, Choice, Cursor, FitRecord, FitSummary, Iteration, Job, Page, PageRequest, RepositoryError, Ruling,
@@ -104,7 +104,7 @@ pub async fn nodes(db: &SqlitePool, job: Uuid, number: u32) -> Read<Nodes> {
     .await
     .map_err(sql)?;
     match row {
-        Some(row) => blob::decode(get::<&[u8]>(&row, 0)?).map_err(|error| damaged("nodes", &error.to_string())),
+        Some(row) => nodes_codec::decode(get::<&[u8]>(&row, 0)?).map_err(|error| damaged("nodes", &error.to_string())),
         None => Err(which_is_missing(&mut db, job).await),
     }
 }

@@ -8,7 +8,6 @@ use tokio::sync::{mpsc, oneshot};
 use uuid::Uuid;
 
 use super::{
-    blob,
     bulk::Incoming,
     error::OpenError,
     open::{self, StoreSettings},
@@ -16,11 +15,13 @@ use super::{
     writer::{Message, Outcome, Request, Work, Writer},
 };
 use crate::{
+    api::nodes_codec,
     estimation::Nodes,
     jobs::{
         Answer, Choice, FitRecord, Iteration, Job, JobPatch, NewFit, NewIteration, Page, PageRequest, Precondition,
         Receipt, Repository, RepositoryError, RepositoryFuture, Ruling, Stored, Trace,
     },
+    telemetry,
 };
 
 /// An open database.
@@ -34,6 +35,8 @@ pub struct Store {
 impl Store {
     /// Opens the database (making it where there is none), brings it up to date and starts the writer.
     pub async fn open(settings: StoreSettings, now: Timestamp) -> Result<Self, OpenError> {
+        // Metrics noted before there is a recorder would be lost.
+        telemetry::metrics();
         let path = settings.path();
         let mut connection = settings.open_writer().await?;
         open::forget_old_answers(&mut connection, now).await.map_err(|source| OpenError::from_sqlx(path, source))?;
@@ -43,8 +46,8 @@ impl Store {
         Ok(Store {
             readers,
             writer,
-            write_seconds: metrics::histogram!("flankfit_store_seconds", "operation" => "write"),
-            read_seconds: metrics::histogram!("flankfit_store_seconds", "operation" => "read"),
+            write_seconds: metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "write"),
+            read_seconds: metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "read"),
         })
     }
 
@@ -138,7 +141,7 @@ impl Repository for Store {
     }
 
     fn insert_iteration(&self, iteration: Arc<NewIteration>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored> {
-        let nodes = blob::encode(&iteration.nodes);
+        let nodes = nodes_codec::encode(&iteration.nodes);
         self.write_stored(Work::InsertIteration(Incoming { iteration, nodes, receipt }))
     }
 

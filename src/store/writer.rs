@@ -18,7 +18,10 @@ use super::{
     open::StoreSettings,
     write::{self, WriteError},
 };
-use crate::jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored};
+use crate::{
+    jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored},
+    telemetry,
+};
 
 /// What is to be written.
 pub enum Work {
@@ -65,7 +68,6 @@ pub struct Writer {
     connection: SqliteConnection,
     incoming: mpsc::Receiver<Message>,
     commit_seconds: metrics::Histogram,
-    group_sizes: metrics::Histogram,
 }
 
 impl Writer {
@@ -74,8 +76,7 @@ impl Writer {
             settings,
             connection,
             incoming,
-            commit_seconds: metrics::histogram!("flankfit_store_seconds", "operation" => "commit"),
-            group_sizes: metrics::histogram!("flankfit_store_group_requests"),
+            commit_seconds: metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "commit"),
         }
     }
 
@@ -87,7 +88,6 @@ impl Writer {
             self.gather(message, &mut group, &mut closing);
             if !group.is_empty() {
                 let begun = Instant::now();
-                self.group_sizes.record(group.len() as f64);
                 self.serve(mem::take(&mut group)).await;
                 self.commit_seconds.record(begun.elapsed());
             }

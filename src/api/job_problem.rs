@@ -1,0 +1,51 @@
+//! What the store refuses, as problems.
+
+use super::problem::{Problem, ProblemCode};
+use crate::{
+    estimation::Faults,
+    jobs::{RepositoryError, What},
+};
+
+impl From<RepositoryError> for Problem {
+    fn from(error: RepositoryError) -> Self {
+        match error {
+            RepositoryError::NotFound(what) => Problem::new(
+                ProblemCode::NotFound,
+                match what {
+                    What::Job => "There is no such job.",
+                    What::Iteration => "The job has no such iteration.",
+                    What::Fit => "The iteration has no such fit.",
+                },
+            ),
+            RepositoryError::HasIterations(count) => Problem::new(
+                ProblemCode::Conflict,
+                format!("The job has {count} iteration(s); only a job without iterations can be deleted."),
+            ),
+            RepositoryError::VersionMismatch { current } => Problem::new(
+                ProblemCode::PreconditionFailed,
+                format!(
+                    "The resource is at \"{current}\" now: get it again, look at what changed, and repeat the request with its ETag."
+                ),
+            ),
+            RepositoryError::ForeignFit(id) => {
+                Problem::invalid(Faults::one("/fit_id", format!("the iteration has no fit {id}")))
+            }
+            RepositoryError::KeyTaken => Problem::new(
+                ProblemCode::IdempotencyKeyInUse,
+                "Another request with this idempotency key has just been stored; send it again to get its answer.",
+            )
+            .retry_after(1),
+            RepositoryError::Overloaded => Problem::new(
+                ProblemCode::Overloaded,
+                "Too many writes are waiting; nothing was stored. Try again in a moment.",
+            )
+            .retry_after(1),
+            RepositoryError::Unavailable(cause) => {
+                Problem::new(ProblemCode::StoreUnavailable, "The store does not answer; nothing was stored.")
+                    .caused_by(cause)
+                    .retry_after(2)
+            }
+            RepositoryError::Failed(cause) => Problem::internal(cause),
+        }
+    }
+}

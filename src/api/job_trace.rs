@@ -1,0 +1,163 @@
+//! The trace of a job as it is written: every λ* choice and every decision in the order in which they were made.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::{
+    fit_result_parts::CoefficientBody,
+    fit_spec::{CriterionName, SchemeName},
+    job_iterations::DecisionName,
+    jobs::JobBody,
+    json_writer::Object,
+    text::Moment,
+};
+use crate::jobs::{Choice, FitSummary, Ruling, Trace, TracedIteration};
+
+/// The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Trace)]
+pub struct TraceBody {
+    pub job: JobBody,
+    /// By number.
+    pub iterations: Vec<TracedIterationBody>,
+}
+
+/// An iteration in the trace.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = TracedIteration)]
+pub struct TracedIterationBody {
+    pub number: u32,
+    pub id: Uuid,
+    #[serde(default)]
+    #[schema(value_type = Option<String>, nullable = false, format = DateTime)]
+    pub measured_at: Option<Moment>,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    /// The latest decision; absent before the first.
+    #[schema(nullable = false)]
+    pub decision: Option<DecisionName>,
+    pub fits: Vec<TracedFitBody>,
+    /// Which fit stood, from when on and why; the first is made with the iteration.
+    pub choices: Vec<TracedChoiceBody>,
+    pub decisions: Vec<TracedDecisionBody>,
+}
+
+/// A fit in the trace.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = TracedFit)]
+pub struct TracedFitBody {
+    pub id: Uuid,
+    /// Whether this fit stands.
+    pub chosen: bool,
+    #[schema(nullable = false)]
+    pub lambda_star: Option<f64>,
+    #[schema(nullable = false)]
+    pub criterion: Option<CriterionName>,
+    #[schema(nullable = false)]
+    pub scheme: Option<SchemeName>,
+    #[schema(nullable = false)]
+    pub count: Option<u32>,
+    #[schema(nullable = false)]
+    pub condition: Option<f64>,
+    #[schema(nullable = false)]
+    pub regularized_condition: Option<f64>,
+    #[schema(nullable = false)]
+    pub bias_norm: Option<f64>,
+    #[schema(nullable = false)]
+    pub bias_sharp_bound: Option<f64>,
+    #[schema(nullable = false)]
+    pub rms: Option<f64>,
+    #[schema(nullable = false)]
+    pub max_abs: Option<f64>,
+    pub coefficients: Vec<CoefficientBody>,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    #[schema(nullable = false)]
+    pub reason: Option<String>,
+}
+
+/// That from then on a certain fit stood.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = TracedChoice)]
+pub struct TracedChoiceBody {
+    pub fit_id: Uuid,
+    #[schema(nullable = false)]
+    pub reason: Option<String>,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+}
+
+/// That something was decided.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = TracedDecision)]
+pub struct TracedDecisionBody {
+    pub decision: DecisionName,
+    #[schema(nullable = false)]
+    pub reason: Option<String>,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+}
+
+/// The trace.
+pub fn trace(trace: Trace) -> Vec<u8> {
+    let coefficients: usize =
+        trace.iterations.iter().flat_map(|iteration| &iteration.fits).map(|fit| fit.coefficients.len() + 512).sum();
+    let mut out = Vec::with_capacity(1024 + coefficients);
+    Object::begin(&mut out)
+        .field("job", &JobBody::from(trace.job))
+        .list("iterations", &trace.iterations, iteration)
+        .end();
+    out
+}
+
+fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {
+    object
+        .field("number", &iteration.number)
+        .field("id", &iteration.id)
+        .maybe("measured_at", iteration.measured_at.map(Moment))
+        .field("created_at", &Moment(iteration.created_at))
+        .maybe("decision", iteration.rulings.last().map(|ruling| ruling.decision.name()))
+        .list("fits", &iteration.fits, fit)
+        .list("choices", &iteration.choices, choice)
+        .list("decisions", &iteration.rulings, ruling);
+}
+
+fn fit(object: &mut Object<'_>, fit: &FitSummary) {
+    let figures = &fit.figures;
+    object
+        .field("id", &fit.id)
+        .field("chosen", &fit.chosen)
+        .maybe("lambda_star", figures.lambda_star)
+        .maybe("criterion", figures.criterion)
+        .maybe("scheme", figures.scheme)
+        .maybe("count", figures.count)
+        .maybe("condition", figures.condition)
+        .maybe("regularized_condition", figures.regularized_condition)
+        .maybe("bias_norm", figures.bias_norm)
+        .maybe("bias_sharp_bound", figures.bias_sharp_bound)
+        .maybe("rms", figures.rms)
+        .maybe("max_abs", figures.max_abs)
+        .raw("coefficients", &fit.coefficients)
+        .field("created_at", &Moment(fit.event.created_at))
+        .maybe("reason", fit.event.reason.as_deref());
+}
+
+fn choice(object: &mut Object<'_>, choice: &Choice) {
+    object
+        .field("fit_id", &choice.fit_id)
+        .maybe("reason", choice.event.reason.as_deref())
+        .field("created_at", &Moment(choice.event.created_at));
+}
+
+fn ruling(object: &mut Object<'_>, ruling: &Ruling) {
+    object
+        .field("decision", &ruling.decision.name())
+        .maybe("reason", ruling.event.reason.as_deref())
+        .field("created_at", &Moment(ruling.event.created_at));
+}

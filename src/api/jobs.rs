@@ -1,0 +1,190 @@
+//! Gear jobs as they are written and read.
+
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::{
+    fit_spec::present,
+    gear::GearBody,
+    text::{Moment, ShortText, Tags},
+};
+use crate::jobs::{Cursor, Job, JobDraft, JobPatch, Page, Update};
+
+/// A job to create.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewJob, example = json!({
+    "name": "Intermediate shaft, batch 7", "part_number": "A-4711", "serial_number": "000123", "machine": "grinder 3",
+    "gear": {"teeth": 52, "normal_module_mm": 1.0, "normal_pressure_angle_deg": 20.0, "helix_angle_deg": 0.0,
+             "profile_shift_coefficient": 0.0, "face_width_mm": 20.0},
+    "tags": {"shift": "night"}
+}))]
+pub struct NewJobBody {
+    #[schema(value_type = String, min_length = 1, max_length = 200)]
+    pub name: ShortText,
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200)]
+    pub part_number: Option<ShortText>,
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200)]
+    pub serial_number: Option<ShortText>,
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200)]
+    pub machine: Option<ShortText>,
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    /// At most 50, for finding the job again.
+    #[serde(default)]
+    #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
+    pub tags: Tags,
+}
+
+/// A gear job.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Job)]
+pub struct JobBody {
+    /// UUIDv7: ids in ascending order are jobs in order of creation.
+    pub id: Uuid,
+    pub name: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part_number: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial_number: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    #[schema(value_type = std::collections::BTreeMap<String, String>)]
+    pub tags: Tags,
+    #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
+    pub created_at: Moment,
+    #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
+    pub updated_at: Moment,
+}
+
+/// Changes of a job. A field that is left out stays; `null` clears an optional one; `tags` are replaced as a whole.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = JobPatch, example = json!({"machine": "grinder 4", "tags": {"shift": "day"}}))]
+pub struct JobPatchBody {
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200)]
+    pub name: Option<ShortText>,
+    #[serde(default, deserialize_with = "update")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub part_number: Update<ShortText>,
+    #[serde(default, deserialize_with = "update")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub serial_number: Update<ShortText>,
+    #[serde(default, deserialize_with = "update")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub machine: Update<ShortText>,
+    /// Replaced as a whole; `null` clears it.
+    #[serde(default, deserialize_with = "update")]
+    #[schema(value_type = GearBody, required = false)]
+    pub gear: Update<GearBody>,
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
+    pub tags: Option<Tags>,
+}
+
+/// Some jobs, newest first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = JobPage)]
+pub struct JobPageBody {
+    pub items: Vec<JobBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
+/// Left out: stays; `null`: is cleared; otherwise: is set.
+fn update<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<Update<T>, D::Error> {
+    Ok(match Option::<T>::deserialize(deserializer)? {
+        Some(value) => Update::Set(value),
+        None => Update::Clear,
+    })
+}
+
+impl From<NewJobBody> for JobDraft {
+    fn from(body: NewJobBody) -> Self {
+        JobDraft {
+            name: body.name.into(),
+            part_number: body.part_number.map(String::from),
+            serial_number: body.serial_number.map(String::from),
+            machine: body.machine.map(String::from),
+            gear: body.gear.as_ref().map(gear_text),
+            tags: body.tags.0,
+        }
+    }
+}
+
+impl From<JobPatchBody> for JobPatch {
+    fn from(body: JobPatchBody) -> Self {
+        JobPatch {
+            name: body.name.map(String::from),
+            part_number: body.part_number.map(String::from),
+            serial_number: body.serial_number.map(String::from),
+            machine: body.machine.map(String::from),
+            gear: body.gear.map(|gear| gear_text(&gear)),
+            tags: body.tags.map(|tags| tags.0),
+        }
+    }
+}
+
+impl From<Job> for JobBody {
+    fn from(job: Job) -> Self {
+        JobBody {
+            id: job.id,
+            name: job.name,
+            part_number: job.part_number,
+            serial_number: job.serial_number,
+            machine: job.machine,
+            // What is stored was written by `gear_text`; were it damaged, the job would still be shown.
+            gear: job.gear.and_then(|text| serde_json::from_str(&text).ok()),
+            tags: Tags(job.tags),
+            created_at: Moment(job.created_at),
+            updated_at: Moment(job.updated_at),
+        }
+    }
+}
+
+impl From<Page<Job>> for JobPageBody {
+    fn from(page: Page<Job>) -> Self {
+        JobPageBody {
+            items: page.items.into_iter().map(JobBody::from).collect(),
+            next_cursor: page.next.map(Cursor::encode),
+        }
+    }
+}
+
+/// A gear as it is stored. A checked gear holds finite numbers only, which can always be written.
+fn gear_text(gear: &GearBody) -> String {
+    serde_json::to_string(gear).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_patch_tells_left_out_from_null() {
+        let patch: JobPatch =
+            serde_json::from_str::<JobPatchBody>(r#"{"machine":null,"part_number":"P"}"#).unwrap().into();
+        assert_eq!((patch.machine, patch.serial_number), (Update::Clear, Update::Keep));
+        assert_eq!(patch.part_number, Update::Set("P".to_owned()));
+        assert!(serde_json::from_str::<JobPatchBody>(r#"{"name":null}"#).is_err());
+        assert!(serde_json::from_str::<JobPatchBody>(r#"{"id":"x"}"#).is_err());
+    }
+
+    #[test]
+    fn a_gear_survives_being_stored() {
+        let body: NewJobBody =
+            serde_json::from_str(r#"{"name":"n","gear":{"teeth":20,"normal_module_mm":2.5}}"#).unwrap();
+        let gear = body.gear.clone();
+        let draft = JobDraft::from(body);
+        assert_eq!(draft.gear.as_deref(), Some(r#"{"teeth":20,"normal_module_mm":2.5}"#));
+        assert_eq!(serde_json::from_str::<GearBody>(&draft.gear.unwrap()).ok(), gear);
+    }
+}

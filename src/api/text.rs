@@ -1,0 +1,128 @@
+//! Texts and times in requests, checked where they are read: what passes is stored and answered as it is.
+
+use std::collections::BTreeMap;
+
+use jiff::{Timestamp, civil::date, fmt::temporal::DateTimePrinter, tz::TimeZone};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+/// Characters of a name, a number, an operator …
+pub const SHORT: usize = 200;
+/// Characters of a note or a reason.
+pub const LONG: usize = 4000;
+/// Tags of a job.
+pub const MOST_TAGS: usize = 50;
+
+/// A text of 1 to `MOST` characters that is not only white space.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct Text<const MOST: usize>(String);
+
+/// A name, a number, an operator …
+pub type ShortText = Text<SHORT>;
+/// A note or a reason.
+pub type LongText = Text<LONG>;
+
+impl<const MOST: usize> From<Text<MOST>> for String {
+    fn from(text: Text<MOST>) -> Self {
+        text.0
+    }
+}
+
+impl<'de, const MOST: usize> Deserialize<'de> for Text<MOST> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        if text.trim().is_empty() {
+            return Err(D::Error::custom("the text is empty; leave the field out instead"));
+        }
+        let count = text.chars().count();
+        if count > MOST {
+            return Err(D::Error::custom(format_args!("the text has {count} characters; at most {MOST} are kept")));
+        }
+        Ok(Text(text))
+    }
+}
+
+/// Names and values, for finding jobs again.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct Tags(pub BTreeMap<String, String>);
+
+impl<'de> Deserialize<'de> for Tags {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let tags = BTreeMap::<String, String>::deserialize(deserializer)?;
+        if tags.len() > MOST_TAGS {
+            return Err(D::Error::custom(format_args!("{} tags; at most {MOST_TAGS} are kept", tags.len())));
+        }
+        for (name, value) in &tags {
+            if name.is_empty() || name.chars().count() > SHORT || value.chars().count() > SHORT {
+                return Err(D::Error::custom(format_args!(
+                    "a tag's name has 1 to {SHORT} characters and its value at most {SHORT}"
+                )));
+            }
+        }
+        Ok(Tags(tags))
+    }
+}
+
+/// A time: RFC 3339 with any offset when read, in UTC with six decimals when written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Moment(pub Timestamp);
+
+static PRINTER: DateTimePrinter = DateTimePrinter::new().precision(Some(6));
+
+impl Serialize for Moment {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&PRINTER.timestamp_to_string(&self.0))
+    }
+}
+
+impl<'de> Deserialize<'de> for Moment {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = std::borrow::Cow::<'_, str>::deserialize(deserializer)?;
+        let refused = || D::Error::custom("not a time of the form 2026-11-21T08:30:00Z (RFC 3339)");
+        // The general parser also takes annotations and other calendars' forms; RFC 3339 has none.
+        if text.contains('[') {
+            return Err(refused());
+        }
+        let time: Timestamp = text.parse().map_err(|_| refused())?;
+        let year = time.to_zoned(TimeZone::UTC).date();
+        if year < date(1, 1, 1) {
+            return Err(refused());
+        }
+        // Whole microseconds are kept, so they are what is answered.
+        Timestamp::from_microsecond(time.as_microsecond()).map(Moment).map_err(|_| refused())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read<T: for<'a> Deserialize<'a>>(text: &str) -> Result<T, String> {
+        serde_json::from_str(text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn texts_have_bounds() {
+        assert_eq!(String::from(read::<Text<3>>("\"äöü\"").unwrap()), "äöü");
+        assert!(read::<Text<3>>("\"abcd\"").unwrap_err().contains("4 characters; at most 3"));
+        assert!(read::<Text<3>>("\" \"").unwrap_err().contains("empty"));
+    }
+
+    #[test]
+    fn times_are_written_in_utc_with_six_decimals() {
+        let read_and_write = |text: &str| read::<Moment>(text).map(|moment| serde_json::to_string(&moment).unwrap());
+        assert_eq!(read_and_write("\"2026-11-21T08:30:00+02:00\"").unwrap(), "\"2026-11-21T06:30:00.000000Z\"");
+        assert_eq!(read_and_write("\"2026-11-21T08:30:00.1234567Z\"").unwrap(), "\"2026-11-21T08:30:00.123456Z\"");
+        for wrong in ["\"today\"", "\"2026-11-21\"", "\"-000044-03-15T12:00:00Z\"", "5"] {
+            assert!(read_and_write(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn tags_are_counted() {
+        let many: BTreeMap<String, String> = (0..51).map(|i| (i.to_string(), String::new())).collect();
+        assert!(read::<Tags>(&serde_json::to_string(&many).unwrap()).unwrap_err().contains("51 tags"));
+        assert_eq!(read::<Tags>("{\"a\":\"b\"}").unwrap().0.len(), 1);
+    }
+}
