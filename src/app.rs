@@ -6,7 +6,9 @@ use tokio::net::TcpListener;
 
 use crate::{
     config::ServeSettings,
-    http::{self, AppState, server, state::AlwaysReady},
+    http::{self, AppState, server},
+    jobs::{Clock, Jobs, OrderedIds, Repository, SystemClock},
+    store::{OpenError, Store, StoreSettings},
     telemetry,
 };
 
@@ -14,6 +16,7 @@ use crate::{
 pub struct App {
     listener: TcpListener,
     state: AppState,
+    store: Arc<Store>,
 }
 
 /// Why the server did not start.
@@ -23,6 +26,8 @@ pub enum StartError {
     AddressTaken { address: SocketAddr },
     #[error("cannot listen on {address}: {source}")]
     Listen { address: SocketAddr, source: io::Error },
+    #[error(transparent)]
+    Store(#[from] OpenError),
     #[error("cannot start the fit workers: {0}")]
     Workers(io::Error),
 }
@@ -35,8 +40,14 @@ impl App {
             io::ErrorKind::AddrInUse => StartError::AddressTaken { address },
             _ => StartError::Listen { address, source },
         })?;
-        let state = AppState::new(settings, Arc::new(AlwaysReady)).map_err(StartError::Workers)?;
-        Ok(App { listener, state })
+        // Before the store: what is measured before there is a recorder is lost.
+        telemetry::metrics();
+        let store = Store::open(StoreSettings::of_url(&settings.database_url)?, SystemClock.now()).await?;
+        let store = Arc::new(store);
+        let repository: Arc<dyn Repository> = store.clone();
+        let jobs = Jobs::new(repository, Arc::new(SystemClock), Arc::new(OrderedIds::new()));
+        let state = AppState::new(settings, jobs).map_err(StartError::Workers)?;
+        Ok(App { listener, state, store })
     }
 
     /// The address that was bound (its port is known even when 0 was asked for).
@@ -55,5 +66,6 @@ impl App {
         let upkeep = tokio::spawn(telemetry::upkeep());
         server::serve(self.listener, http::router(self.state), stop, grace).await;
         upkeep.abort();
+        self.store.close().await;
     }
 }

@@ -30,21 +30,42 @@ pub struct IterationRequest {
     pub measurement: Measurement,
 }
 
+/// An iteration request as a form (`multipart/form-data`).
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct IterationForm {
+    /// The iteration request without `nodes`, as JSON.
+    pub spec: IterationFormSpec,
+    /// CSV with a header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
+    #[schema(value_type = String, format = Binary)]
+    pub nodes: Vec<u8>,
+}
+
+/// An iteration request without nodes.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct IterationFormSpec {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub spec: FitSpecBody,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurement: Measurement,
+}
+
 /// What is known of a measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Measurement {
     /// RFC 3339, any offset; answered in UTC.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, format = DateTime, example = "2026-11-21T08:30:00Z")]
+    #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
     pub measured_at: Option<Moment>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200, example = "P40")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "P40")]
     pub instrument: Option<ShortText>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200)]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub operator: Option<ShortText>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 4000)]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub note: Option<LongText>,
 }
 
@@ -69,7 +90,7 @@ pub struct RefitRequest {
 pub struct Why {
     /// Kept in the trace.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 4000)]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
 }
 
@@ -86,7 +107,7 @@ pub struct ChosenFitBody {
     pub fit_id: Uuid,
     /// Kept in the trace.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 4000)]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
 }
 
@@ -98,7 +119,7 @@ pub struct IterationPatchBody {
     pub decision: DecisionName,
     /// Kept in the trace.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 4000)]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
 }
 
@@ -131,20 +152,16 @@ pub struct IterationBody {
     pub id: Uuid,
     pub job_id: Uuid,
     #[serde(default)]
-    #[schema(value_type = Option<String>, nullable = false, format = DateTime)]
+    #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
-    #[schema(nullable = false)]
     pub instrument: Option<String>,
-    #[schema(nullable = false)]
     pub operator: Option<String>,
-    #[schema(nullable = false)]
     pub note: Option<String>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Nodes posted, missing ones included.
     pub node_count: u64,
     /// The latest decision; absent before the first.
-    #[schema(nullable = false)]
     pub decision: Option<DecisionName>,
     /// In the order in which they were made.
     pub fits: Vec<IterationFitBody>,
@@ -160,7 +177,6 @@ pub struct IterationFitBody {
     pub chosen: bool,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    #[schema(nullable = false)]
     pub reason: Option<String>,
     pub result: FitResultBody,
 }

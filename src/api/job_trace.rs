@@ -32,12 +32,11 @@ pub struct TracedIterationBody {
     pub number: u32,
     pub id: Uuid,
     #[serde(default)]
-    #[schema(value_type = Option<String>, nullable = false, format = DateTime)]
+    #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// The latest decision; absent before the first.
-    #[schema(nullable = false)]
     pub decision: Option<DecisionName>,
     pub fits: Vec<TracedFitBody>,
     /// Which fit stood, from when on and why; the first is made with the iteration.
@@ -53,30 +52,19 @@ pub struct TracedFitBody {
     pub id: Uuid,
     /// Whether this fit stands.
     pub chosen: bool,
-    #[schema(nullable = false)]
     pub lambda_star: Option<f64>,
-    #[schema(nullable = false)]
     pub criterion: Option<CriterionName>,
-    #[schema(nullable = false)]
     pub scheme: Option<SchemeName>,
-    #[schema(nullable = false)]
     pub count: Option<u32>,
-    #[schema(nullable = false)]
     pub condition: Option<f64>,
-    #[schema(nullable = false)]
     pub regularized_condition: Option<f64>,
-    #[schema(nullable = false)]
     pub bias_norm: Option<f64>,
-    #[schema(nullable = false)]
     pub bias_sharp_bound: Option<f64>,
-    #[schema(nullable = false)]
     pub rms: Option<f64>,
-    #[schema(nullable = false)]
     pub max_abs: Option<f64>,
     pub coefficients: Vec<CoefficientBody>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    #[schema(nullable = false)]
     pub reason: Option<String>,
 }
 
@@ -86,7 +74,6 @@ pub struct TracedFitBody {
 #[schema(as = TracedChoice)]
 pub struct TracedChoiceBody {
     pub fit_id: Uuid,
-    #[schema(nullable = false)]
     pub reason: Option<String>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
@@ -98,7 +85,6 @@ pub struct TracedChoiceBody {
 #[schema(as = TracedDecision)]
 pub struct TracedDecisionBody {
     pub decision: DecisionName,
-    #[schema(nullable = false)]
     pub reason: Option<String>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,

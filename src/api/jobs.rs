@@ -24,13 +24,13 @@ pub struct NewJobBody {
     #[schema(value_type = String, min_length = 1, max_length = 200)]
     pub name: ShortText,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200)]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub part_number: Option<ShortText>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200)]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub serial_number: Option<ShortText>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200)]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub machine: Option<ShortText>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
@@ -69,7 +69,7 @@ pub struct JobBody {
 #[schema(as = JobPatch, example = json!({"machine": "grinder 4", "tags": {"shift": "day"}}))]
 pub struct JobPatchBody {
     #[serde(default, deserialize_with = "present")]
-    #[schema(value_type = Option<String>, nullable = false, min_length = 1, max_length = 200)]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
     #[serde(default, deserialize_with = "update")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]

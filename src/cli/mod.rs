@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, `serve` when none is given.
 
+pub mod backup;
 pub mod demo;
 pub mod fit;
 pub mod healthcheck;
@@ -32,6 +33,8 @@ enum Command {
     Fit(fit::FitArguments),
     /// Print the OpenAPI document.
     Openapi(openapi::OpenapiArguments),
+    /// Copy the database to a new file, consistently, also while a server writes to it.
+    Backup(backup::BackupArguments),
     /// Ask a running server whether it is up; exit code 0 when it is.
     Healthcheck(healthcheck::HealthcheckArguments),
 }
@@ -45,6 +48,7 @@ pub fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Fit(arguments) => return fit::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),
+        Command::Backup(arguments) => backup::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),
     };
     match outcome {

@@ -79,6 +79,12 @@ impl Payload {
         }
     }
 
+    /// The same body, decompressed. Processor work for compressed ones.
+    pub fn decompressed(self, limit: usize) -> Result<Self, Problem> {
+        let media = self.media.clone();
+        Ok(Payload { bytes: self.into_bytes(limit)?, encoding: Encoding::Identity, media })
+    }
+
     /// The decompressed bytes of a body that must be JSON.
     pub fn into_json(self, limit: usize) -> Result<Bytes, Problem> {
         match &self.media {

@@ -66,7 +66,7 @@ async fn get_health() -> axum::Json<Health> {
     )
 )]
 async fn get_readiness(State(state): State<AppState>) -> Result<axum::Json<Health>, Problem> {
-    match state.readiness.check().await {
+    match state.jobs.repository().ping().await {
         Ok(()) => Ok(axum::Json(Health::ok())),
         Err(cause) => Err(Problem::new(ProblemCode::StoreUnavailable, "The store does not answer.")
             .caused_by(cause)

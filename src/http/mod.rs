@@ -2,9 +2,14 @@
 
 pub mod auth;
 pub mod body;
+pub mod conditional;
 pub mod docs;
 pub mod extract;
 pub mod fits;
+pub mod idempotency;
+pub mod iterations;
+pub mod job_fits;
+pub mod jobs;
 pub mod meta;
 pub mod multipart;
 pub mod observe;
@@ -13,6 +18,7 @@ pub mod problem;
 pub mod router;
 pub mod server;
 pub mod state;
+pub mod trace;
 
 pub use router::router;
-pub use state::{AppState, Readiness};
+pub use state::AppState;

@@ -10,6 +10,7 @@ use axum::{
     extract::{FromRequest, Multipart, Request},
     http::header,
 };
+use sha2::{Digest, Sha256};
 
 use super::body::{Media, Payload, unsupported};
 use crate::{
@@ -30,6 +31,25 @@ pub fn read_fit<E: Extra>(payload: Payload, limit: usize) -> Result<(Nodes, FitS
         }
         Media::Other(other) => Err(unsupported(&other, "application/json or multipart/form-data")),
     }
+}
+
+/// Decompresses a request and takes its digest, by which a repeated request is known: of a form only the parts count, for its
+/// boundary changes with every sending. Processor work.
+pub fn digest(payload: Payload, limit: usize) -> Result<(Payload, [u8; 32]), Problem> {
+    let payload = payload.decompressed(limit)?;
+    let bytes = payload.clone().into_bytes(limit)?;
+    let mut digest = Sha256::new();
+    match payload.media() {
+        Media::Multipart(content_type) => {
+            let parts = split(bytes, content_type)?;
+            for part in [parts.spec, parts.nodes] {
+                digest.update(part.len().to_le_bytes());
+                digest.update(&part);
+            }
+        }
+        Media::Json | Media::Other(_) => digest.update(&bytes),
+    }
+    Ok((payload, digest.finalize().into()))
 }
 
 struct Parts {

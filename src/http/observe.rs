@@ -137,6 +137,7 @@ fn is_sane(id: &HeaderValue) -> bool {
     (1..=LONGEST_ID).contains(&bytes.len()) && bytes.iter().all(u8::is_ascii_graphic)
 }
 
+#[expect(clippy::disallowed_methods, reason = "the id of a request is stored nowhere")]
 fn new_id() -> HeaderValue {
     let mut buffer = Uuid::encode_buffer();
     let text = Uuid::now_v7().hyphenated().encode_lower(&mut buffer);

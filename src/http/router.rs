@@ -5,12 +5,18 @@ use tower_http::{CompressionLevel, compression::CompressionLayer};
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
-use super::{fits, meta, observe, openapi::Contract, state::AppState};
+use super::{fits, iterations, job_fits, jobs, meta, observe, openapi::Contract, state::AppState, trace};
 use crate::api::problem::{Problem, ProblemCode};
 
 /// The documented groups. A new group is one more `merge` here.
 pub fn groups() -> OpenApiRouter<AppState> {
-    OpenApiRouter::with_openapi(Contract::openapi()).merge(fits::group()).merge(meta::group())
+    OpenApiRouter::with_openapi(Contract::openapi())
+        .merge(fits::group())
+        .merge(jobs::group())
+        .merge(iterations::group())
+        .merge(job_fits::group())
+        .merge(trace::group())
+        .merge(meta::group())
 }
 
 /// The service: documented groups, documentation, fallbacks and the layers around every request.

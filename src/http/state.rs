@@ -1,10 +1,15 @@
 //! What every handler can reach.
 
-use std::{future::Future, ops::Deref, pin::Pin, sync::Arc};
+use std::{ops::Deref, sync::Arc};
 
 use metrics_exporter_prometheus::PrometheusHandle;
 
-use crate::{config::ServeSettings, pool::WorkPool, telemetry};
+use crate::{
+    config::ServeSettings,
+    jobs::{Jobs, RunningKeys},
+    pool::WorkPool,
+    telemetry,
+};
 
 /// Shared by every handler; cloning is cheap.
 #[derive(Clone)]
@@ -15,29 +20,21 @@ pub struct Shared {
     /// Where fits are computed.
     pub pool: WorkPool,
     pub metrics: &'static PrometheusHandle,
-    /// Asked by `/readyz`.
-    pub readiness: Arc<dyn Readiness>,
-}
-
-/// Whether something that the service depends on answers.
-pub trait Readiness: Send + Sync {
-    /// `Err` says why not, for the log.
-    fn check(&self) -> Pin<Box<dyn Future<Output = Result<(), String>> + Send + '_>>;
-}
-
-/// Depends on nothing.
-pub struct AlwaysReady;
-
-impl Readiness for AlwaysReady {
-    fn check(&self) -> Pin<Box<dyn Future<Output = Result<(), String>> + Send + '_>> {
-        Box::pin(std::future::ready(Ok(())))
-    }
+    pub jobs: Jobs,
+    /// Idempotency keys whose first request is running.
+    pub keys: RunningKeys,
 }
 
 impl AppState {
-    pub fn new(settings: ServeSettings, readiness: Arc<dyn Readiness>) -> std::io::Result<Self> {
+    pub fn new(settings: ServeSettings, jobs: Jobs) -> std::io::Result<Self> {
         let pool = WorkPool::new(settings.worker_count(), settings.queue)?;
-        Ok(AppState(Arc::new(Shared { settings, pool, metrics: telemetry::metrics(), readiness })))
+        Ok(AppState(Arc::new(Shared {
+            settings,
+            pool,
+            metrics: telemetry::metrics(),
+            jobs,
+            keys: RunningKeys::default(),
+        })))
     }
 }
 

@@ -19,12 +19,15 @@ use super::{
 };
 use crate::estimation::Nodes;
 
+/// Writes the answer to what was stored.
+pub type AnswerWriter<T> = Box<dyn Fn(&T, Stored) -> Answer + Send + Sync>;
+
 /// A keyed request, before what it stores has ids: the receipt's answer is written from `T`.
-pub struct Keyed<T: ?Sized> {
+pub struct Keyed<T> {
     pub key: String,
     pub scope: String,
     pub request_sha256: [u8; 32],
-    pub answer: fn(&T, Stored) -> Answer,
+    pub answer: AnswerWriter<T>,
 }
 
 impl<T: Send + Sync + 'static> Keyed<T> {

@@ -18,10 +18,7 @@ use super::{
     open::StoreSettings,
     write::{self, WriteError},
 };
-use crate::{
-    jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored},
-    telemetry,
-};
+use crate::jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored};
 
 /// What is to be written.
 pub enum Work {
@@ -76,7 +73,7 @@ impl Writer {
             settings,
             connection,
             incoming,
-            commit_seconds: metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "commit"),
+            commit_seconds: metrics::histogram!(super::repository::SECONDS, "operation" => "commit"),
         }
     }
 

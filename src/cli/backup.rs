@@ -1,0 +1,25 @@
+//! `flankfit backup FILE`: a copy of the database, also while a server writes to it.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CommandError;
+use crate::store::{StoreSettings, backup};
+
+#[derive(Debug, Args)]
+pub struct BackupArguments {
+    /// The copy to make; a file that exists is not overwritten.
+    file: PathBuf,
+    /// The database to copy.
+    #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db")]
+    database_url: String,
+}
+
+pub fn run(arguments: &BackupArguments) -> Result<(), CommandError> {
+    let source = StoreSettings::of_url(&arguments.database_url)?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(backup(&source, &arguments.file))?;
+    println!("{} copied to {}", source.path().display(), arguments.file.display());
+    Ok(())
+}

@@ -1,0 +1,107 @@
+//! POSTs that store: done once for a key, and done to the end even if the client goes away.
+
+use axum::{
+    extract::FromRequestParts,
+    http::{HeaderName, HeaderValue, StatusCode, header, request::Parts},
+    response::{IntoResponse, Response},
+};
+
+use super::{body::Payload, multipart, state::AppState};
+use crate::{
+    api::problem::{Problem, ProblemCode},
+    jobs::{Answer, Keyed, Stored},
+};
+
+/// Says that an answer is given again.
+static REPLAYED: HeaderName = HeaderName::from_static("idempotency-replayed");
+static KEY: HeaderName = HeaderName::from_static("idempotency-key");
+/// Longest key taken.
+const LONGEST: usize = 255;
+
+/// The request's `Idempotency-Key`.
+pub struct IdempotencyKey(Option<String>);
+
+impl FromRequestParts<AppState> for IdempotencyKey {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _state: &AppState) -> Result<Self, Problem> {
+        let Some(value) = parts.headers.get(&KEY) else { return Ok(IdempotencyKey(None)) };
+        match value.to_str() {
+            Ok(key) if (1..=LONGEST).contains(&key.trim().len()) => Ok(IdempotencyKey(Some(key.trim().to_owned()))),
+            _ => Err(Problem::new(
+                ProblemCode::MalformedRequest,
+                format!("Idempotency-Key takes 1 to {LONGEST} visible ASCII characters, such as a UUID."),
+            )),
+        }
+    }
+}
+
+/// A key with what it is a key to.
+pub struct Known {
+    key: String,
+    scope: String,
+    request_sha256: [u8; 32],
+}
+
+impl Known {
+    /// What is kept under the key: the answer that `answer` writes.
+    pub fn answered_by<T>(self, answer: impl Fn(&T, Stored) -> Answer + Send + Sync + 'static) -> Keyed<T> {
+        let Known { key, scope, request_sha256 } = self;
+        Keyed { key, scope, request_sha256, answer: Box::new(answer) }
+    }
+}
+
+/// Does the work of a POST. With a key whose first answer is kept, that answer is given again; with a key whose first request
+/// still runs, or was another one, the request is refused. The work goes on when the client goes away.
+pub async fn once<W, F>(
+    state: AppState,
+    key: IdempotencyKey,
+    scope: String,
+    payload: Payload,
+    work: W,
+) -> Result<Response, Problem>
+where
+    W: FnOnce(AppState, Payload, Option<Known>) -> F + Send + 'static,
+    F: Future<Output = Result<Answer, Problem>> + Send,
+{
+    let task = tokio::spawn(async move {
+        let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
+        // The claim is held until the answer is stored.
+        let Some(_claim) = state.keys.claim(&key, &scope) else {
+            return Err(Problem::new(
+                ProblemCode::IdempotencyKeyInUse,
+                "The first request with this Idempotency-Key is still running; ask again for its answer.",
+            )
+            .retry_after(1));
+        };
+        let limit = state.settings.body_limit;
+        let (payload, request_sha256) = state.pool.run(move || multipart::digest(payload, limit)).await??;
+        match state.jobs.repository().answer(key.clone(), scope.clone()).await? {
+            Some((digest, answer)) if digest == request_sha256 => {
+                let mut response = respond(answer);
+                response.headers_mut().insert(&REPLAYED, HeaderValue::from_static("true"));
+                Ok(response)
+            }
+            Some(_) => Err(Problem::new(
+                ProblemCode::IdempotencyKeyReused,
+                "This Idempotency-Key was used for a request with another body; take a new key for a new request.",
+            )),
+            None => work(state, payload, Some(Known { key, scope, request_sha256 })).await.map(respond),
+        }
+    });
+    task.await.unwrap_or_else(|lost| Err(Problem::internal(lost)))
+}
+
+/// An answer as a response.
+pub fn respond(answer: Answer) -> Response {
+    let status = StatusCode::from_u16(answer.status).unwrap_or(StatusCode::OK);
+    let mut response = (status, answer.body).into_response();
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    for (name, value) in [(header::LOCATION, answer.location), (header::ETAG, answer.etag)] {
+        if let Some(value) = value.and_then(|value| HeaderValue::from_str(&value).ok()) {
+            headers.insert(name, value);
+        }
+    }
+    response
+}

@@ -1,0 +1,237 @@
+//! `/v1/jobs/{job_id}/iterations`: nodes measured, their first fit, what was decided.
+
+use std::{sync::Arc, time::Instant};
+
+use axum::{
+    extract::State,
+    http::{HeaderMap, HeaderValue, header},
+    response::Response,
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    body::Payload,
+    conditional::{IfMatch, etag, set_etag},
+    extract::{JsonOf, PathOf},
+    fits::json,
+    idempotency::{IdempotencyKey, once},
+    multipart,
+    state::AppState,
+};
+use crate::{
+    api::{
+        job_fits,
+        job_iterations::{self, IterationBody, IterationForm, IterationPatchBody, IterationRequest, Measurement},
+        nodes_schema::NodesBody,
+        nodes_text,
+        problem::{Problem, ProblemCode},
+    },
+    jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
+    telemetry,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_iteration))
+        .routes(routes!(get_iteration, update_iteration))
+        .routes(routes!(get_iteration_nodes))
+}
+
+/// Fits nodes and keeps both, in one transaction, as the job's next iteration.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations", operation_id = "create_iteration", tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+    ),
+    request_body(
+        content((IterationRequest = "application/json"), (IterationForm = "multipart/form-data")),
+        description = "Nodes, what to fit to them, and what is known of the measurement."
+    ),
+    responses(
+        (status = 201, description = "The iteration with its first fit, which is chosen until another one is.", body = IterationBody, headers(
+            ("Location" = String, description = "Where the iteration is."),
+            ("ETag" = String, description = "Version of the iteration.")
+        )),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn create_iteration(
+    State(state): State<AppState>,
+    PathOf(job): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/jobs/{job}/iterations");
+    once(state, key, scope, payload, move |state, payload, known| async move {
+        state.jobs.admit(job).await?;
+        let limit = state.settings.body_limit;
+        let draft = state.pool.run(move || draft(payload, limit)).await??;
+        let keyed = known.map(|known| known.answered_by(created));
+        let (iteration, stored) = state.jobs.add_iteration(job, draft, keyed).await?;
+        Ok(created(&iteration, stored))
+    })
+    .await
+}
+
+/// Reads and fits. Processor work.
+fn draft(payload: Payload, limit: usize) -> Result<IterationDraft, Problem> {
+    let (nodes, spec, measurement) = multipart::read_fit::<Measurement>(payload, limit)?;
+    let begun = Instant::now();
+    let computed = job_fits::compute(&nodes, &spec)?;
+    telemetry::record_fit(nodes.posted(), begun.elapsed());
+    Ok(IterationDraft {
+        nodes: Arc::new(nodes),
+        computed,
+        measured_at: measurement.measured_at.map(|moment| moment.0),
+        instrument: measurement.instrument.map(String::from),
+        operator: measurement.operator.map(String::from),
+        note: measurement.note.map(String::from),
+    })
+}
+
+fn created(iteration: &NewIteration, stored: Stored) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(format!("/v1/jobs/{}/iterations/{}", iteration.job_id, stored.number)),
+        etag: Some(etag(stored.version)),
+        body: job_iterations::created_iteration(iteration, stored),
+    }
+}
+
+/// An iteration with every fit of its nodes.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "get_iteration", tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
+    responses((status = 200, description = "The iteration.", body = IterationBody, headers(("ETag" = String, description = "Version of the iteration."))))
+)]
+async fn get_iteration(
+    State(state): State<AppState>,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+) -> Result<Response, Problem> {
+    Ok(present(&state.jobs.iteration(job, number).await?))
+}
+
+/// Decides what is done with the gear. Decisions before it stay in the trace.
+#[utoipa::path(
+    patch, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "update_iteration", tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the iteration is still at this ETag.")
+    ),
+    request_body(content = IterationPatchBody, description = "The decision."),
+    responses(
+        (status = 200, description = "The iteration with its new decision.", body = IterationBody, headers(("ETag" = String, description = "Version of the iteration."))),
+        (status = 412, description = "The iteration has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn update_iteration(
+    State(state): State<AppState>,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    IfMatch(precondition): IfMatch,
+    JsonOf(patch): JsonOf<IterationPatchBody>,
+) -> Result<Response, Problem> {
+    let reason = patch.reason.map(String::from);
+    let iteration = state.jobs.decide(job, number, patch.decision.into(), reason, precondition).await?;
+    Ok(present(&iteration))
+}
+
+/// An iteration as it is answered.
+pub fn present(iteration: &Iteration) -> Response {
+    let mut response = json(job_iterations::iteration(iteration));
+    set_etag(response.headers_mut(), iteration.version);
+    response
+}
+
+/// The nodes as they were posted, as JSON or as CSV.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/nodes", operation_id = "get_iteration_nodes", tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
+    responses(
+        (status = 200, description = "The nodes. They never change.", content((NodesBody = "application/json"), (String = "text/csv"))),
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_iteration_nodes(
+    State(state): State<AppState>,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let form = wanted(&headers)?;
+    let nodes = state.jobs.nodes(job, number).await?;
+    let text = state
+        .pool
+        .run(move || match form {
+            Form::Json => nodes_text::to_json(&nodes),
+            Form::Csv => nodes_text::to_csv(&nodes),
+        })
+        .await?;
+    let mut response = json(text);
+    let headers = response.headers_mut();
+    if form == Form::Csv {
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/csv; charset=utf-8"));
+    }
+    headers.insert(header::VARY, HeaderValue::from_static("accept"));
+    // Nodes never change, so each form has one tag.
+    headers.insert(header::ETAG, HeaderValue::from_static(if form == Form::Csv { "\"csv\"" } else { "\"json\"" }));
+    Ok(response)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    Json,
+    Csv,
+}
+
+/// What `Accept` prefers; JSON where it has no preference.
+fn wanted(headers: &HeaderMap) -> Result<Form, Problem> {
+    let mut given = false;
+    let (mut json, mut csv) = (0.0_f32, 0.0_f32);
+    for range in
+        headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).flat_map(|v| v.split(','))
+    {
+        let mut parts = range.split(';').map(str::trim);
+        let kind = parts.next().unwrap_or_default().to_ascii_lowercase();
+        let weight = parts.find_map(|part| part.strip_prefix("q=")).map_or(Ok(1.0), str::parse).unwrap_or(0.0_f32);
+        given = given || !kind.is_empty();
+        // A wildcard counts a little less, so that a named type wins over it.
+        match kind.as_str() {
+            "application/json" => json = json.max(weight),
+            "text/csv" => csv = csv.max(weight),
+            "*/*" | "application/*" => json = json.max(weight * 0.99),
+            "text/*" => csv = csv.max(weight * 0.98),
+            _ => {}
+        }
+    }
+    if !given || (json > 0.0 && json >= csv) {
+        Ok(Form::Json)
+    } else if csv > 0.0 {
+        Ok(Form::Csv)
+    } else {
+        Err(Problem::new(ProblemCode::NotAcceptable, "Nodes are given as application/json or as text/csv."))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_accept_header_chooses() {
+        let of = |accept: Option<&'static str>| {
+            let mut headers = HeaderMap::new();
+            headers.extend(accept.map(|accept| (header::ACCEPT, HeaderValue::from_static(accept))));
+            wanted(&headers).map_err(|problem| problem.status)
+        };
+        assert_eq!(of(None), Ok(Form::Json));
+        assert_eq!(of(Some("*/*")), Ok(Form::Json));
+        assert_eq!(of(Some("text/csv")), Ok(Form::Csv));
+        assert_eq!(of(Some("text/csv, */*")), Ok(Form::Csv));
+        assert_eq!(of(Some("text/csv;q=0.5, application/json")), Ok(Form::Json));
+        assert_eq!(of(Some("application/json;q=0.1, text/csv;q=0.9")), Ok(Form::Csv));
+        assert_eq!(of(Some("image/png")), Err(406));
+        assert_eq!(of(Some("text/csv;q=0")), Err(406));
+    }
+}

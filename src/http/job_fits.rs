@@ -1,0 +1,124 @@
+//! `…/iterations/{number}/fits`: further fits of stored nodes, which of them stands, and replays.
+
+use std::time::Instant;
+
+use axum::{extract::State, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    body::Payload,
+    conditional::{IfMatch, etag},
+    extract::{JsonOf, PathOf},
+    idempotency::{IdempotencyKey, once},
+    iterations::present,
+    state::AppState,
+};
+use crate::{
+    api::{
+        job_fits::{self, ReplayBody},
+        job_iterations::{self, ChosenFitBody, IterationBody, IterationFitBody, RefitRequest, Why},
+        problem::Problem,
+        reader,
+    },
+    jobs::{Answer, NewFit, RefitDraft, Stored},
+    telemetry,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(create_iteration_fit)).routes(routes!(choose_fit)).routes(routes!(replay_fit))
+}
+
+/// Fits the stored nodes with another λ* or model. The fit does not stand until it is chosen.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "create_iteration_fit", tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+    ),
+    request_body(content = RefitRequest, description = "A fit request without nodes."),
+    responses(
+        (status = 201, description = "The fit.", body = IterationFitBody, headers(
+            ("Location" = String, description = "Where the iteration with its fits is."),
+            ("ETag" = String, description = "Version of the iteration.")
+        )),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn create_iteration_fit(
+    State(state): State<AppState>,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let place = format!("/v1/jobs/{job}/iterations/{number}");
+    once(state, key, format!("POST {place}/fits"), payload, move |state, payload, known| async move {
+        let nodes = state.jobs.nodes(job, number).await?;
+        let limit = state.settings.body_limit;
+        let draft = state
+            .pool
+            .run(move || {
+                let (spec, why) = reader::read_refit::<Why>(&payload.into_json(limit)?)?;
+                let begun = Instant::now();
+                let computed = job_fits::compute(&nodes, &spec)?;
+                telemetry::record_fit(nodes.posted(), begun.elapsed());
+                Ok::<_, Problem>(RefitDraft { computed, reason: why.reason.map(String::from) })
+            })
+            .await??;
+        let answer = move |fit: &NewFit, stored: Stored| created(&place, fit, stored);
+        let keyed = known.map(|known| known.answered_by(answer.clone()));
+        let (fit, stored) = state.jobs.add_fit(job, number, draft, keyed).await?;
+        Ok(answer(&fit, stored))
+    })
+    .await
+}
+
+fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(place.to_owned()),
+        etag: Some(etag(stored.version)),
+        body: job_iterations::created_fit(fit),
+    }
+}
+
+/// From now on this fit of the iteration stands. Choices before it stay in the trace.
+#[utoipa::path(
+    put, path = "/v1/jobs/{job_id}/iterations/{number}/chosen_fit", operation_id = "choose_fit", tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the iteration is still at this ETag.")
+    ),
+    request_body(content = ChosenFitBody, description = "The fit that stands."),
+    responses(
+        (status = 200, description = "The iteration with its new choice.", body = IterationBody, headers(("ETag" = String, description = "Version of the iteration."))),
+        (status = 412, description = "The iteration has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn choose_fit(
+    State(state): State<AppState>,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    IfMatch(precondition): IfMatch,
+    JsonOf(chosen): JsonOf<ChosenFitBody>,
+) -> Result<Response, Problem> {
+    let reason = chosen.reason.map(String::from);
+    let iteration = state.jobs.choose_fit(job, number, chosen.fit_id, reason, precondition).await?;
+    Ok(present(&iteration))
+}
+
+/// Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores nothing.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit", tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path), ("fit_id" = Uuid, Path)),
+    responses((status = 200, description = "Whether the answers are identical.", body = ReplayBody))
+)]
+async fn replay_fit(
+    State(state): State<AppState>,
+    PathOf((job, number, fit)): PathOf<(Uuid, u32, Uuid)>,
+) -> Result<axum::Json<ReplayBody>, Problem> {
+    let (nodes, stored) = state.jobs.replay_material(job, number, fit).await?;
+    let replay = state.pool.run(move || job_fits::replay(&nodes, &stored)).await??;
+    Ok(axum::Json(replay.into()))
+}

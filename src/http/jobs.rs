@@ -1,0 +1,171 @@
+//! `/v1/jobs`: gear jobs.
+
+use axum::{
+    extract::State,
+    http::StatusCode,
+    response::{IntoResponse, Response},
+};
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    body::Payload,
+    conditional::{IfMatch, etag, set_etag},
+    extract::{JsonOf, PathOf, QueryOf},
+    idempotency::{IdempotencyKey, once},
+    state::AppState,
+};
+use crate::{
+    api::{
+        jobs::{JobBody, JobPageBody, JobPatchBody, NewJobBody},
+        problem::Problem,
+        reader,
+    },
+    estimation::Faults,
+    jobs::{Answer, Cursor, Job, PageRequest, Stored},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(create_job, list_jobs)).routes(routes!(get_job, update_job, delete_job))
+}
+
+/// Creates a job.
+#[utoipa::path(
+    post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
+    params(("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)),
+    request_body(content = NewJobBody, description = "What is known of the gear."),
+    responses(
+        (status = 201, description = "The job.", body = JobBody, headers(
+            ("Location" = String, description = "Where the job is."),
+            ("ETag" = String, description = "Version of the job.")
+        )),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn create_job(State(state): State<AppState>, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
+    once(state, key, "POST /v1/jobs".to_owned(), payload, |state, payload, known| async move {
+        let text = payload.into_json(state.settings.body_limit)?;
+        let draft: NewJobBody = reader::read_json(&text)?;
+        let keyed = known.map(|known| known.answered_by(created));
+        let job = state.jobs.create_job(draft.into(), keyed).await?;
+        Ok(created(&job, Stored { number: 0, version: job.version }))
+    })
+    .await
+}
+
+fn created(job: &Job, stored: Stored) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(format!("/v1/jobs/{}", job.id)),
+        etag: Some(etag(stored.version)),
+        // A job holds texts and times only, which can always be written.
+        body: serde_json::to_vec(&JobBody::from(job.clone())).unwrap_or_default(),
+    }
+}
+
+/// Which part of a list is wanted.
+#[derive(Clone, Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct PageQuery {
+    /// Most items on a page.
+    #[param(minimum = 1, maximum = 200, default = 50)]
+    limit: Option<u32>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+}
+
+impl PageQuery {
+    fn check(self) -> Result<PageRequest, Problem> {
+        let mut faults = Faults::default();
+        let limit = self.limit.unwrap_or(PageRequest::DEFAULT_LIMIT);
+        if !(1..=PageRequest::MOST).contains(&limit) {
+            faults.push("/limit", format!("{limit} is not between 1 and {}", PageRequest::MOST));
+        }
+        let after = self.cursor.map(|text| Cursor::decode(&text));
+        if after == Some(None) {
+            faults.push("/cursor", "not a cursor that was answered as `next_cursor`");
+        }
+        faults.into_result(PageRequest { limit, after: after.flatten() }).map_err(Problem::invalid)
+    }
+}
+
+/// Lists jobs, newest first.
+#[utoipa::path(
+    get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
+    params(PageQuery),
+    responses(
+        (status = 200, description = "Some jobs, and where the next page begins.", body = JobPageBody),
+        (status = 422, description = "The limit or the cursor is not one.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn list_jobs(
+    State(state): State<AppState>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<axum::Json<JobPageBody>, Problem> {
+    let page = state.jobs.list_jobs(query.check()?).await?;
+    Ok(axum::Json(page.into()))
+}
+
+/// A job.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}", operation_id = "get_job", tag = "jobs",
+    params(("job_id" = Uuid, Path)),
+    responses((status = 200, description = "The job.", body = JobBody, headers(("ETag" = String, description = "Version of the job."))))
+)]
+async fn get_job(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
+    Ok(present(state.jobs.job(id).await?))
+}
+
+/// Changes a job. What is left out stays.
+#[utoipa::path(
+    patch, path = "/v1/jobs/{job_id}", operation_id = "update_job", tag = "jobs",
+    params(
+        ("job_id" = Uuid, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the job is still at this ETag.")
+    ),
+    request_body(content = JobPatchBody, description = "What is to be changed."),
+    responses(
+        (status = 200, description = "The job after the change.", body = JobBody, headers(("ETag" = String, description = "Version of the job."))),
+        (status = 412, description = "The job has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn update_job(
+    State(state): State<AppState>,
+    PathOf(id): PathOf<Uuid>,
+    IfMatch(precondition): IfMatch,
+    JsonOf(patch): JsonOf<JobPatchBody>,
+) -> Result<Response, Problem> {
+    Ok(present(state.jobs.patch_job(id, patch.into(), precondition).await?))
+}
+
+/// Deletes a job that has no iterations.
+#[utoipa::path(
+    delete, path = "/v1/jobs/{job_id}", operation_id = "delete_job", tag = "jobs",
+    params(
+        ("job_id" = Uuid, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the job is still at this ETag.")
+    ),
+    responses(
+        (status = 204, description = "The job is gone."),
+        (status = 409, description = "The job has iterations, which are kept for good.", body = Problem, content_type = "application/problem+json"),
+        (status = 412, description = "The job has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn delete_job(
+    State(state): State<AppState>,
+    PathOf(id): PathOf<Uuid>,
+    IfMatch(precondition): IfMatch,
+) -> Result<StatusCode, Problem> {
+    state.jobs.delete_job(id, precondition).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+fn present(job: Job) -> Response {
+    let version = job.version;
+    let mut response = axum::Json(JobBody::from(job)).into_response();
+    set_etag(response.headers_mut(), version);
+    response
+}
