@@ -3,6 +3,12 @@
 //!
 //! The page cache of the machine survives a killed process, so killing proves nothing about syncs; this does.
 
+#![expect(
+    unsafe_code,
+    clippy::undocumented_unsafe_blocks,
+    reason = "a VFS is a table of C functions; every block only uses the pointers that SQLite hands over under its VFS contract"
+)]
+
 use std::{
     collections::HashMap,
     ffi::{CStr, c_char, c_int, c_void},
