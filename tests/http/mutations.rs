@@ -1,17 +1,13 @@
 //! Requests that somebody got wrong in whatever way: never a 5xx, every 4xx a problem.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use axum::{
     Router,
     body::Body,
     http::{Method, Request},
 };
-use flankfit::{
-    api::examples::REQUEST_EXAMPLES,
-    config::ServeSettings,
-    http::{AppState, router, state::AlwaysReady},
-};
+use flankfit::{api::examples::REQUEST_EXAMPLES, app::App, config::ServeSettings, http::router};
 use http_body_util::BodyExt;
 use proptest::prelude::*;
 use tokio::runtime::Runtime;
@@ -23,8 +19,15 @@ fn service() -> &'static (Runtime, Router) {
     SERVICE.get_or_init(|| {
         let runtime = Runtime::new().unwrap();
         let settings = ServeSettings { workers: 2, body_limit: 64 * 1024, ..ServeSettings::default() };
-        let state = AppState::new(settings, Arc::new(AlwaysReady)).unwrap();
-        (runtime, router(state))
+        // Bound to a port that nobody asks; the directory lasts as long as the process.
+        let directory = tempfile::tempdir().unwrap().keep();
+        let settings = ServeSettings {
+            bind: "127.0.0.1:0".parse().unwrap(),
+            database_url: format!("sqlite://{}", directory.join("test.db").display()),
+            ..settings
+        };
+        let app = runtime.block_on(App::start(settings)).unwrap();
+        (runtime, router(app.state().clone()))
     })
 }
 

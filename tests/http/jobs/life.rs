@@ -9,7 +9,7 @@ use reqwest::{
 };
 use serde_json::{Value, json};
 
-use crate::app::{TestApp, iteration, nodes, send};
+use super::app::{TestApp, iteration, nodes, send};
 
 #[tokio::test]
 async fn a_job_from_creation_to_acceptance() {
@@ -116,15 +116,17 @@ async fn a_replay_says_how_another_engines_answer_differs() {
     let job = app.job().await;
     let place = app.iteration(&job).await;
     let fit = app.get(&place).await.json()["fits"][0]["id"].as_str().unwrap().to_owned();
-    app.stop().await;
     // An older engine's answer, as it would lie in an older database. (Only a test takes the trigger away.)
-    let options = sqlx::sqlite::SqliteConnectOptions::new().filename(app.database());
-    let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();
-    let older = r#"UPDATE fits SET result = json_set(result, '$.provenance.engine', 'flankfit 0.0.9', '$.residuals.rms', json_extract(result, '$.residuals.rms') * 1.0009765625)"#;
-    sqlx::raw_sql("DROP TRIGGER fits_no_update").execute(&mut own).await.unwrap();
-    sqlx::raw_sql(older).execute(&mut own).await.unwrap();
-    sqlx::Connection::close(own).await.unwrap();
-    app.restart().await;
+    app.restart_after(async |database| {
+        let options = sqlx::sqlite::SqliteConnectOptions::new().filename(database);
+        let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();
+        let older = r#"UPDATE fits SET result = json_set(result, '$.provenance.engine', 'flankfit 0.0.9',
+            '$.residuals.rms', json_extract(result, '$.residuals.rms') * 1.0009765625)"#;
+        sqlx::raw_sql("DROP TRIGGER fits_no_update").execute(&mut own).await.unwrap();
+        sqlx::raw_sql(older).execute(&mut own).await.unwrap();
+        sqlx::Connection::close(own).await.unwrap();
+    })
+    .await;
     let replay = app.post(&format!("{place}/fits/{fit}/replay"), &json!({})).await.expect(200).json();
     assert_eq!(replay["identical"], false);
     assert_eq!(replay["stored_engine"], "flankfit 0.0.9");

@@ -3,7 +3,7 @@
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::Value;
 
-use crate::app::TestApp;
+use super::app::TestApp;
 
 fn example(operation: &str) -> Value {
     let example = REQUEST_EXAMPLES.iter().find(|example| example.operation_id == operation).unwrap();
