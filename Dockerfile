@@ -18,7 +18,6 @@ RUN mkdir -p src benches \
 
 # Then the program. The sources may be older than the empty ones that were just compiled, and cargo goes by time.
 COPY migrations migrations
-COPY openapi openapi
 COPY examples examples
 COPY src src
 RUN touch src/lib.rs src/main.rs \

@@ -107,7 +107,7 @@ fn a_second_run_adds_a_job_to_the_same_file() {
 fn real_traces_are_fitted_flank_by_flank() {
     let traces = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/p40/97340-neu_nodes.csv");
     if !traces.is_file() {
-        // The measurement is not part of this repository.
+        // The measurement is not part of this repository; src/cli/demo/traces.rs has tests of its own.
         return;
     }
     let folder = tempfile::tempdir().unwrap();

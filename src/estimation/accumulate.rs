@@ -49,6 +49,15 @@ pub enum Precision {
     DoubleDouble,
 }
 
+/// From how many nodes on residuals, formed in double-double, are projected in double precision: what that rounding
+/// leaves averages out below the rounding of the heights themselves.
+const MANY: usize = 2_048;
+
+/// Relative error that projecting residuals leaves in a double-double pass over `count` nodes.
+pub fn projection_error(count: usize, residual: f64, size: f64) -> f64 {
+    if count >= MANY && size > 0.0 { f64::EPSILON * residual / size / (count as f64).sqrt() } else { 0.0 }
+}
+
 /// Runs `work` over every chunk and folds the results in order.
 fn over_chunks<P: Send>(count: usize, work: impl Fn(std::ops::Range<usize>) -> P + Sync, fold: impl FnMut(P)) {
     let chunks = count.div_ceil(CHUNK);
@@ -268,9 +277,7 @@ impl<T: Real> Row<T> {
 pub fn residual_pass(design: &Design, sample: &Sample, c: &[Dd], precision: Precision, values: bool) -> ResidualPass {
     match (chebyshev(design), precision) {
         (Some(axes), Precision::Double) => lane_residuals::<F64x4, F64x4>(&axes, sample, c, values),
-        // Residuals of many nodes need no more than double precision once they are formed: what rounding
-        // leaves in their projections averages out far below the rounding of the heights themselves.
-        (Some(axes), Precision::DoubleDouble) if sample.count() >= PARALLEL => {
+        (Some(axes), Precision::DoubleDouble) if sample.count() >= MANY => {
             lane_residuals::<Ddx4, F64x4>(&axes, sample, c, values)
         }
         (Some(axes), Precision::DoubleDouble) => lane_residuals::<Ddx4, Ddx4>(&axes, sample, c, values),
@@ -326,11 +333,11 @@ fn lane_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[Dd
                     let column = &table[j * p..j * p + heights[j]];
                     let mut sum = L::ZERO;
                     for (c, a) in column.iter().zip(&a) {
-                        sum = c.fma(*a, sum);
+                        sum = sum.accumulate(*c, *a);
                     }
-                    fitted = sum.fma(b[j], fitted);
+                    fitted = fitted.accumulate(sum.settled(), b[j]);
                 }
-                let residual = L::from_doubles(four.z).sub(fitted);
+                let residual = L::from_doubles(four.z).sub(fitted.settled());
                 let weighted = residual.mul_doubles(four.w);
                 rss = weighted.fma(residual, rss);
                 let plain = residual.to_doubles();
@@ -352,7 +359,7 @@ fn lane_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[Dd
                 for j in 0..q {
                     let share = weighted.mul(narrow(b[j]));
                     for (sum, a) in part.projected[j * p..j * p + heights[j]].iter_mut().zip(&narrow_a) {
-                        *sum = share.fma(*a, *sum);
+                        *sum = sum.accumulate(share, *a);
                     }
                 }
                 start += LANES;
@@ -362,7 +369,7 @@ fn lane_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[Dd
         },
         |part| {
             for (total, &(i, j)) in pass.projected.iter_mut().zip(axes.terms) {
-                *total += part.projected[j * p + i].sum();
+                *total += part.projected[j * p + i].settled().sum();
             }
             pass.rss += part.rss;
             pass.max_abs = pass.max_abs.max(part.max_abs);

@@ -288,6 +288,9 @@ fn explained(plain: &DMatrix<f64>, length: &[f64], terms: &[usize], room: &mut V
     1.0 - dot(rest, rest)
 }
 
+/// How many terms a sentence names; `terms` has all of them.
+const NAMED: usize = 4;
+
 /// What a person reads.
 fn sentence(names: &[String], cosine: Option<f64>, r_squared: Option<f64>, index: Option<f64>) -> String {
     let index = index.map_or_else(
@@ -313,9 +316,13 @@ fn sentence(names: &[String], cosine: Option<f64>, r_squared: Option<f64>, index
             )
         }
         ([a, others @ ..], _, Some(r_squared)) => format!(
-            "{a} is nearly a mixture of {} over these nodes (R² = {}, condition index {index}): \
+            "{a} is nearly a mixture of {}{} over these nodes (R² = {}, condition index {index}): \
              their coefficients cannot be told apart",
-            others.join(", "),
+            others[..others.len().min(NAMED - 1)].join(", "),
+            match others.len().saturating_sub(NAMED - 1) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            },
             near_one(r_squared)
         ),
         ([a, ..], _, _) => format!("the column {a} is nearly 0 over these nodes (condition index {index})"),

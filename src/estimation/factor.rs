@@ -12,7 +12,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    accumulate::{Precision, Row, normal_equations, residual_pass},
+    accumulate::{Precision, Row, normal_equations, projection_error, residual_pass},
     design::Design,
     error::{Faults, FitError},
     result::Arithmetic,
@@ -170,10 +170,12 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
         let left = moved / size * contraction.max(1e-15);
         let floor = match precision {
             Precision::Double => f64::EPSILON * condition / (n as f64).sqrt(),
-            Precision::DoubleDouble => 1e-30 * condition * condition,
+            Precision::DoubleDouble => {
+                projection_error(sample.count(), rss.sqrt(), size) + 1e-30 * condition * condition
+            }
         };
         relative_error = left.max(floor);
-        if precision == Precision::Double || left * amplified <= 1e-18 || round == 5 {
+        if precision == Precision::Double || left <= floor || left * amplified <= 1e-18 || round == 5 {
             break;
         }
     }

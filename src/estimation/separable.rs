@@ -177,7 +177,7 @@ fn contract(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, z: &[f64]) -> Vec<Dd> {
                 for (g, lane) in column.iter().enumerate() {
                     dot = dot.add_product(*lane, four(row, g * LANES));
                 }
-                let dot = dot.renormalised().sum();
+                let dot = dot.settled().sum();
                 for i in 0..p {
                     sum[i * q + j] = qu[(k, i)].fma(dot, sum[i * q + j]);
                 }
@@ -212,10 +212,10 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
             for g in 0..nv.div_ceil(LANES) {
                 let mut fitted = L::ZERO;
                 for (column, weight) in columns.iter().zip(&weights) {
-                    fitted = column[g].fma(*weight, fitted);
+                    fitted = fitted.accumulate(column[g], *weight);
                 }
                 // padding: heights and functions are 0 there, so is the residual
-                let residual = L::from_doubles(four(row, g * LANES)).sub(fitted);
+                let residual = L::from_doubles(four(row, g * LANES)).sub(fitted.settled());
                 rss = residual.fma(residual, rss);
                 let plain = residual.to_doubles();
                 for i in 0..LANES {

@@ -21,6 +21,10 @@ pub trait Lanes: Copy + Send + Sync {
     fn sub(self, other: Self) -> Self;
     /// `self · a + b`.
     fn fma(self, a: Self, b: Self) -> Self;
+    /// `self + a · b` for running sums, whose low part may overlap the high one: call [`Self::settled`] at the end.
+    fn accumulate(self, a: Self, b: Self) -> Self;
+    /// A running sum as a number again.
+    fn settled(self) -> Self;
     fn mul(self, other: Self) -> Self;
     fn mul_doubles(self, other: [f64; LANES]) -> Self;
     fn to_doubles(self) -> [f64; LANES];
@@ -62,6 +66,14 @@ impl Lanes for F64x4 {
     #[inline(always)]
     fn fma(self, a: Self, b: Self) -> Self {
         F64x4(std::array::from_fn(|i| self.0[i].mul_add(a.0[i], b.0[i])))
+    }
+    #[inline(always)]
+    fn accumulate(self, a: Self, b: Self) -> Self {
+        a.fma(b, self)
+    }
+    #[inline(always)]
+    fn settled(self) -> Self {
+        self
     }
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -136,21 +148,13 @@ fn two_product(a: Four, b: Four) -> (Four, Four) {
 }
 
 impl Ddx4 {
-    /// `self + lane · values` with the high part's rounding errors gathered in the low part, which may overlap it:
-    /// call [`Self::renormalised`] before using the sum.
+    /// `self + lane · values`, a running sum as in [`Lanes::accumulate`].
     #[inline(always)]
     pub fn add_product(self, lane: Ddx4, values: Four) -> Self {
         let (p, e) = two_product(lane.hi, values);
         let (hi, carried) = two_sum(self.hi, p);
         let low: Four = std::array::from_fn(|i| lane.lo[i].mul_add(values[i], e[i] + carried[i]));
         Ddx4 { hi, lo: plus(self.lo, low) }
-    }
-
-    /// High and low parts made not to overlap.
-    #[inline(always)]
-    pub fn renormalised(self) -> Self {
-        let (hi, lo) = two_sum(self.hi, self.lo);
-        Ddx4 { hi, lo }
     }
 }
 
@@ -185,6 +189,18 @@ impl Lanes for Ddx4 {
     #[inline(always)]
     fn fma(self, a: Self, b: Self) -> Self {
         self.mul(a).add(b)
+    }
+    #[inline(always)]
+    fn accumulate(self, a: Self, b: Self) -> Self {
+        let (p, e) = two_product(a.hi, b.hi);
+        let (hi, carried) = two_sum(self.hi, p);
+        let low: Four = std::array::from_fn(|i| a.hi[i].mul_add(b.lo[i], a.lo[i].mul_add(b.hi[i], e[i] + carried[i])));
+        Ddx4 { hi, lo: plus(self.lo, low) }
+    }
+    #[inline(always)]
+    fn settled(self) -> Self {
+        let (hi, lo) = two_sum(self.hi, self.lo);
+        Ddx4 { hi, lo }
     }
     #[inline(always)]
     fn mul(self, other: Self) -> Self {

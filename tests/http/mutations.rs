@@ -14,8 +14,8 @@ use tokio::runtime::Runtime;
 use tower::ServiceExt;
 
 /// One router for all cases: what one request does must not touch the next.
-fn service() -> &'static (Runtime, Router) {
-    static SERVICE: OnceLock<(Runtime, Router)> = OnceLock::new();
+fn service() -> &'static (Runtime, Router, tempfile::TempDir) {
+    static SERVICE: OnceLock<(Runtime, Router, tempfile::TempDir)> = OnceLock::new();
     SERVICE.get_or_init(|| {
         let runtime = Runtime::new().unwrap();
         let settings = ServeSettings { workers: 2, body_limit: 64 * 1024, ..ServeSettings::default() };
@@ -33,7 +33,7 @@ fn service() -> &'static (Runtime, Router) {
 
 /// Status, content type and body of an answer.
 fn answer(request: Request<Body>) -> (u16, String, Vec<u8>) {
-    let (runtime, router) = service();
+    let (runtime, router, _) = service();
     runtime.block_on(async {
         let response = router.clone().oneshot(request).await.unwrap();
         let status = response.status().as_u16();

@@ -76,6 +76,18 @@ proptest! {
             let index = (lambda[n - 1] / lambda[i]).sqrt();
             assert_close("condition index", near.condition_index.unwrap(), index, 1e-7, 0.0);
             prop_assert!(near.terms.len() >= 2 && !near.sentence.is_empty());
+            // With two terms their cosine; with more, R² (about 0) of the leading one on the others.
+            let place = |term: &String| result.coefficients.iter().position(|c| c.term == *term).unwrap();
+            let terms: Vec<usize> = near.terms.iter().map(place).collect();
+            if let [a, b] = terms[..] {
+                let exact = dot(&column(&unit.scaled, a), &column(&unit.scaled, b)).to_f64();
+                assert_close("cosine", near.cosine.unwrap(), exact, 0.0, 1e-12);
+            } else {
+                let others: Vec<Vec<Big>> =
+                    unit.scaled.iter().map(|row| terms[1..].iter().map(|j| row[*j].clone()).collect()).collect();
+                let left = least_squares(&others, &column(&unit.scaled, terms[0])).rss.to_f64();
+                assert_close("what R² leaves", 1.0 - near.r_squared.unwrap(), left, 1e-6, 1e-12);
+            }
             let gap = [i.wrapping_sub(1), i + 1].iter().filter_map(|k| lambda.get(*k))
                 .map(|l| (l / lambda[i] - 1.0).abs()).fold(f64::INFINITY, f64::min);
             if gap > 1e-2 {

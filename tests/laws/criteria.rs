@@ -5,7 +5,7 @@ use crate::oracle::spectral::{Filter, Sums, brute_force_minimum, logarithmic};
 use crate::problems::{Problem, assert_close, by, columns, config, filter, fit, linear, spectral, warned};
 use flankfit::estimation::FitResult;
 use flankfit::estimation::result::Choice;
-use flankfit::estimation::spec::{Count, Criterion, FitSpec, Parameter, Scaling, Scheme};
+use flankfit::estimation::spec::{Count, Criterion, FitSpec, Include, Parameter, Regularization, Scaling, Scheme};
 use proptest::prelude::*;
 
 /// The same for spectral filters and for ridge.
@@ -132,6 +132,35 @@ proptest! {
     }
 
     #[test]
+    fn the_lambda_curve_is_that_of_the_sums(
+        seed: u64, n in 2usize..8, extra in 1usize..12, log_condition in 1.0f64..12.0, which in 0usize..3,
+    ) {
+        let problem = Problem::graded(seed, n, extra, log_condition);
+        let sums = problem.spectrum(columns(Scaling::UnitLength)).sums();
+        let (regularization, filter) = match which {
+            0 => (spectral(Scheme::FirstOrder, Count::Given(1), by(Criterion::MinMse)), Filter::FirstOrder(1)),
+            1 => (spectral(Scheme::Exact, Count::Given(1), by(Criterion::MinMse)), Filter::Exact(1)),
+            _ => (Regularization::Ridge { parameter: by(Criterion::MinMse) }, Filter::Ridge),
+        };
+        let include = Include { lambda_curve: true, ..Include::default() };
+        let result = fit(&problem.nodes(), &FitSpec { include, regularization, ..linear() });
+        let curve = result.lambda_curve.as_ref().expect("asked for");
+        prop_assert!(curve.len() >= 20 && curve.windows(2).all(|pair| pair[0].lambda_star < pair[1].lambda_star));
+        let estimate = sums.a.iter().map(|a| a * a).sum::<f64>().sqrt();
+        for point in curve {
+            let t = point.lambda_star;
+            let factors = sums.factors(filter, t);
+            let norm = sums.a.iter().zip(&factors).map(|(a, f)| (a * f).powi(2)).sum::<f64>().sqrt();
+            assert_close("norm", point.coefficient_norm, norm, 1e-6, 1e-12 * estimate);
+            assert_close("bias", point.bias_norm, sums.bias_norm(filter, t), 1e-6, 1e-10 * estimate);
+            assert_close("rms", point.rms, (sums.rss_at(filter, t) / sums.total_weight).sqrt(), 1e-6, 0.0);
+            assert_close("gcv", point.gcv.expect("freedom"), sums.gcv(filter, t), 1e-6, 0.0);
+            let mse = sums.predicted_mse(filter, t, sums.sigma());
+            assert_close("mse", point.predicted_mse.expect("σ"), mse, 1e-6, 0.0);
+        }
+    }
+
+    #[test]
     fn a_fixed_value_is_taken_as_it_is(seed: u64, n in 2usize..9, log_condition in 1.0f64..12.0, place in 0.0f64..1.0) {
         let problem = Problem::graded(seed, n, 5, log_condition);
         let lambda = problem.spectrum(columns(Scaling::UnitLength)).sums().lambda;
@@ -139,5 +168,27 @@ proptest! {
         let regularization = spectral(Scheme::FirstOrder, Count::Given(1), Parameter::Fixed(t));
         let report = fit(&problem.nodes(), &FitSpec { regularization, ..linear() }).regularization;
         prop_assert_eq!((report.lambda_star, report.fixed, report.criterion), (Some(t), true, None));
+    }
+}
+
+proptest! {
+    #![proptest_config(config(6))]
+
+    #[test]
+    fn choices_with_many_coefficients(seed: u64, n in 10usize..18, log_condition in 8.0f64..12.0, count in 1usize..17) {
+        let problem = Problem::graded(seed, n, 9, log_condition);
+        let count = 1 + (count - 1) % (n - 1);
+        let sums = problem.spectrum(columns(Scaling::UnitLength)).sums();
+        let spectral_range = [sums.lambda[0], sums.lambda[n - 1]];
+        let ridge_range = [1e-8 * sums.lambda[0], 1e4 * sums.lambda[n - 1]];
+        let min_mse = by(Criterion::MinMse);
+        for (regularization, filter, range) in [
+            (spectral(Scheme::FirstOrder, Count::Given(count), min_mse), Filter::FirstOrder(count), spectral_range),
+            (spectral(Scheme::Exact, Count::Given(count), min_mse), Filter::Exact(count), spectral_range),
+            (Regularization::Ridge { parameter: min_mse }, Filter::Ridge, ridge_range),
+        ] {
+            let result = fit(&problem.nodes(), &FitSpec { regularization, ..linear() });
+            Trial { sums: &sums, filter, range, sigma: sums.sigma() }.check(&result);
+        }
     }
 }

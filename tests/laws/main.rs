@@ -9,6 +9,8 @@ mod bases;
 mod bounds;
 mod collinearity;
 mod criteria;
+mod extremes;
+mod hard;
 mod large;
 mod least_condition;
 mod nodes;

@@ -90,6 +90,44 @@ proptest! {
     }
 
     #[test]
+    fn bounds_by_their_formulas(seed: u64, n in 2usize..6, extra in 1usize..10, log_condition in 1.0f64..6.0, unit: bool) {
+        let problem = Problem::graded(seed, n, extra, log_condition);
+        let scaling = if unit { Scaling::UnitLength } else { Scaling::None };
+        let spectrum = problem.spectrum(if unit { Columns::UnitLength } else { Columns::AsTheyAre });
+        let sums = spectrum.sums();
+        let (position, height) = (1e-6, 2e-6);
+        let node_uncertainty = Some(NodeUncertainty { position, height });
+        let t = (sums.lambda[0] * sums.lambda[n - 1]).sqrt();
+        let regularization = spectral(Scheme::FirstOrder, Count::Given(1), Parameter::Fixed(t));
+        let spec = FitSpec { scaling, node_uncertainty, regularization, ..linear() };
+        let report = fit(&problem.nodes(), &spec).perturbation.unwrap();
+
+        // ‖δX‖ in the scaled columns when every entry moves by `position`, ‖δY‖ when every height moves by `height`.
+        let m = problem.y.len() as f64;
+        let moved_x = position * spectrum.scales.iter().map(|s| m / s.to_f64().powi(2)).sum::<f64>().sqrt();
+        let moved_y = height * m.sqrt();
+        let heights = problem.y.iter().map(|y| y * y).sum::<f64>().sqrt();
+        let (own, after) = (filter(Scheme::FirstOrder, 0), filter(Scheme::FirstOrder, 1));
+        for (bounds, filter) in [(&report.least_squares, own), (&report.regularized, after)] {
+            let mu = sums.regularized(filter, t);
+            let norm = mu.iter().copied().fold(0.0, f64::max).sqrt();
+            let kappa = sums.condition(filter, t).sqrt();
+            let factors = sums.factors(filter, t);
+            let estimate = sums.a.iter().zip(&factors).map(|(a, f)| (a * f).powi(2)).sum::<f64>().sqrt();
+            let (in_x, in_y) = (moved_x / norm, moved_y / heights);
+            let first = kappa * (in_x + in_y * heights / (norm * estimate))
+                + kappa * kappa * in_x * sums.rss.sqrt() / (norm * estimate);
+            assert_close("first order", bounds.first_order_bound.unwrap(), first, 1e-6, 0.0);
+            match bounds.square_bound {
+                Some(bound) => {
+                    assert_close("square", bound, kappa * (in_x + in_y) / (1.0 - kappa * in_x), 1e-5, 0.0);
+                }
+                None => prop_assert!(kappa * in_x > 1.0 - 1e-9),
+            }
+        }
+    }
+
+    #[test]
     fn regularisation_lowers_the_bound(seed: u64, n in 3usize..7, log_condition in 4.0f64..9.0) {
         let problem = Problem::graded(seed, n, 6, log_condition);
         let sums = problem.spectrum(Columns::UnitLength).sums();

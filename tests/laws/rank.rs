@@ -149,3 +149,15 @@ fn more_coefficients_than_nodes_are_refused() {
     let refused = try_fit(&nodes, &polynomial(Degree::Both(3), PolynomialBasis::Monomial));
     assert!(matches!(refused, Err(FitError::Invalid(_))), "{refused:?}");
 }
+
+#[test]
+fn nodes_outside_a_given_domain_are_refused() {
+    use flankfit::estimation::spec::Domain;
+    let nodes = Nodes::curve(vec![1.0, 2.0, 3.0, 5.5], vec![1.0, 2.0, 2.0, 1.0], None).expect("checked nodes");
+    let domain = Some(Domain { u: Some([1.0, 5.0]), v: None });
+    for basis in [PolynomialBasis::Monomial, PolynomialBasis::Legendre] {
+        let refused = try_fit(&nodes, &FitSpec { domain, ..polynomial(Degree::Both(1), basis) });
+        let Err(FitError::Invalid(faults)) = refused else { panic!("{refused:?}") };
+        assert_eq!(faults.list()[0].pointer, "/nodes/x/3");
+    }
+}

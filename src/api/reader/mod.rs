@@ -16,6 +16,9 @@ mod spec;
 #[cfg(test)]
 mod tests;
 
+/// Nodes from a table with a header.
+pub use self::csv::read as read_csv;
+
 use serde::de::DeserializeOwned;
 
 use super::problem::{Problem, ProblemCode};

@@ -23,7 +23,7 @@ use tokio::sync::oneshot;
 use self::{
     client::Client,
     node_file::{NodeSet, Units},
-    story::Story,
+    story::{SlopeLimit, Story},
 };
 use super::{CommandError, serve::stop_signal};
 use crate::{
@@ -99,7 +99,7 @@ fn tell(chapters: &[Chapter], base: &str, arguments: &DemoArguments) -> Result<(
     )?;
     let mut jobs = Vec::new();
     for chapter in chapters {
-        let mut story = Story { client: &client, out: &mut out };
+        let mut story = Story { client: &client, limit: chapter.limit, out: &mut out };
         jobs.push(story.tell(&chapter.job, &chapter.first, chapter.second.as_ref())?);
     }
     if !arguments.exit {
@@ -130,7 +130,14 @@ struct Chapter {
     job: Value,
     first: NodeSet,
     second: Option<NodeSet>,
+    limit: SlopeLimit,
 }
+
+/// For flanks of gears that the demonstration knows nothing of.
+const DEMONSTRATION_LIMIT: SlopeLimit = SlopeLimit { um: 5.0, of: "this demonstration" };
+
+/// f_Hα of class 5 by ISO 1328-1:2013, unrounded: 0.4 m_n + 0.001 d + 4 µm, here for m_n = 1 mm and d = 52 mm.
+const BUNDLED_GEAR_LIMIT: SlopeLimit = SlopeLimit { um: 4.452, of: "class 5" };
 
 impl Chapter {
     fn bundled() -> Result<Self, serde_json::Error> {
@@ -142,11 +149,12 @@ impl Chapter {
             job: serde_json::from_str(JOB)?,
             first: set("left flank of the bundled gear, z = 52, m_n = 1 mm", FLANK)?,
             second: Some(set("the same flank, machined again", FLANK_REMACHINED)?),
+            limit: BUNDLED_GEAR_LIMIT,
         })
     }
 
     fn of_file(set: NodeSet) -> Self {
-        Chapter { job: json!({"name": set.name}), first: set, second: None }
+        Chapter { job: json!({"name": set.name}), first: set, second: None, limit: DEMONSTRATION_LIMIT }
     }
 }
 

@@ -12,6 +12,7 @@ use std::{
 use serde_json::{Value, json};
 
 use super::traces;
+use crate::api::{nodes_text, reader::read_csv};
 
 /// Nodes to be shown, as the body of a fit request.
 #[derive(Debug)]
@@ -55,14 +56,8 @@ pub enum NodeFileError {
         #[source]
         source: csv::Error,
     },
-    #[error(
-        "{}: the header is \"{header}\"; known are u,v,z[,weight] and x,y[,weight], and traces with a column {}",
-        path.display(),
-        traces::MARK
-    )]
-    Header { path: PathBuf, header: String },
-    #[error("{}, line {line}, column {column}: \"{text}\" is not a finite number", path.display())]
-    NotANumber { path: PathBuf, line: u64, column: String, text: String },
+    #[error("{}: {faults}", path.display())]
+    Nodes { path: PathBuf, faults: String },
     #[error("{}, line {line}, column {column}: {reason}", path.display())]
     Field { path: PathBuf, line: u64, column: String, reason: String },
     #[error("{} holds no samples", path.display())]
@@ -140,43 +135,21 @@ fn with_column(path: &Path, text: &str, source: csv::Error) -> NodeFileError {
     NodeFileError::Csv { path: path.into(), source }
 }
 
+/// Plain nodes, by the reader of the service.
 fn from_csv(path: &Path, text: &str) -> Result<NodeSet, NodeFileError> {
-    let wrong = |source| NodeFileError::Csv { path: path.into(), source };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let header: Vec<String> = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
-    let names: Vec<&str> = header.iter().map(String::as_str).collect();
-    let (kind, height) = match names.as_slice() {
-        ["u", "v", "z"] | ["u", "v", "z", "weight"] => ("scattered", 2),
-        ["x", "y"] | ["x", "y", "weight"] => ("curve", 1),
-        _ => return Err(NodeFileError::Header { path: path.into(), header: header.join(",") }),
-    };
-    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
-    let mut missing = 0;
-    for record in reader.records() {
-        let record = record.map_err(wrong)?;
-        if record.get(height).is_some_and(str::is_empty) {
-            missing += 1;
-            continue;
-        }
-        for ((column, name), text) in columns.iter_mut().zip(&header).zip(&record) {
-            let number = text.parse().ok().filter(|number: &f64| number.is_finite());
-            column.push(number.ok_or_else(|| NodeFileError::NotANumber {
-                path: path.into(),
-                line: record.position().map_or(0, csv::Position::line),
-                column: name.clone(),
-                text: text.to_owned(),
-            })?);
-        }
-    }
-    let count = columns.first().map_or(0, Vec::len);
-    let mut nodes: serde_json::Map<String, Value> =
-        header.into_iter().zip(columns.into_iter().map(|c| json!(c))).collect();
-    nodes.insert("type".into(), kind.into());
+    let nodes = read_csv(text.as_bytes()).map_err(|faults| NodeFileError::Nodes {
+        path: path.into(),
+        faults: faults.list().iter().map(|fault| fault.detail.as_str()).collect::<Vec<_>>().join("; "),
+    })?;
+    let lines = text.lines().skip(1).filter(|line| !line.trim().is_empty()).count();
+    let (used, missing) = (nodes.posted(), lines.saturating_sub(nodes.posted()));
+    let nodes = serde_json::from_slice(&nodes_text::to_json(&nodes))
+        .map_err(|source| NodeFileError::Json { path: path.into(), source })?;
     Ok(NodeSet {
         name: name_of(path),
-        request: request_for(Value::Object(nodes)),
+        request: request_for(nodes),
         units: Units::Callers,
-        report: format!("  {count} nodes used, {missing} missing (no height).\n"),
+        report: format!("  {used} nodes used, {missing} missing (no height).\n"),
     })
 }
 
@@ -213,12 +186,12 @@ mod tests {
         let error = read(Path::new("nowhere.csv")).unwrap_err().to_string();
         assert!(error.contains("nowhere.csv"), "{error}");
         let error = read_text("a.csv", "u,v,z\n1,2,three\n").unwrap_err().to_string();
-        assert!(error.contains("line 2, column z: \"three\""), "{error}");
+        assert!(error.contains("line 2, column 3 (z): `three`"), "{error}");
         let text = "flank,tooth_tag,trace,roll_length_mm,z_mm,deviation_um_DIN_sign\nleft,1,lead,seven,0,1\n";
         let error = read_text("a.csv", text).unwrap_err().to_string();
         assert!(error.contains("line 2, column roll_length_mm: invalid float"), "{error}");
         let error = read_text("a.csv", "a,b\n1,2\n").unwrap_err().to_string();
-        assert!(error.contains("u,v,z[,weight]"), "{error}");
+        assert!(error.contains("the header is `a,b`"), "{error}");
         let error = read_text("a.json", "{}").unwrap_err().to_string();
         assert!(error.contains("neither a fit request"), "{error}");
     }

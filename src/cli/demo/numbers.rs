@@ -8,17 +8,27 @@ pub fn short(x: f64) -> String {
     significant(x, 4)
 }
 
+/// Two significant digits, which is what an uncertainty or a bound is worth.
+pub fn rough(x: f64) -> String {
+    significant(x, 2)
+}
+
+/// [`rough`], or the mark of absence.
+pub fn rough_or_absent(x: Option<f64>) -> String {
+    x.map_or_else(|| ABSENT.to_owned(), rough)
+}
+
 /// [`short`], or the mark of absence.
 pub fn short_or_absent(x: Option<f64>) -> String {
     x.map_or_else(|| ABSENT.to_owned(), short)
 }
 
-/// `digits` significant digits, fixed notation between 0.001 and 100 000.
+/// `digits` significant digits, fixed notation between 0.001 and 10 000.
 pub fn significant(x: f64, digits: usize) -> String {
     let magnitude = x.abs();
     if x == 0.0 {
         "0".into()
-    } else if (1e-3..1e5).contains(&magnitude) {
+    } else if (1e-3..1e4).contains(&magnitude) {
         fixed(x, decimals_of(magnitude, digits))
     } else {
         sign(format!("{x:.*e}", digits.saturating_sub(1)))
@@ -80,7 +90,9 @@ mod tests {
         assert_eq!(short(12.3456), "12.35");
         assert_eq!(short(-0.012_345_6), "−0.01235");
         assert_eq!(short(1.234_56e-7), "1.235e−7");
-        assert_eq!(short(98_765.4), "98765");
+        assert_eq!(short(9_876.54), "9877");
+        assert_eq!(short(98_765.4), "9.877e4");
+        assert_eq!(rough(0.047_74), "0.048");
         assert_eq!(as_certain_as(-12.3456, Some(0.034)), "−12.346");
         assert_eq!(as_certain_as(-0.000_4, Some(0.034)), "0.000");
         assert_eq!(as_certain_as(123_456.7, Some(2_000.0)), "123457");

@@ -4,7 +4,7 @@ use super::{
     answers::{Fit, Iteration, StoredFit, Trace},
     flank_form::FlankForm,
     node_file::Units,
-    numbers::{ABSENT, as_certain_as, short, short_or_absent, um_per_mm},
+    numbers::{ABSENT, as_certain_as, rough, rough_or_absent, short, short_or_absent, um_per_mm},
     story::LEAST_SQUARES,
     table::Table,
 };
@@ -29,10 +29,10 @@ pub fn coefficients(fit: &Fit, units: Units) -> String {
         table.row([
             coefficient.term.clone(),
             as_certain_as(coefficient.value, coefficient.std_error),
-            short_or_absent(coefficient.std_error),
-            short(coefficient.bias_bound),
+            rough_or_absent(coefficient.std_error),
+            rough(coefficient.bias_bound),
             as_certain_as(coefficient.least_squares, coefficient.least_squares_std_error),
-            short_or_absent(coefficient.least_squares_std_error),
+            rough_or_absent(coefficient.least_squares_std_error),
             unit,
         ]);
     }
@@ -66,12 +66,14 @@ pub fn spectrum(fit: &Fit) -> String {
             short_or_absent(fit.regularization.filter_factors.get(i).copied()),
         ]);
     }
+    let damped = fit.regularization.filter_factors.iter().filter(|&&factor| factor < 1.0).count();
+    let considered = fit.regularization.count.map_or_else(String::new, |count| {
+        format!("; {count} of {} directions may be regularised (L)", fit.spectrum.eigenvalues.len())
+    });
     format!(
-        "{table}  Condition {} before, {} after; {} of {} directions regularised.\n",
+        "{table}  Condition {} before, {} after{considered}, {damped} damped.\n",
         short_or_absent(fit.spectrum.condition),
         short_or_absent(fit.spectrum.regularized.condition),
-        fit.regularization.count.map_or_else(|| ABSENT.to_owned(), |count| count.to_string()),
-        fit.spectrum.eigenvalues.len(),
     )
 }
 
@@ -95,7 +97,7 @@ pub fn choices(fit: &Fit) -> String {
             if chosen { "← this fit".into() } else { String::new() },
         ]);
     }
-    table.to_string()
+    format!("{table}  Predicted error² is bias² + variance of all coefficients, in the scaled columns.\n")
 }
 
 /// Which terms the nodes cannot tell apart, and the warnings of the fit.
@@ -117,7 +119,7 @@ pub fn warnings(fit: &Fit) -> String {
 
 /// The stored fits of one iteration beside each other.
 pub fn fits(fits: &[&StoredFit], chosen: &str) -> String {
-    let headings = ["fit", "criterion", "λ*", "condition", "after", "bias", "rms", ""];
+    let headings = ["fit", "criterion", "λ*", "condition", "regularised", "bias", "rms", ""];
     let mut table = Table::new(headings, 2).with_remark();
     for (i, fit) in fits.iter().enumerate() {
         let result = &fit.result;
@@ -151,7 +153,7 @@ pub fn flank_forms(forms: &[(&Iteration, FlankForm)]) -> String {
 
 /// Everything that was recorded of the job, in the order in which it happened.
 pub fn trace(trace: &Trace) -> String {
-    let headings = ["time (UTC)", "it.", "what", "λ*", "condition", "after", "bias", "rms", "reason"];
+    let headings = ["time (UTC)", "it.", "what", "λ*", "condition", "regularised", "bias", "rms", "reason"];
     let mut events: Vec<(&str, Vec<String>)> = Vec::new();
     for iteration in &trace.iterations {
         let number = iteration.number.to_string();

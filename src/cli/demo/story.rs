@@ -9,12 +9,16 @@ use super::{
     client::{Client, ClientError},
     flank_form::FlankForm,
     node_file::{NodeSet, Units},
-    numbers::short,
+    numbers::significant,
     report,
 };
 
-/// Profile slope that a class 5 gear of d = 52 mm and m_n = 1 mm may have: 0.4 m_n + 0.001 d + 4 µm (ISO 1328-1:2013).
-const PROFILE_SLOPE_LIMIT_UM: f64 = 4.452;
+/// The profile slope up to which a flank is accepted, and who says so.
+#[derive(Clone, Copy, Debug)]
+pub struct SlopeLimit {
+    pub um: f64,
+    pub of: &'static str,
+}
 
 /// The name under which plain least squares stands among the choices.
 pub const LEAST_SQUARES: &str = "least_squares";
@@ -33,6 +37,7 @@ pub enum StoryError {
 /// Who tells it to whom.
 pub struct Story<'a, W: Write> {
     pub client: &'a Client,
+    pub limit: SlopeLimit,
     pub out: W,
 }
 
@@ -110,7 +115,7 @@ impl<W: Write> Story<'_, W> {
         request: &Value,
     ) -> Result<StoredFit, StoryError> {
         let Some(criterion) = best_other(&fit.result) else {
-            writeln!(self.out, "\n  Every criterion chooses the same λ* here; the fit stands as it is.")?;
+            writeln!(self.out, "\n  Every criterion chooses about the same λ* here; the fit stands as it is.")?;
             return Ok(fit.clone());
         };
         let mut body = request.clone();
@@ -153,12 +158,9 @@ impl<W: Write> Story<'_, W> {
             )?;
             return Ok(None);
         };
-        let within = form.profile_slope.abs() <= PROFILE_SLOPE_LIMIT_UM;
-        let reason = format!(
-            "profile slope {} µm, class 5 allows {} µm",
-            short(form.profile_slope),
-            short(PROFILE_SLOPE_LIMIT_UM)
-        );
+        let within = form.profile_slope.abs() <= self.limit.um;
+        let [slope, limit] = [form.profile_slope, self.limit.um].map(|um| significant(um, 3));
+        let reason = format!("profile slope {slope} µm, {} allows {limit} µm", self.limit.of);
         let decision = if within { "accept" } else { "remachine" };
         let body = json!({"decision": decision, "reason": reason});
         let _: Value = self.client.patch(&format!("{job}/iterations/{}", iteration.number), &body)?;
@@ -172,10 +174,10 @@ fn chosen(iteration: &Iteration) -> Result<&StoredFit, StoryError> {
     iteration.fits.first().ok_or(StoryError::NoFit(iteration.number))
 }
 
-/// Of the criteria that choose another λ* than the fit's own, the one with the smallest predicted error.
+/// Of the criteria whose λ* is clearly another than the fit's own (by more than a tenth), the one with the smallest predicted error.
 fn best_other(fit: &Fit) -> Option<&str> {
     let current = fit.regularization.lambda_star;
-    let differs = |other: f64| current.is_none_or(|current| (other - current).abs() > 0.01 * current);
+    let differs = |other: f64| current.is_none_or(|current| (other - current).abs() > 0.1 * current);
     let others = fit.regularization.choices.iter().filter(|choice| choice.lambda_star.is_some_and(differs));
     let error = |choice: &Choice| choice.predicted_mse.unwrap_or(f64::INFINITY);
     others.min_by(|a, b| error(a).total_cmp(&error(b))).map(|choice| choice.criterion.as_str())

@@ -1,0 +1,138 @@
+//! `kill -9` under concurrent writers: everything that was answered with 201 is there afterwards, whole.
+
+use std::{
+    io::{BufRead, BufReader},
+    process::{Child, Command, Stdio},
+    sync::{Arc, Mutex},
+};
+
+use reqwest::Client;
+use serde_json::{Value, json};
+use sqlx::{ConnectOptions, Connection, sqlite::SqliteConnectOptions};
+use tokio::sync::Notify;
+
+use crate::app::{iteration, send};
+
+const ROUNDS: usize = 12;
+const WRITERS: usize = 8;
+
+struct Server {
+    child: Child,
+    base: String,
+}
+
+impl Server {
+    /// Starts the built program on a free port, which its log tells.
+    fn start(database: &std::path::Path) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+            .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "info", "--database-url"])
+            .arg(format!("sqlite://{}", database.display()))
+            .env_clear()
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut log = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        let address = loop {
+            line.clear();
+            assert_ne!(log.read_line(&mut line).unwrap(), 0, "the server ended before it listened");
+            let entry: Value = serde_json::from_str(&line).unwrap_or_default();
+            if let Some(address) = entry["address"].as_str() {
+                break address.to_owned();
+            }
+        };
+        // The log must go on being read, or the server would block on a full pipe.
+        std::thread::spawn(move || std::io::copy(&mut log, &mut std::io::sink()));
+        Server { child, base: format!("http://{address}") }
+    }
+
+    fn kill(mut self) {
+        // On Unix this is SIGKILL.
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_was_answered_survives_being_killed() {
+    let directory = tempfile::tempdir().unwrap();
+    let database = directory.path().join("jobs.db");
+    let answered: Arc<Mutex<Vec<Value>>> = Arc::default();
+    let news = Arc::new(Notify::new());
+    let mut job = String::new();
+    let mut checked = 0;
+    for round in 0..ROUNDS {
+        let server = Server::start(&database);
+        let client = Client::new();
+        if job.is_empty() {
+            let created =
+                send(client.post(format!("{}/v1/jobs", server.base)).json(&json!({"name": "w"}))).await.expect(201);
+            job = created.header("location").unwrap().to_owned();
+        }
+        let so_far = answered.lock().unwrap().clone();
+        check(&client, &server.base, &job, &so_far, &mut checked).await;
+
+        let url = format!("{}{job}/iterations", server.base);
+        let before = answered.lock().unwrap().len();
+        let writers: Vec<_> = (0..WRITERS)
+            .map(|_| {
+                let (client, url, answered, news) = (client.clone(), url.clone(), answered.clone(), news.clone());
+                tokio::spawn(async move {
+                    // Until the connection breaks.
+                    while let Ok(response) = client.post(&url).json(&iteration()).send().await {
+                        let created = response.status() == reqwest::StatusCode::CREATED;
+                        let Ok(text) = response.text().await else { break };
+                        assert!(created, "{text}");
+                        answered.lock().unwrap().push(serde_json::from_str(&text).unwrap());
+                        news.notify_one();
+                    }
+                })
+            })
+            .collect();
+        // Another number of answers, and another moment within a write, each time.
+        let enough = before + 5 + 17 * round % 60;
+        loop {
+            let another = news.notified();
+            if answered.lock().unwrap().len() >= enough {
+                break;
+            }
+            another.await;
+        }
+        server.kill();
+        for writer in writers {
+            writer.await.unwrap();
+        }
+        assert!(answered.lock().unwrap().len() >= enough);
+
+        let mut own = SqliteConnectOptions::new().filename(&database).connect().await.unwrap();
+        let findings: Vec<String> = sqlx::query_scalar("PRAGMA integrity_check").fetch_all(&mut own).await.unwrap();
+        assert_eq!(findings, ["ok"]);
+        let strays: Vec<String> = sqlx::query_scalar("PRAGMA foreign_key_check").fetch_all(&mut own).await.unwrap();
+        assert!(strays.is_empty(), "{strays:?}");
+        own.close().await.unwrap();
+    }
+    let server = Server::start(&database);
+    let all = answered.lock().unwrap().clone();
+    check(&Client::new(), &server.base, &job, &all, &mut checked).await;
+    assert_eq!(checked, all.len());
+    server.kill();
+}
+
+/// Everything answered is there as it was answered, and the numbers have no gap.
+async fn check(client: &Client, base: &str, job: &str, answered: &[Value], checked: &mut usize) {
+    let trace = send(client.get(format!("{base}{job}/trace"))).await.expect(200).json();
+    let iterations = trace["iterations"].as_array().unwrap();
+    for (index, iteration) in iterations.iter().enumerate() {
+        assert_eq!(iteration["number"], index + 1);
+        assert_eq!((&iteration["fits"][0]["chosen"], iteration["fits"].as_array().unwrap().len()), (&json!(true), 1));
+    }
+    assert!(iterations.len() >= answered.len());
+    for told in &answered[*checked..] {
+        let number = told["number"].as_u64().unwrap();
+        let stored = send(client.get(format!("{base}{job}/iterations/{number}"))).await.expect(200).json();
+        assert_eq!(stored, *told);
+    }
+    *checked = answered.len();
+}

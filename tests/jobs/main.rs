@@ -1,0 +1,10 @@
+//! Gear jobs over real HTTP.
+
+mod app;
+mod command_line;
+mod concurrency;
+mod conditional;
+mod idempotency;
+mod kill;
+mod life;
+mod refusals;
