@@ -15,7 +15,6 @@ use crate::{
 
 /// Whether a fit, computed again from what is stored, gives the stored answer bit by bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 #[schema(as = Replay, example = json!({"identical": true}))]
 pub struct ReplayBody {
     pub identical: bool,

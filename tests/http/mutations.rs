@@ -18,16 +18,16 @@ fn service() -> &'static (Runtime, Router, tempfile::TempDir) {
     static SERVICE: OnceLock<(Runtime, Router, tempfile::TempDir)> = OnceLock::new();
     SERVICE.get_or_init(|| {
         let runtime = Runtime::new().unwrap();
-        let settings = ServeSettings { workers: 2, body_limit: 64 * 1024, ..ServeSettings::default() };
-        // Bound to a port that nobody asks; the directory lasts as long as the process.
-        let directory = tempfile::tempdir().unwrap().keep();
+        let folder = tempfile::tempdir().unwrap();
         let settings = ServeSettings {
             bind: "127.0.0.1:0".parse().unwrap(),
-            database_url: format!("sqlite://{}", directory.join("test.db").display()),
-            ..settings
+            database_url: format!("sqlite://{}", folder.path().join("mutations.db").display()),
+            workers: 2,
+            body_limit: 64 * 1024,
+            ..ServeSettings::default()
         };
         let app = runtime.block_on(App::start(settings)).unwrap();
-        (runtime, router(app.state().clone()))
+        (runtime, router(app.state().clone()), folder)
     })
 }
 

@@ -35,6 +35,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert_eq!((body.number, body.node_count, body.fits.len()), (1, 45, 1));
     assert!(body.fits[0].chosen);
     let first = first.json();
+    assert_eq!(serde_json::to_value(body).unwrap(), first);
     assert_eq!(first["measured_at"], "2026-11-21T08:30:00.000000Z");
     let place = format!("{job}/iterations/1");
     assert_eq!(app.get(&place).await.expect(200).json(), first);
@@ -57,6 +58,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert!(!body.chosen);
     assert_eq!(refit.header("etag"), Some("\"2\""));
     let second = refit.json();
+    assert_eq!(serde_json::to_value(body).unwrap(), second);
     assert_eq!(second["result"]["regularization"]["criterion"], "fixed");
     let chosen = app
         .put(&format!("{place}/chosen_fit"), &json!({"fit_id": second["id"], "reason": "less noise"}))
@@ -76,8 +78,10 @@ async fn a_job_from_creation_to_acceptance() {
 
     // The trace tells all of it.
     let trace = app.get(&format!("{job}/trace")).await.expect(200);
-    let _: TraceBody = serde_json::from_str(&trace.text).unwrap();
+    let documented: TraceBody = serde_json::from_str(&trace.text).unwrap();
     let trace = trace.json();
+    // Every field of the answer is documented.
+    assert_eq!(serde_json::to_value(documented).unwrap(), trace);
     assert_eq!(trace["job"]["name"], "wheel");
     let told = &trace["iterations"][0];
     assert_eq!(told["decision"], "remachine");
