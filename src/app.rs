@@ -40,8 +40,6 @@ impl App {
             io::ErrorKind::AddrInUse => StartError::AddressTaken { address },
             _ => StartError::Listen { address, source },
         })?;
-        // Before the store: what is measured before there is a recorder is lost.
-        telemetry::metrics();
         let store = Store::open(StoreSettings::of_url(&settings.database_url)?, SystemClock.now()).await?;
         let store = Arc::new(store);
         let repository: Arc<dyn Repository> = store.clone();

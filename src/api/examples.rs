@@ -32,4 +32,9 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_scattered", "Scattered nodes with weights, Chebyshev basis, fixed λ*"),
     example!("create_fit", "fit_b_spline", "A B-spline curve with equal spans, ridge by generalised cross-validation"),
     example!("create_fit", "fit_matrix", "A measurement matrix with named columns, no regularisation"),
+    example!("create_job", "job", "A spur gear on a form grinder"),
+    example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),
+    example!("create_iteration_fit", "refit", "The same nodes with λ* by generalised cross-validation"),
+    example!("choose_fit", "chosen_fit", "Another fit stands from now on (put in the id of a stored fit)"),
+    example!("update_iteration", "decision", "The flank is machined again"),
 ];

@@ -1,5 +1,7 @@
 //! Fits of jobs: computed and written down once, and computed again for a replay.
 
+use std::time::Instant;
+
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
@@ -8,11 +10,11 @@ use super::{canonical, fit_result::FitResultBody, fit_spec_json, problem::Proble
 use crate::{
     estimation::{self, FitSpec, Nodes},
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
+    telemetry,
 };
 
 /// Whether a fit, computed again from what is stored, gives the stored answer bit by bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 #[schema(as = Replay, example = json!({"identical": true}))]
 pub struct ReplayBody {
     pub identical: bool,
@@ -42,11 +44,13 @@ impl From<Replay> for ReplayBody {
 
 /// Fits and writes down what is stored of it. Processor work.
 pub fn compute(nodes: &Nodes, spec: &FitSpec) -> Result<Computed, Problem> {
+    let begun = Instant::now();
     let result = estimation::fit(nodes, spec)?;
     let figures = Figures::of(&result);
     let text =
         FitResultBody::new(result, canonical::input_sha256(nodes, spec))?.to_json().map_err(Problem::internal)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
+    telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(Computed { spec: fit_spec_json::to_json(spec).into(), result: text.into(), figures })
 }
 

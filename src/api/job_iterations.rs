@@ -144,24 +144,27 @@ impl From<DecisionName> for Decision {
 
 /// An iteration of a job, with every fit of its nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 #[schema(as = Iteration)]
 pub struct IterationBody {
     /// 1, 2, 3 … within the job.
     pub number: u32,
     pub id: Uuid,
     pub job_id: Uuid,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Nodes posted, missing ones included.
     pub node_count: u64,
     /// The latest decision; absent before the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
     /// In the order in which they were made.
     pub fits: Vec<IterationFitBody>,
@@ -169,7 +172,6 @@ pub struct IterationBody {
 
 /// A fit of an iteration's nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 #[schema(as = IterationFit)]
 pub struct IterationFitBody {
     pub id: Uuid,
@@ -177,6 +179,7 @@ pub struct IterationFitBody {
     pub chosen: bool,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     pub result: FitResultBody,
 }

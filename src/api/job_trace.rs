@@ -16,7 +16,6 @@ use crate::jobs::{Choice, FitSummary, Ruling, Trace, TracedIteration};
 
 /// The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 #[schema(as = Trace)]
 pub struct TraceBody {
     pub job: JobBody,
@@ -26,17 +25,17 @@ pub struct TraceBody {
 
 /// An iteration in the trace.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 #[schema(as = TracedIteration)]
 pub struct TracedIterationBody {
     pub number: u32,
     pub id: Uuid,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// The latest decision; absent before the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
     pub fits: Vec<TracedFitBody>,
     /// Which fit stood, from when on and why; the first is made with the iteration.
@@ -46,34 +45,44 @@ pub struct TracedIterationBody {
 
 /// A fit in the trace.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 #[schema(as = TracedFit)]
 pub struct TracedFitBody {
     pub id: Uuid,
     /// Whether this fit stands.
     pub chosen: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub criterion: Option<CriterionName>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheme: Option<SchemeName>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<u32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub regularized_condition: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_norm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_sharp_bound: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_abs: Option<f64>,
     pub coefficients: Vec<CoefficientBody>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
 
 /// That from then on a certain fit stood.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 #[schema(as = TracedChoice)]
 pub struct TracedChoiceBody {
     pub fit_id: Uuid,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
@@ -81,10 +90,10 @@ pub struct TracedChoiceBody {
 
 /// That something was decided.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 #[schema(as = TracedDecision)]
 pub struct TracedDecisionBody {
     pub decision: DecisionName,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,

@@ -1,6 +1,6 @@
 //! `/v1/jobs/{job_id}/iterations`: nodes measured, their first fit, what was decided.
 
-use std::{sync::Arc, time::Instant};
+use std::sync::Arc;
 
 use axum::{
     extract::State,
@@ -28,7 +28,6 @@ use crate::{
         problem::{Problem, ProblemCode},
     },
     jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
-    telemetry,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -78,9 +77,7 @@ async fn create_iteration(
 /// Reads and fits. Processor work.
 fn draft(payload: Payload, limit: usize) -> Result<IterationDraft, Problem> {
     let (nodes, spec, measurement) = multipart::read_fit::<Measurement>(payload, limit)?;
-    let begun = Instant::now();
     let computed = job_fits::compute(&nodes, &spec)?;
-    telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(IterationDraft {
         nodes: Arc::new(nodes),
         computed,

@@ -1,7 +1,5 @@
 //! `…/iterations/{number}/fits`: further fits of stored nodes, which of them stands, and replays.
 
-use std::time::Instant;
-
 use axum::{extract::State, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
@@ -22,7 +20,6 @@ use crate::{
         reader,
     },
     jobs::{Answer, NewFit, RefitDraft, Stored},
-    telemetry,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -60,9 +57,7 @@ async fn create_iteration_fit(
             .pool
             .run(move || {
                 let (spec, why) = reader::read_refit::<Why>(&payload.into_json(limit)?)?;
-                let begun = Instant::now();
                 let computed = job_fits::compute(&nodes, &spec)?;
-                telemetry::record_fit(nodes.posted(), begun.elapsed());
                 Ok::<_, Problem>(RefitDraft { computed, reason: why.reason.map(String::from) })
             })
             .await??;

@@ -12,7 +12,7 @@ use utoipa::{
         Content, HeaderBuilder, ObjectBuilder, OpenApi as Document, Ref, RefOr, ResponseBuilder,
         encoding::EncodingBuilder,
         example::ExampleBuilder,
-        path::{Operation, PathItem},
+        path::{Operation, Parameter, PathItem},
         schema::{Schema, SchemaType, Type},
         security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme},
     },
@@ -74,6 +74,12 @@ impl Modify for Complete {
                         SecurityRequirement::new("bearer", [""; 0]),
                         SecurityRequirement::new("api_key", [""; 0]),
                     ]);
+                }
+                // A parameter that is not given is left out, too.
+                for parameter in operation.parameters.iter_mut().flatten() {
+                    if let RefOr::T(Parameter { schema: Some(schema), .. }) = parameter {
+                        not_nullable(schema);
+                    }
                 }
                 request_id(operation);
                 examples(operation);

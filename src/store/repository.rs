@@ -21,11 +21,8 @@ use crate::{
         Answer, Choice, FitRecord, Iteration, Job, JobPatch, NewFit, NewIteration, Page, PageRequest, Precondition,
         Receipt, Repository, RepositoryError, RepositoryFuture, Ruling, Stored, Trace,
     },
+    telemetry,
 };
-
-/// Time of the store's operations, by `operation`: `write` and `read` as the caller waits, `commit` for each group of writes.
-/// The recorder of metrics must be there before the store is opened.
-pub const SECONDS: &str = "flankfit_store_duration_seconds";
 
 /// An open database.
 pub struct Store {
@@ -38,6 +35,8 @@ pub struct Store {
 impl Store {
     /// Opens the database (making it where there is none), brings it up to date and starts the writer.
     pub async fn open(settings: StoreSettings, now: Timestamp) -> Result<Self, OpenError> {
+        // What is measured before there is a recorder is lost.
+        telemetry::metrics();
         let path = settings.path();
         let mut connection = settings.open_writer().await?;
         open::forget_old_answers(&mut connection, now).await.map_err(|source| OpenError::from_sqlx(path, source))?;
@@ -47,8 +46,8 @@ impl Store {
         Ok(Store {
             readers,
             writer,
-            write_seconds: metrics::histogram!(SECONDS, "operation" => "write"),
-            read_seconds: metrics::histogram!(SECONDS, "operation" => "read"),
+            write_seconds: metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "write"),
+            read_seconds: metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "read"),
         })
     }
 

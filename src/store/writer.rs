@@ -18,7 +18,10 @@ use super::{
     open::StoreSettings,
     write::{self, WriteError},
 };
-use crate::jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored};
+use crate::{
+    jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored},
+    telemetry,
+};
 
 /// What is to be written.
 pub enum Work {
@@ -73,7 +76,7 @@ impl Writer {
             settings,
             connection,
             incoming,
-            commit_seconds: metrics::histogram!(super::repository::SECONDS, "operation" => "commit"),
+            commit_seconds: metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "commit"),
         }
     }
 

@@ -7,5 +7,6 @@ mod bad_input;
 mod document;
 mod fits;
 mod forms;
+mod jobs;
 mod mutations;
 mod operation;

@@ -2,10 +2,11 @@
 //! written and what of that was synced. After a power loss exactly the synced part is guaranteed to be there.
 //!
 //! The page cache of the machine survives a killed process, so killing proves nothing about syncs; this does.
+
 #![expect(
     unsafe_code,
     clippy::undocumented_unsafe_blocks,
-    reason = "a VFS is a table of C callbacks: SQLite hands in its own file objects and calls none after xClose"
+    reason = "a VFS is a table of C functions; every block only uses the pointers that SQLite hands over under its VFS contract"
 )]
 
 use std::{

@@ -7,7 +7,7 @@ use reqwest::{
 use serde_json::{Value, json};
 use tokio::task::JoinSet;
 
-use crate::app::{TestApp, iteration, send};
+use super::app::{TestApp, iteration, send};
 
 #[tokio::test]
 async fn a_repeated_request_gets_the_first_answer_also_after_a_restart() {

@@ -6,7 +6,7 @@ use reqwest::Method;
 use serde_json::json;
 use tokio::task::JoinSet;
 
-use crate::app::{TestApp, iteration, send};
+use super::app::{TestApp, iteration, send};
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn thirty_two_clients_get_numbers_without_gaps() {

@@ -3,7 +3,7 @@
 use reqwest::Method;
 use serde_json::json;
 
-use crate::app::{TestApp, send};
+use super::app::{TestApp, send};
 
 #[tokio::test]
 async fn a_job_is_changed_only_by_whoever_saw_its_latest_version() {

@@ -1,17 +1,18 @@
-//! A server on a free port with a database of its own, and a client for it.
+//! The harness in the words of jobs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use flankfit::{app::App, config::ServeSettings};
 use reqwest::{Client, Method, RequestBuilder, StatusCode, header::HeaderMap};
 use serde_json::{Value, json};
-use tokio::{sync::oneshot, task::JoinHandle};
+use tempfile::TempDir;
+
+use crate::harness;
 
 pub struct TestApp {
     pub client: Client,
     pub base: String,
-    directory: tempfile::TempDir,
-    running: Option<(oneshot::Sender<()>, JoinHandle<()>)>,
+    server: Option<harness::TestApp>,
+    database: PathBuf,
 }
 
 /// An answer, read.
@@ -53,47 +54,43 @@ impl Answer {
 
 impl TestApp {
     pub async fn start() -> Self {
-        let mut app = TestApp {
-            client: Client::new(),
-            base: String::new(),
-            directory: tempfile::tempdir().unwrap(),
-            running: None,
-        };
-        app.serve().await;
-        app
+        TestApp::around(harness::TestApp::start().await)
+    }
+
+    fn around(server: harness::TestApp) -> Self {
+        TestApp {
+            client: server.client.clone(),
+            base: format!("http://{}", server.address),
+            database: server.directory.path().join("test.db"),
+            server: Some(server),
+        }
     }
 
     pub fn database(&self) -> PathBuf {
-        self.directory.path().join("jobs.db")
-    }
-
-    async fn serve(&mut self) {
-        let settings = ServeSettings {
-            bind: "127.0.0.1:0".parse().unwrap(),
-            database_url: format!("sqlite://{}", self.database().display()),
-            ..ServeSettings::default()
-        };
-        let app = App::start(settings).await.unwrap();
-        self.base = format!("http://{}", app.address().unwrap());
-        let (stop, stopped) = oneshot::channel::<()>();
-        let server = tokio::spawn(app.serve(async {
-            let _ = stopped.await;
-        }));
-        self.running = Some((stop, server));
+        self.database.clone()
     }
 
     /// Stops the server as a signal would and starts another one on the same database.
     pub async fn restart(&mut self) {
-        self.stop().await;
-        self.client = Client::new();
-        self.serve().await;
+        self.restart_after(async |_| {}).await;
     }
 
+    /// The same, with something done to the database in between.
+    pub async fn restart_after(&mut self, between: impl AsyncFnOnce(&Path)) {
+        let directory = self.stop_server().await;
+        between(&self.database).await;
+        *self = TestApp::around(harness::TestApp::start_in(directory, |_| {}).await);
+    }
+
+    /// Stops the server; the database goes away.
     pub async fn stop(&mut self) {
-        if let Some((stop, server)) = self.running.take() {
-            stop.send(()).unwrap();
-            server.await.unwrap();
-        }
+        self.stop_server().await;
+    }
+
+    async fn stop_server(&mut self) -> TempDir {
+        // Idle connections of the client would be waited for.
+        self.client = Client::new();
+        self.server.take().unwrap().stop().await
     }
 
     pub fn request(&self, method: Method, path: &str) -> RequestBuilder {

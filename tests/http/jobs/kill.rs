@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use sqlx::{ConnectOptions, Connection, sqlite::SqliteConnectOptions};
 use tokio::sync::Notify;
 
-use crate::app::{iteration, send};
+use super::app::{iteration, send};
 
 const ROUNDS: usize = 12;
 const WRITERS: usize = 8;

@@ -4,7 +4,7 @@ use std::{path::Path, process::Command};
 
 use flankfit::store::{Store, StoreSettings};
 
-use crate::app::TestApp;
+use super::app::TestApp;
 
 fn flankfit(arguments: &[&str], database: &Path) -> (bool, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_flankfit"))

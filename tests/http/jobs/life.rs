@@ -9,7 +9,7 @@ use reqwest::{
 };
 use serde_json::{Value, json};
 
-use crate::app::{TestApp, iteration, nodes, send};
+use super::app::{TestApp, iteration, nodes, send};
 
 #[tokio::test]
 async fn a_job_from_creation_to_acceptance() {
@@ -35,6 +35,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert_eq!((body.number, body.node_count, body.fits.len()), (1, 45, 1));
     assert!(body.fits[0].chosen);
     let first = first.json();
+    assert_eq!(serde_json::to_value(body).unwrap(), first);
     assert_eq!(first["measured_at"], "2026-11-21T08:30:00.000000Z");
     let place = format!("{job}/iterations/1");
     assert_eq!(app.get(&place).await.expect(200).json(), first);
@@ -57,6 +58,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert!(!body.chosen);
     assert_eq!(refit.header("etag"), Some("\"2\""));
     let second = refit.json();
+    assert_eq!(serde_json::to_value(body).unwrap(), second);
     assert_eq!(second["result"]["regularization"]["criterion"], "fixed");
     let chosen = app
         .put(&format!("{place}/chosen_fit"), &json!({"fit_id": second["id"], "reason": "less noise"}))
@@ -76,8 +78,10 @@ async fn a_job_from_creation_to_acceptance() {
 
     // The trace tells all of it.
     let trace = app.get(&format!("{job}/trace")).await.expect(200);
-    let _: TraceBody = serde_json::from_str(&trace.text).unwrap();
+    let documented: TraceBody = serde_json::from_str(&trace.text).unwrap();
     let trace = trace.json();
+    // Every field of the answer is documented.
+    assert_eq!(serde_json::to_value(documented).unwrap(), trace);
     assert_eq!(trace["job"]["name"], "wheel");
     let told = &trace["iterations"][0];
     assert_eq!(told["decision"], "remachine");
@@ -116,15 +120,17 @@ async fn a_replay_says_how_another_engines_answer_differs() {
     let job = app.job().await;
     let place = app.iteration(&job).await;
     let fit = app.get(&place).await.json()["fits"][0]["id"].as_str().unwrap().to_owned();
-    app.stop().await;
     // An older engine's answer, as it would lie in an older database. (Only a test takes the trigger away.)
-    let options = sqlx::sqlite::SqliteConnectOptions::new().filename(app.database());
-    let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();
-    let older = r#"UPDATE fits SET result = json_set(result, '$.provenance.engine', 'flankfit 0.0.9', '$.residuals.rms', json_extract(result, '$.residuals.rms') * 1.0009765625)"#;
-    sqlx::raw_sql("DROP TRIGGER fits_no_update").execute(&mut own).await.unwrap();
-    sqlx::raw_sql(older).execute(&mut own).await.unwrap();
-    sqlx::Connection::close(own).await.unwrap();
-    app.restart().await;
+    app.restart_after(async |database| {
+        let options = sqlx::sqlite::SqliteConnectOptions::new().filename(database);
+        let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();
+        let older = r#"UPDATE fits SET result = json_set(result, '$.provenance.engine', 'flankfit 0.0.9',
+            '$.residuals.rms', json_extract(result, '$.residuals.rms') * 1.0009765625)"#;
+        sqlx::raw_sql("DROP TRIGGER fits_no_update").execute(&mut own).await.unwrap();
+        sqlx::raw_sql(older).execute(&mut own).await.unwrap();
+        sqlx::Connection::close(own).await.unwrap();
+    })
+    .await;
     let replay = app.post(&format!("{place}/fits/{fit}/replay"), &json!({})).await.expect(200).json();
     assert_eq!(replay["identical"], false);
     assert_eq!(replay["stored_engine"], "flankfit 0.0.9");

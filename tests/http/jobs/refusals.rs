@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::app::{TestApp, iteration};
+use super::app::{TestApp, iteration};
 
 const NOBODY: &str = "0190b0de-0000-7000-8000-000000000000";
 
