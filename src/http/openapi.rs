@@ -12,7 +12,7 @@ use utoipa::{
         Content, HeaderBuilder, ObjectBuilder, OpenApi as Document, Ref, RefOr, ResponseBuilder,
         encoding::EncodingBuilder,
         example::ExampleBuilder,
-        path::{Operation, PathItem},
+        path::{Operation, Parameter, PathItem},
         schema::{Schema, SchemaType, Type},
         security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme},
     },
@@ -76,6 +76,11 @@ impl Modify for Complete {
                     ]);
                 }
                 request_id(operation);
+                for parameter in operation.parameters.iter_mut().flatten() {
+                    if let RefOr::T(Parameter { schema: Some(schema), .. }) = parameter {
+                        not_nullable(schema);
+                    }
+                }
                 examples(operation);
                 form_parts(operation);
             }
@@ -157,7 +162,7 @@ fn form_parts(operation: &mut Operation) {
     let Some(RefOr::T(content)) = body.content.get_mut("multipart/form-data") else { return };
     for (part, media) in [("spec", "application/json"), ("nodes", "text/csv")] {
         let encoding = EncodingBuilder::new().content_type(Some(media)).build();
-        content.encoding.insert(part.into(), encoding.into());
+        content.encoding.insert(part.into(), encoding);
     }
 }
 
