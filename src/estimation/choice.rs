@@ -178,7 +178,9 @@ pub fn warn_about(decided: &Decided, chosen: &Choice, warnings: &mut Vec<Warning
     if let (Some(here), Some(there)) = (chosen.predicted_mse, least_squares.predicted_mse)
         && here > there * (1.0 + 1e-9)
     {
-        let factor = if there > 0.0 { format!("{:.3e} times", here / there) } else { "infinitely".to_owned() };
+        let factor = here / there;
+        let factor =
+            if factor.is_finite() { format!("{factor:.3e} times") } else { "infinitely many times".to_owned() };
         warnings.push(Warning {
             code: "worse_than_least_squares",
             message: format!(

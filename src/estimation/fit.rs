@@ -21,6 +21,7 @@ use super::{
     sample::{Sample, separates},
     scaled::{ScaledColumns, caller_columns},
     separable::Separable,
+    sound,
     spec::{FitSpec, Regularization, Scaling},
     spectrum::Spectrum,
 };
@@ -41,6 +42,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         _ => None,
     };
     let heights = Heights::new(&sample);
+    within_range(nodes, &heights)?;
     let factor = Factor::new(&design, &sample, separable)?;
     let caller = caller_columns(&factor);
     let mut columns = ScaledColumns::new(&design, &caller, spec.scaling, heights.weight)?;
@@ -207,8 +209,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         numerics: Numerics { arithmetic: factor.arithmetic, correct_digits },
         warnings,
     };
-    finite(&result)?;
-    Ok(result)
+    sound::checked(result)
 }
 
 /// Whether the columns can add up to 1 at every node. Where the model does not say, the constant is projected on
@@ -238,16 +239,25 @@ fn constant_in_span(
     (weight - seen).abs() <= 1e-9 * weight
 }
 
-/// A coefficient that overflowed would be no answer.
-fn finite(result: &FitResult) -> Result<(), FitError> {
-    let sound = result.coefficients.iter().all(|c| c.value.is_finite() && c.least_squares.is_finite())
-        && result.spectrum.eigenvalues.iter().all(|l| l.is_finite())
-        && result.residuals.rss.is_finite();
-    if sound {
-        return Ok(());
+/// Squares of heights are summed: they must neither overflow nor vanish.
+fn within_range(nodes: &Nodes, heights: &Heights) -> Result<(), FitError> {
+    let pointer = match nodes {
+        Nodes::Curve(_) | Nodes::Matrix(_) => "/nodes/y",
+        Nodes::Scattered(_) | Nodes::Grid(_) => "/nodes/z",
+    };
+    if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
+        return Err(Faults::one(
+            pointer,
+            "squares of these heights leave the range of double precision: choose a larger unit",
+        )
+        .into());
     }
-    Err(Faults::one("/nodes", "the coefficients leave the range of double precision: choose another unit or basis")
-        .into())
+    if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
+        return Err(
+            Faults::one(pointer, "squares of these heights vanish in double precision: choose a smaller unit").into()
+        );
+    }
+    Ok(())
 }
 
 /// Dependent columns: named in a warning, or refused where Eq. 39 would divide by 0.

@@ -20,6 +20,7 @@ pub mod result;
 mod sample;
 mod scaled;
 mod separable;
+mod sound;
 pub mod spec;
 mod spectrum;
 

@@ -24,6 +24,8 @@ pub struct Heights {
     pub about_zero: f64,
     /// max √w |z|.
     pub largest: f64,
+    /// max |z|.
+    pub largest_plain: f64,
 }
 
 /// Heights summed before a compensated total is touched.
@@ -32,21 +34,23 @@ const BLOCK: usize = 1024;
 impl Heights {
     pub fn new(sample: &Sample) -> Self {
         let mut weight = Dd::ZERO;
-        let (mut sum, mut squares, mut largest) = (Dd::ZERO, Dd::ZERO, 0.0f64);
+        let (mut sum, mut squares, mut largest, mut largest_plain) = (Dd::ZERO, Dd::ZERO, 0.0f64, 0.0f64);
         over_blocks(sample, |z, w| {
-            let mut lanes = [[0.0; LANES]; 4];
+            let mut lanes = [[0.0; LANES]; 5];
             for (z, w) in z.chunks(LANES).zip(w.chunks(LANES)) {
                 for (k, (z, w)) in z.iter().zip(w).enumerate() {
                     lanes[0][k] += w;
                     lanes[1][k] += w * z;
                     lanes[2][k] += w * z * z;
                     lanes[3][k] = lanes[3][k].max(w * z * z);
+                    lanes[4][k] = lanes[4][k].max(z.abs());
                 }
             }
             weight += Dd::from(total(lanes[0]));
             sum += Dd::from(total(lanes[1]));
             squares += Dd::from(total(lanes[2]));
             largest = lanes[3].into_iter().fold(largest, f64::max);
+            largest_plain = lanes[4].into_iter().fold(largest_plain, f64::max);
         });
         let mean = (sum / weight).to_f64();
         let mut about_mean = Dd::ZERO;
@@ -64,6 +68,7 @@ impl Heights {
             about_mean: about_mean.to_f64(),
             about_zero: squares.to_f64(),
             largest: largest.sqrt(),
+            largest_plain,
         }
     }
 }

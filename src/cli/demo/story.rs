@@ -128,9 +128,13 @@ impl<W: Write> Story<'_, W> {
         let refit: StoredFit = self.client.post(&format!("{iteration}/fits"), &body)?;
 
         let current = fit.result.regularization.criterion.as_deref().unwrap_or(LEAST_SQUARES);
-        let refit_is_better = predicted_error(&refit.result, criterion) < predicted_error(&fit.result, current);
-        let better = if refit_is_better { &refit } else { fit };
-        let reason = "smaller predicted error of the coefficients";
+        let errors = (predicted_error(&refit.result, criterion), predicted_error(&fit.result, current));
+        let (better, reason) = match errors {
+            (Some(refitted), Some(first)) if refitted < first => {
+                (&refit, "smaller predicted error of the coefficients")
+            }
+            _ => (fit, "the refit promises no smaller error of the coefficients"),
+        };
         let _: Value =
             self.client.put(&format!("{iteration}/chosen_fit"), &json!({"fit_id": better.id, "reason": reason}))?;
         self.heading(&format!("Refit of the stored nodes by {criterion}, and the choice"))?;
@@ -183,9 +187,8 @@ fn best_other(fit: &Fit) -> Option<&str> {
     others.min_by(|a, b| error(a).total_cmp(&error(b))).map(|choice| choice.criterion.as_str())
 }
 
-fn predicted_error(fit: &Fit, criterion: &str) -> f64 {
-    let choice = fit.regularization.choices.iter().find(|choice| choice.criterion == criterion);
-    choice.and_then(|choice| choice.predicted_mse).unwrap_or(f64::INFINITY)
+fn predicted_error(fit: &Fit, criterion: &str) -> Option<f64> {
+    fit.regularization.choices.iter().find(|choice| choice.criterion == criterion)?.predicted_mse
 }
 
 /// The regularisation asked for before, with another criterion for its λ* (or k).
