@@ -12,6 +12,7 @@
 //! An eigenvalue already above λ* is left alone: Eq. 40 would lower it.
 
 use super::spec::Scheme;
+use crate::numerics::wide::{F64x4, LANES, Lanes};
 
 /// Which filter, without its parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,21 +93,41 @@ pub struct Spectral<'a> {
     pub unpenalised: usize,
     /// Directions before this one are not told from 0 and take no part.
     first: usize,
-    directions: Vec<Direction>,
+    blocks: Vec<Block>,
     /// Sums over direction i and all above it, for those that a filter leaves alone.
     above: Vec<Above>,
 }
 
-/// One direction's share in the sums.
+/// Four directions' shares in the sums, side by side; directions that take no part have shares 0.
 #[derive(Clone, Copy)]
-struct Direction {
-    lambda: f64,
+struct Block {
+    lambda: [f64; LANES],
     /// aᵢ².
-    square: f64,
+    square: [f64; LANES],
     /// σ²/λᵢ.
-    noise: f64,
+    noise: [f64; LANES],
     /// max(aᵢ² − σ²/λᵢ, 0).
-    real: f64,
+    real: [f64; LANES],
+    /// 1 where there is a direction.
+    ones: [f64; LANES],
+}
+
+impl Block {
+    const EMPTY: Block = Block {
+        lambda: [1.0; LANES],
+        square: [0.0; LANES],
+        noise: [0.0; LANES],
+        real: [0.0; LANES],
+        ones: [0.0; LANES],
+    };
+
+    /// Only the first `count` directions.
+    fn first(mut self, count: usize) -> Self {
+        for k in count..LANES {
+            (self.square[k], self.noise[k], self.real[k], self.ones[k]) = (0.0, 0.0, 0.0, 0.0);
+        }
+        self
+    }
 }
 
 #[derive(Clone, Copy, Default)]
@@ -131,8 +152,6 @@ pub struct Sums {
     pub bias: f64,
 }
 
-/// Directions summed side by side.
-const LANES: usize = 4;
 /// Sums carried per lane.
 const CARRIED: usize = 11;
 
@@ -147,26 +166,27 @@ impl<'a> Spectral<'a> {
         unpenalised: usize,
     ) -> Self {
         let n = lambda.len();
-        let directions: Vec<Direction> = lambda
-            .iter()
-            .zip(a)
-            .map(|(&lambda, &a)| {
-                let (square, noise) = (a * a, if lambda > 0.0 { variance.unwrap_or(0.0) / lambda } else { 0.0 });
-                Direction { lambda, square, noise, real: (square - noise).max(0.0) }
-            })
-            .collect();
+        let mut blocks = vec![Block::EMPTY; n.div_ceil(LANES)];
+        for (i, (&lambda, &a)) in lambda.iter().zip(a).enumerate().filter(|(_, (lambda, _))| **lambda > 0.0) {
+            let (block, k) = (&mut blocks[i / LANES], i % LANES);
+            let (square, noise) = (a * a, variance.unwrap_or(0.0) / lambda);
+            block.lambda[k] = lambda;
+            block.square[k] = square;
+            block.noise[k] = noise;
+            block.real[k] = (square - noise).max(0.0);
+            block.ones[k] = 1.0;
+        }
         let mut above = vec![Above::default(); n + 1];
         for i in (0..n).rev() {
-            let (d, next) = (directions[i], above[i + 1]);
-            let counts = f64::from(u8::from(d.lambda > 0.0));
+            let (block, k, next) = (&blocks[i / LANES], i % LANES, above[i + 1]);
             above[i] = Above {
-                square: next.square + d.square * counts,
-                noise: next.noise + d.noise,
-                count: next.count + counts,
+                square: next.square + block.square[k],
+                noise: next.noise + block.noise[k],
+                count: next.count + block.ones[k],
             };
         }
         let first = lambda.partition_point(|l| *l <= 0.0);
-        Spectral { lambda, variance, rss, count, unpenalised, first, directions, above }
+        Spectral { lambda, variance, rss, count, unpenalised, first, blocks, above }
     }
 
     /// Which directions `rule` touches at `parameter`.
@@ -206,32 +226,31 @@ impl<'a> Spectral<'a> {
 
     /// The sums with the touched directions given, so that a stretch's ends can be seen from inside.
     pub fn sums_touching(&self, rule: Rule, parameter: f64, touched: std::ops::Range<usize>) -> Sums {
-        let mut carried = [[0.0; LANES]; CARRIED];
-        let neutral = Direction { lambda: 1.0, square: 0.0, noise: 0.0, real: 0.0 };
-        for four in self.directions[touched.clone()].chunks(LANES) {
-            let mut lanes = [neutral; LANES];
-            lanes[..four.len()].copy_from_slice(four);
-            let ones: [f64; LANES] = std::array::from_fn(|k| f64::from(u8::from(k < four.len())));
-            match rule {
-                Rule::None => {}
-                Rule::Ridge => gather(&mut carried, &lanes, &ones, |lambda| {
-                    let inverse = 1.0 / (lambda + parameter);
-                    let (f, g) = (lambda * inverse, parameter * inverse);
-                    (f, g, -f * g, -f * g * (f - g))
-                }),
-                Rule::Spectral { scheme: Scheme::FirstOrder, .. } => gather(&mut carried, &lanes, &ones, |lambda| {
-                    let inverse = 1.0 / (lambda + parameter);
-                    let (f, g) = (lambda * inverse, parameter * inverse);
-                    (2.0 * f, g - f, -2.0 * f * g, -2.0 * f * g * (f - g))
-                }),
-                Rule::Spectral { scheme: Scheme::Exact, .. } => gather(&mut carried, &lanes, &ones, |lambda| {
-                    let f = (lambda / parameter).sqrt();
-                    (f, 1.0 - f, -0.5 * f, 0.25 * f)
-                }),
-            }
-        }
+        let (whole, partial) = (touched.end / LANES, touched.end % LANES);
+        let last = (partial > 0).then(|| self.blocks[whole].first(partial));
+        let blocks = self.blocks[..whole].iter().chain(&last);
+        let p = F64x4([parameter; LANES]);
+        let carried = match rule {
+            Rule::None => [F64x4::ZERO; CARRIED],
+            Rule::Ridge => gather(blocks, |lambda| {
+                let inverse = lambda.add(p).reciprocal();
+                let (f, g) = (lambda.mul(inverse), p.mul(inverse));
+                let slope = f.mul(g).times(-1.0);
+                (f, g, slope, slope.mul(f.sub(g)))
+            }),
+            Rule::Spectral { scheme: Scheme::FirstOrder, .. } => gather(blocks, |lambda| {
+                let inverse = lambda.add(p).reciprocal();
+                let (f, g) = (lambda.mul(inverse), p.mul(inverse));
+                let slope = f.mul(g).times(-2.0);
+                (f.times(2.0), g.sub(f), slope, slope.mul(f.sub(g)))
+            }),
+            Rule::Spectral { scheme: Scheme::Exact, .. } => gather(blocks, |lambda| {
+                let f = lambda.mul(p.reciprocal()).square_root();
+                (f, F64x4([1.0; LANES]).sub(f), f.times(-0.5), f.times(0.25))
+            }),
+        };
         let [rss0, rss1, rss2, norm0, norm1, norm2, trace0, trace1, mse0, mse1, bias] =
-            carried.map(|x| (x[0] + x[1]) + (x[2] + x[3]));
+            carried.map(|F64x4(x)| (x[0] + x[1]) + (x[2] + x[3]));
         let rest = self.above[touched.end];
         Sums {
             rss: [self.rss + rss0, -2.0 * rss1, 2.0 * rss2],
@@ -255,30 +274,34 @@ impl<'a> Spectral<'a> {
     }
 }
 
-/// Adds four directions to the sums; `filter` answers (f, 1 − f, f′, f″) for an eigenvalue.
+/// The sums over blocks of directions; `filter` answers (f, 1 − f, f′, f″) for four eigenvalues.
 #[inline(always)]
-fn gather(
-    carried: &mut [[f64; LANES]; CARRIED],
-    lanes: &[Direction; LANES],
-    ones: &[f64; LANES],
-    filter: impl Fn(f64) -> (f64, f64, f64, f64),
-) {
-    for k in 0..LANES {
-        let Direction { lambda, square, noise, real } = lanes[k];
+fn gather<'b>(
+    blocks: impl Iterator<Item = &'b Block>,
+    filter: impl Fn(F64x4) -> (F64x4, F64x4, F64x4, F64x4),
+) -> [F64x4; CARRIED] {
+    let mut sums = [F64x4::ZERO; CARRIED];
+    for block in blocks {
+        let lambda = F64x4(block.lambda);
+        let (square, noise, real, ones) =
+            (F64x4(block.square), F64x4(block.noise), F64x4(block.real), F64x4(block.ones));
         let (f, g, slope, bend) = filter(lambda);
-        let shown = lambda * square;
-        carried[0][k] += shown * g * g;
-        carried[1][k] += shown * g * slope;
-        carried[2][k] += shown * (slope * slope - g * bend);
-        carried[3][k] += square * f * f;
-        carried[4][k] += square * f * slope;
-        carried[5][k] += square * (slope * slope + f * bend);
-        carried[6][k] += f * ones[k];
-        carried[7][k] += slope * ones[k];
-        carried[8][k] += g * g * real + noise * f * f;
-        carried[9][k] += slope * (noise * f - g * real);
-        carried[10][k] += square * g * g;
+        let shown = lambda.mul(square);
+        let slope2 = slope.mul(slope);
+        let (shown_g, square_f, square_g) = (shown.mul(g), square.mul(f), square.mul(g));
+        sums[0] = shown_g.fma(g, sums[0]);
+        sums[1] = shown_g.fma(slope, sums[1]);
+        sums[2] = shown.fma(slope2.sub(g.mul(bend)), sums[2]);
+        sums[3] = square_f.fma(f, sums[3]);
+        sums[4] = square_f.fma(slope, sums[4]);
+        sums[5] = square.fma(f.fma(bend, slope2), sums[5]);
+        sums[6] = f.fma(ones, sums[6]);
+        sums[7] = slope.fma(ones, sums[7]);
+        sums[8] = g.mul(g).fma(real, noise.mul(f).fma(f, sums[8]));
+        sums[9] = slope.fma(noise.mul(f).sub(g.mul(real)), sums[9]);
+        sums[10] = square_g.fma(g, sums[10]);
     }
+    sums
 }
 
 #[cfg(test)]

@@ -39,6 +39,23 @@ pub trait Lanes: Copy + Send + Sync {
 #[derive(Clone, Copy, Debug)]
 pub struct F64x4(pub [f64; LANES]);
 
+impl F64x4 {
+    #[inline(always)]
+    pub fn times(self, factor: f64) -> Self {
+        F64x4(self.0.map(|x| x * factor))
+    }
+
+    #[inline(always)]
+    pub fn reciprocal(self) -> Self {
+        F64x4(self.0.map(|x| 1.0 / x))
+    }
+
+    #[inline(always)]
+    pub fn square_root(self) -> Self {
+        F64x4(self.0.map(f64::sqrt))
+    }
+}
+
 impl Lanes for F64x4 {
     const ZERO: Self = F64x4([0.0; LANES]);
     const DOUBLE_DOUBLE: bool = false;
