@@ -1,11 +1,15 @@
 //! Logs and metrics. Both are global to the process and set up once, however many servers run in it (tests run many).
 
+mod lines;
+
 use std::{io::IsTerminal, sync::OnceLock, time::Duration};
 
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 use tracing_subscriber::EnvFilter;
 
 use crate::config::LogFormat;
+
+pub use lines::flush as flush_logs;
 
 /// Seconds from a request's head to its answer's head. Labels: `method`, `path` (the route, not the URL), `status`.
 pub const REQUEST_SECONDS: &str = "flankfit_http_request_duration_seconds";
@@ -21,18 +25,30 @@ pub const STORE_SECONDS: &str = "flankfit_store_duration_seconds";
 const SECONDS_BUCKETS: [f64; 16] =
     [5e-5, 1e-4, 2.5e-4, 5e-4, 1e-3, 2.5e-3, 5e-3, 1e-2, 2.5e-2, 5e-2, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0];
 
-/// Starts logging to standard error. A second call changes nothing.
-pub fn init_logs(format: LogFormat, directives: &str) -> Result<(), tracing_subscriber::filter::ParseError> {
+/// Why logging did not start.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    #[error("the log directives cannot be read: {0}")]
+    Directives(#[from] tracing_subscriber::filter::ParseError),
+    #[error("the thread that writes the log cannot be started: {0}")]
+    Thread(#[from] std::io::Error),
+}
+
+/// Starts logging to standard error, panics included. A second call changes nothing.
+pub fn init_logs(format: LogFormat, directives: &str) -> Result<(), LogError> {
     let filter = EnvFilter::builder().parse(directives)?;
-    let builder = tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal());
+    let writer = lines::start()?;
+    let ansi = std::io::stderr().is_terminal();
+    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(writer).with_ansi(ansi);
     // An error here means that a subscriber is already there, which is the wanted state.
     let _already = match format {
         LogFormat::Pretty => builder.try_init(),
         LogFormat::Json => builder.json().flatten_event(true).try_init(),
     };
+    std::panic::set_hook(Box::new(|panic| {
+        let backtrace = std::backtrace::Backtrace::capture();
+        tracing::error!(%panic, %backtrace, "a thread panicked");
+    }));
     Ok(())
 }
 

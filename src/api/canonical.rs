@@ -14,39 +14,40 @@
 
 use sha2::{Digest, Sha256};
 
-use super::{fit_spec_json, nodes_codec};
+use super::{
+    fit_spec_json,
+    nodes_codec::{self, Layout},
+};
 use crate::estimation::{FitSpec, Nodes};
 
 const TAG: &[u8] = b"flankfit-input-v1\n";
 
+/// Doubles that are brought into their canonical form and hashed at a time: few enough to stay near the processor.
+const BLOCK: usize = 512;
+
 /// SHA-256 of the canonical form, in lower-case hexadecimal.
 pub fn input_sha256(nodes: &Nodes, spec: &FitSpec) -> String {
-    let mut bytes = nodes_codec::encode(nodes);
-    normalize(nodes, &mut bytes);
+    let Layout { head, doubles, tail } = nodes_codec::layout(nodes);
     let mut digest = Sha256::new();
     digest.update(TAG);
-    digest.update(&bytes);
+    digest.update(&head);
+    let mut block = [0; 8 * BLOCK];
+    for values in doubles.into_iter().flat_map(|array| array.chunks(BLOCK)) {
+        let bytes = &mut block[..8 * values.len()];
+        for (place, value) in bytes.as_chunks_mut::<8>().0.iter_mut().zip(values) {
+            *place = canonical(*value);
+        }
+        digest.update(bytes);
+    }
+    digest.update(&tail);
     digest.update(fit_spec_json::to_json(spec).as_bytes());
     hexadecimal(&digest.finalize())
 }
 
-/// −0 → +0 and one NaN, in the doubles of encoded nodes.
-fn normalize(nodes: &Nodes, bytes: &mut [u8]) {
-    let (counts, doubles) = match nodes {
-        Nodes::Curve(c) => (1, 2 * c.x.len() + c.weight.as_ref().map_or(0, Vec::len)),
-        Nodes::Scattered(s) => (1, 3 * s.u.len() + s.weight.as_ref().map_or(0, Vec::len)),
-        Nodes::Grid(g) => (2, g.u.len() + g.v.len() + g.z.len() + g.weight.as_ref().map_or(0, Vec::len)),
-        Nodes::Matrix(m) => (2, m.x.len() + m.y.len() + m.weight.as_ref().map_or(0, Vec::len)),
-    };
-    let begin = 8 + 8 * counts;
-    for chunk in bytes[begin..begin + 8 * doubles].as_chunks_mut::<8>().0 {
-        let value = f64::from_le_bytes(*chunk);
-        if value == 0.0 {
-            *chunk = [0; 8];
-        } else if value.is_nan() {
-            *chunk = 0x7ff8_0000_0000_0000_u64.to_le_bytes();
-        }
-    }
+/// +0 for both zeros and one NaN for all.
+fn canonical(value: f64) -> [u8; 8] {
+    let value = if value.is_nan() { f64::from_bits(0x7ff8_0000_0000_0000) } else { value + 0.0 };
+    value.to_le_bytes()
 }
 
 /// Bytes in lower-case hexadecimal.

@@ -37,13 +37,25 @@ pub enum CodecError {
     Name,
 }
 
-/// Nodes to bytes.
-pub fn encode(nodes: &Nodes) -> Vec<u8> {
-    let (kind, counts, numbers, weight): (u8, Vec<usize>, Vec<&[f64]>, &Option<Vec<f64>>) = match nodes {
-        Nodes::Curve(c) => (0, vec![c.x.len()], vec![&c.x, &c.y], &c.weight),
-        Nodes::Scattered(s) => (1, vec![s.u.len()], vec![&s.u, &s.v, &s.z], &s.weight),
-        Nodes::Grid(g) => (2, vec![g.u.len(), g.v.len()], vec![&g.u, &g.v, &g.z], &g.weight),
-        Nodes::Matrix(m) => (3, vec![m.y.len(), m.columns], vec![&m.x, &m.y], &m.weight),
+/// Nodes, laid out but not copied yet: what stands before the doubles, the doubles, and what follows them.
+pub(super) struct Layout<'a> {
+    pub head: Vec<u8>,
+    pub doubles: Vec<&'a [f64]>,
+    pub tail: Vec<u8>,
+}
+
+pub(super) fn layout(nodes: &Nodes) -> Layout<'_> {
+    let (kind, counts, mut doubles): (u8, Vec<usize>, Vec<&[f64]>) = match nodes {
+        Nodes::Curve(c) => (0, vec![c.x.len()], vec![&c.x, &c.y]),
+        Nodes::Scattered(s) => (1, vec![s.u.len()], vec![&s.u, &s.v, &s.z]),
+        Nodes::Grid(g) => (2, vec![g.u.len(), g.v.len()], vec![&g.u, &g.v, &g.z]),
+        Nodes::Matrix(m) => (3, vec![m.y.len(), m.columns], vec![&m.x, &m.y]),
+    };
+    let weight = match nodes {
+        Nodes::Curve(c) => &c.weight,
+        Nodes::Scattered(s) => &s.weight,
+        Nodes::Grid(g) => &g.weight,
+        Nodes::Matrix(m) => &m.weight,
     };
     let (valid, names) = match nodes {
         Nodes::Grid(g) => (g.valid.as_deref(), None),
@@ -52,26 +64,36 @@ pub fn encode(nodes: &Nodes) -> Vec<u8> {
     };
     let flag = |there: bool, bit: u8| if there { bit } else { 0 };
     let flags = flag(weight.is_some(), WEIGHT) | flag(valid.is_some(), VALID) | flag(names.is_some(), NAMES);
-    let total: usize = numbers.iter().map(|n| n.len()).sum::<usize>() + weight.as_ref().map_or(0, Vec::len);
-    let mut bytes = Vec::with_capacity(8 + 8 * counts.len() + 8 * total + valid.map_or(0, <[bool]>::len));
-    bytes.extend_from_slice(MAGIC);
-    bytes.extend_from_slice(&[kind, flags, 0, 0]);
+    let mut head = Vec::with_capacity(8 + 8 * counts.len());
+    head.extend_from_slice(MAGIC);
+    head.extend_from_slice(&[kind, flags, 0, 0]);
     for count in counts {
-        bytes.extend_from_slice(&(count as u64).to_le_bytes());
+        head.extend_from_slice(&(count as u64).to_le_bytes());
     }
-    for array in numbers.into_iter().chain(weight.as_deref()) {
+    doubles.extend(weight.as_deref());
+    let mut tail: Vec<u8> = valid.into_iter().flatten().map(|&v| u8::from(v)).collect();
+    for name in names.into_iter().flatten() {
+        tail.extend_from_slice(&(name.len() as u32).to_le_bytes());
+        tail.extend_from_slice(name.as_bytes());
+    }
+    Layout { head, doubles, tail }
+}
+
+/// Nodes to bytes.
+pub fn encode(nodes: &Nodes) -> Vec<u8> {
+    let Layout { head, doubles, tail } = layout(nodes);
+    let count: usize = doubles.iter().map(|array| array.len()).sum();
+    let mut bytes = Vec::with_capacity(head.len() + 8 * count + tail.len());
+    bytes.extend_from_slice(&head);
+    for array in doubles {
         push_doubles(&mut bytes, array);
     }
-    bytes.extend(valid.into_iter().flatten().map(|&v| u8::from(v)));
-    for name in names.into_iter().flatten() {
-        bytes.extend_from_slice(&(name.len() as u32).to_le_bytes());
-        bytes.extend_from_slice(name.as_bytes());
-    }
+    bytes.extend_from_slice(&tail);
     bytes
 }
 
 /// Appends doubles in little-endian order (one copy on the processors this runs on).
-pub(super) fn push_doubles(bytes: &mut Vec<u8>, values: &[f64]) {
+fn push_doubles(bytes: &mut Vec<u8>, values: &[f64]) {
     let begin = bytes.len();
     bytes.resize(begin + 8 * values.len(), 0);
     for (place, value) in bytes[begin..].chunks_exact_mut(8).zip(values) {

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::config::ServeSettings;
+use crate::{config::ServeSettings, telemetry};
 
 /// Robust parametric estimation of tooth-flank surfaces, as an HTTP service.
 #[derive(Debug, Parser)]
@@ -51,6 +51,7 @@ pub fn main() -> ExitCode {
         Command::Backup(arguments) => backup::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),
     };
+    telemetry::flush_logs();
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -82,6 +82,11 @@ impl Modify for Complete {
                     }
                 }
                 request_id(operation);
+                for parameter in operation.parameters.iter_mut().flatten() {
+                    if let RefOr::T(Parameter { schema: Some(schema), .. }) = parameter {
+                        not_nullable(schema);
+                    }
+                }
                 examples(operation);
                 form_parts(operation);
             }
@@ -163,7 +168,7 @@ fn form_parts(operation: &mut Operation) {
     let Some(RefOr::T(content)) = body.content.get_mut("multipart/form-data") else { return };
     for (part, media) in [("spec", "application/json"), ("nodes", "text/csv")] {
         let encoding = EncodingBuilder::new().content_type(Some(media)).build();
-        content.encoding.insert(part.into(), encoding.into());
+        content.encoding.insert(part.into(), encoding);
     }
 }
 

@@ -9,6 +9,7 @@
 
 mod csv;
 mod cursor;
+mod decimal;
 mod nodes;
 mod numbers;
 mod request;

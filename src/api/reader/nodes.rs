@@ -1,7 +1,5 @@
 //! The object `nodes`: arrays as they stood, then a checked node set.
 
-use std::borrow::Cow;
-
 use serde::de::DeserializeOwned;
 
 use super::{
@@ -42,8 +40,8 @@ impl<'a> RawNodes<'a> {
         Ok(raw)
     }
 
-    fn read_field(&mut self, cursor: &mut Cursor<'a>, key: &Cow<str>) -> Result<(), Syntax> {
-        let twice = match key.as_ref() {
+    fn read_field(&mut self, cursor: &mut Cursor<'a>, key: &str) -> Result<(), Syntax> {
+        let twice = match key {
             "x" => self.x.replace(Numbers::read(cursor)?).is_some(),
             "y" => self.y.replace(Numbers::read(cursor)?).is_some(),
             "u" => self.u.replace(Numbers::read(cursor)?).is_some(),

@@ -1,0 +1,99 @@
+//! Log lines on standard error, written in batches by a thread of their own.
+//!
+//! A system call for every line costs more than everything else that is done around a small request. Lines are
+//! gathered here and written some milliseconds later; [`flush`] writes what is left when the program ends.
+
+use std::{
+    io::{self, Write},
+    sync::{Condvar, Mutex, MutexGuard, OnceLock, PoisonError},
+    time::Duration,
+};
+
+use tracing_subscriber::fmt::MakeWriter;
+
+/// How long lines are gathered after the first one.
+const GATHERING: Duration = Duration::from_millis(20);
+
+/// Bytes that are kept while nobody reads them; lines beyond are dropped rather than held up.
+const MOST: usize = 16 << 20;
+
+#[derive(Default)]
+struct Gathered {
+    state: Mutex<Lines>,
+    first: Condvar,
+}
+
+#[derive(Default)]
+struct Lines {
+    text: Vec<u8>,
+    dropped: usize,
+}
+
+fn gathered() -> &'static Gathered {
+    static GATHERED: OnceLock<Gathered> = OnceLock::new();
+    GATHERED.get_or_init(Gathered::default)
+}
+
+impl Gathered {
+    fn lock(&self) -> MutexGuard<'_, Lines> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Starts the writing thread and gives what subscribers write to.
+pub fn start() -> io::Result<Writer> {
+    std::thread::Builder::new().name("log".into()).spawn(|| {
+        loop {
+            let lines = gathered().lock();
+            drop(gathered().first.wait_while(lines, |lines| lines.text.is_empty()));
+            std::thread::sleep(GATHERING);
+            flush();
+        }
+    })?;
+    Ok(Writer)
+}
+
+/// Writes what has been gathered so far.
+pub fn flush() {
+    // Standard error is locked first, so that lines keep their order whoever flushes.
+    let mut out = io::stderr().lock();
+    let Lines { mut text, dropped } = std::mem::take(&mut *gathered().lock());
+    if dropped > 0 {
+        text.extend_from_slice(format!("{dropped} log lines were dropped: standard error was not read\n").as_bytes());
+    }
+    // Nobody is left to be told that the log cannot be written.
+    let _written = out.write_all(&text).and_then(|()| out.flush());
+}
+
+/// Hands lines over.
+#[derive(Clone, Copy, Debug)]
+pub struct Writer;
+
+impl Write for Writer {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        let mut lines = gathered().lock();
+        let first = lines.text.is_empty();
+        if lines.text.len() + line.len() > MOST {
+            lines.dropped += 1;
+        } else {
+            lines.text.extend_from_slice(line);
+        }
+        drop(lines);
+        if first {
+            gathered().first.notify_one();
+        }
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl MakeWriter<'_> for Writer {
+    type Writer = Writer;
+
+    fn make_writer(&self) -> Writer {
+        *self
+    }
+}
