@@ -170,7 +170,7 @@ mod tests {
         assert!(matches!(BSplineBasis::new(1, vec![0., 1.]), Err(KnotFault::TooFew { .. })));
         assert_eq!(BSplineBasis::new(1, vec![0., 0., 2., 1., 3., 3.]).unwrap_err().index(), Some(3));
         assert_eq!(BSplineBasis::new(1, vec![0., 0., 1., 1., 1., 3., 3.]).unwrap_err().index(), Some(4));
-        assert!(matches!(BSplineBasis::new(0, vec![1., 1.]), Err(_)));
+        assert!(BSplineBasis::new(0, vec![1., 1.]).is_err());
     }
 
     proptest! {

@@ -5,14 +5,13 @@ use std::sync::Arc;
 use axum::{
     Router,
     body::Bytes,
-    extract::Path,
     http::{HeaderValue, header},
     response::{IntoResponse, Redirect, Response},
     routing::get,
 };
 use utoipa_swagger_ui::Config;
 
-use super::state::AppState;
+use super::{extract::PathOf, state::AppState};
 use crate::api::problem::{Problem, ProblemCode};
 
 pub fn routes() -> Router<AppState> {
@@ -23,7 +22,7 @@ pub fn routes() -> Router<AppState> {
         .route("/", get(|| async { Redirect::temporary("/docs/") }))
         .route("/docs", get(|| async { Redirect::permanent("/docs/") }))
         .route("/docs/", get(|| async { file("", index) }))
-        .route("/docs/{*file}", get(|Path(name): Path<String>| async move { file(&name, config) }))
+        .route("/docs/{*file}", get(|PathOf(name): PathOf<String>| async move { file(&name, config) }))
 }
 
 fn file(name: &str, config: Arc<Config<'static>>) -> Result<Response, Problem> {
