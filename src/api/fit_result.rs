@@ -81,8 +81,8 @@ impl FitResultBody {
         let n = self.coefficients.len();
         let values =
             self.residuals.values.as_ref().map_or(0, Vec::len) + self.matrix_b.as_ref().map_or(0, |b| b.len() * n);
-        // About what the text takes, so that it is laid once: 20 bytes a number.
-        let mut text = Vec::with_capacity(4096 + 20 * (2 * n * n + 16 * n + values));
+        // About what the text takes, so that it is laid once: some 20 bytes a number.
+        let mut text = Vec::with_capacity(4096 + 22 * (2 * n * n + 24 * n + values));
         serde_json::to_writer(&mut text, self)?;
         Ok(text)
     }

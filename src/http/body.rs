@@ -16,6 +16,9 @@ use http_body_util::BodyExt;
 use super::state::AppState;
 use crate::api::problem::{Problem, ProblemCode};
 
+/// Room that is taken for a body of declared length before it comes.
+const MOST_AHEAD: usize = 64 << 20;
+
 /// How the body is compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Encoding {
@@ -129,25 +132,34 @@ async fn collect(request: Request, limit: usize) -> Result<Bytes, Problem> {
     if declared == Some(first.len() as u64) {
         return Ok(first);
     }
-    // A declared length is only a promise: room is taken as the bytes come, at most a few MiB ahead.
-    let ahead = declared.map_or(0, |length| (length as usize).min(4 << 20));
-    let mut whole = Vec::with_capacity(first.len().max(ahead));
+    let mut whole = Vec::new();
+    // A declared length is only a promise, but room that is not written to costs nothing: up to a bound it is taken at
+    // once, so that a big body is neither copied nor held twice while it grows.
+    let ahead = declared.map_or(0, |length| (length as usize).min(MOST_AHEAD)).max(first.len());
+    reserve(&mut whole, ahead)?;
     whole.extend_from_slice(&first);
     drop(first);
     while let Some(chunk) = next_chunk(&mut body).await? {
-        if whole.len() + chunk.len() > limit {
+        let length = whole.len() + chunk.len();
+        if length > limit {
             return Err(too_large(limit));
         }
-        if let Some(length) = declared
-            && whole.len() + chunk.len() > whole.capacity()
-        {
-            // Doubling, but never beyond the declared length: a big body is held once, not twice.
-            let room = (whole.capacity() * 2).min(length as usize).max(whole.len() + chunk.len());
-            whole.reserve_exact(room - whole.len());
+        if length > whole.capacity() {
+            let room = (2 * whole.capacity()).min(declared.map_or(limit, |declared| declared as usize)).max(length);
+            let more = room - whole.len();
+            reserve(&mut whole, more)?;
         }
         whole.extend_from_slice(&chunk);
     }
     Ok(whole.into())
+}
+
+fn reserve(bytes: &mut Vec<u8>, more: usize) -> Result<(), Problem> {
+    bytes.try_reserve_exact(more).map_err(|error| {
+        Problem::new(ProblemCode::Overloaded, "There is no room for the body at the moment.")
+            .caused_by(error)
+            .retry_after(5)
+    })
 }
 
 async fn next_chunk(body: &mut Body) -> Result<Option<Bytes>, Problem> {

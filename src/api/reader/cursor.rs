@@ -60,6 +60,17 @@ impl<'a> Cursor<'a> {
         self.text.get(self.at).copied()
     }
 
+    /// Bytes up to the next `]`.
+    pub fn to_bracket(&self) -> usize {
+        let rest = &self.text[self.at..];
+        memchr::memchr(b']', rest).unwrap_or(rest.len())
+    }
+
+    /// Bytes up to the end of the text.
+    pub fn to_end(&self) -> usize {
+        self.text.len() - self.at
+    }
+
     #[inline]
     pub fn skip_space(&mut self) {
         while let Some(b' ' | b'\n' | b'\r' | b'\t') = self.peek() {

@@ -5,6 +5,9 @@
 use super::cursor::{Cursor, Syntax, Token};
 use crate::estimation::Faults;
 
+/// Numbers after which the length of the array is estimated.
+const SAMPLE: usize = 4096;
+
 /// Numbers as they stood, with what was wrong among them.
 #[derive(Debug, Default)]
 pub struct Numbers {
@@ -80,6 +83,7 @@ impl Numbers {
     }
 
     fn read_row(&mut self, cursor: &mut Cursor) -> Result<(), Syntax> {
+        let begin = cursor.at;
         cursor.at += 1;
         if cursor.takes(b']') {
             return Ok(());
@@ -93,6 +97,9 @@ impl Numbers {
                         self.note_wrong("the number is beyond double precision (about 1.8e308)".into());
                     }
                     self.values.push(value);
+                    if self.values.len() == SAMPLE {
+                        self.reserve(cursor, cursor.at - begin);
+                    }
                 }
                 _ => self.read_other(cursor)?,
             }
@@ -106,6 +113,17 @@ impl Numbers {
                 _ => return cursor.unexpected("`,` or `]` after a number"),
             }
         }
+    }
+
+    /// Takes room for the numbers to come, judging by how long the last ones were: a big array is neither copied nor
+    /// held twice while it grows. (Room that turns out not to be needed is never written to.)
+    #[cold]
+    fn reserve(&mut self, cursor: &Cursor, row_bytes: usize) {
+        let in_row = self.values.len() - self.row_begin;
+        let bytes = if self.rows.is_none() { cursor.to_bracket() } else { cursor.to_end() };
+        let each = (row_bytes / in_row).max(2);
+        // Only a saving: without it the vector grows as it goes.
+        let _taken = self.values.try_reserve(bytes / each + bytes / (64 * each) + 1);
     }
 
     #[cold]
