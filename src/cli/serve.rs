@@ -7,13 +7,16 @@ pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
     telemetry::init_logs(settings.log_format, &settings.log)?;
     let runtime =
         tokio::runtime::Builder::new_multi_thread().worker_threads(connection_threads()).enable_all().build()?;
-    runtime.block_on(async {
+    let outcome = runtime.block_on(async {
         let app = App::start(settings).await?;
         let address = app.address()?;
         tracing::info!(%address, engine = crate::api::ENGINE, "listening on http://{address}, documentation at http://{address}/docs");
         app.serve(stop_signal()?).await;
         Ok(())
-    })
+    });
+    // What was accepted has been answered or its grace is over: a fit that still runs is not waited for.
+    runtime.shutdown_background();
+    outcome
 }
 
 /// Threads that serve connections. Fits have threads of their own, and reading and writing a request takes a fraction
