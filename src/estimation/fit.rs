@@ -18,7 +18,7 @@ use super::{
         BiasReport, Coefficient, FitResult, Numerics, RegularizationReport, RegularizedSpectrum, ResidualReport,
         SpectrumReport, Warning,
     },
-    sample::{Sample, separates},
+    sample::Sample,
     scaled::{ScaledColumns, caller_columns},
     separable::Separable,
     sound,
@@ -36,7 +36,9 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     let design = Design::new(nodes, &sample, spec)?;
     let mut warnings = Vec::new();
     let separable = match nodes {
-        Nodes::Grid(grid) if spec.scaling != Scaling::Standardized && design.is_full_product() && separates(grid) => {
+        Nodes::Grid(grid)
+            if spec.scaling != Scaling::Standardized && design.is_full_product() && sample.separates() =>
+        {
             Separable::new(&design, grid)
         }
         _ => None,

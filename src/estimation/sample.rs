@@ -1,6 +1,6 @@
 //! The counted nodes of a node set: what is missing or of weight 0 is skipped once, here.
 
-use super::nodes::{Grid, Nodes};
+use super::nodes::Nodes;
 use crate::numerics::wide::LANES;
 
 /// Counted nodes, borrowed from the node set in the order posted (grids row by row).
@@ -67,6 +67,11 @@ impl<'a> Sample<'a> {
             Places::Grid { u, v } if self.index.is_none() => Some((u, v)),
             _ => None,
         }
+    }
+
+    /// Whether this is a full, unweighted grid, so that its measurement matrix separates into those of its axes.
+    pub fn separates(&self) -> bool {
+        self.full_axes().is_some() && !self.weighted()
     }
 
     /// Whether any node carries a weight of its own.
@@ -159,9 +164,4 @@ fn counted(length: usize, counts: impl Fn(usize) -> bool) -> Option<Vec<u32>> {
     index.extend((0..first_gap).map(|i| i as u32));
     index.extend((first_gap..length).filter(|&i| counts(i)).map(|i| i as u32));
     Some(index)
-}
-
-/// Whether a grid is full and unweighted, so that its measurement matrix separates into those of its axes.
-pub fn separates(grid: &Grid) -> bool {
-    grid.weight.is_none() && (0..grid.z.len()).all(|i| grid.counts(i))
 }

@@ -1,6 +1,6 @@
 //! Jobs in SQLite: everything that is SQL.
 //!
-//! **One writer.** All writes go through one task that owns the only writing connection ([`writer`]). Requests that wait
+//! **One writer.** All writes go through one task that owns the only writing connection (`writer`). Requests that wait
 //! together share one transaction and so one sync of the write-ahead log; none is answered before it. Nothing else writes, so no
 //! request can meet a locked database, and what was read inside the transaction still holds when it commits.
 //!
