@@ -47,18 +47,29 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     within_range(nodes, &heights)?;
     let factor = Factor::new(&design, &sample, separable)?;
     let caller = caller_columns(&factor);
+    columns_within_range(&design, &caller)?;
     let mut columns = ScaledColumns::new(&design, &caller, spec.scaling, heights.weight)?;
     if let Some(constant) = &mut columns.constant {
         constant.set_level(&caller, &factor.qty);
     }
-    let spectrum = Spectrum::new(&factor, &columns, spec.scaling)?;
+    let unit = match spec.scaling {
+        Scaling::UnitLength => None,
+        Scaling::None | Scaling::Standardized => {
+            let columns = ScaledColumns::new(&design, &caller, Scaling::UnitLength, heights.weight)?;
+            let spectrum = Spectrum::new(&factor, &columns, Scaling::UnitLength, None)?;
+            Some((columns, spectrum))
+        }
+    };
+    let rank = match (&unit, spec.scaling) {
+        (Some((_, unit)), Scaling::None) => Some(unit.rank),
+        _ => None,
+    };
+    let spectrum = Spectrum::new(&factor, &columns, spec.scaling, rank)?;
     if !spectrum.full_rank() {
         // names must not depend on how the columns are scaled
-        match spec.scaling {
-            Scaling::None => {
-                let unit = ScaledColumns::new(&design, &caller, Scaling::UnitLength, heights.weight)?;
-                let named = Spectrum::new(&factor, &unit, Scaling::UnitLength)?;
-                refuse_dependence(&design, &unit, &named, spec, &mut warnings)?;
+        match (&unit, spec.scaling) {
+            (Some((columns, spectrum)), Scaling::None) => {
+                refuse_dependence(&design, columns, spectrum, spec, &mut warnings)?;
             }
             _ => refuse_dependence(&design, &columns, &spectrum, spec, &mut warnings)?,
         }
@@ -102,18 +113,11 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     };
     let bias = report.bias(&estimate.directions, &mut warnings);
     let regularization = report.regularization(&problem, &mut warnings, heights.weight);
-    let unit = match spec.scaling {
-        Scaling::UnitLength => None,
-        Scaling::None | Scaling::Standardized => {
-            let columns = ScaledColumns::new(&design, &caller, Scaling::UnitLength, heights.weight)?;
-            Some(Spectrum::new(&factor, &columns, Scaling::UnitLength)?)
-        }
-    };
     let collinearity = collinearity::report(
         &design,
         &factor,
         &caller,
-        unit.as_ref().unwrap_or(&spectrum),
+        unit.as_ref().map_or(&spectrum, |(_, unit)| unit),
         heights.weight,
         spec.include.collinearity,
         &mut warnings,
@@ -163,7 +167,9 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         relative_error: factor.relative_error,
         length: heights.about_zero.sqrt(),
     });
-    if correct_digits < 6.0 {
+    // where columns depend on each other the nodes do not determine the coefficients at all, and a warning said so
+    let correct_digits = if spectrum.full_rank() { correct_digits } else { 0.0 };
+    if correct_digits < 6.0 && spectrum.full_rank() {
         warnings.push(Warning {
             code: "few_digits",
             message: format!(
@@ -239,6 +245,26 @@ fn constant_in_span(
         .map(|i| spectrum.v.column(i).iter().zip(&sums).map(|(v, s)| v * s).sum::<f64>().powi(2) / spectrum.lambda[i])
         .sum();
     (weight - seen).abs() <= 1e-9 * weight
+}
+
+/// Lengths of columns are squared: they must neither overflow nor vanish.
+fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(), FitError> {
+    const RANGE: std::ops::Range<f64> = 1e-145..1e145;
+    let rows = caller.nrows();
+    for (label, column) in design.labels.iter().zip(caller.as_slice().chunks_exact(rows)) {
+        let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+        if largest != 0.0 && !RANGE.contains(&largest) {
+            return Err(Faults::one(
+                "/nodes",
+                format!(
+                    "the column of {label} (weights included) is about {largest:.0e} long, whose square leaves the range of \
+                     double precision: choose another unit or basis; weights are relative and may be divided by their largest"
+                ),
+            )
+            .into());
+        }
+    }
+    Ok(())
 }
 
 /// Squares of heights are summed: they must neither overflow nor vanish.

@@ -104,6 +104,10 @@ fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<Sc
         for k in 0..n {
             matrix[(k, s)] = caller[(k, j)] - mean * caller[(k, index)];
         }
+        // nothing but rounding is left of a column that does not vary: doubles differ by more
+        if length_squared(&matrix, s) <= length_squared(caller, j) * 1e-36 {
+            matrix.column_mut(s).fill(Dd::ZERO);
+        }
         let deviation = positive((length_squared(&matrix, s) / weight).sqrt());
         let inverse = Dd::ONE / deviation;
         matrix.column_mut(s).iter_mut().for_each(|x| *x *= inverse);

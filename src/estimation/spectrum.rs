@@ -72,24 +72,37 @@ fn rounding_floor(r: &DMatrix<Dd>, change: &DMatrix<Dd>, scale: impl Fn(usize) -
 }
 
 impl Spectrum {
-    /// Analyses the scaled columns.
-    pub fn new(factor: &Factor, columns: &ScaledColumns, scaling: Scaling) -> Result<Self, FitError> {
+    /// Analyses the scaled columns. Rank does not depend on how columns are scaled, but is told best on columns of
+    /// unit length: where it is known from there, `rank` says so.
+    pub fn new(
+        factor: &Factor,
+        columns: &ScaledColumns,
+        scaling: Scaling,
+        rank: Option<usize>,
+    ) -> Result<Self, FitError> {
         match (&factor.separable, scaling) {
-            (Some(axes), Scaling::UnitLength | Scaling::None) => Self::of_product(axes, scaling),
-            _ => Self::of_matrix(factor, columns),
+            (Some(axes), Scaling::UnitLength | Scaling::None) => Self::of_product(axes, scaling, rank),
+            _ => Self::of_matrix(factor, columns, rank),
         }
     }
 
-    fn of_matrix(factor: &Factor, columns: &ScaledColumns) -> Result<Self, FitError> {
+    fn of_matrix(factor: &Factor, columns: &ScaledColumns, rank: Option<usize>) -> Result<Self, FitError> {
+        // a column that is 0 has no error either
+        let counts = |s: &usize| columns.matrix.column(*s).iter().any(|x| *x != Dd::ZERO);
         let floor = rounding_floor(&factor.r, &factor.change, |j| {
-            columns.kept.iter().position(|&k| k == j).map_or(f64::INFINITY, |s| columns.scale[s].to_f64())
+            let at = columns.kept.iter().position(|&k| k == j).filter(counts);
+            at.map_or(f64::INFINITY, |s| columns.scale[s].to_f64())
         });
         let parts = decompose(&columns.matrix, floor)?;
         let n = parts.sigma.len();
         let mut a = vec![Dd::ZERO; n];
         let mut lambda = vec![0.0; n];
         for i in 0..n {
-            if parts.sigma[i].to_f64() > parts.floor {
+            let told = match rank {
+                Some(rank) => i >= n - rank && parts.sigma[i] > Dd::ZERO,
+                None => parts.sigma[i].to_f64() > parts.floor,
+            };
+            if told {
                 let squared = parts.sigma[i] * parts.sigma[i];
                 lambda[i] = squared.to_f64();
                 a[i] =
@@ -108,7 +121,7 @@ impl Spectrum {
     }
 
     /// The spectrum of `X_u ⊗ X_v` from those of its factors.
-    fn of_product(axes: &Separable, scaling: Scaling) -> Result<Self, FitError> {
+    fn of_product(axes: &Separable, scaling: Scaling, rank: Option<usize>) -> Result<Self, FitError> {
         let axis = |axis: &super::separable::AxisFactor| {
             let mut matrix = triangular::multiply_upper(&axis.r, &axis.change);
             let mut scale = vec![1.0; matrix.ncols()];
@@ -131,12 +144,15 @@ impl Spectrum {
         let mut order: Vec<(usize, usize, f64, Dd)> = (0..p)
             .flat_map(|i| (0..q).map(move |j| (i, j)))
             .map(|(i, j)| {
-                let told = u.sigma[i].to_f64() > u.floor && v.sigma[j].to_f64() > v.floor;
+                let told = rank.is_some() || (u.sigma[i].to_f64() > u.floor && v.sigma[j].to_f64() > v.floor);
                 let squared = (u.sigma[i] * u.sigma[i]) * (v.sigma[j] * v.sigma[j]);
                 (i, j, if told { squared.to_f64() } else { 0.0 }, squared)
             })
             .collect();
         order.sort_by(|x, y| x.2.total_cmp(&y.2));
+        if let Some(rank) = rank {
+            order[..n - rank].iter_mut().for_each(|entry| entry.2 = 0.0);
+        }
         // a = (Σ_u U_u)ᵀ B (U_v Σ_v) / λ
         let mut half = DMatrix::from_element(p, q, Dd::ZERO);
         for i in 0..p {
