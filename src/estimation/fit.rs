@@ -3,17 +3,19 @@
 use nalgebra::DMatrix;
 
 use super::{
+    admission::{columns_within_range, constant_in_span, refuse_dependence, within_range},
     bias,
     choice::{self, Decided},
     collinearity,
     design::Design,
     digits,
     error::{Faults, FitError},
+    estimate::{Estimate, LeastSquares, residuals},
     factor::Factor,
     filter::{Filtered, Rule, Spectral},
     nodes::Nodes,
     perturbation,
-    residuals::{Heights, Place, Residuals, matrix_b},
+    residuals::{Heights, Place, matrix_b},
     result::{
         BiasReport, Coefficient, FitResult, Numerics, RegularizationReport, RegularizedSpectrum, ResidualReport,
         SpectrumReport, Warning,
@@ -22,10 +24,9 @@ use super::{
     scaled::{ScaledColumns, caller_columns},
     separable::Separable,
     sound,
-    spec::{FitSpec, Regularization, Scaling},
+    spec::{FitSpec, Scaling},
     spectrum::Spectrum,
 };
-use crate::numerics::{Dd, triangular};
 
 /// Numbers of B that an answer may hold.
 const MOST_OF_B: usize = 1_000_000;
@@ -218,255 +219,6 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         warnings,
     };
     sound::checked(result)
-}
-
-/// Whether the columns can add up to 1 at every node. Where the model does not say, the constant is projected on
-/// them: `‖P1‖² = Σ (Vᵢᵀ X̃ᵀΩ1)²/λᵢ` against `Σw`.
-fn constant_in_span(
-    design: &Design,
-    factor: &Factor,
-    columns: &ScaledColumns,
-    spectrum: &Spectrum,
-    weight: f64,
-) -> bool {
-    if let Some(known) = design.constant_in_span {
-        return known;
-    }
-    let Some(ones) = &factor.ones else { return false };
-    // posted columns: T is diagonal
-    let sums: Vec<f64> = columns
-        .kept
-        .iter()
-        .zip(&columns.scale)
-        .map(|(&j, s)| (factor.change[(j, j)] * ones[j] / *s).to_f64())
-        .collect();
-    let seen: f64 = (0..spectrum.lambda.len())
-        .filter(|&i| spectrum.lambda[i] > 0.0)
-        .map(|i| spectrum.v.column(i).iter().zip(&sums).map(|(v, s)| v * s).sum::<f64>().powi(2) / spectrum.lambda[i])
-        .sum();
-    (weight - seen).abs() <= 1e-9 * weight
-}
-
-/// Lengths of columns are squared: they must neither overflow nor vanish.
-fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(), FitError> {
-    const RANGE: std::ops::Range<f64> = 1e-145..1e145;
-    let rows = caller.nrows();
-    for (label, column) in design.labels.iter().zip(caller.as_slice().chunks_exact(rows)) {
-        let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
-        if largest != 0.0 && !RANGE.contains(&largest) {
-            return Err(Faults::one(
-                "/nodes",
-                format!(
-                    "the column of {label} (weights included) is about {largest:.0e} long, whose square leaves the range of \
-                     double precision: choose another unit or basis; weights are relative and may be divided by their largest"
-                ),
-            )
-            .into());
-        }
-    }
-    Ok(())
-}
-
-/// Squares of heights are summed: they must neither overflow nor vanish.
-fn within_range(nodes: &Nodes, heights: &Heights) -> Result<(), FitError> {
-    let pointer = match nodes {
-        Nodes::Curve(_) | Nodes::Matrix(_) => "/nodes/y",
-        Nodes::Scattered(_) | Nodes::Grid(_) => "/nodes/z",
-    };
-    if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
-        return Err(Faults::one(
-            pointer,
-            "squares of these heights leave the range of double precision: choose a larger unit",
-        )
-        .into());
-    }
-    if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
-        return Err(
-            Faults::one(pointer, "squares of these heights vanish in double precision: choose a smaller unit").into()
-        );
-    }
-    Ok(())
-}
-
-/// Dependent columns: named in a warning, or refused where Eq. 39 would divide by 0.
-fn refuse_dependence(
-    design: &Design,
-    columns: &ScaledColumns,
-    spectrum: &Spectrum,
-    spec: &FitSpec,
-    warnings: &mut Vec<Warning>,
-) -> Result<(), FitError> {
-    let terms = dependent_terms(design, columns, spectrum);
-    let rank = spectrum.rank + usize::from(columns.constant.is_some());
-    if matches!(spec.regularization, Regularization::Spectral { .. }) {
-        return Err(FitError::RankDeficient { rank, columns: design.size(), terms });
-    }
-    warnings.push(Warning {
-        code: "rank_deficient",
-        message: format!(
-            "the columns of {} depend on each other over these nodes (rank {rank} of {}): \
-             the least-squares figures are those of the minimum-norm solution in the scaled columns",
-            terms.join(", "),
-            design.size()
-        ),
-    });
-    Ok(())
-}
-
-/// The terms with large weights in the directions that cannot be told from 0.
-fn dependent_terms(design: &Design, columns: &ScaledColumns, spectrum: &Spectrum) -> Vec<String> {
-    let mut terms: Vec<usize> = Vec::new();
-    for i in (0..spectrum.lambda.len()).filter(|&i| spectrum.lambda[i] <= 0.0) {
-        let weights: Vec<f64> = spectrum.v.column(i).iter().copied().collect();
-        terms.extend(collinearity::large_terms(&weights).into_iter().map(|s| columns.kept[s]));
-    }
-    terms.sort_unstable();
-    terms.dedup();
-    terms.into_iter().map(|j| design.labels[j].clone()).collect()
-}
-
-/// Plain least squares (Eq. 15).
-struct LeastSquares {
-    /// In the caller's terms.
-    coefficients: Vec<f64>,
-    working: Vec<Dd>,
-    rss: f64,
-    max_abs: f64,
-}
-
-impl LeastSquares {
-    fn new(place: &Place, columns: &ScaledColumns, spectrum: &Spectrum) -> Self {
-        let factor = place.factor;
-        if let (Some(working), true) = (&factor.working, spectrum.full_rank()) {
-            let mut coefficients = working.clone();
-            triangular::solve_upper(&factor.change, &mut coefficients);
-            return LeastSquares {
-                coefficients: coefficients.iter().map(|x| x.to_f64()).collect(),
-                working: working.clone(),
-                rss: factor.rss,
-                max_abs: factor.max_abs,
-            };
-        }
-        let n = factor.size();
-        let mut caller = vec![Dd::ZERO; n];
-        for ((&j, &s), &x) in columns.kept.iter().zip(&columns.scale).zip(&spectrum.scaled) {
-            caller[j] = x / s;
-        }
-        if let Some(constant) = &columns.constant {
-            let shift =
-                columns.kept.iter().zip(&constant.means).fold(Dd::ZERO, |sum, (&j, &mean)| sum + mean * caller[j]);
-            caller[constant.index] = constant.level - shift;
-        }
-        let coefficients = caller.iter().map(|x| x.to_f64()).collect();
-        super::factor::multiply_upper_vector(&factor.change, &mut caller);
-        let residuals = place.of_working(&caller, false);
-        LeastSquares { coefficients, working: caller, rss: residuals.rss, max_abs: residuals.max_abs }
-    }
-}
-
-/// The regularised estimate and the spread of both.
-struct Estimate {
-    coefficients: Vec<f64>,
-    /// √(variance/σ²) of each regularised coefficient.
-    spread: Vec<f64>,
-    /// The same for least squares.
-    leverage: Vec<f64>,
-    sensitivity: Vec<f64>,
-    /// `P V`: row j holds what each direction contributes to the caller's coefficient j.
-    directions: DMatrix<f64>,
-}
-
-/// `P V`.
-fn directions(columns: &ScaledColumns, spectrum: &Spectrum, n: usize) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(n, spectrum.lambda.len());
-    let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();
-    let means: Option<(usize, Vec<f64>)> =
-        columns.constant.as_ref().map(|c| (c.index, c.means.iter().map(|mean| mean.to_f64()).collect()));
-    for (from, mut to) in spectrum.v.column_iter().zip(out.column_iter_mut()) {
-        let mut constant = 0.0;
-        for (s, &j) in columns.kept.iter().enumerate() {
-            to[j] = from[s] / scale[s];
-            if let Some((_, means)) = &means {
-                constant -= means[s] * to[j];
-            }
-        }
-        if let Some((index, _)) = &means {
-            to[*index] = constant;
-        }
-    }
-    out
-}
-
-impl Estimate {
-    fn new(columns: &ScaledColumns, spectrum: &Spectrum, filtered: &[Filtered], least_squares: &LeastSquares) -> Self {
-        let n = least_squares.coefficients.len();
-        let directions = directions(columns, spectrum, n);
-        let constant = columns.constant.as_ref();
-        let (mut coefficients, mut spread) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        let (mut leverage, mut sensitivity) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        for j in 0..n {
-            let level = constant.filter(|c| c.index == j);
-            let own = level.map_or(0.0, |c| 1.0 / c.length_squared);
-            let (mut kept, mut kept_size, mut removed, mut removed_size) = (0.0, 0.0f64, 0.0, 0.0f64);
-            let (mut plain, mut shrunk, mut twice) = (own, own, 0.0);
-            for (i, f) in filtered.iter().enumerate() {
-                let along = directions[(j, i)];
-                let term = spectrum.a[i] * along;
-                kept += f.factor * term;
-                kept_size += (f.factor * term).abs();
-                removed += f.removed * term;
-                removed_size += (f.removed * term).abs();
-                let lambda = spectrum.lambda[i];
-                if lambda > 0.0 {
-                    let share = along * along / lambda;
-                    plain += share;
-                    shrunk += f.factor * f.factor * share;
-                    twice += share / lambda;
-                }
-            }
-            let level = level.map_or(0.0, |c| c.level.to_f64());
-            // two equal sums; take the one in which less cancels
-            let whole = least_squares.coefficients[j];
-            let from_kept = kept_size + level.abs() < removed_size + whole.abs();
-            coefficients.push(if from_kept && removed_size > 0.0 { level + kept } else { whole - removed });
-            leverage.push(plain.sqrt());
-            spread.push(shrunk.sqrt());
-            sensitivity.push(twice.sqrt());
-        }
-        Estimate { coefficients, spread, leverage, sensitivity, directions }
-    }
-}
-
-/// Residuals of the regularised estimate; those of least squares where nothing was regularised.
-fn residuals(
-    place: &Place,
-    spectrum: &Spectrum,
-    filtered: &[Filtered],
-    estimate: &Estimate,
-    least_squares: &LeastSquares,
-    spec: &FitSpec,
-) -> Residuals {
-    let keep = spec.include.residuals;
-    let untouched = filtered.iter().all(|f| f.removed == 0.0);
-    if untouched && !keep {
-        return Residuals { rss: least_squares.rss, max_abs: least_squares.max_abs, values: Vec::new() };
-    }
-    if untouched {
-        return place.of_working(&least_squares.working, true);
-    }
-    if place.factor.working.is_none() {
-        let mut working: Vec<Dd> = estimate.coefficients.iter().map(|&x| Dd::from(x)).collect();
-        super::factor::multiply_upper_vector(&place.factor.change, &mut working);
-        return place.of_working(&working, keep);
-    }
-    let mut b = place.factor.qty.clone();
-    for (i, f) in filtered.iter().enumerate().filter(|(_, f)| f.removed != 0.0) {
-        let moved = f.removed * spectrum.a[i];
-        for (b, image) in b.iter_mut().zip(spectrum.image.column(i).iter()) {
-            *b -= Dd::product(moved, *image);
-        }
-    }
-    place.of_image(&b, keep)
 }
 
 /// Puts what was computed into the shape of the answer.

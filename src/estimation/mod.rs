@@ -3,12 +3,14 @@
 //! Knows no HTTP, no SQL and no serialisation.
 
 mod accumulate;
+mod admission;
 mod bias;
 mod choice;
 mod collinearity;
 mod design;
 mod digits;
 pub mod error;
+mod estimate;
 mod factor;
 mod filter;
 pub mod fit;

@@ -9,6 +9,7 @@ mod bases;
 mod bounds;
 mod collinearity;
 mod criteria;
+mod edges;
 mod extremes;
 mod hard;
 mod large;
