@@ -82,11 +82,6 @@ impl Modify for Complete {
                     }
                 }
                 request_id(operation);
-                for parameter in operation.parameters.iter_mut().flatten() {
-                    if let RefOr::T(Parameter { schema: Some(schema), .. }) = parameter {
-                        not_nullable(schema);
-                    }
-                }
                 examples(operation);
                 form_parts(operation);
             }
