@@ -32,6 +32,17 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_scattered", "Scattered nodes with weights, Chebyshev basis, fixed λ*"),
     example!("create_fit", "fit_b_spline", "A B-spline curve with equal spans, ridge by generalised cross-validation"),
     example!("create_fit", "fit_matrix", "A measurement matrix with named columns, no regularisation"),
+    example!(
+        "create_fit",
+        "fit_m_estimator",
+        "A flank grid with two gross peaks, Tukey's biweight from least trimmed squares"
+    ),
+    example!("create_fit", "fit_huber", "A curve with a gross peak, Huber's loss and proposal 2"),
+    example!("create_fit", "fit_least_absolute", "The same curve by least absolute deviations"),
+    example!("create_fit", "fit_lp", "The same curve by least sum of |r|^1.5"),
+    example!("create_fit", "fit_quantile", "A line below which a quarter of the nodes lies"),
+    example!("create_fit", "fit_least_trimmed", "The same curve by least trimmed squares"),
+    example!("create_fit", "fit_rank", "The same curve by least rank dispersion"),
     example!("create_job", "job", "A spur gear on a form grinder"),
     example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),
     example!("create_iteration_fit", "refit", "The same nodes with λ* by generalised cross-validation"),

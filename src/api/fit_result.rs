@@ -11,6 +11,7 @@ use super::{
     fit_result_parts::*,
     fit_spec::SchemeName,
     problem::{Problem, ProblemCode, ProblemError},
+    robust_result::RobustBody,
 };
 use crate::estimation::{FitResult, result, spec};
 
@@ -31,6 +32,9 @@ pub struct FitResultBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<PerturbationBody>,
     pub residuals: ResidualsBody,
+    /// Present for every estimator but `least_squares`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robust: Option<RobustBody>,
     /// Condition, bias and error along λ*; present when `lambda_curve` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_curve: Option<Vec<LambdaCurvePointBody>>,
@@ -55,6 +59,7 @@ impl FitResultBody {
             collinearity: collinearity(&mut check, result.collinearity),
             perturbation: result.perturbation.map(|p| perturbation(&mut check, p)),
             residuals: residuals(&mut check, result.residuals),
+            robust: result.robust.map(|r| RobustBody::new(&mut check, r)),
             lambda_curve: result
                 .lambda_curve
                 .map(|points| points.into_iter().map(|p| lambda_curve_point(&mut check, p)).collect()),
@@ -79,8 +84,9 @@ impl FitResultBody {
     /// The JSON text.
     pub fn to_json(&self) -> Result<Vec<u8>, serde_json::Error> {
         let n = self.coefficients.len();
-        let values =
-            self.residuals.values.as_ref().map_or(0, Vec::len) + self.matrix_b.as_ref().map_or(0, |b| b.len() * n);
+        let values = self.residuals.values.as_ref().map_or(0, Vec::len)
+            + self.robust.as_ref().map_or(0, |r| r.weights.len())
+            + self.matrix_b.as_ref().map_or(0, |b| b.len() * n);
         // About what the text takes, so that it is laid once: some 20 bytes a number.
         let mut text = Vec::with_capacity(4096 + 22 * (2 * n * n + 24 * n + values));
         serde_json::to_writer(&mut text, self)?;

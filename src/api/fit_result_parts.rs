@@ -25,12 +25,12 @@ pub struct CoefficientBody {
     /// Column of a measurement matrix, from 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<usize>,
-    /// Regularised estimate Â_B (Eq. 29).
+    /// The estimator asked for, regularised: Â_B (Eq. 29).
     pub value: f64,
     /// Standard error of `value`; absent without degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
-    /// Least-squares estimate.
+    /// Plain least-squares estimate of the posted nodes, whatever the estimator.
     pub least_squares: f64,
     /// Standard error of `least_squares`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -273,7 +273,7 @@ pub struct ResidualsBody {
     pub degrees_of_freedom: usize,
     /// Σ w r² of the regularised estimate.
     pub rss: f64,
-    /// σ̂ of the least-squares fit; absent without degrees of freedom.
+    /// σ̂ of the plain least-squares fit; absent without degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
     pub rms: f64,

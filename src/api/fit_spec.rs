@@ -6,6 +6,7 @@
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
+pub use super::estimator_spec::*;
 pub use super::fit_result_parts::DomainBody;
 pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody};
 use super::nodes_schema::NodesBody;
@@ -206,25 +207,6 @@ pub struct ParameterBody {
     pub value: Option<f64>,
 }
 
-/// How the coefficients are estimated.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[serde(untagged)]
-#[schema(as = Estimator, discriminator(property_name = "type", mapping(
-    ("least_squares" = "#/components/schemas/LeastSquaresEstimator")
-)))]
-pub enum EstimatorBody {
-    LeastSquares(LeastSquaresEstimator),
-}
-
-/// Least squares, the default.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LeastSquaresEstimator {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: LeastSquaresTag,
-}
-
 /// Standard uncertainties of a node, in the caller's unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -257,7 +239,6 @@ tags! {
     NoneTag = None,
     SpectralTag = Spectral,
     RidgeTag = Ridge,
-    LeastSquaresTag = LeastSquares,
 }
 
 /// Functions of a polynomial model. `monomial` means the caller's raw u and v; the others live on the domain mapped to [-1, 1].

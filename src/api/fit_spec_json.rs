@@ -24,11 +24,7 @@ impl From<&FitSpec> for FitSpecBody {
                 spec::Scaling::Standardized => ScalingName::Standardized,
             }),
             regularization: Some(regularization(&spec.regularization)),
-            estimator: Some(match spec.estimator {
-                spec::Estimator::LeastSquares => {
-                    EstimatorBody::LeastSquares(LeastSquaresEstimator { kind: LeastSquaresTag::LeastSquares })
-                }
-            }),
+            estimator: Some(EstimatorBody::from(&spec.estimator)),
             domain: spec.domain.map(|domain| {
                 let interval = |ends: [f64; 2]| ends.map(unsigned_zero);
                 DomainBody { u: domain.u.map(interval), v: domain.v.map(interval) }

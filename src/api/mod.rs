@@ -3,6 +3,7 @@
 //! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the command line use it too.
 
 pub mod canonical;
+pub mod estimator_spec;
 pub mod examples;
 pub mod fit_result;
 pub mod fit_result_parts;
@@ -22,6 +23,7 @@ pub mod nodes_text;
 pub mod openapi_3_0;
 pub mod problem;
 pub mod reader;
+pub mod robust_result;
 pub mod service;
 pub mod text;
 

@@ -10,8 +10,8 @@ use super::{
     nodes::Nodes,
     residuals::Heights,
     result::Warning,
-    scaled::ScaledColumns,
-    spec::{FitSpec, Regularization},
+    scaled::{ScaledColumns, caller_columns},
+    spec::{FitSpec, Regularization, Scaling},
     spectrum::Spectrum,
 };
 use crate::numerics::Dd;
@@ -107,6 +107,21 @@ pub fn refuse_dependence(
         ),
     });
     Ok(())
+}
+
+/// The refusal of dependent columns by an estimator that needs independent ones.
+pub fn dependence(design: &Design, factor: &Factor, weight: f64) -> FitError {
+    let caller = caller_columns(factor);
+    let analysed = ScaledColumns::new(design, &caller, Scaling::UnitLength, weight)
+        .and_then(|columns| Spectrum::new(factor, &columns, Scaling::UnitLength, None).map(|s| (columns, s)));
+    match analysed {
+        Ok((columns, spectrum)) => FitError::RankDeficient {
+            rank: spectrum.rank,
+            columns: design.size(),
+            terms: dependent_terms(design, &columns, &spectrum),
+        },
+        Err(error) => error,
+    }
 }
 
 /// The terms with large weights in the directions that cannot be told from 0.

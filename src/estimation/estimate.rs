@@ -3,11 +3,12 @@
 use nalgebra::DMatrix;
 
 use super::{
+    error::FitError,
     factor::multiply_upper_vector,
-    filter::Filtered,
+    filter::{Filtered, Rule},
     residuals::{Place, Residuals},
-    scaled::ScaledColumns,
-    spec::FitSpec,
+    scaled::{ScaledColumns, caller_columns},
+    spec::{FitSpec, Scaling},
     spectrum::Spectrum,
 };
 use crate::numerics::{Dd, triangular};
@@ -48,6 +49,31 @@ impl LeastSquares {
         multiply_upper_vector(&factor.change, &mut caller);
         let residuals = place.of_working(&caller, false);
         LeastSquares { coefficients, working: caller, rss: residuals.rss, max_abs: residuals.max_abs }
+    }
+}
+
+/// Plain least squares beside another estimate, in the caller's terms.
+pub struct Beside {
+    pub coefficients: Vec<f64>,
+    /// √((XᵀX)⁻¹)ⱼⱼ.
+    pub leverage: Vec<f64>,
+    pub rss: f64,
+}
+
+impl Beside {
+    /// Of the posted nodes, `factor` being theirs.
+    pub fn new(place: &Place, scaling: Scaling, weight: f64) -> Result<Self, FitError> {
+        let factor = place.factor;
+        let caller = caller_columns(factor);
+        let mut columns = ScaledColumns::new(place.design, &caller, scaling, weight)?;
+        if let Some(constant) = &mut columns.constant {
+            constant.set_level(&caller, &factor.qty);
+        }
+        let spectrum = Spectrum::new(factor, &columns, scaling, None)?;
+        let least_squares = LeastSquares::new(place, &columns, &spectrum);
+        let filtered: Vec<Filtered> = spectrum.lambda.iter().map(|&lambda| Rule::None.at(0, lambda, 0.0)).collect();
+        let Estimate { leverage, .. } = Estimate::new(&columns, &spectrum, &filtered, &least_squares);
+        Ok(Beside { coefficients: least_squares.coefficients, leverage, rss: least_squares.rss })
     }
 }
 

@@ -10,7 +10,7 @@ use super::{
     design::Design,
     digits,
     error::{Faults, FitError},
-    estimate::{Estimate, LeastSquares, residuals},
+    estimate::{Beside, Estimate, LeastSquares, residuals},
     factor::Factor,
     filter::{Filtered, Rule, Spectral},
     nodes::Nodes,
@@ -18,8 +18,9 @@ use super::{
     residuals::{Heights, Place, matrix_b},
     result::{
         BiasReport, Coefficient, FitResult, Numerics, RegularizationReport, RegularizedSpectrum, ResidualReport,
-        SpectrumReport, Warning,
+        RobustReport, SpectrumReport, Warning,
     },
+    robust::{self, Measured},
     sample::Sample,
     scaled::{ScaledColumns, caller_columns},
     separable::Separable,
@@ -46,18 +47,34 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     };
     let heights = Heights::new(&sample);
     within_range(nodes, &heights)?;
-    let factor = Factor::new(&design, &sample, separable)?;
-    let caller = caller_columns(&factor);
+    let posted = Factor::new(&design, &sample, separable)?;
+    let about_zero = heights.about_zero;
+    let place = Place { design: &design, sample: &sample, factor: &posted, nodes, heights: about_zero };
+    let measured = Measured { place: &place, design: &design, sample: &sample, factor: &posted, heights: &heights };
+    let robust = robust::estimate(&spec.estimator, &measured)?;
+    // a robust estimate goes on as the least-squares problem that it solves, plain least squares beside it
+    let beside = match &robust {
+        Some(_) => Some(Beside::new(&place, spec.scaling, heights.weight)?),
+        None => None,
+    };
+    let reweighted = robust.as_ref().and_then(|r| r.weights.as_deref()).map(|weights| sample.reweighted(weights));
+    let acting = reweighted.as_ref().unwrap_or(&sample);
+    let weight = reweighted.as_ref().map_or(heights.weight, |sample| Heights::new(sample).weight);
+    let factor = robust.as_ref().map_or(&posted, |robust| &robust.factor);
+    if let Some(robust) = &robust {
+        warnings.extend(robust.warnings.iter().cloned());
+    }
+    let caller = caller_columns(factor);
     columns_within_range(&design, &caller)?;
-    let mut columns = ScaledColumns::new(&design, &caller, spec.scaling, heights.weight)?;
+    let mut columns = ScaledColumns::new(&design, &caller, spec.scaling, weight)?;
     if let Some(constant) = &mut columns.constant {
         constant.set_level(&caller, &factor.qty);
     }
     let unit = match spec.scaling {
         Scaling::UnitLength => None,
         Scaling::None | Scaling::Standardized => {
-            let columns = ScaledColumns::new(&design, &caller, Scaling::UnitLength, heights.weight)?;
-            let spectrum = Spectrum::new(&factor, &columns, Scaling::UnitLength, None)?;
+            let columns = ScaledColumns::new(&design, &caller, Scaling::UnitLength, weight)?;
+            let spectrum = Spectrum::new(factor, &columns, Scaling::UnitLength, None)?;
             Some((columns, spectrum))
         }
     };
@@ -65,7 +82,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         (Some((_, unit)), Scaling::None) => Some(unit.rank),
         _ => None,
     };
-    let spectrum = Spectrum::new(&factor, &columns, spec.scaling, rank)?;
+    let spectrum = Spectrum::new(factor, &columns, spec.scaling, rank)?;
     if !spectrum.full_rank() {
         // names must not depend on how the columns are scaled
         match (&unit, spec.scaling) {
@@ -75,11 +92,13 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             _ => refuse_dependence(&design, &columns, &spectrum, spec, &mut warnings)?,
         }
     }
-    let place = Place { design: &design, sample: &sample, factor: &factor, nodes, heights: heights.about_zero };
+    let place = Place { design: &design, sample: &sample, factor, nodes, heights: about_zero };
     let least_squares = LeastSquares::new(&place, &columns, &spectrum);
     let free = spectrum.rank + usize::from(columns.constant.is_some());
     let degrees_of_freedom = sample.count() - free;
-    let sigma = (degrees_of_freedom > 0).then(|| (least_squares.rss / degrees_of_freedom as f64).sqrt());
+    let least_squares_rss = beside.as_ref().map_or(least_squares.rss, |beside| beside.rss);
+    let sigma = (degrees_of_freedom > 0).then(|| (least_squares_rss / degrees_of_freedom as f64).sqrt());
+    let noise = robust.as_ref().map_or(sigma, |robust| robust.sigma.filter(|_| degrees_of_freedom > 0));
     if sigma.is_none() {
         warnings.push(Warning {
             code: "no_degrees_of_freedom",
@@ -89,20 +108,22 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     let problem = Spectral::new(
         &spectrum.lambda,
         &spectrum.a,
-        spec.noise_sigma.or(sigma).map(|s| s * s),
-        least_squares.rss,
+        spec.noise_sigma.or(noise).map(|s| s * s),
+        robust.as_ref().map_or(least_squares.rss, |robust| robust.rss),
         sample.count(),
         usize::from(columns.constant.is_some()),
     );
-    let decided =
-        choice::decide(&spec.regularization, &problem, heights.weight, spec.include.lambda_curve, &mut warnings)?;
+    let decided = choice::decide(&spec.regularization, &problem, weight, spec.include.lambda_curve, &mut warnings)?;
     let rule = if decided.chosen.is_some() { decided.rule } else { Rule::None };
     let filtered: Vec<Filtered> =
         spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, decided.parameter())).collect();
     let estimate = Estimate::new(&columns, &spectrum, &filtered, &least_squares);
 
     let residuals = residuals(&place, &spectrum, &filtered, &estimate, &least_squares, spec);
-    let rss = problem.sums(rule, decided.parameter()).rss[0];
+    let rss = match robust {
+        Some(_) => residuals.rss,
+        None => problem.sums(rule, decided.parameter()).rss[0],
+    };
     let report = Reporter {
         spec,
         design: &design,
@@ -113,13 +134,13 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         filtered: &filtered,
     };
     let bias = report.bias(&estimate.directions, &mut warnings);
-    let regularization = report.regularization(&problem, &mut warnings, heights.weight);
+    let regularization = report.regularization(&problem, &mut warnings, weight);
     let collinearity = collinearity::report(
         &design,
-        &factor,
+        factor,
         &caller,
         unit.as_ref().map_or(&spectrum, |(_, unit)| unit),
-        heights.weight,
+        weight,
         spec.include.collinearity,
         &mut warnings,
     );
@@ -137,8 +158,8 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             largest,
             norm: norm(&mut spectrum.a.iter().zip(&filtered).map(|(a, f)| a * f.factor)),
         };
-        let rss = least_squares.rss;
-        perturbation::report(&design, &sample, &columns, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
+        let rss = robust.as_ref().map_or(least_squares.rss, |robust| robust.rss);
+        perturbation::report(&design, acting, &columns, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
     });
     if let Some(p) = &perturbation
         && (p.least_squares.square_bound.is_none() || p.regularized.square_bound.is_none())
@@ -148,22 +169,22 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             message: "the node uncertainty times the condition reaches 1: the square bound does not exist there".into(),
         });
     }
-    let total = if constant_in_span(&design, &factor, &columns, &spectrum, heights.weight) {
+    let total = if constant_in_span(&design, factor, &columns, &spectrum, weight) {
         heights.about_mean
     } else {
         heights.about_zero
     };
-    let matrix_b = report.matrix_b(&place, &mut warnings)?;
+    let matrix_b = report.matrix_b(&Place { sample: acting, ..place }, &mut warnings)?;
     let correct_digits = digits::correct_digits(&digits::Fitted {
         design: &design,
-        sample: &sample,
+        sample: acting,
         largest_height: heights.largest,
         r: &factor.r,
         working: &least_squares.working,
         coefficients: &least_squares.coefficients,
         leverage: &estimate.leverage,
         sensitivity: &estimate.sensitivity,
-        sigma,
+        sigma: noise,
         max_residual: least_squares.max_abs,
         relative_error: factor.relative_error,
         length: heights.about_zero.sqrt(),
@@ -178,17 +199,29 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             ),
         });
     }
+    let (plain_coefficients, plain_leverage) = match &beside {
+        Some(beside) => (&beside.coefficients, &beside.leverage),
+        None => (&least_squares.coefficients, &estimate.leverage),
+    };
+    let standard_errors =
+        robust.as_ref().map(|r| r.spread.standard_errors(&estimate, &spectrum, &columns, factor, &filtered));
     let coefficients = (0..design.size())
         .map(|j| Coefficient {
             term: design.labels[j].clone(),
             key: design.keys[j].clone(),
             value: estimate.coefficients[j],
-            std_error: sigma.map(|s| s * estimate.spread[j]),
-            least_squares: least_squares.coefficients[j],
-            least_squares_std_error: sigma.map(|s| s * estimate.leverage[j]),
+            std_error: match &standard_errors {
+                Some(errors) => errors[j].filter(|_| degrees_of_freedom > 0),
+                None => sigma.map(|s| s * estimate.spread[j]),
+            },
+            least_squares: plain_coefficients[j],
+            least_squares_std_error: sigma.map(|s| s * plain_leverage[j]),
             bias_bound: bias.1[j],
         })
         .collect();
+    let arithmetic = factor.arithmetic;
+    let robust_report =
+        robust.map(|robust| RobustReport { coefficients: least_squares.coefficients.clone(), ..robust.report });
     let result = FitResult {
         coefficients,
         domain: design.domain,
@@ -205,7 +238,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             rms: (rss / heights.weight).sqrt(),
             max_abs: residuals.max_abs,
             r_squared: (total > 0.0).then(|| 1.0 - rss / total),
-            least_squares_rss: least_squares.rss,
+            least_squares_rss,
             node_indices: spec
                 .include
                 .residuals
@@ -213,9 +246,10 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
                 .flatten(),
             values: spec.include.residuals.then_some(residuals.values),
         },
+        robust: robust_report,
         lambda_curve: decided.curve.clone(),
         matrix_b,
-        numerics: Numerics { arithmetic: factor.arithmetic, correct_digits },
+        numerics: Numerics { arithmetic, correct_digits },
         warnings,
     };
     sound::checked(result)

@@ -13,6 +13,7 @@ pub struct Sample<'a> {
     count: usize,
 }
 
+#[derive(Clone, Copy)]
 enum Places<'a> {
     Curve { x: &'a [f64] },
     Scattered { u: &'a [f64], v: &'a [f64] },
@@ -44,6 +45,20 @@ impl<'a> Sample<'a> {
         };
         let count = index.as_ref().map_or(heights.len(), Vec::len);
         Sample { places, heights, weight: weight.as_deref(), index, count }
+    }
+
+    /// The same counted nodes with other weights, one for each posted node; 0 silences a node without leaving it out.
+    pub fn reweighted<'b>(&self, weight: &'b [f64]) -> Sample<'b>
+    where
+        'a: 'b,
+    {
+        Sample {
+            places: self.places,
+            heights: self.heights,
+            weight: Some(weight),
+            index: self.index.clone(),
+            count: self.count,
+        }
     }
 
     /// m, the number of counted nodes.

@@ -53,6 +53,11 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     optional("e", &mut result.bias.e);
     optional("sigma", &mut result.residuals.sigma);
     optional("r_squared", &mut result.residuals.r_squared);
+    if let Some(robust) = &mut result.robust {
+        optional("robust.tolerance_reached", &mut robust.tolerance_reached);
+        optional("robust.dispersion", &mut robust.dispersion);
+        optional("robust.certificate", &mut robust.certificate);
+    }
     if regularization.lambda_star_interval.is_some_and(|ends| !ends.into_iter().all(f64::is_finite)) {
         regularization.lambda_star_interval = None;
     }
@@ -68,6 +73,13 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
             Faults::one("/regularization", "λ* lifts an eigenvalue beyond the range of double precision").into()
         );
     }
+    if result.robust.as_ref().is_some_and(|r| !(r.scale.is_finite() && r.objective.is_finite() && all(&r.weights))) {
+        return Err(Faults::one(
+            "/estimator",
+            "scale or sum of this estimator leave the range of double precision: choose another scale or unit",
+        )
+        .into());
+    }
     let residuals = &result.residuals;
     let sound = result.coefficients.iter().all(|c| all(&[c.value, c.least_squares, c.bias_bound]))
         && all(&result.spectrum.eigenvalues)
@@ -76,6 +88,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
         && all(&[result.bias.norm, result.bias.sharp_bound, result.bias.coefficient_norm_limit])
         && all(&[residuals.rss, residuals.rms, residuals.max_abs, residuals.least_squares_rss])
         && residuals.values.as_deref().is_none_or(all)
+        && result.robust.as_ref().is_none_or(|r| all(&r.coefficients))
         && result.matrix_b.iter().flatten().all(|row| all(row))
         && result.collinearity.correlation.iter().flatten().all(|row| all(row))
         && result.collinearity.variance_proportions.iter().flatten().all(|row| all(row))

@@ -1,5 +1,7 @@
 //! What a caller asks for: model, scaling, regularisation. Plain values; [`super::fit::fit`] checks them against the nodes.
 
+pub use super::estimator::Estimator;
+
 /// Everything about a fit but the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitSpec {
@@ -177,12 +179,6 @@ impl Criterion {
             Criterion::LCurve => "l_curve",
         }
     }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Estimator {
-    #[default]
-    LeastSquares,
 }
 
 /// `u` for a curve's x, `v` only for surfaces.

@@ -51,7 +51,17 @@ async fn bad_specs_are_pointed_at() {
         (r#""model":{"type":"polynomial","degree":-1}"#, "/model/degree"),
         (r#""model":{"type":"polynomial","degree":"2"}"#, "/model/degree"),
         (r#""model":{"type":"spline","degree":2}"#, "/model/type"),
-        (r#""model":{"type":"polynomial","degree":1},"estimator":{"type":"m_estimator"}"#, "/estimator/type"),
+        (r#""model":{"type":"polynomial","degree":1},"estimator":{"type":"huber"}"#, "/estimator/type"),
+        (
+            r#""model":{"type":"polynomial","degree":1},"estimator":{"type":"m_estimator","loss":"huber","tuning":[-1]}"#,
+            "/estimator/tuning/0",
+        ),
+        (r#""model":{"type":"polynomial","degree":1},"estimator":{"type":"quantile","tau":1.5}"#, "/estimator/tau"),
+        (r#""model":{"type":"polynomial","degree":2},"estimator":{"type":"least_trimmed_squares"}"#, "/estimator/type"),
+        (
+            r#""model":{"type":"polynomial","degree":1},"estimator":{"type":"m_estimator","loss":"tukey","scale":{"rule":"fixed","value":1e-9}}"#,
+            "/estimator",
+        ),
         (r#""model":{"type":"polynomial","degree":1},"noise_sigma":0"#, "/noise_sigma"),
         (r#""model":{"type":"polynomial","degree":1},"smoothing":0"#, "/smoothing"),
         (r#""scaling":"none""#, "/model"),

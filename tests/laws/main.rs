@@ -19,6 +19,7 @@ mod perturbation;
 mod problems;
 mod rank;
 mod ridge;
+mod robust;
 mod simulation;
 mod spectral;
 mod statistics;

@@ -10,6 +10,7 @@
 mod csv;
 mod cursor;
 mod decimal;
+mod estimator;
 mod nodes;
 mod numbers;
 mod request;

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::request::read_part;
+use super::{estimator::read_estimator, request::read_part};
 use crate::{
     api::fit_spec::*,
     estimation::{Faults, FitSpec, spec},
@@ -46,9 +46,7 @@ impl RawSpec<'_> {
             ScalingName::Standardized => spec::Scaling::Standardized,
         });
         let regularization = regularization.and_then(|slice| read_regularization(slice, faults));
-        if let Some(slice) = estimator {
-            check_estimator(slice, faults);
-        }
+        let estimator = estimator.and_then(|slice| read_estimator(slice, faults));
         let domain = domain.and_then(|slice| read_domain(slice, faults));
         let coefficient_norm_limit = norm_limit.and_then(|slice| positive(slice, "/coefficient_norm_limit", faults));
         let noise_sigma = noise_sigma.and_then(|slice| positive(slice, "/noise_sigma", faults));
@@ -60,7 +58,7 @@ impl RawSpec<'_> {
         Some(FitSpec {
             scaling: scaling.unwrap_or_default(),
             regularization: regularization.unwrap_or_default(),
-            estimator: spec::Estimator::LeastSquares,
+            estimator: estimator.unwrap_or_default(),
             domain,
             coefficient_norm_limit,
             noise_sigma,
@@ -78,11 +76,11 @@ struct Tag {
     kind: String,
 }
 
-fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
+pub(super) fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
     read_part::<Tag>(slice, pointer, faults).map(|tag| tag.kind)
 }
 
-fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
+pub(super) fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
     let got: String = got.chars().take(64).collect();
     faults.push(format!("{pointer}/type"), format!("`{got}` is not offered by this version; {known}"));
 }
@@ -193,16 +191,6 @@ fn parameter(body: Option<ParameterBody>, pointer: &str, faults: &mut Faults) ->
         faults.push(format!("{pointer}/value"), "only the criterion `fixed` takes a value");
     }
     Some(spec::Parameter::Criterion(criterion))
-}
-
-fn check_estimator(slice: &[u8], faults: &mut Faults) {
-    match read_tag(slice, "/estimator", faults).as_deref() {
-        None => {}
-        Some("least_squares") => {
-            let _checked: Option<LeastSquaresEstimator> = read_part(slice, "/estimator", faults);
-        }
-        Some(other) => unknown_type("/estimator", other, "least_squares is", faults),
-    }
 }
 
 fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {

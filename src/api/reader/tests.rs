@@ -194,6 +194,34 @@ fn faults_of_the_spec_are_pointed_at() {
         ),
         (beside(r#""regularization":{"type":"ridge","lambda_star":{}}"#), "/regularization/lambda_star"),
         (beside(r#""estimator":{"type":"huber"}"#), "/estimator/type"),
+        (beside(r#""estimator":{"type":"m_estimator"}"#), "/estimator/loss"),
+        (beside(r#""estimator":{"type":"m_estimator","loss":"huber","tuning":[0]}"#), "/estimator/tuning/0"),
+        (beside(r#""estimator":{"type":"m_estimator","loss":"hampel","tuning":[2]}"#), "/estimator/tuning"),
+        (beside(r#""estimator":{"type":"m_estimator","loss":"hampel","tuning":[2,8,4]}"#), "/estimator/tuning"),
+        (
+            beside(r#""estimator":{"type":"m_estimator","loss":"huber","scale":{"rule":"fixed"}}"#),
+            "/estimator/scale/value",
+        ),
+        (
+            beside(r#""estimator":{"type":"m_estimator","loss":"huber","scale":{"rule":"mad","value":1}}"#),
+            "/estimator/scale/value",
+        ),
+        (
+            beside(r#""estimator":{"type":"m_estimator","loss":"huber","scale":{"rule":"proposal2","value":0}}"#),
+            "/estimator/scale/value",
+        ),
+        (beside(r#""estimator":{"type":"m_estimator","loss":"huber","tolerance":0}"#), "/estimator/tolerance"),
+        (
+            beside(r#""estimator":{"type":"m_estimator","loss":"huber","max_iterations":0}"#),
+            "/estimator/max_iterations",
+        ),
+        (beside(r#""estimator":{"type":"m_estimator","loss":"huber","start":"zero"}"#), "/estimator/start"),
+        (beside(r#""estimator":{"type":"lp","p":2.5}"#), "/estimator/p"),
+        (beside(r#""estimator":{"type":"lp"}"#), "/estimator/p"),
+        (beside(r#""estimator":{"type":"quantile","tau":1}"#), "/estimator/tau"),
+        (beside(r#""estimator":{"type":"least_trimmed_squares","coverage":0.4}"#), "/estimator/coverage"),
+        (beside(r#""estimator":{"type":"least_trimmed_squares","seed":-1}"#), "/estimator/seed"),
+        (beside(r#""estimator":{"type":"rank","scores":"normal"}"#), "/estimator/scores"),
         (beside(r#""estimator":{"type":"least_squares","tuning":1}"#), "/estimator/tuning"),
         (beside(r#""domain":{"u":[0]}"#), "/domain/u"),
         (beside(r#""domain":{"u":[1,0]}"#), "/domain/u"),
@@ -298,6 +326,37 @@ fn tables_are_read_and_their_faults_have_line_and_column() {
 }
 
 #[test]
+fn estimators_are_stored_with_every_default_and_read_back() {
+    for (short, long) in [
+        (r#"{"type":"least_squares"}"#, r#"{"type":"least_squares"}"#),
+        (
+            r#"{"type":"m_estimator","loss":"huber"}"#,
+            r#"{"type":"m_estimator","loss":"huber","tuning":[1.345],"scale":{"rule":"mad_0_6745"},"tolerance":1e-13,"max_iterations":1000,"start":"least_squares"}"#,
+        ),
+        (
+            r#"{"scale":{"rule":"proposal2"},"tuning":[2,4,9],"start":"least_trimmed_squares","type":"m_estimator","loss":"hampel"}"#,
+            r#"{"type":"m_estimator","loss":"hampel","tuning":[2.0,4.0,9.0],"scale":{"rule":"proposal2","value":1.345},"tolerance":1e-13,"max_iterations":1000,"start":"least_trimmed_squares"}"#,
+        ),
+        (
+            r#"{"type":"m_estimator","loss":"andrews","scale":{"rule":"fixed","value":2}}"#,
+            r#"{"type":"m_estimator","loss":"andrews","tuning":[1.339],"scale":{"rule":"fixed","value":2.0},"tolerance":1e-13,"max_iterations":1000,"start":"least_squares"}"#,
+        ),
+        (r#"{"type":"least_absolute_deviations"}"#, r#"{"type":"least_absolute_deviations"}"#),
+        (r#"{"type":"lp","p":1}"#, r#"{"type":"lp","p":1.0}"#),
+        (r#"{"type":"quantile","tau":0.25}"#, r#"{"type":"quantile","tau":0.25}"#),
+        (r#"{"type":"least_trimmed_squares"}"#, r#"{"type":"least_trimmed_squares","coverage":0.75,"seed":0}"#),
+        (r#"{"type":"rank"}"#, r#"{"type":"rank","scores":"wilcoxon"}"#),
+    ] {
+        let (_, spec) = read(&with_spec(&format!(r#"{LINE},"estimator":{short}"#))).unwrap();
+        let stored = crate::api::fit_spec_json::to_json(&spec);
+        assert!(stored.contains(&format!(r#""estimator":{long}"#)), "{stored}");
+        assert_eq!(crate::api::fit_spec_json::from_json(&stored).unwrap(), spec);
+        let (_, again) = read(&with_spec(&format!(r#"{LINE},"estimator":{long}"#))).unwrap();
+        assert_eq!(again, spec);
+    }
+}
+
+#[test]
 fn the_digest_does_not_see_how_a_request_is_written() {
     let digest = |text: &str| read(text).map(|(nodes, spec)| input_sha256(&nodes, &spec)).unwrap();
     let plain = digest(&with_spec(LINE));
@@ -310,6 +369,7 @@ fn the_digest_does_not_see_how_a_request_is_written() {
         with_spec(r#""model":{"type":"polynomial","degree":[1,1]}"#),
         with_spec(&format!(r#"{LINE},"scaling":"none""#)),
         with_spec(&format!(r#"{LINE},"noise_sigma":1"#)),
+        with_spec(&format!(r#"{LINE},"estimator":{{"type":"rank"}}"#)),
     ] {
         assert_ne!(digest(&other), plain, "{other}");
     }

@@ -1,0 +1,249 @@
+//! Least trimmed squares (Rousseeuw 1984): the least sum of the h smallest `rₖ²`, `rₖ = √wₖ (zₖ − xₖᵀA)`.
+//!
+//! ρ = r² among the h smallest and 0 beyond, ψ = r or 0, weight 1 or 0, in squares of the unit of the heights. `h = ⌊coverage·m⌋`,
+//! but at least `⌊(m + n + 1)/2⌋`, where the breakdown point is highest (Rousseeuw and Leroy 1987, section 3.4).
+//!
+//! * Few nodes: every subset is tried, so that the answer is the global one.
+//! * Else FAST-LTS (Rousseeuw and Van Driessen 2006): from random elemental subsets (and from least squares) two
+//!   concentration steps each (fit, keep the h smallest), then the ten best to the end. Of many nodes the
+//!   first steps see a random sample. The same seed gives the same answer.
+//!
+//! Scale: `s² = Σ_h r²/(h − n) · α/D` with α = h/m, q = Φ⁻¹((1 + α)/2) and `D = α − 2qφ(q)`, the consistency factor at normal
+//! errors (Croux and Rousseeuw 1992); no further correction for small samples. Standard errors:
+//! `s²/D (XᵀX)⁻¹`.
+
+use super::{
+    super::{
+        error::{Faults, FitError},
+        estimator::DEFAULT_COVERAGE,
+        factor::Factor,
+        result::LocalSolution,
+    },
+    Measured, Outcome, Solved, Weighting, normal,
+    random::SplitMix,
+    rows::{Rows, dot, weighted_solution},
+};
+
+/// Subsets up to which all of them are tried.
+const ALL: usize = 20_000;
+/// Elemental starts, those taken further, and the nodes that the first steps see.
+const STARTS: usize = 500;
+const BEST: usize = 10;
+const SEEN: usize = 1_500;
+/// Concentration steps at most; each lowers the sum, so there are few.
+const STEPS: usize = 200;
+
+/// How many nodes the sum has.
+pub fn subset_size(coverage: f64, m: usize, n: usize) -> usize {
+    let asked = (coverage * m as f64 * (1.0 + 4.0 * f64::EPSILON)).floor() as usize;
+    asked.clamp((m + n).div_ceil(2).min(m), m)
+}
+
+pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome, FitError> {
+    let Measured { sample, design, .. } = *measured;
+    let rows = Rows::new(measured)?;
+    let (m, n) = (rows.count(), rows.n);
+    if m <= n {
+        return Err(Faults::one(
+            "/estimator/type",
+            format!(
+                "least trimmed squares needs more nodes than coefficients to leave any out: there are {m} for {n} coefficients"
+            ),
+        )
+        .into());
+    }
+    let h = subset_size(coverage, m, n);
+    let found = search(&rows, h, seed);
+    let omega: Vec<f64> = found.kept.iter().map(|kept| f64::from(u8::from(*kept))).collect();
+    let weights = measured.posted_weights(&omega);
+    let factor = Factor::new(design, &sample.reweighted(&weights), None)?;
+    if factor.working.is_none() {
+        return Err(Faults::one(
+            "/estimator/coverage",
+            format!("the {h} nodes of the least trimmed sum do not determine {n} coefficients: raise the coverage"),
+        )
+        .into());
+    }
+    let alpha = h as f64 / m as f64;
+    let q = normal::quantile(0.5 * (1.0 + alpha));
+    let share = if q.is_finite() { alpha - 2.0 * q * normal::density(q) } else { 1.0 };
+    let objective = factor.rss;
+    let scale = if h > n { (objective / (h - n) as f64 * alpha / share).sqrt() } else { 0.0 };
+    Ok(Outcome {
+        solved: Solved::Weighted(Weighting { factor: Box::new(factor), omega: omega.clone() }),
+        converged: true,
+        iterations: found.steps,
+        scale,
+        objective,
+        weights: omega,
+        dispersion: (scale > 0.0).then(|| scale / share.sqrt()),
+        subset_size: Some(h),
+        local: if found.exhaustive { LocalSolution::Global } else { LocalSolution::BestOfMany },
+        ..Outcome::default()
+    })
+}
+
+/// Weights from which an M-estimator may start: 1 on the half of the nodes with the least trimmed sum.
+pub fn start_weights(measured: &Measured) -> Result<Vec<f64>, FitError> {
+    let rows = Rows::new(measured)?;
+    let (m, n) = (rows.count(), rows.n);
+    let h = subset_size(DEFAULT_COVERAGE.min(0.5), m, n);
+    Ok(search(&rows, h, 0).kept.iter().map(|kept| f64::from(u8::from(*kept))).collect())
+}
+
+/// The best subset found.
+struct Found {
+    kept: Vec<bool>,
+    steps: usize,
+    exhaustive: bool,
+}
+
+fn search(rows: &Rows, h: usize, seed: u64) -> Found {
+    let m = rows.count();
+    match subsets(m, h) {
+        Some(count) if count <= ALL => exhaustive(rows, h),
+        _ => fast(rows, h, seed),
+    }
+}
+
+/// m over h, while it is small.
+fn subsets(m: usize, h: usize) -> Option<usize> {
+    let few = h.min(m - h);
+    let mut count: usize = 1;
+    for i in 0..few {
+        count = count.checked_mul(m - i)? / (i + 1);
+        if count > ALL * 1000 {
+            return None;
+        }
+    }
+    Some(count)
+}
+
+/// Sum of squares that least squares leaves on the nodes `subset`, and its step; `None` where they do not determine it.
+fn fitted(rows: &Rows, subset: &[usize]) -> Option<(f64, Vec<f64>)> {
+    let n = rows.n;
+    let mut q = Vec::with_capacity(subset.len() * n);
+    let mut b = Vec::with_capacity(subset.len());
+    for &k in subset {
+        q.extend_from_slice(rows.row(k));
+        b.push(rows.b[k]);
+    }
+    let x = weighted_solution(n, &q, &vec![1.0; b.len()], &b)?;
+    let sum = b.iter().zip(q.chunks_exact(n)).map(|(b, q)| (b - dot(q, &x)).powi(2)).sum();
+    Some((sum, x))
+}
+
+fn exhaustive(rows: &Rows, h: usize) -> Found {
+    let m = rows.count();
+    let mut subset: Vec<usize> = (0..h).collect();
+    let mut best: (f64, Vec<usize>) = (f64::INFINITY, subset.clone());
+    let mut steps = 0;
+    loop {
+        steps += 1;
+        if let Some((sum, _)) = fitted(rows, &subset)
+            && sum < best.0
+        {
+            best = (sum, subset.clone());
+        }
+        // the next subset in lexicographic order
+        let Some(i) = (0..h).rev().find(|&i| subset[i] < m - h + i) else { break };
+        subset[i] += 1;
+        for j in i + 1..h {
+            subset[j] = subset[j - 1] + 1;
+        }
+    }
+    let mut kept = vec![false; m];
+    best.1.iter().for_each(|&k| kept[k] = true);
+    Found { kept, steps, exhaustive: true }
+}
+
+/// Keeps the `h` of `among` with the smallest squares at `x`, in the order posted.
+fn smallest(rows: &Rows, among: &[usize], h: usize, x: &[f64]) -> Vec<usize> {
+    let mut squares: Vec<(f64, usize)> =
+        among.iter().map(|&k| ((rows.b[k] - dot(rows.row(k), x)).powi(2), k)).collect();
+    if h < squares.len() {
+        squares.select_nth_unstable_by(h, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        squares.truncate(h);
+    }
+    let mut kept: Vec<usize> = squares.into_iter().map(|(_, k)| k).collect();
+    kept.sort_unstable();
+    kept
+}
+
+/// Concentrates from `x` until the subset stands, at most `limit` times.
+fn concentrate(
+    rows: &Rows,
+    among: &[usize],
+    h: usize,
+    mut x: Vec<f64>,
+    limit: usize,
+    steps: &mut usize,
+) -> Option<(f64, Vec<f64>, Vec<usize>)> {
+    let mut last: Option<(f64, Vec<f64>, Vec<usize>)> = None;
+    for _ in 0..limit {
+        let subset = smallest(rows, among, h, &x);
+        if last.as_ref().is_some_and(|(_, _, kept)| *kept == subset) {
+            break;
+        }
+        *steps += 1;
+        let (sum, next) = fitted(rows, &subset)?;
+        x.clone_from(&next);
+        last = Some((sum, next, subset));
+    }
+    last
+}
+
+/// A step that fits as many random nodes as it takes to determine one.
+fn elemental(rows: &Rows, among: &[usize], random: &mut SplitMix) -> Option<Vec<f64>> {
+    let n = rows.n;
+    let most = (8 * n + 20).min(among.len());
+    let drawn: Vec<usize> = random.distinct(most, among.len()).into_iter().map(|i| among[i]).collect();
+    let mut take = n;
+    loop {
+        if let Some((_, x)) = fitted(rows, &drawn[..take.min(most)]) {
+            return Some(x);
+        }
+        if take >= most {
+            return None;
+        }
+        take += (take / 4).max(1);
+    }
+}
+
+fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
+    let (m, n) = (rows.count(), rows.n);
+    let mut random = SplitMix::new(seed);
+    let all: Vec<usize> = (0..m).collect();
+    let seen = if m <= SEEN.max(8 * n) {
+        all.clone()
+    } else {
+        let mut seen = random.distinct(SEEN.max(8 * n), m);
+        seen.sort_unstable();
+        seen
+    };
+    let first = (h * seen.len() / m).max(n + 1).min(seen.len());
+    let mut steps = 0;
+    let mut candidates: Vec<(f64, Vec<f64>)> = Vec::new();
+    for start in 0..STARTS {
+        let x = if start == 0 { Some(vec![0.0; n]) } else { elemental(rows, &seen, &mut random) };
+        let Some((sum, x, _)) = x.and_then(|x| concentrate(rows, &seen, first, x, 2, &mut steps)) else { continue };
+        candidates.push((sum, x));
+    }
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // many starts lead to the same place
+    candidates.dedup_by(|a, b| (a.0 - b.0).abs() <= 1e-12 * b.0.abs());
+    candidates.truncate(BEST);
+    candidates.push((f64::INFINITY, vec![0.0; n]));
+    let mut best: Option<(f64, Vec<usize>)> = None;
+    for (_, x) in candidates {
+        if let Some((sum, _, kept)) = concentrate(rows, &all, h, x, STEPS, &mut steps)
+            && best.as_ref().is_none_or(|(least, _)| sum < *least)
+        {
+            best = Some((sum, kept));
+        }
+    }
+    let subset = best.map_or_else(|| smallest(rows, &all, h, &vec![0.0; n]), |(_, kept)| kept);
+    let mut kept = vec![false; m];
+    subset.iter().for_each(|&k| kept[k] = true);
+    Found { kept, steps, exhaustive: false }
+}

@@ -1,0 +1,153 @@
+//! M-estimators (Eqs. 10–12): least `Σ ρ(rₖ/s)`, `rₖ = √wₖ (zₖ − xₖᵀA)`, by iteratively reweighted least squares.
+//!
+//! One iteration is: scale of the residuals, then weights `ωₖ = ψ(u)/u` at `u = rₖ/s`, then least squares with the
+//! weights `wₖωₖ`, which goes through the same factor as any fit, so that it loses no digits. It ends when no residual and not
+//! the scale has moved by more than the tolerance times the scale, or by more than the rounding of the heights.
+//!
+//! For a convex loss with a fixed scale (or proposal 2) the answer is the only one; a redescending loss has several
+//! local solutions, and the answer is the one reached from the start.
+//!
+//! Exact fit: when more than half of the nodes lie on one surface the MAD falls to 0. The limit of the weights is then 1
+//! on the surface and 0 off it, which is what is answered, with scale 0 and no standard errors.
+//!
+//! Standard errors by Huber (1981, section 7.6): `K² s² Σψ²/(m − n) / (mean ψ′)² (XᵀX)⁻¹`,
+//! `K = 1 + n/m · var ψ′/(mean ψ′)²`.
+
+use super::{
+    super::{
+        accumulate::{Precision, residual_pass},
+        error::{Faults, FitError},
+        estimator::{MEstimator, ScaleRule, Start},
+        factor::Factor,
+        result::{LocalSolution, Warning},
+    },
+    Measured, Outcome, Solved, Weighting, lts,
+    scale::scale,
+};
+
+/// Scale below this share of the largest height is rounding of an exact fit.
+const EXACT: f64 = 1e-14;
+
+pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitError> {
+    let Measured { sample, design, heights, .. } = *measured;
+    let (m, n) = (sample.count(), design.size());
+    let roots: Vec<f64> = (0..m).map(|k| sample.w(k).sqrt()).collect();
+    let precision = if m * n <= 200_000 { Precision::DoubleDouble } else { Precision::Double };
+    let residuals_of = |factor: &Factor| -> Option<Vec<f64>> {
+        let working = factor.working.as_deref()?;
+        let mut values = residual_pass(design, sample, working, precision, true).values;
+        values.iter_mut().zip(&roots).for_each(|(r, root)| *r *= root);
+        Some(values)
+    };
+    let solve = |omega: &[f64]| -> Result<(Factor, Vec<f64>), FitError> {
+        let weights = measured.posted_weights(omega);
+        let factor = Factor::new(design, &sample.reweighted(&weights), None)?;
+        match residuals_of(&factor) {
+            Some(residuals) => Ok((factor, residuals)),
+            None => Err(too_few(omega, n)),
+        }
+    };
+    let mut residuals = match asked.start {
+        Start::LeastSquares => residuals_of(measured.factor).ok_or_else(|| too_few(&vec![1.0; m], n))?,
+        Start::LeastTrimmed => solve(&lts::start_weights(measured)?)?.1,
+    };
+    let rounding = 8.0 * f64::EPSILON * heights.largest;
+    let fixed = matches!(asked.scale, ScaleRule::Fixed(_));
+    let mut last_scale = None;
+    let (mut iterations, mut converged, mut reached) = (0, false, f64::INFINITY);
+    let mut exact = false;
+    let mut stand: Option<(Factor, Vec<f64>)> = None;
+    while iterations < asked.max_iterations && !converged {
+        let s = scale(asked.scale, &residuals, last_scale, n);
+        exact = !fixed && s <= EXACT * heights.largest;
+        let omega: Vec<f64> = if exact {
+            let on = 64.0 * EXACT * heights.largest;
+            residuals.iter().map(|r| f64::from(u8::from(r.abs() <= on))).collect()
+        } else {
+            residuals.iter().map(|r| asked.loss.weight(r / s)).collect()
+        };
+        let (factor, next) = solve(&omega)?;
+        iterations += 1;
+        let moved = residuals.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let scaled = last_scale.map_or(if fixed { 0.0 } else { f64::INFINITY }, |last: f64| (s - last).abs());
+        let change = moved.max(scaled);
+        converged = exact || change <= (asked.tolerance * s).max(rounding);
+        reached = if s > 0.0 { change / s } else { 0.0 };
+        residuals = next;
+        last_scale = Some(s);
+        stand = Some((factor, omega));
+    }
+    let Some((factor, omega)) = stand else {
+        return Err(Faults::one("/estimator/max_iterations", "at least one iteration is needed").into());
+    };
+    let mut warnings = Vec::new();
+    if !converged {
+        warnings.push(Warning {
+            code: "not_converged",
+            message: format!(
+                "{iterations} iterations left a change of {reached:.1e} scales: the estimate is the last one; \
+                 allow more iterations or another tolerance"
+            ),
+        });
+    }
+    let s = if exact { 0.0 } else { last_scale.unwrap_or(0.0) };
+    let convex = asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });
+    let (dispersion, objective) = if exact {
+        warnings.push(Warning {
+            code: "exact_fit",
+            message: format!(
+                "{} of {m} nodes lie on one surface to rounding: the scale is 0, the other nodes are rejected, and there \
+                 are no standard errors",
+                omega.iter().filter(|w| **w > 0.0).count()
+            ),
+        });
+        (None, 0.0)
+    } else {
+        let s = scale(asked.scale, &residuals, last_scale, n);
+        (dispersion(asked, &residuals, s, n), residuals.iter().map(|r| asked.loss.rho(r / s)).sum())
+    };
+    Ok(Outcome {
+        solved: Solved::Weighted(Weighting { factor: Box::new(factor), omega: omega.clone() }),
+        converged,
+        iterations,
+        tolerance_reached: reached.is_finite().then_some(reached),
+        scale: s,
+        objective,
+        weights: omega,
+        dispersion,
+        start: Some(asked.start),
+        local: if convex { LocalSolution::Global } else { LocalSolution::FromStart },
+        warnings,
+        ..Outcome::default()
+    })
+}
+
+/// √ of what `(XᵀX)⁻¹` is multiplied with.
+fn dispersion(asked: &MEstimator, residuals: &[f64], s: f64, n: usize) -> Option<f64> {
+    let m = residuals.len();
+    if m <= n {
+        return None;
+    }
+    let count = m as f64;
+    let squares: f64 = residuals.iter().map(|r| (s * asked.loss.psi(r / s)).powi(2)).sum();
+    let slopes = || residuals.iter().map(|r| asked.loss.psi_slope(r / s));
+    let mean = slopes().sum::<f64>() / count;
+    let variance = slopes().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count;
+    let k = 1.0 + n as f64 / count * variance / (mean * mean);
+    let dispersion = (squares / (m - n) as f64).sqrt() * k / mean;
+    (mean > 0.0 && dispersion.is_finite()).then_some(dispersion)
+}
+
+/// The weights left too few nodes for the coefficients.
+fn too_few(omega: &[f64], n: usize) -> FitError {
+    let left = omega.iter().filter(|w| **w > 0.0).count();
+    Faults::one(
+        "/estimator",
+        format!(
+            "{left} of {} nodes keep a weight, which do not determine {n} coefficients: choose a larger scale or tuning \
+             constant, or the start least_trimmed_squares",
+            omega.len()
+        ),
+    )
+    .into()
+}

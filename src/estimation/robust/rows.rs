@@ -1,0 +1,129 @@
+//! The nodes seen from least squares: orthonormal rows and what least squares left.
+//!
+//! Row k is `qₖ = R⁻ᵀ √wₖ wₖ`, so that `QᵀQ = I` however the columns were conditioned, and `bₖ = √wₖ rₖ` are the residuals
+//! of least squares. An estimator that is not a reweighting looks for the step `x` with least loss of `b − Qx`; the
+//! coefficients in the working basis are then those of least squares plus `R⁻¹x`.
+
+use super::{
+    super::{
+        accumulate::{Precision, Row, residual_pass},
+        error::{Faults, FitError},
+    },
+    Measured,
+};
+use crate::numerics::{Dd, Real, triangular};
+
+/// Numbers that rows may hold: 160 MB.
+const MOST: usize = 20_000_000;
+/// Condition up to which rows in double precision keep what matters.
+const EASY: f64 = 1e3;
+
+/// Rows and heights of a problem, row by row.
+pub struct Rows {
+    pub n: usize,
+    pub q: Vec<f64>,
+    pub b: Vec<f64>,
+}
+
+impl Rows {
+    /// The rows of all counted nodes; refuses more numbers than memory should hold.
+    pub fn new(measured: &Measured) -> Result<Self, FitError> {
+        let Measured { design, sample, factor, .. } = *measured;
+        let (m, n) = (sample.count(), design.size());
+        if m * n > MOST {
+            return Err(Faults::one(
+                "/estimator/type",
+                format!(
+                    "this estimator holds {m} nodes × {n} coefficients at once; at most {MOST} numbers are taken: \
+                     use an m_estimator, or fewer nodes"
+                ),
+            )
+            .into());
+        }
+        let working = factor.working.as_deref().unwrap_or(&[]);
+        let length: Vec<f64> =
+            (0..n).map(|j| factor.r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
+        let unit = nalgebra::DMatrix::from_fn(n, n, |i, j| factor.r[(i, j)].to_f64() / length[j]);
+        let inverse = triangular::inverse_upper(&unit);
+        let condition = unit.norm() * inverse.norm() / n as f64;
+        let q = if condition < EASY {
+            let r = factor.r.map(|x| x.to_f64());
+            orthonormal::<f64>(measured, &r)
+        } else {
+            orthonormal::<Dd>(measured, &factor.r)
+        };
+        let precision = if m * n <= 2_000_000 { Precision::DoubleDouble } else { Precision::Double };
+        let residuals = residual_pass(design, sample, working, precision, true).values;
+        let b = residuals.iter().enumerate().map(|(k, r)| r * sample.w(k).sqrt()).collect();
+        Ok(Rows { n, q, b })
+    }
+
+    /// m.
+    pub fn count(&self) -> usize {
+        self.b.len()
+    }
+
+    /// qₖ.
+    pub fn row(&self, k: usize) -> &[f64] {
+        &self.q[k * self.n..][..self.n]
+    }
+
+    /// `b − Qx`.
+    pub fn residuals(&self, x: &[f64]) -> Vec<f64> {
+        self.b.iter().zip(self.q.chunks_exact(self.n)).map(|(b, q)| b - dot(q, x)).collect()
+    }
+}
+
+fn orthonormal<T: Real>(measured: &Measured, r: &nalgebra::DMatrix<T>) -> Vec<f64> {
+    let Measured { design, sample, .. } = *measured;
+    let (m, n) = (sample.count(), design.size());
+    let mut out = Vec::with_capacity(m * n);
+    let mut row = Row::<T>::new(design);
+    let mut full = vec![T::of(0.0); n];
+    for k in 0..m {
+        row.at(design, sample, k);
+        full.iter_mut().for_each(|x| *x = T::of(0.0));
+        let root = sample.w(k).sqrt();
+        for (&j, &x) in row.index.iter().zip(&row.values) {
+            full[j] = x.mul_f64(root);
+        }
+        triangular::solve_upper_transposed(r, &mut full);
+        out.extend(full.iter().map(|x| x.to_f64()));
+    }
+    out
+}
+
+/// Σ aᵢbᵢ.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Solves the weighted normal equations `(Σ ωₖ qₖqₖᵀ) x = Σ ωₖ qₖ yₖ`; `None` where the weights leave too little.
+pub fn weighted_solution(n: usize, q: &[f64], weights: &[f64], y: &[f64]) -> Option<Vec<f64>> {
+    let mut gram = nalgebra::DMatrix::<f64>::zeros(n, n);
+    let mut right = vec![0.0; n];
+    for ((row, &w), &y) in q.chunks_exact(n).zip(weights).zip(y).filter(|((_, w), _)| **w != 0.0) {
+        for i in 0..n {
+            let share = w * row[i];
+            right[i] += share * y;
+            for j in i..n {
+                gram[(i, j)] += share * row[j];
+            }
+        }
+    }
+    gram.fill_lower_triangle_with_upper_triangle();
+    let length: Vec<f64> = (0..n).map(|i| gram[(i, i)].sqrt()).collect();
+    if length.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
+        return None;
+    }
+    let unit = nalgebra::DMatrix::from_fn(n, n, |i, j| gram[(i, j)] / (length[i] * length[j]));
+    let factor = triangular::cholesky(&unit)?;
+    if (0..n).any(|i| factor[(i, i)] < 1e-7) {
+        return None;
+    }
+    right.iter_mut().zip(&length).for_each(|(x, d)| *x /= d);
+    triangular::solve_upper_transposed(&factor, &mut right);
+    triangular::solve_upper(&factor, &mut right);
+    right.iter_mut().zip(&length).for_each(|(x, d)| *x /= d);
+    Some(right)
+}

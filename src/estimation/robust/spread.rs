@@ -1,0 +1,79 @@
+//! Standard errors of a robust estimate, plain and regularised.
+//!
+//! The unregularised estimate has covariance `τ² (XᵀX)⁻¹`, X with the node weights only. In the problem that was solved the
+//! caller's columns are `R_ω`, those of X are `R`, and the filtered estimate is linear in the unfiltered one, so that row j of
+//! its square root is `τ (Σᵢ Pⱼᵢ fᵢ/λᵢ · image_iᵀ) G` with `G = R_ω R⁻¹` in the working basis, where nothing cancels.
+
+use nalgebra::DMatrix;
+
+use super::{
+    super::{estimate::Estimate, factor::Factor, filter::Filtered, scaled::ScaledColumns, spectrum::Spectrum},
+    Along,
+    rows::dot,
+};
+use crate::numerics::triangular;
+
+/// What standard errors are made of.
+pub struct Spread {
+    dispersion: Option<f64>,
+    along: Option<Along>,
+    /// `R_ω R⁻¹`; `None` where they are the same.
+    turn: Option<DMatrix<f64>>,
+}
+
+impl Spread {
+    pub fn new(factor: &Factor, plain: &Factor, dispersion: Option<f64>, along: Option<Along>, weighted: bool) -> Self {
+        let turn = weighted.then(|| {
+            let inverse = triangular::inverse_upper(&plain.r);
+            triangular::multiply_upper(&factor.r, &inverse).map(|x| x.to_f64())
+        });
+        Spread { dispersion, along, turn }
+    }
+
+    /// σ of a height of weight 1 in the problem that was solved: τ² times the mean of ω over the directions of X.
+    pub fn sigma(&self) -> Option<f64> {
+        let mean = self.turn.as_ref().map_or(1.0, |turn| turn.norm_squared() / turn.ncols() as f64);
+        self.dispersion.map(|tau| tau * mean.sqrt())
+    }
+
+    /// Standard errors of the coefficients filtered by `filtered`.
+    pub fn standard_errors(
+        &self,
+        estimate: &Estimate,
+        spectrum: &Spectrum,
+        columns: &ScaledColumns,
+        factor: &Factor,
+        filtered: &[Filtered],
+    ) -> Vec<Option<f64>> {
+        let n = estimate.coefficients.len();
+        let caller = columns.constant.as_ref().map(|constant| {
+            let all = super::super::scaled::caller_columns(factor);
+            let column: Vec<f64> = all.column(constant.index).iter().map(|x| x.to_f64()).collect();
+            (constant.index, constant.length_squared, column)
+        });
+        (0..n)
+            .map(|j| {
+                let tau = self.dispersion?;
+                let mut row = vec![0.0; n];
+                for (i, f) in filtered.iter().enumerate().filter(|(i, _)| spectrum.lambda[*i] > 0.0) {
+                    let share = estimate.directions[(j, i)] * f.factor / spectrum.lambda[i];
+                    row.iter_mut().zip(spectrum.image.column(i).iter()).for_each(|(r, x)| *r += share * x);
+                }
+                if let Some((index, length_squared, column)) = &caller
+                    && *index == j
+                {
+                    row.iter_mut().zip(column).for_each(|(r, x)| *r += x / length_squared);
+                }
+                if let Some(turn) = &self.turn {
+                    row = turn.column_iter().map(|column| dot(column.as_slice(), &row)).collect();
+                }
+                let mut variance = tau * tau * dot(&row, &row);
+                if let Some(along) = &self.along {
+                    let share = dot(&row, &along.direction);
+                    variance += (along.dispersion * along.dispersion - tau * tau) * share * share;
+                }
+                Some(variance.max(0.0).sqrt()).filter(|e| e.is_finite())
+            })
+            .collect()
+    }
+}
