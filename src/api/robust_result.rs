@@ -17,7 +17,7 @@ pub struct RobustBody {
     pub converged: bool,
     /// Reweightings (`m_estimator`), Newton's steps (`lp`), fits of subsets (`least_trimmed_squares`), changes of the vertex (the others).
     pub iterations: usize,
-    /// Last change of residuals and scale, in scales (`m_estimator`), or of the sum (`lp`).
+    /// Last change of residuals and scale, in scales (`m_estimator`), or of residuals, relative to the largest (`lp`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance_reached: Option<f64>,
     /// Scale of the residuals (`m_estimator`, `least_trimmed_squares`; MAD for `lp`), or `dispersion` (the others); 0 for an exact fit of most nodes.

@@ -199,7 +199,7 @@ pub struct RobustReport {
     pub converged: bool,
     /// Reweightings, Newton's steps, concentration steps or changes of the vertex.
     pub iterations: usize,
-    /// M: the last change of residuals and scale, in scales. Lp: the last step, relative to the sum.
+    /// M: the last change of residuals and scale, in scales. Lp: the last change of residuals, relative to the largest.
     pub tolerance_reached: Option<f64>,
     /// s of M-estimators and trimmed squares, MAD of Lp, τ of the others.
     pub scale: f64,

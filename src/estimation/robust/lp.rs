@@ -7,7 +7,10 @@
 //! Standard errors: `E ψ²/(E ψ′)² (XᵀX)⁻¹` with `ψ² ∝ |r|^{2p−2}`, `ψ′ ∝ (p−1)|r|^{p−2}` (Nyquist 1983; Gonin and Money 1989).
 
 use super::{
-    super::{error::FitError, result::LocalSolution},
+    super::{
+        error::FitError,
+        result::{LocalSolution, Warning},
+    },
     Measured, Outcome, Solved,
     rows::{Rows, dot, weighted_solution},
     scale::{NORMAL_QUARTILE, median_abs},
@@ -17,6 +20,8 @@ use super::{
 const STEPS: usize = 60;
 /// Share of the sum below which it cannot tell whether a step was good.
 const FINE: f64 = 1e-10;
+/// A last step that moves no residual by more than this share of the largest is one that stands still.
+const STILL: f64 = 1e-10;
 /// ε falls by this factor.
 const FALL: f64 = 0.1;
 
@@ -24,12 +29,12 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
     let rows = Rows::new(measured)?;
     let (m, n) = (rows.count(), rows.n);
     let largest = rows.b.iter().map(|b| b.abs()).fold(0.0, f64::max);
-    let floor = (f64::EPSILON * measured.heights.largest).max(f64::MIN_POSITIVE);
+    let floor = (f64::EPSILON * measured.heights.largest).max(1e-14 * largest).max(f64::MIN_POSITIVE);
     let mut x = vec![0.0; n];
     let mut r = rows.b.clone();
     let mut epsilon = median_abs(&r).max(floor);
     let (mut iterations, mut reached, mut converged) = (0, 0.0, true);
-    if largest > floor && p < 2.0 {
+    if largest > f64::EPSILON * measured.heights.largest && p < 2.0 {
         loop {
             let loss = |r: &[f64]| -> f64 { r.iter().map(|r| (r / largest).hypot(epsilon / largest).powf(p)).sum() };
             let mut here = loss(&r);
@@ -38,7 +43,6 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
             for _ in 0..STEPS {
                 iterations += 1;
                 let Some((step, decrement)) = newton(p, epsilon, largest, &rows, &r) else { break };
-                reached = (decrement / here.max(f64::MIN_POSITIVE)).sqrt();
                 // near the answer the sum has no digits left to tell steps by: Newton's own measure goes on falling
                 let fine = decrement <= FINE * here;
                 if decrement <= 1e-30 * here || fine && decrement > 0.25 * last {
@@ -53,10 +57,13 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
                     length *= 0.5;
                     next = moved(&r, &along, length);
                 }
+                reached = length * along.iter().map(|a| a.abs()).fold(0.0, f64::max) / largest;
                 here = loss(&next);
                 r = next;
                 x.iter_mut().zip(&step).for_each(|(x, d)| *x += length * d);
             }
+            // for p near 1 tiny residuals carry whole duals: there it ends when nothing moves any more
+            converged |= reached <= STILL;
             r = rows.residuals(&x);
             if epsilon <= floor {
                 break;
@@ -69,8 +76,18 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
         .iter()
         .map(|r| if scale > 0.0 { (r.abs() / scale).max(1.0).powf(p - 2.0) } else { f64::from(u8::from(*r == 0.0)) })
         .collect();
+    let mut warnings = Vec::new();
+    if !converged {
+        warnings.push(Warning {
+            code: "not_converged",
+            message: format!(
+                "{iterations} steps of Newton's method left a change of {reached:.1e} of the largest residual"
+            ),
+        });
+    }
     Ok(Outcome {
         solved: Solved::Step(x),
+        warnings,
         converged,
         iterations,
         tolerance_reached: Some(reached),

@@ -4,6 +4,7 @@ mod app;
 mod command_line;
 mod concurrency;
 mod conditional;
+mod estimators;
 mod examples;
 mod idempotency;
 mod kill;
