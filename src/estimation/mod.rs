@@ -17,6 +17,7 @@ mod filter;
 pub mod fit;
 mod lambda_star;
 pub mod nodes;
+mod normal;
 mod perturbation;
 mod residuals;
 pub mod result;
@@ -27,6 +28,7 @@ mod separable;
 mod sound;
 pub mod spec;
 mod spectrum;
+mod tile;
 
 pub use error::{Fault, Faults, FitError};
 pub use fit::fit;
