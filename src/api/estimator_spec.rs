@@ -143,38 +143,48 @@ pub struct RankEstimator {
 
 /// Declares names that are written in snake case.
 macro_rules! names {
-    ($($(#[$doc:meta])* $name:ident { $($value:ident = $text:literal),* $(,)? })*) => {$(
+    ($($(#[$doc:meta])* $name:ident { $($value:ident),* $(,)? })*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+        #[serde(rename_all = "snake_case")]
         pub enum $name {
-            $(#[serde(rename = $text)] $value,)*
+            $($value,)*
         }
     )*};
 }
 
 names! {
     /// The variant.
-    LeastSquaresTag { LeastSquares = "least_squares" }
+    LeastSquaresTag { LeastSquares }
     /// The variant.
-    MEstimatorTag { MEstimator = "m_estimator" }
+    MEstimatorTag { MEstimator }
     /// The variant.
-    LeastAbsoluteDeviationsTag { LeastAbsoluteDeviations = "least_absolute_deviations" }
+    LeastAbsoluteDeviationsTag { LeastAbsoluteDeviations }
     /// The variant.
-    LpTag { Lp = "lp" }
+    LpTag { Lp }
     /// The variant.
-    QuantileTag { Quantile = "quantile" }
+    QuantileTag { Quantile }
     /// The variant.
-    LeastTrimmedSquaresTag { LeastTrimmedSquares = "least_trimmed_squares" }
+    LeastTrimmedSquaresTag { LeastTrimmedSquares }
     /// The variant.
-    RankTag { Rank = "rank" }
+    RankTag { Rank }
     /// Huber's is convex; the others give far nodes no weight at all and may have several local solutions.
-    LossName { Huber = "huber", Tukey = "tukey", Hampel = "hampel", Andrews = "andrews" }
-    /// MAD about 0 divided by 0.6745 or by Φ⁻¹(0.75), Huber's proposal 2, or the caller's.
-    ScaleRuleName { Mad06745 = "mad_0_6745", Mad = "mad", Proposal2 = "proposal2", Fixed = "fixed" }
+    LossName { Huber, Tukey, Hampel, Andrews }
     /// Where an iteration starts; trimmed squares of half the nodes withstand gross errors of nearly half of them.
-    StartName { LeastSquares = "least_squares", LeastTrimmedSquares = "least_trimmed_squares" }
+    StartName { LeastSquares, LeastTrimmedSquares }
     /// Scores of ranks.
-    ScoresName { Wilcoxon = "wilcoxon" }
+    ScoresName { Wilcoxon }
+}
+
+/// MAD about 0 divided by 0.6745 or by Φ⁻¹(0.75), Huber's proposal 2, or the caller's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ScaleRuleName {
+    #[serde(rename = "mad_0_6745")]
+    Mad06745,
+    Mad,
+    Proposal2,
+    Fixed,
 }
 
 /// Largest integer that every JSON client can hold.

@@ -25,8 +25,6 @@ use super::{
 };
 use crate::numerics::{Dd, qr_with_rhs, triangular};
 
-/// Steps of the walk allowed.
-const STEPS: usize = 100_000;
 /// Reweightings that lead near the vertex before the walk begins.
 const APPROACH: usize = 8;
 
@@ -45,7 +43,7 @@ pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcom
         g.iter_mut().zip(q).for_each(|(g, q)| *g -= tilt * q);
     }
     let lines = Lines { n, rows: &rows.q, b: &rows.b, g: &g };
-    let vertex = vertex::minimise(&lines, &approach(&rows, tilt), STEPS)
+    let vertex = vertex::minimise(&lines, &approach(&rows, tilt), vertex::most_steps(m * n))
         .ok_or(FitError::NotConverged("the nodes determine no vertex of least absolute deviations"))?;
     let mut warnings = Vec::new();
     if !vertex.optimal {

@@ -30,6 +30,8 @@ const ALL: usize = 20_000;
 const STARTS: usize = 500;
 const BEST: usize = 10;
 const SEEN: usize = 1_500;
+/// Products that all starts may take.
+const WORK: usize = 20_000_000_000;
 /// Concentration steps at most; each lowers the sum, so there are few.
 const STEPS: usize = 200;
 
@@ -224,7 +226,9 @@ fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
     let first = (h * seen.len() / m).max(n + 1).min(seen.len());
     let mut steps = 0;
     let mut candidates: Vec<(f64, Vec<f64>)> = Vec::new();
-    for start in 0..STARTS {
+    // a start costs two fits of the nodes seen
+    let starts = (WORK / (2 * seen.len() * n * n)).clamp(BEST, STARTS);
+    for start in 0..starts {
         let x = if start == 0 { Some(vec![0.0; n]) } else { elemental(rows, &seen, &mut random) };
         let Some((sum, x, _)) = x.and_then(|x| concentrate(rows, &seen, first, x, 2, &mut steps)) else { continue };
         candidates.push((sum, x));

@@ -15,7 +15,7 @@
 
 use super::{
     super::{
-        accumulate::{Precision, residual_pass},
+        accumulate::{Precision, Wanted, residual_pass},
         error::{Faults, FitError},
         estimator::{MEstimator, ScaleRule, Start},
         factor::Factor,
@@ -35,7 +35,7 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
     let precision = if m * n <= 200_000 { Precision::DoubleDouble } else { Precision::Double };
     let residuals_of = |factor: &Factor| -> Option<Vec<f64>> {
         let working = factor.working.as_deref()?;
-        let mut values = residual_pass(design, sample, working, precision, true).values;
+        let mut values = residual_pass(design, sample, working, precision, Wanted::Values).values;
         values.iter_mut().zip(&roots).for_each(|(r, root)| *r *= root);
         Some(values)
     };

@@ -27,7 +27,6 @@ use super::{
 
 /// Numbers in the rows of pairs of one round.
 const PAIRS: usize = 6_000_000;
-const STEPS: usize = 100_000;
 const ROUNDS: usize = 60;
 /// Newton's steps that lead near the answer.
 const APPROACH: usize = 20;
@@ -227,14 +226,15 @@ struct Search {
 impl Search {
     fn run(&mut self, free: &Free) -> Result<(), FitError> {
         let (m, n) = (free.count(), free.n);
-        let reach = (PAIRS / (m * n)).clamp(1, m - 1);
+        let reach = (PAIRS / (m * (n + 5))).clamp(1, m - 1);
         let mut here = free.spread(&self.x);
+        let limit = vertex::most_steps(m * reach * n);
         for _ in 0..ROUNDS {
             let r = free.residuals(&self.x);
             let order = order(&r);
             let round = Round::new(free, &order, reach);
             let lines = Lines { n, rows: &round.rows, b: &round.b, g: &round.g };
-            let vertex = vertex::minimise(&lines, &self.x, STEPS)
+            let vertex = vertex::minimise(&lines, &self.x, limit.saturating_sub(self.steps))
                 .ok_or(FitError::NotConverged("pairs of nodes determine no vertex of the rank dispersion"))?;
             self.steps += vertex.steps;
             self.certificate = vertex.certificate();

@@ -6,7 +6,7 @@
 
 use super::{
     super::{
-        accumulate::{Precision, Row, residual_pass},
+        accumulate::{Precision, Row, Wanted, residual_pass},
         error::{Faults, FitError},
     },
     Measured,
@@ -53,7 +53,7 @@ impl Rows {
             orthonormal::<Dd>(measured, &factor.r)
         };
         let precision = if m * n <= 2_000_000 { Precision::DoubleDouble } else { Precision::Double };
-        let residuals = residual_pass(design, sample, working, precision, true).values;
+        let residuals = residual_pass(design, sample, working, precision, Wanted::Values).values;
         let b = residuals.iter().enumerate().map(|(k, r)| r * sample.w(k).sqrt()).collect();
         Ok(Rows { n, q, b })
     }

@@ -51,6 +51,11 @@ impl Vertex {
     }
 }
 
+/// Steps that a walk over this many numbers may take, so that it ends within a minute or so; a hundred times what it takes as a rule.
+pub fn most_steps(numbers: usize) -> usize {
+    (40_000_000_000 / numbers.max(1)).clamp(1_000, 100_000)
+}
+
 /// Walks from the vertex nearest to `start`, for at most `limit` steps. `None` when the rows do not span.
 pub fn minimise(lines: &Lines, start: &[f64], limit: usize) -> Option<Vertex> {
     let mut walk = Walk::new(lines, start)?;
