@@ -11,6 +11,7 @@ use super::{
     digits,
     error::{Faults, FitError},
     estimate::{Beside, Estimate, LeastSquares, residuals},
+    evidence::Evidence,
     factor::Factor,
     filter::{Filtered, Rule, Spectral},
     nodes::Nodes,
@@ -20,7 +21,7 @@ use super::{
         BiasReport, Coefficient, FitResult, Numerics, RegularizationReport, RegularizedSpectrum, ResidualReport,
         RobustReport, SpectrumReport, Warning,
     },
-    robust::{self, Measured},
+    robust::{self, Joined, Measured},
     sample::Sample,
     scaled::{ScaledColumns, caller_columns},
     separable::Separable,
@@ -36,7 +37,6 @@ const MOST_OF_B: usize = 1_000_000;
 pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     let sample = Sample::new(nodes);
     let design = Design::new(nodes, &sample, spec)?;
-    let mut warnings = Vec::new();
     let separable = match nodes {
         Nodes::Grid(grid)
             if spec.scaling != Scaling::Standardized && design.is_full_product() && sample.separates() =>
@@ -47,33 +47,43 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     };
     let heights = Heights::new(&sample);
     within_range(nodes, &heights)?;
-    let posted = Factor::new(&design, &sample, separable)?;
-    let about_zero = heights.about_zero;
-    let place = Place { design: &design, sample: &sample, factor: &posted, nodes, heights: about_zero };
-    let measured = Measured { place: &place, design: &design, sample: &sample, factor: &posted, heights: &heights };
-    let robust = robust::estimate(&spec.estimator, &measured)?;
+    let factor = Factor::new(&design, &sample, separable)?;
+    let evidence = Evidence::Posted { sample: &sample, nodes };
+    let place = Place { design: &design, factor: &factor, heights: heights.about_zero, evidence };
+    let measured = Measured { place: &place, sample: &sample, heights: &heights };
+    let Some(robust) = robust::estimate(&spec.estimator, &measured)? else { return report(&place, &heights, spec) };
     // a robust estimate goes on as the least-squares problem that it solves, plain least squares beside it
-    let beside = match &robust {
-        Some(_) => Some(Beside::new(&place, spec.scaling, heights.weight)?),
-        None => None,
-    };
-    let reweighted = robust.as_ref().and_then(|r| r.weights.as_deref()).map(|weights| sample.reweighted(weights));
-    let acting = reweighted.as_ref().unwrap_or(&sample);
+    let beside = Beside::new(&place, spec.scaling, heights.weight)?;
+    let reweighted = robust.weights.as_deref().map(|weights| sample.reweighted(weights));
     let weight = reweighted.as_ref().map_or(heights.weight, |sample| Heights::new(sample).weight);
-    let factor = robust.as_ref().map_or(&posted, |robust| &robust.factor);
-    if let Some(robust) = &robust {
-        warnings.extend(robust.warnings.iter().cloned());
-    }
+    let acting = Evidence::Posted { sample: reweighted.as_ref().unwrap_or(&sample), nodes };
+    let place = Place { factor: &robust.factor, ..place };
+    report_of(&place, &heights, spec, Some(&Joined { robust: &robust, beside, acting, weight }))
+}
+
+/// Everything from the factor on: scaled columns, spectrum, λ*, estimate, bounds. What needs the nodes themselves asks
+/// `place`; where they are gone (a stream keeps sums only) such figures are left out.
+pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result<FitResult, FitError> {
+    report_of(place, heights, spec, None)
+}
+
+/// The same for a robust estimate, whose matrix may be weighted otherwise than the nodes of `place`.
+fn report_of(place: &Place, heights: &Heights, spec: &FitSpec, joined: Option<&Joined>) -> Result<FitResult, FitError> {
+    let (design, factor) = (place.design, place.factor);
+    let count = place.evidence.count();
+    let weight = joined.map_or(heights.weight, |joined| joined.weight);
+    let acting = joined.map_or(place.evidence, |joined| joined.acting);
+    let mut warnings = joined.map_or_else(Vec::new, |joined| joined.robust.warnings.clone());
     let caller = caller_columns(factor);
-    columns_within_range(&design, &caller)?;
-    let mut columns = ScaledColumns::new(&design, &caller, spec.scaling, weight)?;
+    columns_within_range(design, &caller)?;
+    let mut columns = ScaledColumns::new(design, &caller, spec.scaling, weight)?;
     if let Some(constant) = &mut columns.constant {
         constant.set_level(&caller, &factor.qty);
     }
     let unit = match spec.scaling {
         Scaling::UnitLength => None,
         Scaling::None | Scaling::Standardized => {
-            let columns = ScaledColumns::new(&design, &caller, Scaling::UnitLength, weight)?;
+            let columns = ScaledColumns::new(design, &caller, Scaling::UnitLength, weight)?;
             let spectrum = Spectrum::new(factor, &columns, Scaling::UnitLength, None)?;
             Some((columns, spectrum))
         }
@@ -87,18 +97,19 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         // names must not depend on how the columns are scaled
         match (&unit, spec.scaling) {
             (Some((columns, spectrum)), Scaling::None) => {
-                refuse_dependence(&design, columns, spectrum, spec, &mut warnings)?;
+                refuse_dependence(design, columns, spectrum, spec, &mut warnings)?;
             }
-            _ => refuse_dependence(&design, &columns, &spectrum, spec, &mut warnings)?,
+            _ => refuse_dependence(design, &columns, &spectrum, spec, &mut warnings)?,
         }
     }
-    let place = Place { design: &design, sample: &sample, factor, nodes, heights: about_zero };
-    let least_squares = LeastSquares::new(&place, &columns, &spectrum);
+    let least_squares = LeastSquares::new(place, &columns, &spectrum);
     let free = spectrum.rank + usize::from(columns.constant.is_some());
-    let degrees_of_freedom = sample.count() - free;
-    let least_squares_rss = beside.as_ref().map_or(least_squares.rss, |beside| beside.rss);
+    let degrees_of_freedom = count - free;
+    let least_squares_rss = joined.map_or(least_squares.rss, |joined| joined.beside.rss);
     let sigma = (degrees_of_freedom > 0).then(|| (least_squares_rss / degrees_of_freedom as f64).sqrt());
-    let noise = robust.as_ref().map_or(sigma, |robust| robust.sigma.filter(|_| degrees_of_freedom > 0));
+    let noise = joined.map_or(sigma, |joined| joined.robust.sigma.filter(|_| degrees_of_freedom > 0));
+    // of the problem that the factor solves
+    let own_rss = joined.map_or(least_squares.rss, |joined| joined.robust.rss);
     if sigma.is_none() {
         warnings.push(Warning {
             code: "no_degrees_of_freedom",
@@ -109,8 +120,8 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         &spectrum.lambda,
         &spectrum.a,
         spec.noise_sigma.or(noise).map(|s| s * s),
-        robust.as_ref().map_or(least_squares.rss, |robust| robust.rss),
-        sample.count(),
+        own_rss,
+        count,
         usize::from(columns.constant.is_some()),
     );
     let decided = choice::decide(&spec.regularization, &problem, weight, spec.include.lambda_curve, &mut warnings)?;
@@ -119,24 +130,17 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, decided.parameter())).collect();
     let estimate = Estimate::new(&columns, &spectrum, &filtered, &least_squares);
 
-    let residuals = residuals(&place, &spectrum, &filtered, &estimate, &least_squares, spec);
-    let rss = match robust {
+    let residuals = residuals(place, &spectrum, &filtered, &estimate, &least_squares, spec);
+    let rss = match joined {
         Some(_) => residuals.rss,
         None => problem.sums(rule, decided.parameter()).rss[0],
     };
-    let report = Reporter {
-        spec,
-        design: &design,
-        columns: &columns,
-        spectrum: &spectrum,
-        decided: &decided,
-        rule,
-        filtered: &filtered,
-    };
+    let report =
+        Reporter { spec, design, columns: &columns, spectrum: &spectrum, decided: &decided, rule, filtered: &filtered };
     let bias = report.bias(&estimate.directions, &mut warnings);
     let regularization = report.regularization(&problem, &mut warnings, weight);
     let collinearity = collinearity::report(
-        &design,
+        design,
         factor,
         &caller,
         unit.as_ref().map_or(&spectrum, |(_, unit)| unit),
@@ -158,8 +162,8 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             largest,
             norm: norm(&mut spectrum.a.iter().zip(&filtered).map(|(a, f)| a * f.factor)),
         };
-        let rss = robust.as_ref().map_or(least_squares.rss, |robust| robust.rss);
-        perturbation::report(&design, acting, &columns, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
+        let slopes = acting.slopes(design, &columns);
+        perturbation::report(slopes, weight, uncertainty, heights.about_zero.sqrt(), own_rss, [before, after])
     });
     if let Some(p) = &perturbation
         && (p.least_squares.square_bound.is_none() || p.regularized.square_bound.is_none())
@@ -169,15 +173,15 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             message: "the node uncertainty times the condition reaches 1: the square bound does not exist there".into(),
         });
     }
-    let total = if constant_in_span(&design, factor, &columns, &spectrum, weight) {
+    let total = if constant_in_span(design, factor, &columns, &spectrum, weight) {
         heights.about_mean
     } else {
         heights.about_zero
     };
-    let matrix_b = report.matrix_b(&Place { sample: acting, ..place }, &mut warnings)?;
+    let matrix_b = report.matrix_b(&Place { evidence: acting, ..*place }, &mut warnings)?;
     let correct_digits = digits::correct_digits(&digits::Fitted {
-        design: &design,
-        sample: acting,
+        design,
+        evidence: acting,
         largest_height: heights.largest,
         r: &factor.r,
         working: &least_squares.working,
@@ -185,7 +189,8 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         leverage: &estimate.leverage,
         sensitivity: &estimate.sensitivity,
         sigma: noise,
-        max_residual: least_squares.max_abs,
+        // without the nodes √rss is all that is known of the largest residual
+        max_residual: least_squares.max_abs.unwrap_or_else(|| least_squares.rss.sqrt()),
         relative_error: factor.relative_error,
         length: heights.about_zero.sqrt(),
     });
@@ -199,12 +204,12 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             ),
         });
     }
-    let (plain_coefficients, plain_leverage) = match &beside {
-        Some(beside) => (&beside.coefficients, &beside.leverage),
+    let (plain_coefficients, plain_leverage) = match joined {
+        Some(Joined { beside, .. }) => (&beside.coefficients, &beside.leverage),
         None => (&least_squares.coefficients, &estimate.leverage),
     };
     let standard_errors =
-        robust.as_ref().map(|r| r.spread.standard_errors(&estimate, &spectrum, &columns, factor, &filtered));
+        joined.map(|joined| joined.robust.spread.standard_errors(&estimate, &spectrum, &columns, factor, &filtered));
     let coefficients = (0..design.size())
         .map(|j| Coefficient {
             term: design.labels[j].clone(),
@@ -219,9 +224,6 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             bias_bound: bias.1[j],
         })
         .collect();
-    let arithmetic = factor.arithmetic;
-    let robust_report =
-        robust.map(|robust| RobustReport { coefficients: least_squares.coefficients.clone(), ..robust.report });
     let result = FitResult {
         coefficients,
         domain: design.domain,
@@ -231,7 +233,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         collinearity,
         perturbation,
         residuals: ResidualReport {
-            count: sample.count(),
+            count,
             degrees_of_freedom,
             rss,
             sigma,
@@ -242,14 +244,17 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             node_indices: spec
                 .include
                 .residuals
-                .then(|| sample.index().map(|index| index.iter().map(|&k| k as usize).collect()))
+                .then(|| place.evidence.counted().map(|index| index.iter().map(|&k| k as usize).collect()))
                 .flatten(),
-            values: spec.include.residuals.then_some(residuals.values),
+            values: residuals.values.filter(|_| spec.include.residuals),
         },
-        robust: robust_report,
+        robust: joined.map(|joined| RobustReport {
+            coefficients: least_squares.coefficients.clone(),
+            ..joined.robust.report.clone()
+        }),
         lambda_curve: decided.curve.clone(),
         matrix_b,
-        numerics: Numerics { arithmetic, correct_digits },
+        numerics: Numerics { arithmetic: factor.arithmetic, correct_digits },
         warnings,
     };
     sound::checked(result)
@@ -367,7 +372,11 @@ impl Reporter<'_> {
             });
             return Ok(None);
         }
-        let (m, n) = (place.sample.count(), self.design.size());
+        let Evidence::Posted { sample, .. } = place.evidence else {
+            warnings.push(Warning { code: "no_matrix_b", message: "the rows of B need the nodes themselves".into() });
+            return Ok(None);
+        };
+        let (m, n) = (sample.count(), self.design.size());
         if m * n > MOST_OF_B {
             return Err(Faults::one(
                 "/include",
@@ -381,6 +390,6 @@ impl Reporter<'_> {
             .collect();
         let scale: Vec<f64> = self.columns.scale.iter().map(|s| s.to_f64()).collect();
         let Spectrum { image, v, .. } = self.spectrum;
-        Ok(Some(matrix_b(place.design, place.sample, place.factor, image, v, &c, &scale)))
+        Ok(Some(matrix_b(place.design, sample, place.factor, image, v, &c, &scale)))
     }
 }

@@ -112,7 +112,8 @@ fn approach(rows: &Rows, tilt: f64) -> Vec<f64> {
 
 /// The coefficients of the vertex in the working basis, from its nodes alone, in double-double.
 fn exact(measured: &Measured, vertex: &Vertex) -> Option<Vec<Dd>> {
-    let Measured { design, sample, .. } = *measured;
+    let Measured { place, sample, .. } = *measured;
+    let design = place.design;
     let n = design.size();
     let mut a = nalgebra::DMatrix::from_element(n, n, Dd::ZERO);
     let mut z = nalgebra::DVector::from_element(n, Dd::ZERO);

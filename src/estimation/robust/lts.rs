@@ -42,7 +42,8 @@ pub fn subset_size(coverage: f64, m: usize, n: usize) -> usize {
 }
 
 pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome, FitError> {
-    let Measured { sample, design, .. } = *measured;
+    let Measured { place, sample, .. } = *measured;
+    let design = place.design;
     let rows = Rows::new(measured)?;
     let (m, n) = (rows.count(), rows.n);
     if m <= n {

@@ -29,7 +29,8 @@ use super::{
 const EXACT: f64 = 1e-14;
 
 pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitError> {
-    let Measured { sample, design, heights, .. } = *measured;
+    let Measured { place, sample, heights } = *measured;
+    let design = place.design;
     let (m, n) = (sample.count(), design.size());
     let roots: Vec<f64> = (0..m).map(|k| sample.w(k).sqrt()).collect();
     let precision = if m * n <= 200_000 { Precision::DoubleDouble } else { Precision::Double };
@@ -48,7 +49,7 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
         }
     };
     let mut residuals = match asked.start {
-        Start::LeastSquares => residuals_of(measured.factor).ok_or_else(|| too_few(&vec![1.0; m], n))?,
+        Start::LeastSquares => residuals_of(place.factor).ok_or_else(|| too_few(&vec![1.0; m], n))?,
         Start::LeastTrimmed => solve(&lts::start_weights(measured)?)?.1,
     };
     let rounding = 8.0 * f64::EPSILON * heights.largest;

@@ -29,9 +29,10 @@ mod vertex;
 
 use super::{
     admission,
-    design::Design,
     error::FitError,
+    estimate::Beside,
     estimator::{Estimator, Start},
+    evidence::Evidence,
     factor::{Factor, multiply_upper_vector},
     residuals::{Heights, Place},
     result::{LocalSolution, RobustReport, Warning},
@@ -39,22 +40,32 @@ use super::{
 };
 use crate::numerics::{Dd, triangular};
 
-pub use spread::Spread;
+use spread::Spread;
 
 /// Nodes with their least-squares factor.
 #[derive(Clone, Copy)]
-pub struct Measured<'a> {
+pub(super) struct Measured<'a> {
     pub place: &'a Place<'a>,
-    pub design: &'a Design,
     pub sample: &'a Sample<'a>,
-    pub factor: &'a Factor,
     pub heights: &'a Heights,
+}
+
+/// A robust estimate as a fit reports it.
+pub(super) struct Joined<'a> {
+    pub robust: &'a Robust,
+    pub beside: Beside,
+    /// The nodes with the weights of the problem that was solved.
+    pub acting: Evidence<'a>,
+    /// Σ of these weights.
+    pub weight: f64,
 }
 
 impl Measured<'_> {
     /// Node weights times ω, by posted node; ω is by counted node.
     fn posted_weights(&self, omega: &[f64]) -> Vec<f64> {
-        let mut weights = vec![0.0; self.place.nodes.posted()];
+        let posted =
+            self.sample.index().and_then(|index| index.last()).map_or(self.sample.count(), |k| *k as usize + 1);
+        let mut weights = vec![0.0; posted];
         for (k, omega) in omega.iter().enumerate() {
             weights[self.sample.posted(k)] = self.sample.w(k) * omega;
         }
@@ -124,13 +135,13 @@ struct Weighting {
 }
 
 /// A direction in Q's coordinates along which the standard deviation is another one.
-pub struct Along {
+pub(super) struct Along {
     pub direction: Vec<f64>,
     pub dispersion: f64,
 }
 
 /// An estimate as the least-squares problem that it solves.
-pub struct Robust {
+pub(super) struct Robust {
     /// Of `√(wω) X` (or `√w X`); `working` is the estimate, `rss` and `max_abs` are of the posted nodes.
     pub factor: Factor,
     /// wω by posted node; `None` where node weights stand.
@@ -145,12 +156,12 @@ pub struct Robust {
 }
 
 /// Estimates as asked; `None` for least squares, which `measured` already is.
-pub fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Option<Robust>, FitError> {
+pub(super) fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Option<Robust>, FitError> {
     if *estimator == Estimator::LeastSquares {
         return Ok(None);
     }
-    if measured.factor.working.is_none() {
-        return Err(admission::dependence(measured.design, measured.factor, measured.heights.weight));
+    if measured.place.factor.working.is_none() {
+        return Err(admission::dependence(measured.place.design, measured.place.factor, measured.heights.weight));
     }
     let outcome = match estimator {
         Estimator::LeastSquares => return Ok(None),
@@ -167,7 +178,8 @@ pub fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Option<Rob
 
 /// Brings an outcome into the form in which a fit goes on.
 fn joined(outcome: Outcome, measured: &Measured) -> Robust {
-    let Measured { place, sample, factor: plain, .. } = *measured;
+    let Measured { place, sample, .. } = *measured;
+    let plain = place.factor;
     let (mut factor, weights, omega) = match outcome.solved {
         Solved::Weighted(Weighting { factor, omega }) => (*factor, Some(measured.posted_weights(&omega)), Some(omega)),
         Solved::Step(step) => {

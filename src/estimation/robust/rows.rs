@@ -28,7 +28,8 @@ pub struct Rows {
 impl Rows {
     /// The rows of all counted nodes; refuses more numbers than memory should hold.
     pub fn new(measured: &Measured) -> Result<Self, FitError> {
-        let Measured { design, sample, factor, .. } = *measured;
+        let Measured { place, sample, .. } = *measured;
+        let (design, factor) = (place.design, place.factor);
         let (m, n) = (sample.count(), design.size());
         if m * n > MOST {
             return Err(Faults::one(
@@ -75,7 +76,8 @@ impl Rows {
 }
 
 fn orthonormal<T: Real>(measured: &Measured, r: &nalgebra::DMatrix<T>) -> Vec<f64> {
-    let Measured { design, sample, .. } = *measured;
+    let Measured { place, sample, .. } = *measured;
+    let design = place.design;
     let (m, n) = (sample.count(), design.size());
     let mut out = Vec::with_capacity(m * n);
     let mut row = Row::<T>::new(design);
