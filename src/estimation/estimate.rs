@@ -42,7 +42,7 @@ impl LeastSquares {
         if let Some(constant) = &columns.constant {
             let shift =
                 columns.kept.iter().zip(&constant.means).fold(Dd::ZERO, |sum, (&j, &mean)| sum + mean * caller[j]);
-            caller[constant.index] = constant.level - shift;
+            caller[constant.index] = spectrum.level - shift;
         }
         let coefficients = caller.iter().map(|x| x.to_f64()).collect();
         multiply_upper_vector(&factor.change, &mut caller);
@@ -116,7 +116,7 @@ impl Estimate {
                     twice += share / lambda;
                 }
             }
-            let level = level.map_or(0.0, |c| c.level.to_f64());
+            let level = level.map_or(0.0, |_| spectrum.level.to_f64());
             // two equal sums; take the one in which less cancels
             let whole = least_squares.coefficients[j];
             let from_kept = kept_size + level.abs() < removed_size + whole.abs();

@@ -1,12 +1,13 @@
 //! The way of a fit: nodes → design → factor → scaled columns → spectrum → λ* → estimate → report.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use super::{
-    admission::{columns_within_range, constant_in_span, refuse_dependence, within_range},
+    admission::{constant_in_span, refuse_dependence, within_range},
     bias,
     choice::{self, Decided},
-    collinearity,
     design::Design,
     digits,
     error::{Faults, FitError},
@@ -14,78 +15,73 @@ use super::{
     evidence::Evidence,
     factor::Factor,
     filter::{Filtered, Rule, Spectral},
+    frame::Frame,
     nodes::Nodes,
     perturbation,
+    plan::Plans,
     residuals::{Heights, Place, matrix_b},
     result::{
         BiasReport, Coefficient, FitResult, Numerics, RegularizationReport, RegularizedSpectrum, ResidualReport,
         SpectrumReport, Warning,
     },
     sample::Sample,
-    scaled::{ScaledColumns, caller_columns},
-    separable::Separable,
+    scaled::ScaledColumns,
     sound,
     spec::{FitSpec, Scaling},
-    spectrum::Spectrum,
+    spectrum::{Directions, Spectrum},
 };
+use crate::numerics::Dd;
 
 /// Numbers of B that an answer may hold.
 const MOST_OF_B: usize = 1_000_000;
 
 /// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same bits.
 pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
+    fit_remembering(nodes, spec, &Plans::default())
+}
+
+/// The same, bit for bit; what depends on the positions of a full grid and the spec alone is kept in `plans` and
+/// found there again when other heights are posted for them.
+pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     let sample = Sample::new(nodes);
-    let design = Design::new(nodes, &sample, spec)?;
-    let separable = match nodes {
-        Nodes::Grid(grid)
-            if spec.scaling != Scaling::Standardized && design.is_full_product() && sample.separates() =>
-        {
-            Separable::new(&design, grid)
-        }
-        _ => None,
-    };
     let heights = Heights::new(&sample);
-    within_range(nodes, &heights)?;
-    let factor = Factor::new(&design, &sample, separable)?;
     let evidence = Evidence::Posted { sample: &sample, nodes };
+    if let Some((grid, plan)) = plans.of(nodes, &sample, spec)? {
+        within_range(nodes, &heights)?;
+        let factor = plan.factor(grid)?;
+        let frame = plan.frame(&factor, spec, heights.weight)?;
+        let place = Place { design: &plan.design, factor: &factor, heights: heights.about_zero, evidence };
+        return conclude(&place, &heights, spec, frame);
+    }
+    let design = Design::new(nodes, &sample, spec)?;
+    within_range(nodes, &heights)?;
+    let factor = Factor::new(&design, &sample)?;
     report(&Place { design: &design, factor: &factor, heights: heights.about_zero, evidence }, &heights, spec)
 }
 
-/// Everything from the factor on: scaled columns, spectrum, λ*, estimate, bounds. What needs the nodes themselves asks
-/// `place`; where they are gone (a stream keeps sums only) such figures are left out.
+/// Everything from the factor on. What needs the nodes themselves asks `place`; where they are gone (a stream keeps
+/// sums only) such figures are left out.
 pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result<FitResult, FitError> {
+    let frame = Frame::new(place.design, place.factor, spec, heights.weight)?;
+    conclude(place, heights, spec, &frame)
+}
+
+/// What the heights have along the directions of the columns, and everything that follows: λ*, estimate, bounds.
+fn conclude(place: &Place, heights: &Heights, spec: &FitSpec, frame: &Frame) -> Result<FitResult, FitError> {
     let (design, factor) = (place.design, place.factor);
+    let Frame { caller, columns, unit, .. } = frame;
     let count = place.evidence.count();
     let mut warnings = Vec::new();
-    let caller = caller_columns(factor);
-    columns_within_range(design, &caller)?;
-    let mut columns = ScaledColumns::new(design, &caller, spec.scaling, heights.weight)?;
-    if let Some(constant) = &mut columns.constant {
-        constant.set_level(&caller, &factor.qty);
-    }
-    let unit = match spec.scaling {
-        Scaling::UnitLength => None,
-        Scaling::None | Scaling::Standardized => {
-            let columns = ScaledColumns::new(design, &caller, Scaling::UnitLength, heights.weight)?;
-            let spectrum = Spectrum::new(factor, &columns, Scaling::UnitLength, None)?;
-            Some((columns, spectrum))
-        }
-    };
-    let rank = match (&unit, spec.scaling) {
-        (Some((_, unit)), Scaling::None) => Some(unit.rank),
-        _ => None,
-    };
-    let spectrum = Spectrum::new(factor, &columns, spec.scaling, rank)?;
+    let level = columns.constant.as_ref().map_or(Dd::ZERO, |constant| constant.level(caller, &factor.qty));
+    let spectrum = Spectrum::new(frame.directions.clone(), &factor.qty, level);
     if !spectrum.full_rank() {
         // names must not depend on how the columns are scaled
-        match (&unit, spec.scaling) {
-            (Some((columns, spectrum)), Scaling::None) => {
-                refuse_dependence(design, columns, spectrum, spec, &mut warnings)?;
-            }
-            _ => refuse_dependence(design, &columns, &spectrum, spec, &mut warnings)?,
+        match (unit, spec.scaling) {
+            (Some((columns, unit)), Scaling::None) => refuse_dependence(design, columns, unit, spec, &mut warnings)?,
+            _ => refuse_dependence(design, columns, &spectrum, spec, &mut warnings)?,
         }
     }
-    let least_squares = LeastSquares::new(place, &columns, &spectrum);
+    let least_squares = LeastSquares::new(place, columns, &spectrum);
     let free = spectrum.rank + usize::from(columns.constant.is_some());
     let degrees_of_freedom = count - free;
     let sigma = (degrees_of_freedom > 0).then(|| (least_squares.rss / degrees_of_freedom as f64).sqrt());
@@ -108,23 +104,14 @@ pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result
     let rule = if decided.chosen.is_some() { decided.rule } else { Rule::None };
     let filtered: Vec<Filtered> =
         spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, decided.parameter())).collect();
-    let estimate = Estimate::new(&columns, &spectrum, &filtered, &least_squares);
+    let estimate = Estimate::new(columns, &spectrum, &filtered, &least_squares);
 
     let residuals = residuals(place, &spectrum, &filtered, &estimate, &least_squares, spec);
     let rss = problem.sums(rule, decided.parameter()).rss[0];
-    let report =
-        Reporter { spec, design, columns: &columns, spectrum: &spectrum, decided: &decided, rule, filtered: &filtered };
+    let report = Reporter { spec, design, columns, spectrum: &spectrum, decided: &decided, rule, filtered: &filtered };
     let bias = report.bias(&estimate.directions, &mut warnings);
     let regularization = report.regularization(&problem, &mut warnings, heights.weight);
-    let collinearity = collinearity::report(
-        design,
-        factor,
-        &caller,
-        unit.as_ref().map_or(&spectrum, |(_, unit)| unit),
-        heights.weight,
-        spec.include.collinearity,
-        &mut warnings,
-    );
+    warnings.extend(frame.warnings.iter().cloned());
     let spectrum_report = report.spectrum();
     let perturbation = spec.node_uncertainty.map(|uncertainty| {
         let largest = filtered.iter().map(|f| f.eigenvalue).fold(0.0, f64::max);
@@ -140,7 +127,7 @@ pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result
             norm: norm(&mut spectrum.a.iter().zip(&filtered).map(|(a, f)| a * f.factor)),
         };
         let rss = least_squares.rss;
-        let slopes = place.evidence.slopes(design, &columns);
+        let slopes = place.evidence.slopes(design, columns);
         perturbation::report(slopes, heights.weight, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
     });
     if let Some(p) = &perturbation
@@ -151,7 +138,7 @@ pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result
             message: "the node uncertainty times the condition reaches 1: the square bound does not exist there".into(),
         });
     }
-    let total = if constant_in_span(design, factor, &columns, &spectrum, heights.weight) {
+    let total = if constant_in_span(design, factor, columns, &spectrum, heights.weight) {
         heights.about_mean
     } else {
         heights.about_zero
@@ -199,7 +186,7 @@ pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result
         spectrum: spectrum_report,
         regularization,
         bias: bias.0,
-        collinearity,
+        collinearity: Arc::clone(&frame.collinearity),
         perturbation,
         residuals: ResidualReport {
             count,
@@ -354,7 +341,7 @@ impl Reporter<'_> {
             .map(|i| self.rule.coefficient(i, lambda[i], self.decided.parameter()).unwrap_or(0.0))
             .collect();
         let scale: Vec<f64> = self.columns.scale.iter().map(|s| s.to_f64()).collect();
-        let Spectrum { image, v, .. } = self.spectrum;
+        let Directions { image, v, .. } = &self.spectrum.directions;
         Ok(Some(matrix_b(place.design, sample, place.factor, image, v, &c, &scale)))
     }
 }

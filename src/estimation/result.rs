@@ -1,5 +1,7 @@
 //! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is `None`.
 
+use std::sync::Arc;
+
 use super::spec::{Criterion, Domain, Scheme};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -10,7 +12,7 @@ pub struct FitResult {
     pub spectrum: SpectrumReport,
     pub regularization: RegularizationReport,
     pub bias: BiasReport,
-    pub collinearity: CollinearityReport,
+    pub collinearity: Arc<CollinearityReport>,
     pub perturbation: Option<PerturbationReport>,
     pub residuals: ResidualReport,
     /// Present when `lambda_curve` was included.
