@@ -4,6 +4,8 @@
 //! that is not finite is left out with a warning, and a result that has one where the contract promises a number
 //! is refused: there is no `null` and no invented number.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -56,7 +58,7 @@ impl FitResultBody {
             spectrum: spectrum(&mut check, result.spectrum),
             regularization: regularization(&mut check, result.regularization),
             bias: bias(&mut check, result.bias),
-            collinearity: collinearity(&mut check, result.collinearity),
+            collinearity: collinearity(&mut check, Arc::unwrap_or_clone(result.collinearity)),
             perturbation: result.perturbation.map(|p| perturbation(&mut check, p)),
             residuals: residuals(&mut check, result.residuals),
             robust: result.robust.map(|r| RobustBody::new(&mut check, r)),

@@ -3,12 +3,12 @@
 use nalgebra::DMatrix;
 
 use super::{
-    error::FitError,
     factor::multiply_upper_vector,
     filter::{Filtered, Rule},
+    frame::Frame,
     residuals::{Place, Residuals},
-    scaled::{ScaledColumns, caller_columns},
-    spec::{FitSpec, Scaling},
+    scaled::ScaledColumns,
+    spec::FitSpec,
     spectrum::Spectrum,
 };
 use crate::numerics::{Dd, triangular};
@@ -43,7 +43,7 @@ impl LeastSquares {
         if let Some(constant) = &columns.constant {
             let shift =
                 columns.kept.iter().zip(&constant.means).fold(Dd::ZERO, |sum, (&j, &mean)| sum + mean * caller[j]);
-            caller[constant.index] = constant.level - shift;
+            caller[constant.index] = spectrum.level - shift;
         }
         let coefficients = caller.iter().map(|x| x.to_f64()).collect();
         multiply_upper_vector(&factor.change, &mut caller);
@@ -61,19 +61,16 @@ pub struct Beside {
 }
 
 impl Beside {
-    /// Of the posted nodes, `factor` being theirs.
-    pub fn new(place: &Place, scaling: Scaling, weight: f64) -> Result<Self, FitError> {
-        let factor = place.factor;
-        let caller = caller_columns(factor);
-        let mut columns = ScaledColumns::new(place.design, &caller, scaling, weight)?;
-        if let Some(constant) = &mut columns.constant {
-            constant.set_level(&caller, &factor.qty);
-        }
-        let spectrum = Spectrum::new(factor, &columns, scaling, None)?;
-        let least_squares = LeastSquares::new(place, &columns, &spectrum);
+    /// Of the posted nodes, `place` holding their factor and `frame` the analysis of its columns.
+    pub fn new(place: &Place, frame: &Frame) -> Self {
+        let Frame { caller, columns, directions, .. } = frame;
+        let qty = &place.factor.qty;
+        let level = columns.constant.as_ref().map_or(Dd::ZERO, |constant| constant.level(caller, qty));
+        let spectrum = Spectrum::new(directions.clone(), qty, level);
+        let least_squares = LeastSquares::new(place, columns, &spectrum);
         let filtered: Vec<Filtered> = spectrum.lambda.iter().map(|&lambda| Rule::None.at(0, lambda, 0.0)).collect();
-        let Estimate { leverage, .. } = Estimate::new(&columns, &spectrum, &filtered, &least_squares);
-        Ok(Beside { coefficients: least_squares.coefficients, leverage, rss: least_squares.rss })
+        let Estimate { leverage, .. } = Estimate::new(columns, &spectrum, &filtered, &least_squares);
+        Beside { coefficients: least_squares.coefficients, leverage, rss: least_squares.rss }
     }
 }
 
@@ -142,7 +139,7 @@ impl Estimate {
                     twice += share / lambda;
                 }
             }
-            let level = level.map_or(0.0, |c| c.level.to_f64());
+            let level = level.map_or(0.0, |_| spectrum.level.to_f64());
             // two equal sums; take the one in which less cancels
             let whole = least_squares.coefficients[j];
             let from_kept = kept_size + level.abs() < removed_size + whole.abs();

@@ -1,12 +1,13 @@
 //! The way of a fit: nodes → design → factor → scaled columns → spectrum → λ* → estimate → report.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use super::{
-    admission::{columns_within_range, constant_in_span, refuse_dependence, within_range},
+    admission::{constant_in_span, refuse_dependence, within_range},
     bias,
     choice::{self, Decided},
-    collinearity,
     design::Design,
     digits,
     error::{Faults, FitError},
@@ -14,95 +15,114 @@ use super::{
     evidence::Evidence,
     factor::Factor,
     filter::{Filtered, Rule, Spectral},
+    frame::Frame,
     nodes::Nodes,
     perturbation,
+    plan::Plans,
     residuals::{Heights, Place, matrix_b},
     result::{
         BiasReport, Coefficient, FitResult, Numerics, RegularizationReport, RegularizedSpectrum, ResidualReport,
         RobustReport, SpectrumReport, Warning,
     },
-    robust::{self, Joined, Measured},
+    robust::{self, Joined, Measured, Robust},
     sample::Sample,
-    scaled::{ScaledColumns, caller_columns},
-    separable::Separable,
+    scaled::ScaledColumns,
     sound,
     spec::{FitSpec, Scaling},
-    spectrum::Spectrum,
+    spectrum::{Directions, Spectrum},
 };
+use crate::numerics::Dd;
 
 /// Numbers of B that an answer may hold.
 const MOST_OF_B: usize = 1_000_000;
 
 /// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same bits.
 pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
+    fit_remembering(nodes, spec, &Plans::default())
+}
+
+/// The same, bit for bit; what depends on the positions of a full grid and the spec alone is kept in `plans` and
+/// found there again when other heights are posted for them.
+pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     let sample = Sample::new(nodes);
-    let design = Design::new(nodes, &sample, spec)?;
-    let separable = match nodes {
-        Nodes::Grid(grid)
-            if spec.scaling != Scaling::Standardized && design.is_full_product() && sample.separates() =>
-        {
-            Separable::new(&design, grid)
-        }
-        _ => None,
-    };
     let heights = Heights::new(&sample);
-    within_range(nodes, &heights)?;
-    let factor = Factor::new(&design, &sample, separable)?;
     let evidence = Evidence::Posted { sample: &sample, nodes };
+    if let Some((grid, plan)) = plans.of(nodes, &sample, spec)? {
+        within_range(nodes, &heights)?;
+        let factor = plan.factor(grid)?;
+        let frame = plan.frame(&factor, spec, heights.weight)?;
+        let place = Place { design: &plan.design, factor: &factor, heights: heights.about_zero, evidence };
+        return match robust::estimate(&spec.estimator, &Measured { place: &place, sample: &sample, heights: &heights })?
+        {
+            None => conclude(&place, &heights, spec, frame, None),
+            Some(robust) => conclude_robust(&place, &sample, nodes, &heights, spec, frame, &robust),
+        };
+    }
+    let design = Design::new(nodes, &sample, spec)?;
+    within_range(nodes, &heights)?;
+    let factor = Factor::new(&design, &sample)?;
     let place = Place { design: &design, factor: &factor, heights: heights.about_zero, evidence };
-    let measured = Measured { place: &place, sample: &sample, heights: &heights };
-    let Some(robust) = robust::estimate(&spec.estimator, &measured)? else { return report(&place, &heights, spec) };
-    // a robust estimate goes on as the least-squares problem that it solves, plain least squares beside it
-    let beside = Beside::new(&place, spec.scaling, heights.weight)?;
+    match robust::estimate(&spec.estimator, &Measured { place: &place, sample: &sample, heights: &heights })? {
+        None => report(&place, &heights, spec),
+        Some(robust) => {
+            let frame = Frame::new(&design, &factor, spec, heights.weight)?;
+            conclude_robust(&place, &sample, nodes, &heights, spec, &frame, &robust)
+        }
+    }
+}
+
+/// A robust estimate goes on as the least-squares problem that it solves, plain least squares beside it; `place` and
+/// `frame` are of the posted nodes.
+fn conclude_robust(
+    place: &Place,
+    sample: &Sample,
+    nodes: &Nodes,
+    heights: &Heights,
+    spec: &FitSpec,
+    frame: &Frame,
+    robust: &Robust,
+) -> Result<FitResult, FitError> {
+    let beside = Beside::new(place, frame);
     let reweighted = robust.weights.as_deref().map(|weights| sample.reweighted(weights));
     let weight = reweighted.as_ref().map_or(heights.weight, |sample| Heights::new(sample).weight);
-    let acting = Evidence::Posted { sample: reweighted.as_ref().unwrap_or(&sample), nodes };
-    let place = Place { factor: &robust.factor, ..place };
-    report_of(&place, &heights, spec, Some(&Joined { robust: &robust, beside, acting, weight }))
+    let acting = Evidence::Posted { sample: reweighted.as_ref().unwrap_or(sample), nodes };
+    let frame = Frame::new(place.design, &robust.factor, spec, weight)?;
+    let joined = Joined { robust, beside, acting, weight };
+    conclude(&Place { factor: &robust.factor, ..*place }, heights, spec, &frame, Some(&joined))
 }
 
-/// Everything from the factor on: scaled columns, spectrum, λ*, estimate, bounds. What needs the nodes themselves asks
-/// `place`; where they are gone (a stream keeps sums only) such figures are left out.
+/// Everything from the factor on. What needs the nodes themselves asks `place`; where they are gone (a stream keeps
+/// sums only) such figures are left out.
 pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result<FitResult, FitError> {
-    report_of(place, heights, spec, None)
+    let frame = Frame::new(place.design, place.factor, spec, heights.weight)?;
+    conclude(place, heights, spec, &frame, None)
 }
 
-/// The same for a robust estimate, whose matrix may be weighted otherwise than the nodes of `place`.
-fn report_of(place: &Place, heights: &Heights, spec: &FitSpec, joined: Option<&Joined>) -> Result<FitResult, FitError> {
+/// What the heights have along the directions of the columns, and everything that follows: λ*, estimate, bounds. The
+/// matrix of a robust estimate may be weighted otherwise than the nodes of `place`.
+fn conclude(
+    place: &Place,
+    heights: &Heights,
+    spec: &FitSpec,
+    frame: &Frame,
+    joined: Option<&Joined>,
+) -> Result<FitResult, FitError> {
     let (design, factor) = (place.design, place.factor);
+    let Frame { caller, columns, unit, .. } = frame;
     let count = place.evidence.count();
     let weight = joined.map_or(heights.weight, |joined| joined.weight);
     let acting = joined.map_or(place.evidence, |joined| joined.acting);
     let mut warnings = joined.map_or_else(Vec::new, |joined| joined.robust.warnings.clone());
-    let caller = caller_columns(factor);
-    columns_within_range(design, &caller)?;
-    let mut columns = ScaledColumns::new(design, &caller, spec.scaling, weight)?;
-    if let Some(constant) = &mut columns.constant {
-        constant.set_level(&caller, &factor.qty);
-    }
-    let unit = match spec.scaling {
-        Scaling::UnitLength => None,
-        Scaling::None | Scaling::Standardized => {
-            let columns = ScaledColumns::new(design, &caller, Scaling::UnitLength, weight)?;
-            let spectrum = Spectrum::new(factor, &columns, Scaling::UnitLength, None)?;
-            Some((columns, spectrum))
-        }
-    };
-    let rank = match (&unit, spec.scaling) {
-        (Some((_, unit)), Scaling::None) => Some(unit.rank),
-        _ => None,
-    };
-    let spectrum = Spectrum::new(factor, &columns, spec.scaling, rank)?;
+    let level = columns.constant.as_ref().map_or(Dd::ZERO, |constant| constant.level(caller, &factor.qty));
+    let spectrum = Spectrum::new(frame.directions.clone(), &factor.qty, level);
     if !spectrum.full_rank() {
         // names must not depend on how the columns are scaled
-        match (&unit, spec.scaling) {
-            (Some((columns, spectrum)), Scaling::None) => {
-                refuse_dependence(design, columns, spectrum, spec, &mut warnings)?;
-            }
-            _ => refuse_dependence(design, &columns, &spectrum, spec, &mut warnings)?,
+        match (unit, spec.scaling) {
+            (Some((columns, unit)), Scaling::None) => refuse_dependence(design, columns, unit, spec, &mut warnings)?,
+            _ => refuse_dependence(design, columns, &spectrum, spec, &mut warnings)?,
         }
     }
-    let least_squares = LeastSquares::new(place, &columns, &spectrum);
+    let least_squares = LeastSquares::new(place, columns, &spectrum);
     let free = spectrum.rank + usize::from(columns.constant.is_some());
     let degrees_of_freedom = count - free;
     let least_squares_rss = joined.map_or(least_squares.rss, |joined| joined.beside.rss);
@@ -128,26 +148,17 @@ fn report_of(place: &Place, heights: &Heights, spec: &FitSpec, joined: Option<&J
     let rule = if decided.chosen.is_some() { decided.rule } else { Rule::None };
     let filtered: Vec<Filtered> =
         spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, decided.parameter())).collect();
-    let estimate = Estimate::new(&columns, &spectrum, &filtered, &least_squares);
+    let estimate = Estimate::new(columns, &spectrum, &filtered, &least_squares);
 
     let residuals = residuals(place, &spectrum, &filtered, &estimate, &least_squares, spec);
     let rss = match joined {
         Some(_) => residuals.rss,
         None => problem.sums(rule, decided.parameter()).rss[0],
     };
-    let report =
-        Reporter { spec, design, columns: &columns, spectrum: &spectrum, decided: &decided, rule, filtered: &filtered };
+    let report = Reporter { spec, design, columns, spectrum: &spectrum, decided: &decided, rule, filtered: &filtered };
     let bias = report.bias(&estimate.directions, &mut warnings);
     let regularization = report.regularization(&problem, &mut warnings, weight);
-    let collinearity = collinearity::report(
-        design,
-        factor,
-        &caller,
-        unit.as_ref().map_or(&spectrum, |(_, unit)| unit),
-        weight,
-        spec.include.collinearity,
-        &mut warnings,
-    );
+    warnings.extend(frame.warnings.iter().cloned());
     let spectrum_report = report.spectrum();
     let perturbation = spec.node_uncertainty.map(|uncertainty| {
         let largest = filtered.iter().map(|f| f.eigenvalue).fold(0.0, f64::max);
@@ -162,7 +173,7 @@ fn report_of(place: &Place, heights: &Heights, spec: &FitSpec, joined: Option<&J
             largest,
             norm: norm(&mut spectrum.a.iter().zip(&filtered).map(|(a, f)| a * f.factor)),
         };
-        let slopes = acting.slopes(design, &columns);
+        let slopes = acting.slopes(design, columns);
         perturbation::report(slopes, weight, uncertainty, heights.about_zero.sqrt(), own_rss, [before, after])
     });
     if let Some(p) = &perturbation
@@ -173,7 +184,7 @@ fn report_of(place: &Place, heights: &Heights, spec: &FitSpec, joined: Option<&J
             message: "the node uncertainty times the condition reaches 1: the square bound does not exist there".into(),
         });
     }
-    let total = if constant_in_span(design, factor, &columns, &spectrum, weight) {
+    let total = if constant_in_span(design, factor, columns, &spectrum, weight) {
         heights.about_mean
     } else {
         heights.about_zero
@@ -209,7 +220,7 @@ fn report_of(place: &Place, heights: &Heights, spec: &FitSpec, joined: Option<&J
         None => (&least_squares.coefficients, &estimate.leverage),
     };
     let standard_errors =
-        joined.map(|joined| joined.robust.spread.standard_errors(&estimate, &spectrum, &columns, factor, &filtered));
+        joined.map(|joined| joined.robust.spread.standard_errors(&estimate, &spectrum, columns, factor, &filtered));
     let coefficients = (0..design.size())
         .map(|j| Coefficient {
             term: design.labels[j].clone(),
@@ -230,7 +241,7 @@ fn report_of(place: &Place, heights: &Heights, spec: &FitSpec, joined: Option<&J
         spectrum: spectrum_report,
         regularization,
         bias: bias.0,
-        collinearity,
+        collinearity: Arc::clone(&frame.collinearity),
         perturbation,
         residuals: ResidualReport {
             count,
@@ -389,7 +400,7 @@ impl Reporter<'_> {
             .map(|i| self.rule.coefficient(i, lambda[i], self.decided.parameter()).unwrap_or(0.0))
             .collect();
         let scale: Vec<f64> = self.columns.scale.iter().map(|s| s.to_f64()).collect();
-        let Spectrum { image, v, .. } = self.spectrum;
+        let Directions { image, v, .. } = &self.spectrum.directions;
         Ok(Some(matrix_b(place.design, sample, place.factor, image, v, &c, &scale)))
     }
 }

@@ -1,5 +1,7 @@
 //! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is `None`.
 
+use std::sync::Arc;
+
 use super::{
     estimator::Start,
     spec::{Criterion, Domain, Scheme},
@@ -13,7 +15,7 @@ pub struct FitResult {
     pub spectrum: SpectrumReport,
     pub regularization: RegularizationReport,
     pub bias: BiasReport,
-    pub collinearity: CollinearityReport,
+    pub collinearity: Arc<CollinearityReport>,
     pub perturbation: Option<PerturbationReport>,
     pub residuals: ResidualReport,
     /// Present for every estimator but least squares.

@@ -16,6 +16,7 @@ mod large;
 mod least_condition;
 mod nodes;
 mod perturbation;
+mod plans;
 mod problems;
 mod rank;
 mod ridge;

@@ -22,8 +22,10 @@ const STEPS: usize = 60;
 const FINE: f64 = 1e-10;
 /// A last step that moves no residual by more than this share of the largest is one that stands still.
 const STILL: f64 = 1e-10;
-/// ε falls by this factor.
-const FALL: f64 = 0.1;
+/// ε falls by this factor; slowly where p is so near 1 that residuals follow it all the way down.
+fn fall(p: f64) -> f64 {
+    if p < 1.1 { 0.75 } else { 0.5 }
+}
 
 pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
     let rows = Rows::new(measured)?;
@@ -68,7 +70,7 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
             if epsilon <= floor {
                 break;
             }
-            epsilon = (epsilon * FALL).max(floor);
+            epsilon = (epsilon * fall(p)).max(floor);
         }
     }
     let scale = median_abs(&r) / NORMAL_QUARTILE;

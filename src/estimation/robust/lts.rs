@@ -59,7 +59,7 @@ pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome
     let found = search(&rows, h, seed);
     let omega: Vec<f64> = found.kept.iter().map(|kept| f64::from(u8::from(*kept))).collect();
     let weights = measured.posted_weights(&omega);
-    let factor = Factor::new(design, &sample.reweighted(&weights), None)?;
+    let factor = Factor::new(design, &sample.reweighted(&weights))?;
     if factor.working.is_none() {
         return Err(Faults::one(
             "/estimator/coverage",

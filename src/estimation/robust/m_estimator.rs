@@ -42,7 +42,7 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
     };
     let solve = |omega: &[f64]| -> Result<(Factor, Vec<f64>), FitError> {
         let weights = measured.posted_weights(omega);
-        let factor = Factor::new(design, &sample.reweighted(&weights), None)?;
+        let factor = Factor::new(design, &sample.reweighted(&weights))?;
         match residuals_of(&factor) {
             Some(residuals) => Ok((factor, residuals)),
             None => Err(too_few(omega, n)),
