@@ -17,6 +17,7 @@ pub mod fit;
 mod lambda_star;
 pub mod nodes;
 mod perturbation;
+mod regularized;
 mod residuals;
 pub mod result;
 mod sample;

@@ -46,6 +46,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     }
     let regularization = &mut result.regularization;
     optional("lambda_star", &mut regularization.lambda_star);
+    optional("shrinkage_factor", &mut regularization.shrinkage_factor);
     optional("gamma", &mut regularization.gamma);
     optional("matrix_norm_squared", &mut regularization.matrix_norm_squared);
     optional("largest_eigenvalue_bound", &mut regularization.largest_eigenvalue_bound);
@@ -76,6 +77,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
         && all(&[result.bias.norm, result.bias.sharp_bound, result.bias.coefficient_norm_limit])
         && all(&[residuals.rss, residuals.rms, residuals.max_abs, residuals.least_squares_rss])
         && residuals.values.as_deref().is_none_or(all)
+        && result.ridge_trace.iter().flatten().all(|point| point.k.is_finite() && all(&point.coefficients))
         && result.matrix_b.iter().flatten().all(|row| all(row))
         && result.collinearity.correlation.iter().flatten().all(|row| all(row))
         && result.collinearity.variance_proportions.iter().flatten().all(|row| all(row))
