@@ -16,6 +16,7 @@ mod filter;
 pub mod fit;
 mod lambda_star;
 pub mod nodes;
+mod normal;
 mod perturbation;
 mod regularized;
 mod residuals;
@@ -26,6 +27,7 @@ mod separable;
 mod sound;
 pub mod spec;
 mod spectrum;
+mod tile;
 
 pub use error::{Fault, Faults, FitError};
 pub use fit::fit;

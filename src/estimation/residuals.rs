@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::{
-    accumulate::{Precision, residual_pass},
+    accumulate::{Precision, Wanted, residual_pass},
     design::Design,
     factor::Factor,
     nodes::{Grid, Nodes},
@@ -135,7 +135,8 @@ impl Place<'_> {
     /// Residuals of working coefficients.
     pub fn of_working(&self, working: &[Dd], keep: bool) -> Residuals {
         self.sharpened(|precision| {
-            let pass = residual_pass(self.design, self.sample, working, precision, keep);
+            let wanted = if keep { Wanted::Values } else { Wanted::Sums };
+            let pass = residual_pass(self.design, self.sample, working, precision, wanted);
             Residuals { rss: pass.rss.to_f64(), max_abs: pass.max_abs, values: pass.values }
         })
     }
