@@ -169,10 +169,10 @@ async fn dependent_columns_are_answered_by_a_smaller_rank() {
 #[tokio::test]
 async fn stored_and_replayed() {
     let app = TestApp::start().await;
-    let job = send(app.post("/v1/jobs", &json!({"name": "regularised"}).to_string())).await.json();
+    let job = send(app.post("/v1/jobs", json!({"name": "regularised"}).to_string())).await.json();
     let iterations = format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap());
     for name in ["fit_ridge_trace", "fit_tikhonov", "fit_truncated_svd", "fit_james_stein", "fit_attraction"] {
-        let stored = send(app.post(&iterations, &example(name).to_string())).await;
+        let stored = send(app.post(&iterations, example(name).to_string())).await;
         assert_eq!(stored.status, 201, "{name}: {}", stored.text);
         let stored = stored.json();
         let plain = app.fit(&example(name).to_string()).await.json();

@@ -127,6 +127,53 @@ fn check(result: &FitResult, x: &Rows, y: &[f64], penalty: &Rows, unit: bool, di
     assert!(result.regularization.scheme.is_none() && result.bias.paper_bound.is_none() && result.bias.e.is_none());
 }
 
+/// The curve over λ against directions of (X, P) from two eigen analyses in the oracle's numbers.
+fn check_curve(result: &FitResult, x: &Rows, y: &[f64], penalty: &Rows, unit: bool) {
+    let (n, m) = (x[0].len(), y.len());
+    let fisher = gram(x);
+    let scales: Vec<Big> = (0..n).map(|j| if unit { fisher[j][j].sqrt() } else { Big::one() }).collect();
+    let (lambda, v) = eigen(&scaled(&fisher, &scales));
+    let half: Rows = (0..n).map(|j| (0..n).map(|i| &v[i][j] / &lambda[i].sqrt()).collect()).collect();
+    let columns: Rows = (0..n).map(|i| column(&half, i)).collect();
+    let (delta, q) = eigen(&product(&columns, &product(&scaled(penalty, &scales), &half)));
+    let z: Rows = (0..n).map(|j| (0..n).map(|i| dot(&half[j], &q[i])).collect()).collect();
+    let moments: Vec<Big> = (0..n).map(|j| &dot(&column(x, j), &vector(y)) / &scales[j]).collect();
+    let a: Vec<f64> = (0..n).map(|i| dot(&column(&z, i), &moments).to_f64()).collect();
+    let z: Vec<Vec<f64>> = z.iter().map(|row| doubles(row)).collect();
+    let top = delta[n - 1].to_f64();
+    let delta: Vec<f64> = delta.iter().map(|d| d.to_f64()).map(|d| if d < 1e-25 * top { 0.0 } else { d }).collect();
+    let variance = result.residuals.least_squares_rss / (m - n) as f64;
+    let norm = |parts: &dyn Fn(usize) -> f64| {
+        z.iter().map(|row| row.iter().enumerate().map(|(i, z)| z * parts(i)).sum::<f64>().powi(2)).sum::<f64>()
+    };
+    let curve = result.lambda_curve.as_ref().expect("a curve");
+    for point in curve.iter().step_by(9) {
+        let f = |i: usize| 1.0 / (1.0 + point.lambda_star * delta[i]);
+        let g = |i: usize| point.lambda_star * delta[i] * f(i);
+        let real = |i: usize| (a[i] * a[i] - variance).max(0.0).sqrt().copysign(a[i]);
+        let noise: f64 = (0..n).map(|i| f(i).powi(2) * z.iter().map(|row| row[i] * row[i]).sum::<f64>()).sum();
+        let mse = norm(&|i| g(i) * real(i)) + variance * noise;
+        assert_close("predicted mse", point.predicted_mse.unwrap(), mse, 1e-5, 0.0);
+        assert_close("bias", point.bias_norm, norm(&|i| g(i) * a[i]).sqrt(), 1e-5, 1e-9 * point.coefficient_norm);
+        assert_close("norm", point.coefficient_norm, norm(&|i| f(i) * a[i]).sqrt(), 1e-5, 0.0);
+        let rss = result.residuals.least_squares_rss + (0..n).map(|i| (g(i) * a[i]).powi(2)).sum::<f64>();
+        assert_close("rms", point.rms, (rss / m as f64).sqrt(), 1e-6, 0.0);
+        let left = 1.0 - (0..n).map(f).sum::<f64>() / m as f64;
+        assert_close("gcv", point.gcv.unwrap(), rss / (left * left), 1e-6, 0.0);
+        let (eigenvalues, _) = eigen(&scaled(&plus(&fisher, penalty, point.lambda_star), &scales));
+        let condition = (&eigenvalues[n - 1] / &eigenvalues[0]).to_f64();
+        assert_close("condition", point.condition.unwrap(), condition, 1e-6, 0.0);
+    }
+    let own = |criterion| result.regularization.choices.iter().find(|c| c.criterion == Some(criterion));
+    for point in curve {
+        let least = own(Criterion::MinMse).and_then(|c| c.predicted_mse).expect("a predicted error");
+        assert!(point.predicted_mse.unwrap() >= least * (1.0 - 1e-9));
+        if let Some(least) = own(Criterion::MinCondition).and_then(|c| c.condition) {
+            assert!(point.condition.unwrap() >= least * (1.0 - 1e-6));
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(config(24))]
 
@@ -143,7 +190,7 @@ proptest! {
         let x = surface([Basis::Monomial, Basis::Monomial], [p, q], &surface_of.nodes, |_, _| true);
         // the last crossing of the grid ends at 20/6·6, which is 20
         let penalty = roughness(&terms, order, [wu, wv], u, v);
-        let spec = FitSpec {
+        let mut spec = FitSpec {
             scaling: if unit { Scaling::UnitLength } else { Scaling::None },
             regularization: tikhonov(order, &[wu, wv], Parameter::Fixed(10f64.powf(log))),
             domain: Some(Domain { u: Some(u), v: Some(v) }),
@@ -152,8 +199,12 @@ proptest! {
         let result = fit(&surface_of.scattered(), &spec);
         check(&result, &x, &surface_of.z, &penalty, unit, 1e-9);
         // a grid separates, and gives the same
+        spec.include.lambda_curve = p * q < 5;
         let grid = fit(&surface_of.grid(), &spec);
         check(&grid, &x, &surface_of.z, &penalty, unit, 1e-9);
+        if spec.include.lambda_curve {
+            check_curve(&grid, &x, &surface_of.z, &penalty, unit);
+        }
     }
 
     /// The function is penalised, so the basis makes no difference to it.
@@ -190,19 +241,29 @@ proptest! {
         let weight = 2.5;
         let penalty: Rows = gram(&differences).iter().map(|r| r.iter().map(|x| x * &Big::from(weight)).collect()).collect();
         let lambda = 10f64.powf(log);
-        let spec = FitSpec {
+        let mut spec = FitSpec {
             scaling: if unit { Scaling::UnitLength } else { Scaling::None },
             regularization: tikhonov(order, &[weight], Parameter::Fixed(lambda)),
             ..linear()
         };
+        spec.include.lambda_curve = true;
         let result = fit(&problem.nodes(), &spec);
         check(&result, &x, &problem.y, &penalty, unit, 1e-8);
+        check_curve(&result, &x, &problem.y, &penalty, unit);
         if order == 0 {
             let ridge = Regularization::Ridge { parameter: Parameter::Fixed(weight * lambda) };
             let ridge = fit(&problem.nodes(), &FitSpec { scaling: Scaling::None, regularization: ridge, ..linear() });
             let size = values(&ridge).iter().map(|a| a * a).sum::<f64>().sqrt();
             for (a, b) in values(&result).iter().zip(values(&ridge)) {
                 assert_close("ridge", *a, b, 0.0, 1e-8 * size);
+            }
+            // and every criterion that ridge has chooses the same
+            for theirs in ridge.regularization.choices.iter().filter(|_| !unit) {
+                let Some(own) = result.regularization.choices.iter().find(|c| c.criterion == theirs.criterion) else {
+                    continue;
+                };
+                assert_close("predicted mse", own.predicted_mse.unwrap(), theirs.predicted_mse.unwrap(), 1e-6, 0.0);
+                assert_close("rms", own.rms, theirs.rms, 1e-5, 0.0);
             }
         }
     }

@@ -125,6 +125,11 @@ impl Oblique {
         lambda * self.delta[i] + if i < self.silent { 0.0 } else { 1.0 }
     }
 
+    /// Whether every `1 + λδ` is a number that can be worked with.
+    pub fn within_range(&self, lambda: f64) -> bool {
+        (0..self.size()).all(|i| (1e-280..1e280).contains(&self.lifted(i, lambda)))
+    }
+
     /// Eigenvalues of `X̃ᵀX̃ + λP`, ascending; `None` if the iteration does not end.
     pub fn eigenvalues(&self, lambda: f64) -> Option<Vec<f64>> {
         /// Relative error that double precision may leave.
@@ -173,6 +178,9 @@ pub fn spectral_norm(matrix: &DMatrix<f64>) -> f64 {
 /// Steps of the iteration at most, and the residual at which it ends.
 const STEPS: usize = 60;
 const SETTLED: f64 = 1e-13;
+/// Halvings of an interval of doubles, and steps of inverse iteration from next to the eigenvalue.
+const HALVINGS: usize = 64;
+const INVERSE_STEPS: usize = 3;
 
 /// The largest eigenvalue of `M diag(d) Mᵀ`, d > 0, with `Mᵀx` for its eigenvector x of length 1.
 ///
@@ -189,8 +197,7 @@ fn largest(matrix: &DMatrix<f64>, d: &DVector<f64>) -> (f64, DVector<f64>) {
     x /= x.norm();
     let mut basis: Vec<DVector<f64>> = Vec::new();
     let (mut diagonal, mut beside): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-    let mut ritz = DVector::from_element(1, 1.0);
-    let mut value = 0.0;
+    let (mut value, mut ritz) = (0.0, vec![1.0]);
     for step in 0..STEPS.min(n) {
         let mut next = apply(&x);
         let own = next.dot(&x);
@@ -203,15 +210,7 @@ fn largest(matrix: &DMatrix<f64>, d: &DVector<f64>) -> (f64, DVector<f64>) {
             }
         }
         let length = next.norm();
-        let small = DMatrix::from_fn(step + 1, step + 1, |i, j| match i.abs_diff(j) {
-            0 => diagonal[i],
-            1 => beside[i.min(j)],
-            _ => 0.0,
-        });
-        let eigen = small.symmetric_eigen();
-        let top = eigen.eigenvalues.imax();
-        value = eigen.eigenvalues[top];
-        ritz = eigen.eigenvectors.column(top).into_owned();
+        (value, ritz) = top(&diagonal, &beside);
         if length * ritz[step].abs() <= SETTLED * value.abs() || length == 0.0 {
             break;
         }
@@ -225,9 +224,67 @@ fn largest(matrix: &DMatrix<f64>, d: &DVector<f64>) -> (f64, DVector<f64>) {
     (value, matrix.tr_mul(&vector))
 }
 
+/// The largest eigenvalue of a symmetric tridiagonal matrix and its vector of length 1: bisection on whether `xI − T` has
+/// pivots all positive, then inverse iteration with the first x that has.
+fn top(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
+    let n = diagonal.len();
+    let off = |i: usize| beside.get(i).map_or(0.0, |b| b.abs());
+    let reach = (0..n).map(|i| diagonal[i] + off(i) + if i > 0 { off(i - 1) } else { 0.0 });
+    let mut above = reach.fold(f64::NEG_INFINITY, f64::max);
+    above += above.abs() * 1e-15 + f64::MIN_POSITIVE;
+    let mut below = diagonal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut pivots = vec![0.0; n];
+    let positive = |x: f64, pivots: &mut Vec<f64>| {
+        let mut last = 1.0;
+        for i in 0..n {
+            let carried = if i > 0 { beside[i - 1] * (beside[i - 1] / last) } else { 0.0 };
+            last = x - diagonal[i] - carried;
+            pivots[i] = last;
+            if !(last > 0.0) {
+                return false;
+            }
+        }
+        true
+    };
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (below + above);
+        if middle <= below || middle >= above {
+            break;
+        }
+        if positive(middle, &mut pivots) { above = middle } else { below = middle }
+    }
+    let mut vector = vec![1.0; n];
+    if positive(above, &mut pivots) {
+        for _ in 0..INVERSE_STEPS {
+            for i in 1..n {
+                vector[i] += beside[i - 1] / pivots[i - 1] * vector[i - 1];
+            }
+            for i in (0..n).rev() {
+                vector[i] = (vector[i] + if i + 1 < n { beside[i] * vector[i + 1] } else { 0.0 }) / pivots[i];
+            }
+            let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+            vector.iter_mut().for_each(|x| *x /= length);
+        }
+    }
+    (above, vector)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_top_of_a_tridiagonal_matrix() {
+        // 2 on the diagonal, 1 beside it: 2 + 2 cos(π/(n+1)), vector sin(πi/(n+1))
+        let n = 7;
+        let (value, vector) = top(&[2.0; 7], &[1.0; 6]);
+        let angle = std::f64::consts::PI / (n as f64 + 1.0);
+        assert!((value - 2.0 - 2.0 * angle.cos()).abs() < 1e-14);
+        for (i, x) in vector.iter().enumerate() {
+            assert!((x - ((i as f64 + 1.0) * angle).sin() * 0.5).abs() < 1e-13, "{vector:?}");
+        }
+        assert_eq!(top(&[3.0], &[]).1, [1.0]);
+    }
 
     #[test]
     fn the_largest_eigenvalue_and_its_vector() {

@@ -9,7 +9,11 @@
 use nalgebra::DMatrix;
 
 use super::penalty::triangular;
-use crate::numerics::{Dd, Real, jacobi, triangular as solve};
+use crate::numerics::{
+    Dd, Real, jacobi,
+    lanes::{DdLanes, Lanes, WIDTH, axpy, lanes_for},
+    triangular as solve,
+};
 
 /// Condition of the stacked factor from which on the penalised problem has no unique answer that could be told.
 const MOST_CONDITION: f64 = 1e22;
@@ -157,11 +161,20 @@ fn separated(penalty: &DMatrix<Dd>, mut v: DMatrix<Dd>, sigma: &[Dd]) -> Option<
 
 /// `A B`.
 pub fn product(a: &DMatrix<Dd>, b: &DMatrix<Dd>) -> DMatrix<Dd> {
+    let height = lanes_for(a.nrows());
+    let mut columns = vec![DdLanes::ZERO; height * a.ncols()];
+    for (j, column) in a.column_iter().enumerate() {
+        let to = &mut columns[j * height..(j + 1) * height];
+        column.iter().enumerate().for_each(|(i, &x)| to[i / WIDTH].set(i % WIDTH, x));
+    }
     let mut out = DMatrix::from_element(a.nrows(), b.ncols(), Dd::ZERO);
+    let mut sum = vec![DdLanes::ZERO; height];
     for (mut to, from) in out.column_iter_mut().zip(b.column_iter()) {
+        sum.fill(DdLanes::ZERO);
         for (k, &factor) in from.iter().enumerate().filter(|(_, x)| **x != Dd::ZERO) {
-            to.iter_mut().zip(a.column(k).iter()).for_each(|(to, &x)| *to = factor.fma(x, *to));
+            axpy(factor, &columns[k * height..(k + 1) * height], &mut sum);
         }
+        to.iter_mut().enumerate().for_each(|(i, x)| *x = sum[i / WIDTH].get(i % WIDTH));
     }
     out
 }

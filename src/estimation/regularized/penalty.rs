@@ -21,6 +21,9 @@ use crate::{
 /// Orders of derivatives that a penalty may have.
 pub const HIGHEST_ORDER: usize = 3;
 
+/// Entries of L are squared.
+const RANGE: std::ops::Range<f64> = 1e-140..1e140;
+
 /// L: as many columns as working coefficients; refuses what has no roughness.
 pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults> {
     let design = context.place.design;
@@ -56,13 +59,17 @@ pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults
             stack(&blocks, &design.terms)
         }
     };
-    if l.iter().any(|x| !x.is_finite()) {
-        return Err(Faults::one("/regularization/weights", "this penalty leaves the range of double precision"));
-    }
-    if l.iter().all(|x| *x == Dd::ZERO) {
+    let largest = l.iter().map(|x| x.to_f64().abs()).fold(0.0, |a: f64, x| if x > a || x.is_nan() { x } else { a });
+    if largest == 0.0 {
         return Err(Faults::one(
             "/regularization/order",
             format!("derivatives of order {order} vanish for every function of this model: nothing would be penalised"),
+        ));
+    }
+    if !RANGE.contains(&largest) {
+        return Err(Faults::one(
+            "/regularization/weights",
+            "the square of this penalty leaves the range of double precision: choose other weights or another unit",
         ));
     }
     Ok(l)

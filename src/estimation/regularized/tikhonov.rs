@@ -101,6 +101,13 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
     let standing = decided.standing;
     choice::warn_about(&decided.choices, &standing, warnings);
     let eigenvalues = match decided.lambda_star {
+        Some(lambda) if !oblique.within_range(lambda) => {
+            return Err(Faults::one(
+                "/regularization/parameter",
+                "λ times this penalty leaves the range of double precision",
+            )
+            .into());
+        }
         Some(lambda) => oblique.eigenvalues(lambda).ok_or(NOT_CONVERGED)?,
         None => spectrum.lambda.clone(),
     };
