@@ -7,6 +7,7 @@ use super::{
     digits,
     error::FitError,
     estimate::LeastSquares,
+    evidence::Evidence,
     factor::Factor,
     nodes::Nodes,
     perturbation,
@@ -25,7 +26,6 @@ use super::{
 pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     let sample = Sample::new(nodes);
     let design = Design::new(nodes, &sample, spec)?;
-    let mut warnings = Vec::new();
     let separable = match nodes {
         Nodes::Grid(grid)
             if spec.scaling != Scaling::Standardized && design.is_full_product() && sample.separates() =>
@@ -37,17 +37,27 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     let heights = Heights::new(&sample);
     within_range(nodes, &heights)?;
     let factor = Factor::new(&design, &sample, separable)?;
-    let caller = caller_columns(&factor);
-    columns_within_range(&design, &caller)?;
-    let mut columns = ScaledColumns::new(&design, &caller, spec.scaling, heights.weight)?;
+    let evidence = Evidence::Posted { sample: &sample, nodes };
+    report(&Place { design: &design, factor: &factor, heights: heights.about_zero, evidence }, &heights, spec)
+}
+
+/// Everything from the factor on: scaled columns, spectrum, λ*, estimate, bounds. What needs the nodes themselves asks
+/// `place`; where they are gone (a stream keeps sums only) such figures are left out.
+pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result<FitResult, FitError> {
+    let (design, factor) = (place.design, place.factor);
+    let count = place.evidence.count();
+    let mut warnings = Vec::new();
+    let caller = caller_columns(factor);
+    columns_within_range(design, &caller)?;
+    let mut columns = ScaledColumns::new(design, &caller, spec.scaling, heights.weight)?;
     if let Some(constant) = &mut columns.constant {
         constant.set_level(&caller, &factor.qty);
     }
     let unit = match spec.scaling {
         Scaling::UnitLength => None,
         Scaling::None | Scaling::Standardized => {
-            let columns = ScaledColumns::new(&design, &caller, Scaling::UnitLength, heights.weight)?;
-            let spectrum = Spectrum::new(&factor, &columns, Scaling::UnitLength, None)?;
+            let columns = ScaledColumns::new(design, &caller, Scaling::UnitLength, heights.weight)?;
+            let spectrum = Spectrum::new(factor, &columns, Scaling::UnitLength, None)?;
             Some((columns, spectrum))
         }
     };
@@ -55,20 +65,19 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         (Some((_, unit)), Scaling::None) => Some(unit.rank),
         _ => None,
     };
-    let spectrum = Spectrum::new(&factor, &columns, spec.scaling, rank)?;
+    let spectrum = Spectrum::new(factor, &columns, spec.scaling, rank)?;
     if !spectrum.full_rank() {
         // names must not depend on how the columns are scaled
         match (&unit, spec.scaling) {
             (Some((columns, spectrum)), Scaling::None) => {
-                refuse_dependence(&design, columns, spectrum, spec, &mut warnings)?;
+                refuse_dependence(design, columns, spectrum, spec, &mut warnings)?;
             }
-            _ => refuse_dependence(&design, &columns, &spectrum, spec, &mut warnings)?,
+            _ => refuse_dependence(design, &columns, &spectrum, spec, &mut warnings)?,
         }
     }
-    let place = Place { design: &design, sample: &sample, factor: &factor, nodes, heights: heights.about_zero };
-    let least_squares = LeastSquares::new(&place, &columns, &spectrum);
+    let least_squares = LeastSquares::new(place, &columns, &spectrum);
     let free = spectrum.rank + usize::from(columns.constant.is_some());
-    let degrees_of_freedom = sample.count() - free;
+    let degrees_of_freedom = count - free;
     let sigma = (degrees_of_freedom > 0).then(|| (least_squares.rss / degrees_of_freedom as f64).sqrt());
     if sigma.is_none() {
         warnings.push(Warning {
@@ -79,7 +88,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     let applied = regularized::apply(
         &Context {
             spec,
-            place: &place,
+            place,
             columns: &columns,
             spectrum: &spectrum,
             least_squares: &least_squares,
@@ -90,8 +99,8 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         &mut warnings,
     )?;
     let collinearity = collinearity::report(
-        &design,
-        &factor,
+        design,
+        factor,
         &caller,
         unit.as_ref().map_or(&spectrum, |(_, unit)| unit),
         heights.weight,
@@ -117,7 +126,8 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             perturbation::Estimate { condition: None, largest: 0.0, norm: 0.0 }
         });
         let rss = least_squares.rss;
-        perturbation::report(&design, &sample, &columns, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
+        let slopes = place.evidence.slopes(design, &columns);
+        perturbation::report(slopes, heights.weight, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
     });
     if let Some(p) = &perturbation
         && (p.least_squares.square_bound.is_none() || (bounded && p.regularized.square_bound.is_none()))
@@ -127,14 +137,14 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             message: "the node uncertainty times the condition reaches 1: the square bound does not exist there".into(),
         });
     }
-    let total = if constant_in_span(&design, &factor, &columns, &spectrum, heights.weight) {
+    let total = if constant_in_span(design, factor, &columns, &spectrum, heights.weight) {
         heights.about_mean
     } else {
         heights.about_zero
     };
     let correct_digits = digits::correct_digits(&digits::Fitted {
-        design: &design,
-        sample: &sample,
+        design,
+        evidence: place.evidence,
         largest_height: heights.largest,
         r: &factor.r,
         working: &least_squares.working,
@@ -142,7 +152,8 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         leverage: &applied.estimate.leverage,
         sensitivity: &applied.estimate.sensitivity,
         sigma,
-        max_residual: least_squares.max_abs,
+        // without the nodes √rss is all that is known of the largest residual
+        max_residual: least_squares.max_abs.unwrap_or_else(|| least_squares.rss.sqrt()),
         relative_error: factor.relative_error,
         length: heights.about_zero.sqrt(),
     });
@@ -176,7 +187,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         collinearity,
         perturbation,
         residuals: ResidualReport {
-            count: sample.count(),
+            count,
             degrees_of_freedom,
             rss: applied.rss,
             sigma,
@@ -187,9 +198,9 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             node_indices: spec
                 .include
                 .residuals
-                .then(|| sample.index().map(|index| index.iter().map(|&k| k as usize).collect()))
+                .then(|| place.evidence.counted().map(|index| index.iter().map(|&k| k as usize).collect()))
                 .flatten(),
-            values: spec.include.residuals.then_some(applied.residuals.values),
+            values: applied.residuals.values.filter(|_| spec.include.residuals),
         },
         lambda_curve: applied.curve,
         ridge_trace: applied.trace,

@@ -12,6 +12,7 @@ use crate::{
         design::{Axis, Basis},
         error::{Faults, FitError},
         estimate::Estimate,
+        evidence::Evidence,
         factor::multiply_upper_vector,
         filter::Filtered,
         result::{Choice, RegularizationKind, RegularizationReport, Warning},
@@ -78,11 +79,13 @@ impl<'a> Aim<'a> {
             )
             .into());
         };
-        let sample = context.place.sample;
-        let (sum, weight) = (0..sample.count()).fold((Dd::ZERO, Dd::ZERO), |(sum, weight), k| {
-            (sum + Dd::product(sample.w(k), sample.z(k)), weight + Dd::from(sample.w(k)))
-        });
-        let mean = sum / weight;
+        // 1ᵀΩz = (X̃κ̃)ᵀΩz, of which Qᵀ√Ωz knows all
+        let factor = context.place.factor;
+        let mut image: Vec<Dd> = constant.caller.iter().map(|&x| Dd::from(x)).collect();
+        multiply_upper_vector(&factor.change, &mut image);
+        multiply_upper_vector(&factor.r, &mut image);
+        let sum = image.iter().zip(&factor.qty).fold(Dd::ZERO, |sum, (&x, &b)| sum + x * b);
+        let mean = sum / context.weight;
         let caller = constant.caller.iter().map(|&x| mean.mul_f64(x)).collect();
         Ok(Self::with(caller, Some(constant), context))
     }
@@ -248,7 +251,13 @@ impl Constant {
             (Basis::Product { u: Axis::Spline(_), .. } | Basis::Product { v: Axis::Spline(_), .. }, _) => vec![1.0; n],
             (Basis::Product { .. }, _) => (0..n).map(|j| if j == 0 { 1.0 } else { 0.0 }).collect(),
             (Basis::Columns { .. }, Some(constant)) => {
-                let value = place.sample.matrix_row(0)[constant];
+                let value = match place.evidence {
+                    Evidence::Posted { sample, .. } => sample.matrix_row(0)[constant],
+                    Evidence::Summed(_) => {
+                        let sum = place.factor.ones.as_ref()?[constant];
+                        (place.factor.change[(constant, constant)] * sum).to_f64() / weight
+                    }
+                };
                 (0..n).map(|j| if j == constant { 1.0 / value } else { 0.0 }).collect()
             }
             (Basis::Columns { .. }, None) => {

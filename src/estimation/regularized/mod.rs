@@ -57,7 +57,7 @@ pub struct Context<'a> {
 impl Context<'_> {
     /// m.
     fn count(&self) -> usize {
-        self.place.sample.count()
+        self.place.evidence.count()
     }
 
     /// Coefficients that no filter acts on: the constant of standardised columns.

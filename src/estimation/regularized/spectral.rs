@@ -8,6 +8,7 @@ use crate::estimation::{
     choice::{self, Decided},
     error::{Faults, FitError},
     estimate::{Estimate, residuals},
+    evidence::Evidence,
     filter::{Filtered, Rule, Spectral},
     perturbation,
     residuals::matrix_b,
@@ -138,7 +139,11 @@ impl Standing<'_> {
             });
             return Ok(None);
         }
-        let (m, n) = (place.sample.count(), place.design.size());
+        let Evidence::Posted { sample, .. } = place.evidence else {
+            warnings.push(Warning { code: "no_matrix_b", message: "the rows of B need the nodes themselves".into() });
+            return Ok(None);
+        };
+        let (m, n) = (sample.count(), place.design.size());
         if m * n > MOST_OF_B {
             return Err(Faults::one(
                 "/include",
@@ -149,6 +154,6 @@ impl Standing<'_> {
         let Spectrum { image, v, lambda, .. } = self.context.spectrum;
         let c: Vec<f64> = (0..lambda.len()).map(|i| self.c(i)).collect();
         let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();
-        Ok(Some(matrix_b(place.design, place.sample, place.factor, image, v, &c, &scale)))
+        Ok(Some(matrix_b(place.design, sample, place.factor, image, v, &c, &scale)))
     }
 }
