@@ -21,6 +21,7 @@ pub mod nodes;
 mod normal;
 mod perturbation;
 pub mod plan;
+mod regularized;
 mod residuals;
 pub mod result;
 mod sample;
