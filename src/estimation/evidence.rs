@@ -6,7 +6,6 @@ use super::{design::Design, nodes::Nodes, perturbation, sample::Sample, scaled::
 #[derive(Clone, Copy)]
 pub enum Evidence<'a> {
     Posted { sample: &'a Sample<'a>, nodes: &'a Nodes },
-    #[expect(dead_code, reason = "streams, which keep sums only, enter here")]
     Summed(&'a Seen),
 }
 

@@ -45,7 +45,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         _ => None,
     };
     let heights = Heights::new(&sample);
-    within_range(nodes, &heights)?;
+    within_range(nodes.heights_pointer(), &heights)?;
     let factor = Factor::new(&design, &sample, separable)?;
     let evidence = Evidence::Posted { sample: &sample, nodes };
     report(&Place { design: &design, factor: &factor, heights: heights.about_zero, evidence }, &heights, spec)

@@ -5,6 +5,7 @@
 mod accumulate;
 mod admission;
 mod bias;
+pub mod blocks;
 mod choice;
 mod collinearity;
 mod design;
@@ -18,6 +19,7 @@ pub mod fit;
 mod lambda_star;
 pub mod nodes;
 mod perturbation;
+pub mod recursive;
 mod residuals;
 pub mod result;
 mod sample;
@@ -27,9 +29,11 @@ mod separable;
 mod sound;
 pub mod spec;
 mod spectrum;
+pub mod state;
 
 pub use error::{Fault, Faults, FitError};
 pub use fit::fit;
 pub use nodes::Nodes;
+pub use recursive::Recursive;
 pub use result::FitResult;
 pub use spec::FitSpec;

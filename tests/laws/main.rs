@@ -18,6 +18,7 @@ mod nodes;
 mod perturbation;
 mod problems;
 mod rank;
+mod recursive;
 mod ridge;
 mod simulation;
 mod spectral;
