@@ -24,11 +24,30 @@ pub struct JobEvent {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Happening {
     /// An iteration was added, with its first fit.
-    Iteration { number: u32, id: Uuid, fit_id: Uuid },
+    Iteration {
+        number: u32,
+        id: Uuid,
+        fit_id: Uuid,
+    },
     /// A fit was added, or chosen from now on.
-    Fit { number: u32, fit_id: Uuid, chosen: bool, reason: Option<String> },
-    Decision { number: u32, decision: Decision, reason: Option<String> },
-    Stream { id: Uuid, state: StreamEvent, sequence: u64, node_count: u64, iteration: Option<u32> },
+    Fit {
+        number: u32,
+        fit_id: Uuid,
+        chosen: bool,
+        reason: Option<String>,
+    },
+    Decision {
+        number: u32,
+        decision: Decision,
+        reason: Option<String>,
+    },
+    Stream {
+        id: Uuid,
+        state: StreamEvent,
+        sequence: u64,
+        node_count: u64,
+        iteration: Option<u32>,
+    },
 }
 
 /// What happened to a stream.

@@ -187,7 +187,8 @@ proptest! {
 #[test]
 fn columns_of_a_matrix_and_their_constant() {
     let mut random = Random::new(3);
-    let rows: Vec<[f64; 3]> = (0..40).map(|_| [1.0, random.between(0.0, 1.0), 1e3 * random.between(0.0, 1.0)]).collect();
+    let rows: Vec<[f64; 3]> =
+        (0..40).map(|_| [1.0, random.between(0.0, 1.0), 1e3 * random.between(0.0, 1.0)]).collect();
     let y: Vec<f64> = rows.iter().map(|r| 2.0 + r[1] - 0.5 * r[2] + 0.01 * random.between(0.0, 1.0)).collect();
     let names = Some(vec!["one".to_owned(), "a".to_owned(), "b".to_owned()]);
     let spec = FitSpec { scaling: Scaling::Standardized, ..FitSpec::new(Model::Linear) };
@@ -203,7 +204,8 @@ fn columns_of_a_matrix_and_their_constant() {
 
 #[test]
 fn what_cannot_be_streamed_is_refused_with_its_place() {
-    let refused = |spec: &FitSpec, forgetting: f64| Recursive::new(spec, forgetting).err().map(|f| f.list()[0].pointer.clone());
+    let refused =
+        |spec: &FitSpec, forgetting: f64| Recursive::new(spec, forgetting).err().map(|f| f.list()[0].pointer.clone());
     let monomial = polynomial(Degree::Both(2), PolynomialBasis::Monomial);
     assert_eq!(refused(&monomial, 1.0), None);
     for forgetting in [0.0, -1.0, 1.5, f64::NAN] {
