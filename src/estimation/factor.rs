@@ -12,9 +12,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    accumulate::{Precision, Row, normal_equations, projection_error, residual_pass},
+    accumulate::{Precision, Row, Wanted, projection_error, residual_pass},
     design::Design,
     error::{Faults, FitError},
+    normal::normal_equations,
     result::Arithmetic,
     sample::Sample,
     separable::Separable,
@@ -156,7 +157,7 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
     let r = DMatrix::from_fn(n, n, |i, j| Dd::from(unit[(i, j)]) * length[j]);
     let (mut rss, mut max_abs, mut relative_error) = (0.0, 0.0, f64::EPSILON);
     for round in 0..6 {
-        let pass = residual_pass(design, sample, &working, precision, false);
+        let pass = residual_pass(design, sample, &working, precision, Wanted::Projection);
         step = pass.projected.iter().map(|x| x.to_f64()).collect();
         solve(&mut step);
         working.iter_mut().zip(&step).for_each(|(c, d)| *c += *d);
@@ -291,7 +292,7 @@ fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
     let mut last = f64::INFINITY;
     factor.relative_error = (1e-31 * condition * condition).min(1.0);
     for _ in 0..4 {
-        let pass = residual_pass(design, sample, &working, Precision::DoubleDouble, false);
+        let pass = residual_pass(design, sample, &working, Precision::DoubleDouble, Wanted::Projection);
         factor.rss = pass.rss.to_f64();
         factor.max_abs = Some(pass.max_abs);
         let mut step = pass.projected;

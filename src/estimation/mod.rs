@@ -18,6 +18,7 @@ mod filter;
 pub mod fit;
 mod lambda_star;
 pub mod nodes;
+mod normal;
 mod perturbation;
 pub mod recursive;
 mod residuals;
@@ -30,6 +31,7 @@ mod sound;
 pub mod spec;
 mod spectrum;
 pub mod state;
+mod tile;
 
 pub use error::{Fault, Faults, FitError};
 pub use fit::fit;

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::{
-    accumulate::{Precision, residual_pass},
+    accumulate::{Precision, Wanted, residual_pass},
     design::Design,
     evidence::Evidence,
     factor::{Factor, multiply_upper_vector},
@@ -143,7 +143,8 @@ impl Place<'_> {
     pub fn of_working(&self, working: &[Dd], keep: bool) -> Residuals {
         match self.evidence {
             Evidence::Posted { sample, .. } => self.sharpened(|precision| {
-                let pass = residual_pass(self.design, sample, working, precision, keep);
+                let wanted = if keep { Wanted::Values } else { Wanted::Sums };
+                let pass = residual_pass(self.design, sample, working, precision, wanted);
                 let values = keep.then_some(pass.values);
                 Residuals { rss: pass.rss.to_f64(), max_abs: Some(pass.max_abs), values }
             }),

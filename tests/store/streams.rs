@@ -78,7 +78,9 @@ async fn blocks_are_taken_in_their_turn_by_whoever_comes_first() {
     told.extend(["iteration", "finished"]);
     assert_eq!(kinds(&events(&store, job).await), told);
     let last = events(&store, job).await.pop().unwrap();
-    let Happening::Stream { id, state, sequence, node_count, iteration } = last.what else { panic!("a stream's event") };
+    let Happening::Stream { id, state, sequence, node_count, iteration } = last.what else {
+        panic!("a stream's event")
+    };
     assert_eq!((id, state, sequence, node_count, iteration), (stream.id, StreamEvent::Finished, 5, 30, Some(1)));
 }
 
