@@ -43,9 +43,21 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_quantile", "A line below which a quarter of the nodes lies"),
     example!("create_fit", "fit_least_trimmed", "The same curve by least trimmed squares"),
     example!("create_fit", "fit_rank", "The same curve by least rank dispersion"),
+    example!(
+        "create_fit",
+        "fit_ridge_trace",
+        "Ridge by Hoerl, Kennard and Baldwin, with the trace of its coefficients"
+    ),
+    example!("create_fit", "fit_tikhonov", "A B-spline surface with a penalty on its bending, stiffer along v"),
+    example!("create_fit", "fit_truncated_svd", "Raw powers far from 0, the smallest direction left out"),
+    example!("create_fit", "fit_james_stein", "James–Stein toward the grand mean, never beyond it"),
+    example!("create_fit", "fit_attraction", "Drawn to the coefficients of the nominal flank by the explicit optimum"),
     example!("create_job", "job", "A spur gear on a form grinder"),
     example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),
     example!("create_iteration_fit", "refit", "The same nodes with λ* by generalised cross-validation"),
     example!("choose_fit", "chosen_fit", "Another fit stands from now on (put in the id of a stored fit)"),
+    example!("create_stream", "stream", "A flank that is fitted while the probe moves, on a domain known beforehand"),
+    example!("add_stream_nodes", "stream_block", "The first block of nodes"),
+    example!("finish_stream", "stream_finish", "What is known of the measurement"),
     example!("update_iteration", "decision", "The flank is machined again"),
 ];

@@ -4,6 +4,7 @@
 
 pub mod canonical;
 pub mod estimator_spec;
+pub mod events;
 pub mod examples;
 pub mod fit_result;
 pub mod fit_result_parts;
@@ -23,8 +24,13 @@ pub mod nodes_text;
 pub mod openapi_3_0;
 pub mod problem;
 pub mod reader;
+pub mod regularization_json;
+pub mod regularization_result;
+pub mod regularization_spec;
 pub mod robust_result;
 pub mod service;
+pub mod stream_state;
+pub mod streams;
 pub mod text;
 
 /// Engine name and version, as results carry it.

@@ -86,13 +86,13 @@ pub struct Estimate {
     pub directions: DMatrix<f64>,
 }
 
-/// `P V`.
-fn directions(columns: &ScaledColumns, spectrum: &Spectrum, n: usize) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(n, spectrum.lambda.len());
+/// `P V` for directions V of the scaled columns: what each contributes to the n coefficients of the caller.
+pub fn directions(columns: &ScaledColumns, v: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(n, v.ncols());
     let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();
     let means: Option<(usize, Vec<f64>)> =
         columns.constant.as_ref().map(|c| (c.index, c.means.iter().map(|mean| mean.to_f64()).collect()));
-    for (from, mut to) in spectrum.v.column_iter().zip(out.column_iter_mut()) {
+    for (from, mut to) in v.column_iter().zip(out.column_iter_mut()) {
         let mut constant = 0.0;
         for (s, &j) in columns.kept.iter().enumerate() {
             to[j] = from[s] / scale[s];
@@ -115,7 +115,7 @@ impl Estimate {
         least_squares: &LeastSquares,
     ) -> Self {
         let n = least_squares.coefficients.len();
-        let directions = directions(columns, spectrum, n);
+        let directions = directions(columns, &spectrum.v, n);
         let constant = columns.constant.as_ref();
         let (mut coefficients, mut spread) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let (mut leverage, mut sensitivity) = (Vec::with_capacity(n), Vec::with_capacity(n));

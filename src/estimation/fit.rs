@@ -2,39 +2,31 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
-
 use super::{
     admission::{constant_in_span, refuse_dependence, within_range},
-    bias,
-    choice::{self, Decided},
     design::Design,
     digits,
-    error::{Faults, FitError},
-    estimate::{Beside, Estimate, LeastSquares, residuals},
+    error::FitError,
+    estimate::{Beside, LeastSquares},
     evidence::Evidence,
     factor::Factor,
-    filter::{Filtered, Rule, Spectral},
     frame::Frame,
     nodes::Nodes,
     perturbation,
     plan::Plans,
-    residuals::{Heights, Place, matrix_b},
+    regularized::{self, Context},
+    residuals::{Heights, Place},
     result::{
-        BiasReport, Coefficient, FitResult, Numerics, RegularizationReport, RegularizedSpectrum, ResidualReport,
-        RobustReport, SpectrumReport, Warning,
+        Coefficient, FitResult, Numerics, RegularizedSpectrum, ResidualReport, RobustReport, SpectrumReport, Warning,
     },
     robust::{self, Joined, Measured, Robust},
     sample::Sample,
     scaled::ScaledColumns,
     sound,
-    spec::{FitSpec, Scaling},
-    spectrum::{Directions, Spectrum},
+    spec::{FitSpec, Include, Scaling},
+    spectrum::Spectrum,
 };
 use crate::numerics::Dd;
-
-/// Numbers of B that an answer may hold.
-const MOST_OF_B: usize = 1_000_000;
 
 /// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same bits.
 pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
@@ -48,7 +40,7 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
     let heights = Heights::new(&sample);
     let evidence = Evidence::Posted { sample: &sample, nodes };
     if let Some((grid, plan)) = plans.of(nodes, &sample, spec)? {
-        within_range(nodes, &heights)?;
+        within_range(nodes.heights_pointer(), &heights)?;
         let factor = plan.factor(grid)?;
         let frame = plan.frame(&factor, spec, heights.weight)?;
         let place = Place { design: &plan.design, factor: &factor, heights: heights.about_zero, evidence };
@@ -59,7 +51,7 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
         };
     }
     let design = Design::new(nodes, &sample, spec)?;
-    within_range(nodes, &heights)?;
+    within_range(nodes.heights_pointer(), &heights)?;
     let factor = Factor::new(&design, &sample)?;
     let place = Place { design: &design, factor: &factor, heights: heights.about_zero, evidence };
     match robust::estimate(&spec.estimator, &Measured { place: &place, sample: &sample, heights: &heights })? {
@@ -85,10 +77,10 @@ fn conclude_robust(
     let beside = Beside::new(place, frame);
     let reweighted = robust.weights.as_deref().map(|weights| sample.reweighted(weights));
     let weight = reweighted.as_ref().map_or(heights.weight, |sample| Heights::new(sample).weight);
-    let acting = Evidence::Posted { sample: reweighted.as_ref().unwrap_or(sample), nodes };
+    let evidence = Evidence::Posted { sample: reweighted.as_ref().unwrap_or(sample), nodes };
     let frame = Frame::new(place.design, &robust.factor, spec, weight)?;
-    let joined = Joined { robust, beside, acting, weight };
-    conclude(&Place { factor: &robust.factor, ..*place }, heights, spec, &frame, Some(&joined))
+    let joined = Joined { robust, beside, posted: sample, weight };
+    conclude(&Place { factor: &robust.factor, evidence, ..*place }, heights, spec, &frame, Some(&joined))
 }
 
 /// Everything from the factor on. What needs the nodes themselves asks `place`; where they are gone (a stream keeps
@@ -98,8 +90,8 @@ pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result
     conclude(place, heights, spec, &frame, None)
 }
 
-/// What the heights have along the directions of the columns, and everything that follows: λ*, estimate, bounds. The
-/// matrix of a robust estimate may be weighted otherwise than the nodes of `place`.
+/// What the heights have along the directions of the columns, and everything that follows: λ*, estimate, bounds. For a
+/// robust estimate `place` holds the problem that it solves, `heights` are those of the posted nodes.
 fn conclude(
     place: &Place,
     heights: &Heights,
@@ -111,7 +103,6 @@ fn conclude(
     let Frame { caller, columns, unit, .. } = frame;
     let count = place.evidence.count();
     let weight = joined.map_or(heights.weight, |joined| joined.weight);
-    let acting = joined.map_or(place.evidence, |joined| joined.acting);
     let mut warnings = joined.map_or_else(Vec::new, |joined| joined.robust.warnings.clone());
     let level = columns.constant.as_ref().map_or(Dd::ZERO, |constant| constant.level(caller, &factor.qty));
     let spectrum = Spectrum::new(frame.directions.clone(), &factor.qty, level);
@@ -128,56 +119,56 @@ fn conclude(
     let least_squares_rss = joined.map_or(least_squares.rss, |joined| joined.beside.rss);
     let sigma = (degrees_of_freedom > 0).then(|| (least_squares_rss / degrees_of_freedom as f64).sqrt());
     let noise = joined.map_or(sigma, |joined| joined.robust.sigma.filter(|_| degrees_of_freedom > 0));
-    // of the problem that the factor solves
-    let own_rss = joined.map_or(least_squares.rss, |joined| joined.robust.rss);
     if sigma.is_none() {
         warnings.push(Warning {
             code: "no_degrees_of_freedom",
             message: "as many coefficients as nodes: there is no estimate of the noise, so no standard errors".into(),
         });
     }
-    let problem = Spectral::new(
-        &spectrum.lambda,
-        &spectrum.a,
-        spec.noise_sigma.or(noise).map(|s| s * s),
-        own_rss,
-        count,
-        usize::from(columns.constant.is_some()),
-    );
-    let decided = choice::decide(&spec.regularization, &problem, weight, spec.include.lambda_curve, &mut warnings)?;
-    let rule = if decided.chosen.is_some() { decided.rule } else { Rule::None };
-    let filtered: Vec<Filtered> =
-        spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, decided.parameter())).collect();
-    let estimate = Estimate::new(columns, &spectrum, &filtered, &least_squares);
-
-    let residuals = residuals(place, &spectrum, &filtered, &estimate, &least_squares, spec);
-    let rss = match joined {
-        Some(_) => residuals.rss,
-        None => problem.sums(rule, decided.parameter()).rss[0],
-    };
-    let report = Reporter { spec, design, columns, spectrum: &spectrum, decided: &decided, rule, filtered: &filtered };
-    let bias = report.bias(&estimate.directions, &mut warnings);
-    let regularization = report.regularization(&problem, &mut warnings, weight);
+    // residuals of robust estimates are always looked at: their sums are reported with the posted weights
+    let looking = joined.map(|_| FitSpec { include: Include { residuals: true, ..spec.include }, ..spec.clone() });
+    let mut applied = regularized::apply(
+        &Context {
+            spec: looking.as_ref().unwrap_or(spec),
+            place,
+            columns,
+            spectrum: &spectrum,
+            least_squares: &least_squares,
+            weight,
+            degrees_of_freedom,
+            variance: spec.noise_sigma.or(noise).map(|s| s * s),
+        },
+        &mut warnings,
+    )?;
+    if let (Some(joined), Some(values)) = (joined, &applied.residuals.values) {
+        let (rss, max_abs) = joined.sums(values);
+        (applied.rss, applied.residuals.max_abs) = (rss, Some(max_abs));
+    }
     warnings.extend(frame.warnings.iter().cloned());
-    let spectrum_report = report.spectrum();
+    let spectrum_report = spectrum_report(&spectrum, columns, applied.spectrum);
+    let bounded = applied.after.is_some();
     let perturbation = spec.node_uncertainty.map(|uncertainty| {
-        let largest = filtered.iter().map(|f| f.eigenvalue).fold(0.0, f64::max);
-        let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
         let before = perturbation::Estimate {
             condition: spectrum_report.condition,
             largest: spectrum.largest(),
-            norm: norm(&mut spectrum.a.iter().copied()),
+            norm: spectrum.a.iter().map(|a| a * a).sum::<f64>().sqrt(),
         };
-        let after = perturbation::Estimate {
-            condition: spectrum_report.regularized.condition,
-            largest,
-            norm: norm(&mut spectrum.a.iter().zip(&filtered).map(|(a, f)| a * f.factor)),
-        };
-        let slopes = acting.slopes(design, columns);
-        perturbation::report(slopes, weight, uncertainty, heights.about_zero.sqrt(), own_rss, [before, after])
+        let after = applied.after.unwrap_or_else(|| {
+            warnings.push(Warning {
+                code: "no_regularized_perturbation",
+                message:
+                    "perturbation bounds are those of one matrix X + B; this estimate is not made by one, so only \
+                          least squares has them"
+                        .into(),
+            });
+            perturbation::Estimate { condition: None, largest: 0.0, norm: 0.0 }
+        });
+        let rss = least_squares.rss;
+        let slopes = place.evidence.slopes(design, columns);
+        perturbation::report(slopes, weight, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
     });
     if let Some(p) = &perturbation
-        && (p.least_squares.square_bound.is_none() || p.regularized.square_bound.is_none())
+        && (p.least_squares.square_bound.is_none() || (bounded && p.regularized.square_bound.is_none()))
     {
         warnings.push(Warning {
             code: "perturbation_unbounded",
@@ -189,16 +180,15 @@ fn conclude(
     } else {
         heights.about_zero
     };
-    let matrix_b = report.matrix_b(&Place { evidence: acting, ..*place }, &mut warnings)?;
     let correct_digits = digits::correct_digits(&digits::Fitted {
         design,
-        evidence: acting,
+        evidence: place.evidence,
         largest_height: heights.largest,
         r: &factor.r,
         working: &least_squares.working,
         coefficients: &least_squares.coefficients,
-        leverage: &estimate.leverage,
-        sensitivity: &estimate.sensitivity,
+        leverage: &applied.estimate.leverage,
+        sensitivity: &applied.estimate.sensitivity,
         sigma: noise,
         // without the nodes √rss is all that is known of the largest residual
         max_residual: least_squares.max_abs.unwrap_or_else(|| least_squares.rss.sqrt()),
@@ -217,190 +207,71 @@ fn conclude(
     }
     let (plain_coefficients, plain_leverage) = match joined {
         Some(Joined { beside, .. }) => (&beside.coefficients, &beside.leverage),
-        None => (&least_squares.coefficients, &estimate.leverage),
+        None => (&least_squares.coefficients, &applied.estimate.leverage),
     };
-    let standard_errors =
-        joined.map(|joined| joined.robust.spread.standard_errors(&estimate, &spectrum, columns, factor, &filtered));
+    let standard_errors = joined.map(|joined| {
+        joined.robust.spread.standard_errors(&applied.estimate, &spectrum, columns, factor, &applied.regularization)
+    });
     let coefficients = (0..design.size())
         .map(|j| Coefficient {
             term: design.labels[j].clone(),
             key: design.keys[j].clone(),
-            value: estimate.coefficients[j],
+            value: applied.estimate.coefficients[j],
             std_error: match &standard_errors {
                 Some(errors) => errors[j].filter(|_| degrees_of_freedom > 0),
-                None => sigma.map(|s| s * estimate.spread[j]),
+                None => sigma.map(|s| s * applied.estimate.spread[j]),
             },
             least_squares: plain_coefficients[j],
             least_squares_std_error: sigma.map(|s| s * plain_leverage[j]),
-            bias_bound: bias.1[j],
+            bias_bound: applied.bounds[j],
         })
         .collect();
     let result = FitResult {
         coefficients,
         domain: design.domain,
         spectrum: spectrum_report,
-        regularization,
-        bias: bias.0,
+        regularization: applied.regularization,
+        bias: applied.bias,
         collinearity: Arc::clone(&frame.collinearity),
         perturbation,
         residuals: ResidualReport {
             count,
             degrees_of_freedom,
-            rss,
+            rss: applied.rss,
             sigma,
-            rms: (rss / heights.weight).sqrt(),
-            max_abs: residuals.max_abs,
-            r_squared: (total > 0.0).then(|| 1.0 - rss / total),
+            rms: (applied.rss / heights.weight).sqrt(),
+            max_abs: applied.residuals.max_abs,
+            r_squared: (total > 0.0).then(|| 1.0 - applied.rss / total),
             least_squares_rss,
             node_indices: spec
                 .include
                 .residuals
                 .then(|| place.evidence.counted().map(|index| index.iter().map(|&k| k as usize).collect()))
                 .flatten(),
-            values: residuals.values.filter(|_| spec.include.residuals),
+            values: applied.residuals.values.filter(|_| spec.include.residuals),
         },
         robust: joined.map(|joined| RobustReport {
             coefficients: least_squares.coefficients.clone(),
             ..joined.robust.report.clone()
         }),
-        lambda_curve: decided.curve.clone(),
-        matrix_b,
+        lambda_curve: applied.curve,
+        ridge_trace: applied.trace,
+        matrix_b: applied.matrix_b,
         numerics: Numerics { arithmetic: factor.arithmetic, correct_digits },
         warnings,
     };
     sound::checked(result)
 }
 
-/// Puts what was computed into the shape of the answer.
-struct Reporter<'a> {
-    spec: &'a FitSpec,
-    design: &'a Design,
-    columns: &'a ScaledColumns,
-    spectrum: &'a Spectrum,
-    decided: &'a Decided,
-    rule: Rule,
-    filtered: &'a [Filtered],
-}
-
-impl Reporter<'_> {
-    fn spectrum(&self) -> SpectrumReport {
-        let lambda = &self.spectrum.lambda;
-        let condition = |values: &mut dyn Iterator<Item = f64>| {
-            let (mut low, mut high) = (f64::INFINITY, 0.0f64);
-            for value in values {
-                (low, high) = (low.min(value), high.max(value));
-            }
-            Some(high / low).filter(|c| low > 0.0 && c.is_finite())
-        };
-        let log10_determinant = |values: &mut dyn Iterator<Item = f64>| {
-            Some(values.map(f64::log10).sum::<f64>()).filter(|sum| sum.is_finite())
-        };
-        let plain = condition(&mut lambda.iter().copied());
-        SpectrumReport {
-            condition: plain,
-            log10_condition: plain.map(f64::log10),
-            log10_determinant: log10_determinant(&mut lambda.iter().copied()),
-            rank: self.spectrum.rank + usize::from(self.columns.constant.is_some()),
-            eigenvalues: lambda.clone(),
-            regularized: RegularizedSpectrum {
-                eigenvalues: self.filtered.iter().map(|f| f.eigenvalue).collect(),
-                condition: condition(&mut self.filtered.iter().map(|f| f.eigenvalue)),
-                log10_determinant: log10_determinant(&mut self.filtered.iter().map(|f| f.eigenvalue)),
-            },
-        }
-    }
-
-    fn bias(&self, directions: &DMatrix<f64>, warnings: &mut Vec<Warning>) -> (BiasReport, Vec<f64>) {
-        let norm = self.spectrum.a.iter().map(|a| a * a).sum::<f64>().sqrt();
-        let r = self.spec.coefficient_norm_limit.unwrap_or(norm);
-        if r < norm {
-            warnings.push(Warning {
-                code: "norm_limit_below_estimate",
-                message: format!(
-                    "coefficient_norm_limit {r} is below ‖Â‖ = {norm} of this fit: the bounds limit the expected bias, \
-                     the observed one may exceed them"
-                ),
-            });
-        }
-        let bias = bias::bias(self.spectrum, self.rule, self.decided.parameter(), self.filtered, r);
-        let report = BiasReport {
-            norm: bias.norm,
-            sharp_bound: bias.sharp,
-            paper_bound: bias.paper,
-            coefficient_norm_limit: r,
-            coefficient_norm_limit_from_request: self.spec.coefficient_norm_limit.is_some(),
-            e: bias.e,
-        };
-        (report, bias::per_coefficient(directions, self.filtered, r))
-    }
-
-    fn regularization(&self, problem: &Spectral, warnings: &mut Vec<Warning>, weight: f64) -> RegularizationReport {
-        let (scheme, count) = choice::scheme_and_count(self.decided.rule);
-        let lambda = &self.spectrum.lambda;
-        let parameter = self.decided.chosen.map(|c| c.lambda_star);
-        let spectral = matches!(self.rule, Rule::Spectral { count: 1.., .. });
-        let sums = problem.sums(self.rule, self.decided.parameter());
-        let standing = super::result::Choice {
-            criterion: self.decided.criterion,
-            lambda_star: parameter,
-            condition: None,
-            bias_norm: sums.bias.sqrt(),
-            predicted_mse: problem.variance.map(|_| sums.mse[0]),
-            rms: (sums.rss[0] / weight).sqrt(),
-        };
-        choice::warn_about(self.decided, &standing, warnings);
-        let c = |i: usize| self.rule.coefficient(i, lambda[i], self.decided.parameter()).unwrap_or(0.0);
-        RegularizationReport {
-            kind: self.decided.kind,
-            scheme,
-            count,
-            lambda_star: parameter,
-            lambda_star_interval: self.decided.chosen.and_then(|c| c.interval),
-            gamma: parameter.filter(|_| spectral).map(|p| p - lambda[0]),
-            criterion: self.decided.criterion,
-            fixed: self.decided.fixed,
-            filter_factors: self.filtered.iter().map(|f| f.factor).collect(),
-            matrix_norm_squared: scheme.map(|_| (0..lambda.len()).map(|i| c(i) * c(i) * lambda[i]).sum()),
-            largest_eigenvalue_bound: scheme
-                .map(|_| self.spectrum.largest() + (self.filtered[0].eigenvalue - lambda[0])),
-            choices: self.decided.choices.clone(),
-        }
-    }
-
-    fn matrix_b(&self, place: &Place, warnings: &mut Vec<Warning>) -> Result<Option<Vec<Vec<f64>>>, FitError> {
-        if !self.spec.include.matrix_b {
-            return Ok(None);
-        }
-        let (_, Some(_)) = choice::scheme_and_count(self.decided.rule) else {
-            warnings
-                .push(Warning { code: "no_matrix_b", message: "only spectral regularisation has a matrix B".into() });
-            return Ok(None);
-        };
-        if self.columns.constant.is_some() {
-            warnings.push(Warning {
-                code: "no_matrix_b",
-                message: "of standardised columns there is no B to be added to the posted ones".into(),
-            });
-            return Ok(None);
-        }
-        let Evidence::Posted { sample, .. } = place.evidence else {
-            warnings.push(Warning { code: "no_matrix_b", message: "the rows of B need the nodes themselves".into() });
-            return Ok(None);
-        };
-        let (m, n) = (sample.count(), self.design.size());
-        if m * n > MOST_OF_B {
-            return Err(Faults::one(
-                "/include",
-                format!("B has {m} × {n} entries here; at most {MOST_OF_B} are answered"),
-            )
-            .into());
-        }
-        let lambda = &self.spectrum.lambda;
-        let c: Vec<f64> = (0..lambda.len())
-            .map(|i| self.rule.coefficient(i, lambda[i], self.decided.parameter()).unwrap_or(0.0))
-            .collect();
-        let scale: Vec<f64> = self.columns.scale.iter().map(|s| s.to_f64()).collect();
-        let Directions { image, v, .. } = &self.spectrum.directions;
-        Ok(Some(matrix_b(place.design, sample, place.factor, image, v, &c, &scale)))
+/// The eigenvalues of the scaled columns, and what became of them.
+fn spectrum_report(spectrum: &Spectrum, columns: &ScaledColumns, regularized: RegularizedSpectrum) -> SpectrumReport {
+    let plain = regularized::regularized_spectrum(spectrum.lambda.clone());
+    SpectrumReport {
+        condition: plain.condition,
+        log10_condition: plain.condition.map(f64::log10),
+        log10_determinant: plain.log10_determinant,
+        rank: spectrum.rank + usize::from(columns.constant.is_some()),
+        eigenvalues: plain.eigenvalues,
+        regularized,
     }
 }

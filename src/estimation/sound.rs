@@ -85,6 +85,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     }
     let regularization = &mut result.regularization;
     optional("lambda_star", &mut regularization.lambda_star);
+    optional("shrinkage_factor", &mut regularization.shrinkage_factor);
     optional("gamma", &mut regularization.gamma);
     optional("matrix_norm_squared", &mut regularization.matrix_norm_squared);
     optional("largest_eigenvalue_bound", &mut regularization.largest_eigenvalue_bound);
@@ -123,6 +124,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
         && residuals.max_abs.is_none_or(f64::is_finite)
         && residuals.values.as_deref().is_none_or(all)
         && result.robust.as_ref().is_none_or(|r| all(&r.coefficients))
+        && result.ridge_trace.iter().flatten().all(|point| point.k.is_finite() && all(&point.coefficients))
         && result.matrix_b.iter().flatten().all(|row| all(row));
     if sound { Ok(result) } else { Err(beyond()) }
 }

@@ -2,9 +2,11 @@
 
 pub mod auth;
 pub mod body;
-pub mod conditional;
+pub mod closing;
+mod conditional;
 pub mod docs;
-pub mod extract;
+pub mod events;
+mod extract;
 pub mod fits;
 pub mod idempotency;
 pub mod iterations;
@@ -18,7 +20,10 @@ pub mod problem;
 pub mod router;
 pub mod server;
 pub mod state;
-pub mod trace;
+pub mod stream_flow;
+mod stream_socket;
+mod streams;
+mod trace;
 
 pub use router::router;
 pub use state::AppState;

@@ -8,7 +8,7 @@ use flankfit::estimation::{
     fit,
     result::LocalSolution,
     robust::loss::Loss,
-    spec::{Model, Parameter, Regularization, Scaling},
+    spec::{Attraction, Criterion, JamesStein, Model, Parameter, Regularization, Scaling, ShrinkageFactor, Tikhonov},
 };
 
 struct Problem {
@@ -473,6 +473,45 @@ fn an_exact_fit_of_most_nodes_is_answered() {
             let result = few.fit(estimator);
             assert!((result.coefficients[1].value - 2.0).abs() < 1e-9, "{estimator:?}: {result:?}");
             assert!(result.coefficients.iter().all(|c| c.std_error.is_none()));
+        }
+    }
+}
+
+#[test]
+fn every_estimator_goes_with_every_regularisation() {
+    let problem = Problem::new(11, 40, 4, false);
+    let parameter = Parameter::Criterion(Criterion::MinMse);
+    let regularizations = [
+        FitSpec::new(Model::Linear).regularization,
+        Regularization::Ridge { parameter },
+        Regularization::TruncatedSvd { rank: 3 },
+        Regularization::Tikhonov(Tikhonov { order: 1, weights: None, parameter: Parameter::Fixed(1e-3) }),
+        Regularization::JamesStein(JamesStein {
+            factor: ShrinkageFactor::EfronMorris,
+            positive_part: true,
+            target: None,
+        }),
+        Regularization::Attraction(Attraction { target: vec![1.0; 4], parameter: Parameter::Fixed(0.1) }),
+    ];
+    for estimator in estimators() {
+        let plain = problem.fit(estimator);
+        for regularization in &regularizations {
+            let result = problem.fit_with(estimator, regularization.clone());
+            let robust = result.robust.as_ref().unwrap();
+            // the estimate before regularisation does not know of it, nor does least squares
+            assert_eq!(robust.coefficients, plain.robust.as_ref().unwrap().coefficients);
+            assert_eq!(robust.weights, plain.robust.as_ref().unwrap().weights);
+            let r = problem.residuals(&values(&result));
+            near("rss", result.residuals.rss, r.iter().map(|r| r * r).sum(), 1e-10);
+            near("max_abs", result.residuals.max_abs.unwrap(), r.iter().map(|r| r.abs()).fold(0.0, f64::max), 1e-10);
+            assert!(result.residuals.rss >= result.residuals.least_squares_rss * (1.0 - 1e-12));
+            for (c, unfiltered) in result.coefficients.iter().zip(&plain.coefficients) {
+                assert_eq!(c.least_squares, unfiltered.least_squares);
+                assert_eq!(c.least_squares_std_error, unfiltered.least_squares_std_error);
+                let (error, whole) = (c.std_error.unwrap(), unfiltered.std_error.unwrap());
+                assert!(error > 0.0 && error < 2.0 * whole, "{estimator:?} {regularization:?}: {error} {whole}");
+            }
+            assert!(result.residuals.values.is_none());
         }
     }
 }

@@ -13,6 +13,7 @@ mod decimal;
 mod estimator;
 mod nodes;
 mod numbers;
+mod regularization;
 mod request;
 mod spec;
 #[cfg(test)]
@@ -77,6 +78,11 @@ pub fn read_fit<E: Extra>(text: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError>
 /// Reads a fit request without nodes.
 pub fn read_refit<E: Extra>(text: &[u8]) -> Result<(FitSpec, E), ReadError> {
     request::read_refit(text)
+}
+
+/// Reads nodes and the fields of `E`, without a spec: a block of a stream.
+pub fn read_nodes<E: Extra>(text: &[u8]) -> Result<(Nodes, E), ReadError> {
+    request::read_nodes(text)
 }
 
 /// Reads a fit request whose nodes come as CSV: the form of `multipart/form-data`.

@@ -32,7 +32,6 @@ use super::{
     error::FitError,
     estimate::Beside,
     estimator::{Estimator, Start},
-    evidence::Evidence,
     factor::{Factor, multiply_upper_vector},
     residuals::{Heights, Place},
     result::{LocalSolution, RobustReport, Warning},
@@ -54,9 +53,9 @@ pub(super) struct Measured<'a> {
 pub(super) struct Joined<'a> {
     pub robust: &'a Robust,
     pub beside: Beside,
-    /// The nodes with the weights of the problem that was solved.
-    pub acting: Evidence<'a>,
-    /// Σ of these weights.
+    /// The nodes as posted: the place of the fit has the weights of the problem that was solved.
+    pub posted: &'a Sample<'a>,
+    /// Σ of those weights.
     pub weight: f64,
 }
 
@@ -140,14 +139,24 @@ pub(super) struct Along {
     pub dispersion: f64,
 }
 
+impl Joined<'_> {
+    /// Σ w r² and max |r| of residuals, with the posted weights.
+    pub fn sums(&self, residuals: &[f64]) -> (f64, f64) {
+        let (mut squares, mut largest) = (Dd::ZERO, 0.0f64);
+        for (k, r) in residuals.iter().enumerate() {
+            squares += Dd::product(self.posted.w(k) * r, *r);
+            largest = largest.max(r.abs());
+        }
+        (squares.to_f64(), largest)
+    }
+}
+
 /// An estimate as the least-squares problem that it solves.
 pub(super) struct Robust {
-    /// Of `√(wω) X` (or `√w X`); `working` is the estimate, `rss` and `max_abs` are of the posted nodes.
+    /// Of `√(wω) X` (or `√w X`); `working` is the estimate, `rss` its weighted sum of squares.
     pub factor: Factor,
     /// wω by posted node; `None` where node weights stand.
     pub weights: Option<Vec<f64>>,
-    /// Sum of squared residuals of the problem that `factor` solves.
-    pub rss: f64,
     /// σ of a height of weight 1 in that problem.
     pub sigma: Option<f64>,
     pub spread: Spread,
@@ -192,11 +201,10 @@ fn joined(outcome: Outcome, measured: &Measured) -> Robust {
         }
         Solved::Working(working) => (with_working(plain, working), None, None),
     };
-    let working = factor.working.as_deref().unwrap_or(&[]);
-    let rss = factor.rss;
-    let seen = place.of_working(working, false);
-    (factor.rss, factor.max_abs) = (seen.rss, seen.max_abs);
-    let rss = if weights.is_some() { rss } else { seen.rss };
+    if weights.is_none() {
+        let seen = place.of_working(factor.working.as_deref().unwrap_or(&[]), false);
+        (factor.rss, factor.max_abs) = (seen.rss, seen.max_abs);
+    }
     let spread = Spread::new(&factor, plain, outcome.dispersion, outcome.along, weights.is_some());
     let rejected = omega.map_or_else(Vec::new, |omega| {
         omega.iter().enumerate().filter(|(_, w)| **w == 0.0).map(|(k, _)| sample.posted(k)).collect()
@@ -218,7 +226,7 @@ fn joined(outcome: Outcome, measured: &Measured) -> Robust {
         solution: outcome.local,
         coefficients: Vec::new(),
     };
-    Robust { sigma: spread.sigma(), factor, weights, rss, spread, report, warnings: outcome.warnings }
+    Robust { sigma: spread.sigma(), factor, weights, spread, report, warnings: outcome.warnings }
 }
 
 /// The plain factor with other coefficients.
@@ -236,5 +244,6 @@ fn with_working(plain: &Factor, working: Vec<Dd>) -> Factor {
         rss: plain.rss,
         max_abs: plain.max_abs,
         separable: None,
+        rounded: plain.rounded,
     }
 }

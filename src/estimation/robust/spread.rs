@@ -7,7 +7,13 @@
 use nalgebra::DMatrix;
 
 use super::{
-    super::{estimate::Estimate, factor::Factor, filter::Filtered, scaled::ScaledColumns, spectrum::Spectrum},
+    super::{
+        estimate::{Estimate, directions},
+        factor::Factor,
+        result::{RegularizationKind, RegularizationReport},
+        scaled::{ScaledColumns, caller_columns},
+        spectrum::Spectrum,
+    },
     Along,
     rows::dot,
 };
@@ -36,44 +42,57 @@ impl Spread {
         self.dispersion.map(|tau| tau * mean.sqrt())
     }
 
-    /// Standard errors of the coefficients filtered by `filtered`.
+    /// Standard errors of `estimate`, regularised as `regularization` says.
+    ///
+    /// Where the filter acts along the eigenvectors they are exact. Where it acts along others (Tikhonov), or toward a
+    /// target, those of the unregularised estimate shrink in the proportion in which regularisation shrinks `(XᵀX)⁻¹`.
     pub fn standard_errors(
         &self,
         estimate: &Estimate,
         spectrum: &Spectrum,
         columns: &ScaledColumns,
         factor: &Factor,
-        filtered: &[Filtered],
+        regularization: &RegularizationReport,
     ) -> Vec<Option<f64>> {
+        use RegularizationKind::{None as Plain, Ridge, Spectral, TruncatedSvd};
         let n = estimate.coefficients.len();
-        let caller = columns.constant.as_ref().map(|constant| {
-            let all = super::super::scaled::caller_columns(factor);
+        let along_eigenvectors = matches!(regularization.kind, Plain | Spectral | Ridge | TruncatedSvd);
+        let factors = Some(&regularization.filter_factors).filter(|_| along_eigenvectors);
+        let directions = directions(columns, &spectrum.v, n);
+        let constant = columns.constant.as_ref().map(|constant| {
+            let all = caller_columns(factor);
             let column: Vec<f64> = all.column(constant.index).iter().map(|x| x.to_f64()).collect();
             (constant.index, constant.length_squared, column)
         });
         (0..n)
             .map(|j| {
-                let tau = self.dispersion?;
                 let mut row = vec![0.0; n];
-                for (i, f) in filtered.iter().enumerate().filter(|(i, _)| spectrum.lambda[*i] > 0.0) {
-                    let share = estimate.directions[(j, i)] * f.factor / spectrum.lambda[i];
+                for (i, &lambda) in spectrum.lambda.iter().enumerate().filter(|(_, lambda)| **lambda > 0.0) {
+                    let share = directions[(j, i)] * factors.map_or(1.0, |f| f[i]) / lambda;
                     row.iter_mut().zip(spectrum.image.column(i).iter()).for_each(|(r, x)| *r += share * x);
                 }
-                if let Some((index, length_squared, column)) = &caller
+                if let Some((index, length_squared, column)) = &constant
                     && *index == j
                 {
                     row.iter_mut().zip(column).for_each(|(r, x)| *r += x / length_squared);
                 }
-                if let Some(turn) = &self.turn {
-                    row = turn.column_iter().map(|column| dot(column.as_slice(), &row)).collect();
-                }
-                let mut variance = tau * tau * dot(&row, &row);
-                if let Some(along) = &self.along {
-                    let share = dot(&row, &along.direction);
-                    variance += (along.dispersion * along.dispersion - tau * tau) * share * share;
-                }
-                Some(variance.max(0.0).sqrt()).filter(|e| e.is_finite())
+                let shrunk = if along_eigenvectors { 1.0 } else { estimate.spread[j] / estimate.leverage[j] };
+                self.of_row(row).map(|e| e * shrunk).filter(|e| e.is_finite())
             })
             .collect()
+    }
+
+    /// √ of the variance of a linear form, given in Q's coordinates of the problem that was solved.
+    fn of_row(&self, mut row: Vec<f64>) -> Option<f64> {
+        let tau = self.dispersion?;
+        if let Some(turn) = &self.turn {
+            row = turn.column_iter().map(|column| dot(column.as_slice(), &row)).collect();
+        }
+        let mut variance = tau * tau * dot(&row, &row);
+        if let Some(along) = &self.along {
+            let share = dot(&row, &along.direction);
+            variance += (along.dispersion * along.dispersion - tau * tau) * share * share;
+        }
+        Some(variance.max(0.0).sqrt())
     }
 }
