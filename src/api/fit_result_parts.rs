@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::fit_spec::SchemeName;
-use crate::estimation::spec::Criterion;
 
 /// One coefficient; exactly one of `powers`, `index` and `column` is there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -105,18 +104,6 @@ pub enum ChosenBy {
     Fixed,
     /// Not regularised, for comparison.
     LeastSquares,
-}
-
-impl From<Criterion> for ChosenBy {
-    fn from(criterion: Criterion) -> Self {
-        match criterion {
-            Criterion::MinMse => ChosenBy::MinMse,
-            Criterion::MinCondition => ChosenBy::MinCondition,
-            Criterion::Gcv => ChosenBy::Gcv,
-            Criterion::Discrepancy => ChosenBy::Discrepancy,
-            Criterion::LCurve => ChosenBy::LCurve,
-        }
-    }
 }
 
 /// The regularisation that was applied, and what every criterion would have chosen.

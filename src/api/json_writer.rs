@@ -1,27 +1,97 @@
-//! Writes JSON objects that hold finished JSON.
+//! Writes JSON, field by field, into one buffer.
 //!
-//! A fit's answer is written once and stored as it was written; answers that hold it take it over byte for byte. Serde could
-//! only do that after reading the text again.
+//! Answers are mostly numbers, and one that holds a fit's answer takes it over byte for byte. Serde would need a body for
+//! everything that is written, and would read finished JSON again; here numbers go from the domain types to their text at once.
+//! The text is the one that serde writes: no white space, shortest numbers that read back as the same double.
 
 use serde::Serialize;
 
+/// An answer has a number that JSON cannot hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the answer has a number that is not finite")]
+pub struct NotFinite;
+
+/// JSON text being written.
+#[derive(Debug)]
+pub struct Json {
+    text: Vec<u8>,
+    finite: bool,
+}
+
 /// An object being written.
 pub struct Object<'a> {
-    out: &'a mut Vec<u8>,
+    out: &'a mut Json,
     first: bool,
 }
 
-impl<'a> Object<'a> {
-    pub fn begin(out: &'a mut Vec<u8>) -> Self {
-        out.push(b'{');
-        Object { out, first: true }
+impl Json {
+    pub fn with_capacity(bytes: usize) -> Self {
+        Json { text: Vec::with_capacity(bytes), finite: true }
     }
 
+    pub fn object(&mut self) -> Object<'_> {
+        self.text.push(b'{');
+        Object { out: self, first: true }
+    }
+
+    /// The text, which has no numbers but those in finished JSON or of serde.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.text
+    }
+
+    /// The text, if every number in it was finite.
+    pub fn finish(self) -> Result<Vec<u8>, NotFinite> {
+        if self.finite { Ok(self.text) } else { Err(NotFinite) }
+    }
+
+    #[inline]
+    fn number(&mut self, value: f64) {
+        self.finite &= value.is_finite();
+        self.text.extend_from_slice(zmij::Buffer::new().format_finite(value).as_bytes());
+    }
+
+    fn count(&mut self, value: usize) {
+        self.text.extend_from_slice(itoa::Buffer::new().format(value).as_bytes());
+    }
+
+    fn string(&mut self, value: &str) {
+        // Names and sentences hardly ever need an escape.
+        if value.bytes().any(|byte| byte < b' ' || byte == b'"' || byte == b'\\') {
+            self.serde(&value);
+        } else {
+            self.text.push(b'"');
+            self.text.extend_from_slice(value.as_bytes());
+            self.text.push(b'"');
+        }
+    }
+
+    fn serde(&mut self, value: &impl Serialize) {
+        // Only maps with keys that are not texts cannot be written; there are none.
+        let _written = serde_json::to_writer(&mut self.text, value);
+    }
+
+    fn entries<T>(&mut self, items: impl IntoIterator<Item = T>, mut write: impl FnMut(&mut Self, T)) {
+        self.text.push(b'[');
+        let mut items = items.into_iter();
+        if let Some(first) = items.next() {
+            write(self, first);
+        }
+        for item in items {
+            self.text.push(b',');
+            write(self, item);
+        }
+        self.text.push(b']');
+    }
+
+    fn numbers(&mut self, values: &[f64]) {
+        self.entries(values, |out, value| out.number(*value));
+    }
+}
+
+impl Object<'_> {
     /// A field written by serde.
     pub fn field(&mut self, name: &'static str, value: &impl Serialize) -> &mut Self {
-        self.key(name);
-        // Only maps with keys that are not texts cannot be written; there are none.
-        let _written = serde_json::to_writer(&mut *self.out, value);
+        self.key(name).serde(value);
         self
     }
 
@@ -35,8 +105,80 @@ impl<'a> Object<'a> {
 
     /// A field that holds finished JSON.
     pub fn raw(&mut self, name: &'static str, json: &str) -> &mut Self {
-        self.key(name);
-        self.out.extend_from_slice(json.as_bytes());
+        self.key(name).text.extend_from_slice(json.as_bytes());
+        self
+    }
+
+    pub fn number(&mut self, name: &'static str, value: f64) -> &mut Self {
+        self.key(name).number(value);
+        self
+    }
+
+    pub fn maybe_number(&mut self, name: &'static str, value: Option<f64>) -> &mut Self {
+        match value {
+            Some(value) => self.number(name, value),
+            None => self,
+        }
+    }
+
+    pub fn numbers(&mut self, name: &'static str, values: &[f64]) -> &mut Self {
+        self.key(name).numbers(values);
+        self
+    }
+
+    /// Rows of numbers.
+    pub fn rows(&mut self, name: &'static str, rows: &[Vec<f64>]) -> &mut Self {
+        self.key(name).entries(rows, |out, row| out.numbers(row));
+        self
+    }
+
+    /// Rows of a symmetric matrix: what stands below the diagonal is copied from above it, which is cheaper than writing
+    /// numbers again. An entry whose mirror image has other bits (there is none in a symmetric matrix) is written.
+    pub fn symmetric_rows(&mut self, name: &'static str, rows: &[Vec<f64>]) -> &mut Self {
+        // Where each number of the upper triangle stands: rows end to end.
+        let n = rows.len();
+        let mut places = vec![(0, 0); n * n];
+        self.key(name).entries(rows.iter().enumerate(), |out, (i, row)| {
+            out.entries(row.iter().enumerate(), |out, (j, value)| {
+                let mirrored = rows.get(j).and_then(|row| row.get(i)).is_some_and(|twin| twin.to_bits() == value.to_bits());
+                let begin = out.text.len();
+                match places.get(j * n + i) {
+                    Some(&(begin, end)) if j < i && mirrored => out.text.extend_from_within(begin..end),
+                    _ => out.number(*value),
+                }
+                if let Some(place) = places.get_mut(i * n + j) {
+                    *place = (begin, out.text.len());
+                }
+            });
+        });
+        self
+    }
+
+    pub fn count(&mut self, name: &'static str, value: usize) -> &mut Self {
+        self.key(name).count(value);
+        self
+    }
+
+    pub fn counts(&mut self, name: &'static str, values: &[usize]) -> &mut Self {
+        self.key(name).entries(values, |out, value| out.count(*value));
+        self
+    }
+
+    pub fn string(&mut self, name: &'static str, value: &str) -> &mut Self {
+        self.key(name).string(value);
+        self
+    }
+
+    pub fn strings(&mut self, name: &'static str, values: &[String]) -> &mut Self {
+        self.key(name).entries(values, |out, value| out.string(value));
+        self
+    }
+
+    /// A field that holds an object.
+    pub fn object(&mut self, name: &'static str, write: impl FnOnce(&mut Object<'_>)) -> &mut Self {
+        let mut object = self.key(name).object();
+        write(&mut object);
+        object.end();
         self
     }
 
@@ -47,51 +189,104 @@ impl<'a> Object<'a> {
         items: impl IntoIterator<Item = T>,
         mut write: impl FnMut(&mut Object<'_>, T),
     ) -> &mut Self {
-        self.key(name);
-        self.out.push(b'[');
-        for (i, item) in items.into_iter().enumerate() {
-            if i > 0 {
-                self.out.push(b',');
-            }
-            let mut object = Object::begin(self.out);
+        self.key(name).entries(items, |out, item| {
+            let mut object = out.object();
             write(&mut object, item);
             object.end();
-        }
-        self.out.push(b']');
+        });
         self
     }
 
     pub fn end(&mut self) {
-        self.out.push(b'}');
+        self.out.text.push(b'}');
     }
 
     /// Names are ours and need no escapes.
-    fn key(&mut self, name: &'static str) {
+    #[inline]
+    fn key(&mut self, name: &'static str) -> &mut Json {
+        let out = &mut *self.out;
         if !std::mem::take(&mut self.first) {
-            self.out.push(b',');
+            out.text.push(b',');
         }
-        self.out.push(b'"');
-        self.out.extend_from_slice(name.as_bytes());
-        self.out.extend_from_slice(b"\":");
+        out.text.push(b'"');
+        out.text.extend_from_slice(name.as_bytes());
+        out.text.extend_from_slice(b"\":");
+        out
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    fn written(write: impl FnOnce(&mut Object<'_>)) -> String {
+        let mut json = Json::with_capacity(0);
+        let mut object = json.object();
+        write(&mut object);
+        object.end();
+        String::from_utf8(json.finish().unwrap()).unwrap()
+    }
 
     #[test]
     fn objects_are_what_serde_reads() {
-        let mut out = Vec::new();
-        Object::begin(&mut out)
-            .field("a", &"x\"y")
-            .maybe("b", None::<u8>)
-            .raw("c", "[1.50]")
-            .list("d", [1, 2], |object, n| {
-                object.field("n", &n);
-            })
-            .list("e", [0_u8; 0], |_, _| {})
-            .end();
-        assert_eq!(String::from_utf8(out).unwrap(), r#"{"a":"x\"y","c":[1.50],"d":[{"n":1},{"n":2}],"e":[]}"#);
+        let text = written(|object| {
+            object
+                .field("a", &"x\"y")
+                .maybe("b", None::<u8>)
+                .raw("c", "[1.50]")
+                .list("d", [1, 2], |object, n| {
+                    object.field("n", &n);
+                })
+                .list("e", [0_u8; 0], |_, _| {})
+                .object("f", |object| {
+                    object.count("n", 12).counts("m", &[3, 0]).maybe_number("x", None).strings("s", &[]);
+                });
+        });
+        assert_eq!(
+            text,
+            r#"{"a":"x\"y","c":[1.50],"d":[{"n":1},{"n":2}],"e":[],"f":{"n":12,"m":[3,0],"s":[]}}"#
+        );
+    }
+
+    #[test]
+    fn a_number_that_json_cannot_hold_is_told() {
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut json = Json::with_capacity(0);
+            json.object().numbers("a", &[1.0, wrong, 2.0]).end();
+            assert_eq!(json.finish(), Err(NotFinite));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_and_texts_are_those_of_serde(
+            values in proptest::collection::vec(any::<f64>().prop_filter("finite", |x| x.is_finite()), 0..40),
+            bits in any::<u64>(),
+            text in any::<String>(),
+        ) {
+            let mut values = values;
+            values.extend([0.0, -0.0, 1.0, 0.1, 1e16, 1e-7, f64::MAX, f64::MIN_POSITIVE, 5e-324]);
+            values.extend(Some(f64::from_bits(bits)).filter(|x| x.is_finite()));
+            let serde = serde_json::to_string(&values).unwrap();
+            prop_assert_eq!(written(|object| { object.numbers("a", &values); }), format!(r#"{{"a":{serde}}}"#));
+            let serde = serde_json::to_string(&text).unwrap();
+            prop_assert_eq!(written(|object| { object.string("a", &text); }), format!(r#"{{"a":{serde}}}"#));
+        }
+
+        #[test]
+        fn symmetric_rows_are_rows(n in 0..6_usize, seed in proptest::collection::vec(any::<u32>(), 36), broken in any::<bool>()) {
+            let mut rows: Vec<Vec<f64>> =
+                (0..n).map(|i| (0..n).map(|j| f64::from(seed[i.min(j) * 6 + i.max(j)]) / 7.0).collect()).collect();
+            if let (true, Some(last)) = (broken, rows.last_mut()) {
+                last[0] += 0.5;
+                last.push(1.0);
+            }
+            prop_assert_eq!(
+                written(|object| { object.symmetric_rows("a", &rows); }),
+                written(|object| { object.rows("a", &rows); })
+            );
+        }
     }
 }

@@ -30,4 +30,5 @@ pub use error::{Fault, Faults, FitError};
 pub use fit::fit;
 pub use nodes::Nodes;
 pub use result::FitResult;
+pub use sound::checked;
 pub use spec::FitSpec;

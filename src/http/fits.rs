@@ -35,7 +35,7 @@ async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<R
         .pool
         .run(move || {
             let (nodes, spec, NoExtra {}) = multipart::read_fit(payload, limit)?;
-            service::fit(&nodes, &spec)?.to_json().map_err(Problem::internal)
+            service::fit(&nodes, &spec)
         })
         .await??;
     Ok(json(answer))

@@ -22,7 +22,7 @@ mod service;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
 pub use draft::{IterationDraft, JobDraft, RefitDraft};
-pub use fit::{Computed, Figures, FitRecord, NewFit};
+pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use idempotency::{Answer, KeyClaim, Receipt, RunningKeys};
 pub use iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling, Trace, TracedIteration};
 pub use job::{Job, JobPatch, Update};
