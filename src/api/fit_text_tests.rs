@@ -22,7 +22,8 @@ fn agrees(text: &[u8]) {
 
 fn regularizations() -> Vec<Regularization> {
     let parameters = Criterion::ALL.map(Parameter::Criterion).into_iter().chain([Parameter::Fixed(1e-4)]);
-    let spectral = |scheme, count, lambda_star| Regularization::Spectral { scheme, count, condition_limit: 30.0, lambda_star };
+    let spectral =
+        |scheme, count, lambda_star| Regularization::Spectral { scheme, count, condition_limit: 30.0, lambda_star };
     parameters
         .flat_map(|parameter| {
             [

@@ -104,10 +104,7 @@ pub fn trace(trace: Trace) -> Vec<u8> {
     let coefficients: usize =
         trace.iterations.iter().flat_map(|iteration| &iteration.fits).map(|fit| fit.coefficients.len() + 512).sum();
     let mut json = Json::with_capacity(1024 + coefficients);
-    json.object()
-        .field("job", &JobBody::from(trace.job))
-        .list("iterations", &trace.iterations, iteration)
-        .end();
+    json.object().field("job", &JobBody::from(trace.job)).list("iterations", &trace.iterations, iteration).end();
     json.into_bytes()
 }
 

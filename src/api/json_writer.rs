@@ -11,6 +11,12 @@ use serde::Serialize;
 #[error("the answer has a number that is not finite")]
 pub struct NotFinite;
 
+/// Numbers formatted before the first of them is copied.
+const TOGETHER: usize = 8;
+
+/// The longest text of a double, such as `-2.2250738585072014e-308`.
+const LONGEST: usize = 24;
+
 /// JSON text being written.
 #[derive(Debug)]
 pub struct Json {
@@ -44,10 +50,33 @@ impl Json {
         if self.finite { Ok(self.text) } else { Err(NotFinite) }
     }
 
-    #[inline]
     fn number(&mut self, value: f64) {
         self.finite &= value.is_finite();
         self.text.extend_from_slice(zmij::Buffer::new().format_finite(value).as_bytes());
+    }
+
+    /// Numbers with commas between them. `ends` is told where each one ends.
+    ///
+    /// Several are formatted before they are copied: a copy that follows its number at once waits for the processor to put
+    /// the number's pieces together, which takes longer than writing them.
+    fn numbers(&mut self, values: &[f64], mut ends: impl FnMut(usize)) {
+        for (i, values) in values.chunks(TOGETHER).enumerate() {
+            self.finite &= values.iter().fold(true, |finite, value| finite & value.is_finite());
+            let mut buffers: [_; TOGETHER] = std::array::from_fn(|_| zmij::Buffer::new());
+            let mut texts = [&b""[..]; TOGETHER];
+            for ((text, buffer), value) in texts.iter_mut().zip(&mut buffers).zip(values) {
+                *text = buffer.format_finite(*value).as_bytes();
+            }
+            let mut at = self.text.len();
+            self.text.resize(at + TOGETHER * (LONGEST + 1), b',');
+            for (j, text) in texts[..values.len()].iter().enumerate() {
+                at += usize::from(i + j > 0);
+                copy_short(&mut self.text[at..], text);
+                at += text.len();
+                ends(at);
+            }
+            self.text.truncate(at);
+        }
     }
 
     fn count(&mut self, value: usize) {
@@ -55,8 +84,9 @@ impl Json {
     }
 
     fn string(&mut self, value: &str) {
-        // Names and sentences hardly ever need an escape.
-        if value.bytes().any(|byte| byte < b' ' || byte == b'"' || byte == b'\\') {
+        // Names and sentences hardly ever need an escape. (No early exit: many bytes are looked at together.)
+        let special = |byte: u8| (byte < b' ') | (byte == b'"') | (byte == b'\\');
+        if value.bytes().fold(false, |found, byte| found | special(byte)) {
             self.serde(&value);
         } else {
             self.text.push(b'"');
@@ -83,8 +113,10 @@ impl Json {
         self.text.push(b']');
     }
 
-    fn numbers(&mut self, values: &[f64]) {
-        self.entries(values, |out, value| out.number(*value));
+    fn row(&mut self, values: &[f64]) {
+        self.text.push(b'[');
+        self.numbers(values, |_| {});
+        self.text.push(b']');
     }
 }
 
@@ -122,34 +154,38 @@ impl Object<'_> {
     }
 
     pub fn numbers(&mut self, name: &'static str, values: &[f64]) -> &mut Self {
-        self.key(name).numbers(values);
+        self.key(name).row(values);
         self
     }
 
     /// Rows of numbers.
     pub fn rows(&mut self, name: &'static str, rows: &[Vec<f64>]) -> &mut Self {
-        self.key(name).entries(rows, |out, row| out.numbers(row));
+        self.key(name).entries(rows, |out, row| out.row(row));
         self
     }
 
     /// Rows of a symmetric matrix: what stands below the diagonal is copied from above it, which is cheaper than writing
-    /// numbers again. An entry whose mirror image has other bits (there is none in a symmetric matrix) is written.
+    /// numbers again. (Rows that do not mirror each other bit by bit are written like any others.)
     pub fn symmetric_rows(&mut self, name: &'static str, rows: &[Vec<f64>]) -> &mut Self {
-        // Where each number of the upper triangle stands: rows end to end.
         let n = rows.len();
-        let mut places = vec![(0, 0); n * n];
+        let mirrored =
+            |i: usize, row: &[f64]| row[..i].iter().zip(rows).all(|(x, twin)| twin[i].to_bits() == x.to_bits());
+        if !(rows.iter().all(|row| row.len() == n) && rows.iter().enumerate().all(|(i, row)| mirrored(i, row))) {
+            return self.rows(name, rows);
+        }
+        // Where the numbers on and above the diagonal end, by row and column.
+        let mut ends = Vec::with_capacity(n * n);
         self.key(name).entries(rows.iter().enumerate(), |out, (i, row)| {
-            out.entries(row.iter().enumerate(), |out, (j, value)| {
-                let mirrored = rows.get(j).and_then(|row| row.get(i)).is_some_and(|twin| twin.to_bits() == value.to_bits());
-                let begin = out.text.len();
-                match places.get(j * n + i) {
-                    Some(&(begin, end)) if j < i && mirrored => out.text.extend_from_within(begin..end),
-                    _ => out.number(*value),
-                }
-                if let Some(place) = places.get_mut(i * n + j) {
-                    *place = (begin, out.text.len());
-                }
-            });
+            out.text.push(b'[');
+            for j in 0..i {
+                // Behind the one before it and a comma.
+                let (before, end) = (ends[j * n + i - 1], ends[j * n + i]);
+                out.text.extend_from_within(before + 1..end);
+                out.text.push(b',');
+            }
+            ends.resize(i * n + i, 0);
+            out.numbers(&row[i..], |end| ends.push(end));
+            out.text.push(b']');
         });
         self
     }
@@ -215,6 +251,20 @@ impl Object<'_> {
     }
 }
 
+/// Copies a number's text to the beginning of `to`: two pieces of a fixed size that may overlap, for most are about as long.
+#[inline]
+fn copy_short(to: &mut [u8], text: &[u8]) {
+    let to = &mut to[..text.len()];
+    match (text.first_chunk::<16>(), text.last_chunk::<16>()) {
+        (Some(first), Some(last)) => {
+            to[..16].copy_from_slice(first);
+            let tail = to.len() - 16;
+            to[tail..].copy_from_slice(last);
+        }
+        _ => to.copy_from_slice(text),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -244,10 +294,7 @@ mod tests {
                     object.count("n", 12).counts("m", &[3, 0]).maybe_number("x", None).strings("s", &[]);
                 });
         });
-        assert_eq!(
-            text,
-            r#"{"a":"x\"y","c":[1.50],"d":[{"n":1},{"n":2}],"e":[],"f":{"n":12,"m":[3,0],"s":[]}}"#
-        );
+        assert_eq!(text, r#"{"a":"x\"y","c":[1.50],"d":[{"n":1},{"n":2}],"e":[],"f":{"n":12,"m":[3,0],"s":[]}}"#);
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod admission;
 mod bias;
 mod choice;
 mod collinearity;
+mod cost;
 mod design;
 mod digits;
 pub mod error;
@@ -26,6 +27,7 @@ mod sound;
 pub mod spec;
 mod spectrum;
 
+pub use cost::is_short;
 pub use error::{Fault, Faults, FitError};
 pub use fit::fit;
 pub use nodes::Nodes;

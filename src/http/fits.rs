@@ -7,7 +7,7 @@ use axum::{
 };
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{body::Payload, multipart, state::AppState};
+use super::{body::Payload, compute::read_and, state::AppState};
 use crate::api::{
     fit_result::FitResultBody,
     fit_spec::{FitForm, FitRequest},
@@ -30,14 +30,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     responses((status = 200, description = "The estimate with its diagnostics.", body = FitResultBody))
 )]
 async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    let limit = state.settings.body_limit;
-    let answer = state
-        .pool
-        .run(move || {
-            let (nodes, spec, NoExtra {}) = multipart::read_fit(payload, limit)?;
-            service::fit(&nodes, &spec)
-        })
-        .await??;
+    let answer = read_and(&state, payload, |nodes, spec, NoExtra {}| service::fit(&nodes, &spec)).await?;
     Ok(json(answer))
 }
 

@@ -2,6 +2,7 @@
 
 pub mod auth;
 pub mod body;
+pub mod compute;
 pub mod conditional;
 pub mod docs;
 pub mod extract;
