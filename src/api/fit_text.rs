@@ -246,7 +246,7 @@ fn write_residuals(object: &mut Object<'_>, residuals: &ResidualReport) {
         .number("rss", *rss)
         .maybe_number("sigma", *sigma)
         .number("rms", *rms)
-        .number("max_abs", *max_abs)
+        .maybe_number("max_abs", *max_abs)
         .maybe_number("r_squared", *r_squared)
         .number("least_squares_rss", *least_squares_rss);
     if let Some(values) = values {

@@ -209,7 +209,7 @@ impl Maker {
                 rss: self.number(),
                 sigma: self.maybe(),
                 rms: self.number(),
-                max_abs: self.number(),
+                max_abs: self.maybe(),
                 r_squared: self.maybe(),
                 least_squares_rss: self.number(),
                 values: self.there().then(|| self.numbers()),

@@ -17,6 +17,7 @@ pub mod qr;
 pub mod real;
 pub mod sums;
 pub mod triangular;
+mod vector;
 pub mod wide;
 
 pub use dd::Dd;
