@@ -173,7 +173,8 @@ impl WorkPool {
         let mut state = self.shared.lock();
         let free = state.queue.is_empty() && state.taken < state.idle && !state.closed;
         state.taken += usize::from(free);
-        free.then_some(Place(&self.shared))
+        // Lazily: a place that is made is also given back.
+        free.then(|| Place(&self.shared))
     }
 
     /// Jobs waiting for a worker.
