@@ -32,6 +32,15 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_scattered", "Scattered nodes with weights, Chebyshev basis, fixed λ*"),
     example!("create_fit", "fit_b_spline", "A B-spline curve with equal spans, ridge by generalised cross-validation"),
     example!("create_fit", "fit_matrix", "A measurement matrix with named columns, no regularisation"),
+    example!(
+        "create_fit",
+        "fit_ridge_trace",
+        "Ridge by Hoerl, Kennard and Baldwin, with the trace of its coefficients"
+    ),
+    example!("create_fit", "fit_tikhonov", "A B-spline surface with a penalty on its bending, stiffer along v"),
+    example!("create_fit", "fit_truncated_svd", "Raw powers far from 0, the smallest direction left out"),
+    example!("create_fit", "fit_james_stein", "James–Stein toward the grand mean, never beyond it"),
+    example!("create_fit", "fit_attraction", "Drawn to the coefficients of the nominal flank by the explicit optimum"),
     example!("create_job", "job", "A spur gear on a form grinder"),
     example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),
     example!("create_iteration_fit", "refit", "The same nodes with λ* by generalised cross-validation"),

@@ -28,6 +28,9 @@ pub struct FitResultBody {
     /// Condition, bias and error along λ*; present when `lambda_curve` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_curve: Option<Vec<LambdaCurvePointBody>>,
+    /// The coefficients along k, ascending from 0; present when `ridge_trace` was included and ridge asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ridge_trace: Option<Vec<RidgeTracePointBody>>,
     /// The rows of B in the caller's columns; present when `matrix_b` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix_b: Option<Vec<Vec<f64>>>,

@@ -7,6 +7,8 @@
 //! That numbers are finite has been looked at by the fit ([`crate::estimation::sound`]); the writer only refuses to write one
 //! that is not.
 
+use std::sync::Arc;
+
 use super::json_writer::{Json, NotFinite, Object};
 use crate::{
     estimation::{
@@ -14,7 +16,7 @@ use crate::{
         result::{
             Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, LambdaCurvePoint,
             NearDependency, Numerics, PerturbationBounds, PerturbationReport, RegularizationKind, RegularizationReport,
-            RegularizedSpectrum, ResidualReport, SpectrumReport, TermKey, Warning,
+            RegularizedSpectrum, ResidualReport, RidgeTracePoint, SpectrumReport, TermKey, Warning,
         },
         spec::{Criterion, Domain},
     },
@@ -33,6 +35,7 @@ pub fn write(result: &FitResult, input_sha256: &str) -> Result<Vec<u8>, NotFinit
         perturbation,
         residuals,
         lambda_curve,
+        ridge_trace,
         matrix_b,
         numerics,
         warnings,
@@ -55,8 +58,13 @@ pub fn write(result: &FitResult, input_sha256: &str) -> Result<Vec<u8>, NotFinit
     object
         .object("spectrum", |object| write_spectrum(object, spectrum))
         .object("regularization", |object| write_regularization(object, regularization))
-        .object("bias", |object| write_bias(object, bias))
-        .object("collinearity", |object| write_collinearity(object, collinearity));
+        .object("bias", |object| write_bias(object, bias));
+    if Arc::strong_count(collinearity) > 1 {
+        // A plan keeps the report for the next flank, and its text with it: most of an answer.
+        object.kept_object("collinearity", &collinearity.written.0, |object| write_collinearity(object, collinearity));
+    } else {
+        object.object("collinearity", |object| write_collinearity(object, collinearity));
+    }
     if let Some(PerturbationReport { least_squares, regularized }) = perturbation {
         object.object("perturbation", |object| {
             object
@@ -67,6 +75,11 @@ pub fn write(result: &FitResult, input_sha256: &str) -> Result<Vec<u8>, NotFinit
     object.object("residuals", |object| write_residuals(object, residuals));
     if let Some(points) = lambda_curve {
         object.list("lambda_curve", points, write_lambda_curve_point);
+    }
+    if let Some(points) = ridge_trace {
+        object.list("ridge_trace", points, |object, RidgeTracePoint { k, coefficients }| {
+            object.number("k", *k).numbers("coefficients", coefficients);
+        });
     }
     if let Some(rows) = matrix_b {
         object.rows("matrix_b", rows);
@@ -129,6 +142,8 @@ fn write_regularization(object: &mut Object<'_>, regularization: &Regularization
         scheme,
         count,
         lambda_star,
+        rank,
+        shrinkage_factor,
         lambda_star_interval,
         gamma,
         criterion,
@@ -144,6 +159,10 @@ fn write_regularization(object: &mut Object<'_>, regularization: &Regularization
             RegularizationKind::None => "none",
             RegularizationKind::Spectral => "spectral",
             RegularizationKind::Ridge => "ridge",
+            RegularizationKind::Tikhonov => "tikhonov",
+            RegularizationKind::TruncatedSvd => "truncated_svd",
+            RegularizationKind::JamesStein => "james_stein",
+            RegularizationKind::Attraction => "attraction",
         },
     );
     if let Some(scheme) = scheme {
@@ -153,6 +172,10 @@ fn write_regularization(object: &mut Object<'_>, regularization: &Regularization
         object.count("count", *count);
     }
     object.maybe_number("lambda_star", *lambda_star);
+    if let Some(rank) = rank {
+        object.count("rank", *rank);
+    }
+    object.maybe_number("shrinkage_factor", *shrinkage_factor);
     if let Some(ends) = lambda_star_interval {
         object.numbers("lambda_star_interval", ends);
     }
@@ -195,7 +218,7 @@ fn write_bias(object: &mut Object<'_>, bias: &BiasReport) {
 }
 
 fn write_collinearity(object: &mut Object<'_>, collinearity: &CollinearityReport) {
-    let CollinearityReport { columns, correlation, variance_proportions, near_dependencies } = collinearity;
+    let CollinearityReport { written: _, columns, correlation, variance_proportions, near_dependencies } = collinearity;
     object.list("columns", columns, |object, ColumnCollinearity { term, vif }| {
         object.string("term", term).maybe_number("vif", *vif);
     });

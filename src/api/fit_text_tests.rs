@@ -11,6 +11,7 @@ use crate::{
     },
     estimation::{
         self, FitSpec, Nodes,
+        result::Written,
         spec::{Count, Criterion, NodeUncertainty, Parameter, Regularization, Scaling, Scheme},
     },
 };
@@ -119,7 +120,7 @@ impl Maker {
     }
 
     fn criterion(&mut self) -> Option<Criterion> {
-        self.there().then(|| Criterion::ALL[self.below(5)])
+        self.there().then(|| Criterion::every().nth(self.below(9)).unwrap())
     }
 
     fn bounds(&mut self) -> PerturbationBounds {
@@ -156,11 +157,20 @@ impl Maker {
                 },
             },
             regularization: RegularizationReport {
-                kind: [RegularizationKind::None, RegularizationKind::Spectral, RegularizationKind::Ridge]
-                    [self.below(3)],
+                kind: [
+                    RegularizationKind::None,
+                    RegularizationKind::Spectral,
+                    RegularizationKind::Ridge,
+                    RegularizationKind::Tikhonov,
+                    RegularizationKind::TruncatedSvd,
+                    RegularizationKind::JamesStein,
+                    RegularizationKind::Attraction,
+                ][self.below(7)],
                 scheme: self.there().then(|| [Scheme::FirstOrder, Scheme::Exact][self.below(2)]),
                 count: self.there().then(|| self.below(40)),
                 lambda_star: self.maybe(),
+                rank: self.there().then(|| self.below(40)),
+                shrinkage_factor: self.maybe(),
                 lambda_star_interval: self.there().then(|| [self.number(), self.number()]),
                 gamma: self.maybe(),
                 criterion: self.criterion(),
@@ -185,7 +195,8 @@ impl Maker {
                 coefficient_norm_limit_from_request: self.below(2) == 0,
                 e: self.maybe(),
             },
-            collinearity: CollinearityReport {
+            collinearity: Arc::new(CollinearityReport {
+                written: Written::default(),
                 columns: self.list(|m| ColumnCollinearity { term: m.text(), vif: m.maybe() }),
                 correlation: self.there().then(|| self.rows()),
                 variance_proportions: self.there().then(|| self.rows()),
@@ -199,7 +210,7 @@ impl Maker {
                     r_squared: m.maybe(),
                     sentence: m.text(),
                 }),
-            },
+            }),
             perturbation: self
                 .there()
                 .then(|| PerturbationReport { least_squares: self.bounds(), regularized: self.bounds() }),
@@ -226,6 +237,9 @@ impl Maker {
                     coefficient_norm: m.number(),
                 })
             }),
+            ridge_trace: self
+                .there()
+                .then(|| self.list(|m| RidgeTracePoint { k: m.number(), coefficients: m.numbers() })),
             matrix_b: self.there().then(|| self.rows()),
             numerics: Numerics {
                 arithmetic: [Arithmetic::Double, Arithmetic::DoubleDouble][self.below(2)],
@@ -243,6 +257,24 @@ proptest! {
     }
 }
 
+/// What the fit does with a result: the columns' report, which comes first, and then the rest.
+fn checked(mut result: FitResult) -> Result<FitResult, estimation::FitError> {
+    let report = Arc::unwrap_or_clone(result.collinearity);
+    result.collinearity = Arc::new(estimation::sound::checked_collinearity(report, &mut result.warnings)?);
+    estimation::sound::checked(result)
+}
+
+#[test]
+fn a_shared_report_is_written_once_and_always_the_same() {
+    let result = Maker { full: true, ..Maker::new(7) }.result();
+    let alone = write(&result, "digest").unwrap();
+    assert!(result.collinearity.written.0.get().is_none(), "nobody else will ask for it");
+    let _plan = Arc::clone(&result.collinearity);
+    let first = write(&result, "digest").unwrap();
+    assert!(result.collinearity.written.0.get().is_some());
+    assert_eq!((write(&result, "digest").unwrap(), first), (alone.clone(), alone));
+}
+
 /// The fit's last look finds every number that is not finite: it leaves the number out or refuses, and the writer finds none.
 #[test]
 fn no_number_that_is_not_finite_reaches_the_writer() {
@@ -252,7 +284,7 @@ fn no_number_that_is_not_finite_reaches_the_writer() {
     for poisoned in 0..whole.numbers {
         let result = Maker { full: true, poisoned, ..Maker::new(7) }.result();
         assert_eq!(write(&result, "digest"), Err(NotFinite), "{poisoned}");
-        match estimation::checked(result) {
+        match checked(result) {
             Ok(result) => {
                 agrees(&write(&result, "digest").unwrap());
                 left_out += 1;

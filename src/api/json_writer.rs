@@ -4,6 +4,8 @@
 //! everything that is written, and would read finished JSON again; here numbers go from the domain types to their text at once.
 //! The text is the one that serde writes: no white space, shortest numbers that read back as the same double.
 
+use std::sync::OnceLock;
+
 use serde::Serialize;
 
 /// An answer has a number that JSON cannot hold.
@@ -215,6 +217,29 @@ impl Object<'_> {
         let mut object = self.key(name).object();
         write(&mut object);
         object.end();
+        self
+    }
+
+    /// A field that holds an object whose text is kept in `place`, or taken from there.
+    pub fn kept_object(
+        &mut self,
+        name: &'static str,
+        place: &OnceLock<Box<[u8]>>,
+        write: impl FnOnce(&mut Object<'_>),
+    ) -> &mut Self {
+        let out = self.key(name);
+        if let Some(text) = place.get() {
+            out.text.extend_from_slice(text);
+            return self;
+        }
+        let begin = out.text.len();
+        let mut object = out.object();
+        write(&mut object);
+        object.end();
+        if out.finite {
+            // Whoever was first wrote the same.
+            let _kept = place.set(out.text[begin..].into());
+        }
         self
     }
 

@@ -23,6 +23,9 @@ pub mod nodes_text;
 pub mod openapi_3_0;
 pub mod problem;
 pub mod reader;
+pub mod regularization_json;
+pub mod regularization_result;
+pub mod regularization_spec;
 pub mod service;
 pub mod text;
 

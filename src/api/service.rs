@@ -8,14 +8,14 @@ use super::{
     reader::{self, NoExtra},
 };
 use crate::{
-    estimation::{self, FitSpec, Nodes},
+    estimation::{self, FitSpec, Nodes, Plans},
     telemetry,
 };
 
 /// Fits and writes the answer. Processor work.
-pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<Vec<u8>, Problem> {
+pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {
     let begun = Instant::now();
-    let result = estimation::fit(nodes, spec)?;
+    let result = estimation::fit_remembering(nodes, spec, plans)?;
     let text = fit_text::write(&result, &canonical::input_sha256(nodes, spec)).map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(text)
@@ -24,5 +24,5 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<Vec<u8>, Problem> {
 /// A JSON fit request in, the JSON answer out. Processor work.
 pub fn fit_json(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let (nodes, spec, NoExtra {}) = reader::read_fit(text)?;
-    fit(&nodes, &spec)
+    fit(&nodes, &spec, &Plans::default())
 }

@@ -1,5 +1,7 @@
 //! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is `None`.
 
+use std::sync::{Arc, OnceLock};
+
 use super::spec::{Criterion, Domain, Scheme};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -10,11 +12,13 @@ pub struct FitResult {
     pub spectrum: SpectrumReport,
     pub regularization: RegularizationReport,
     pub bias: BiasReport,
-    pub collinearity: CollinearityReport,
+    pub collinearity: Arc<CollinearityReport>,
     pub perturbation: Option<PerturbationReport>,
     pub residuals: ResidualReport,
     /// Present when `lambda_curve` was included.
     pub lambda_curve: Option<Vec<LambdaCurvePoint>>,
+    /// Present when `ridge_trace` was included.
+    pub ridge_trace: Option<Vec<RidgeTracePoint>>,
     /// Rows of B (m×n, in the caller's columns), present when `matrix_b` was included.
     pub matrix_b: Option<Vec<Vec<f64>>>,
     pub numerics: Numerics,
@@ -70,6 +74,10 @@ pub enum RegularizationKind {
     None,
     Spectral,
     Ridge,
+    Tikhonov,
+    TruncatedSvd,
+    JamesStein,
+    Attraction,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -78,8 +86,12 @@ pub struct RegularizationReport {
     pub scheme: Option<Scheme>,
     /// L.
     pub count: Option<usize>,
-    /// λ* of the spectral schemes, k of ridge.
+    /// λ* of the spectral schemes, k of ridge, the weight of the penalty of Tikhonov, the weight of an attraction.
     pub lambda_star: Option<f64>,
+    /// Directions kept by a truncated singular value decomposition.
+    pub rank: Option<usize>,
+    /// What James–Stein or an attraction leaves of Â − target.
+    pub shrinkage_factor: Option<f64>,
     /// The plateau of minimisers of Eq. 49, where there is one.
     pub lambda_star_interval: Option<[f64; 2]>,
     /// λ* − λ₁.
@@ -122,6 +134,8 @@ pub struct BiasReport {
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollinearityReport {
+    /// Its text, once somebody has written it: a report may be shared by many results.
+    pub written: Written,
     pub columns: Vec<ColumnCollinearity>,
     /// Pearson correlation of the columns, in coefficient order; `None` beyond the size limit unless included.
     pub correlation: Option<Vec<Vec<f64>>>,
@@ -200,6 +214,14 @@ pub struct LambdaCurvePoint {
     pub coefficient_norm: f64,
 }
 
+/// The coefficients at one k.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RidgeTracePoint {
+    pub k: f64,
+    /// In the caller's terms and order.
+    pub coefficients: Vec<f64>,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arithmetic {
     Double,
@@ -218,4 +240,27 @@ pub struct Numerics {
 pub struct Warning {
     pub code: &'static str,
     pub message: String,
+}
+
+/// A place for the text of a part, so that it is written once. Parts that are equal may differ in whether they were written.
+#[derive(Default)]
+pub struct Written(pub OnceLock<Box<[u8]>>);
+
+impl Clone for Written {
+    /// The copy may be changed, so it has not been written yet.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Written {
+    fn eq(&self, _other: &Self) -> bool {
+        true
+    }
+}
+
+impl std::fmt::Debug for Written {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Written").field(&self.0.get().map(|text| text.len())).finish()
+    }
 }

@@ -30,7 +30,8 @@ pub fn group() -> OpenApiRouter<AppState> {
     responses((status = 200, description = "The estimate with its diagnostics.", body = FitResultBody))
 )]
 async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    let answer = read_and(&state, payload, |nodes, spec, NoExtra {}| service::fit(&nodes, &spec)).await?;
+    let plans = state.plans.clone();
+    let answer = read_and(&state, payload, move |nodes, spec, NoExtra {}| service::fit(&nodes, &spec, &plans)).await?;
     Ok(json(answer))
 }
 

@@ -27,7 +27,7 @@ use crate::{
         nodes_text,
         problem::{Problem, ProblemCode},
     },
-    estimation::{FitSpec, Nodes},
+    estimation::{FitSpec, Nodes, Plans},
     jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
 };
 
@@ -66,7 +66,9 @@ async fn create_iteration(
     let scope = format!("POST /v1/jobs/{job}/iterations");
     once(state, key, scope, payload, move |state, payload, known| async move {
         state.jobs.admit(job).await?;
-        let draft = read_and(&state, payload, draft).await?;
+        let plans = state.plans.clone();
+        let work = move |nodes, spec, measurement| draft(nodes, &spec, measurement, &plans);
+        let draft = read_and(&state, payload, work).await?;
         let keyed = known.map(|known| known.answered_by(created));
         let (iteration, stored) = state.jobs.add_iteration(job, draft, keyed).await?;
         Ok(created(&iteration, stored))
@@ -75,8 +77,8 @@ async fn create_iteration(
 }
 
 /// Fits. Processor work.
-fn draft(nodes: Nodes, spec: FitSpec, measurement: Measurement) -> Result<IterationDraft, Problem> {
-    let computed = job_fits::compute(&nodes, &spec)?;
+fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) -> Result<IterationDraft, Problem> {
+    let computed = job_fits::compute(&nodes, spec, plans)?;
     Ok(IterationDraft {
         nodes: Arc::new(nodes),
         computed,

@@ -10,3 +10,4 @@ mod forms;
 mod jobs;
 mod mutations;
 mod operation;
+mod regularization;

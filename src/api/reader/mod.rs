@@ -12,6 +12,7 @@ mod cursor;
 mod decimal;
 mod nodes;
 mod numbers;
+mod regularization;
 mod request;
 mod spec;
 #[cfg(test)]
