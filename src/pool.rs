@@ -3,7 +3,8 @@
 //! Fits take from microseconds to seconds. They run on dedicated threads so that a long one never holds up
 //! another connection, and wait in a queue of bounded length so that overload is answered at once (503)
 //! instead of being hidden in memory and latency. A worker is woken only when one sleeps: under load a job
-//! changes threads without a system call.
+//! changes threads without a system call. Work that is known to be short may be done by the thread that has it, in the
+//! [`Place`] of an idle worker.
 
 use std::{
     collections::VecDeque,
@@ -72,6 +73,8 @@ struct Shared {
 struct State {
     queue: VecDeque<Box<dyn Job>>,
     idle: usize,
+    /// Places of idle workers that are taken by other threads.
+    taken: usize,
     closed: bool,
 }
 
@@ -104,6 +107,16 @@ impl Shared {
                 state.idle -= 1;
             }
         }
+    }
+}
+
+/// The place of a worker, for work that the calling thread does itself. Dropping it gives it back.
+#[derive(Debug)]
+pub struct Place<'a>(&'a Shared);
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        self.0.lock().taken -= 1;
     }
 }
 
@@ -154,6 +167,16 @@ impl WorkPool {
         receiver.await.map_err(|_| PoolError::Lost)
     }
 
+    /// The place of an idle worker, if nobody waits for one: for work that is so short that handing it to another thread and
+    /// back would take as long. Work that comes meanwhile is not held up by a place that is taken.
+    pub fn place(&self) -> Option<Place<'_>> {
+        let mut state = self.shared.lock();
+        let free = state.queue.is_empty() && state.taken < state.idle && !state.closed;
+        state.taken += usize::from(free);
+        // Lazily: a place that is made is also given back.
+        free.then(|| Place(&self.shared))
+    }
+
     /// Jobs waiting for a worker.
     pub fn waiting(&self) -> usize {
         self.shared.lock().queue.len()
@@ -184,6 +207,34 @@ mod tests {
         assert_eq!(pool.run(|| 6 * 7).await, Ok(42));
         assert_eq!(pool.run(|| -> u8 { panic!("on purpose") }).await, Err(PoolError::Lost));
         assert_eq!(pool.run(|| 1).await, Ok(1));
+    }
+
+    #[tokio::test]
+    async fn a_place_is_that_of_an_idle_worker() {
+        let pool = Arc::new(WorkPool::new(1, 4).unwrap());
+        while pool.shared.lock().idle == 0 {
+            std::thread::yield_now();
+        }
+        let place = pool.place().expect("the worker has nothing to do");
+        assert!(pool.place().is_none(), "there is one worker");
+        assert_eq!(pool.run(|| 1).await, Ok(1), "nobody waits for a place");
+        drop(place);
+        let (open, gate) = mpsc::channel::<()>();
+        let (started, begun) = oneshot::channel();
+        let busy = tokio::spawn({
+            let pool = Arc::clone(&pool);
+            async move {
+                pool.run(move || {
+                    let _ = started.send(());
+                    gate.recv().is_err()
+                })
+                .await
+            }
+        });
+        begun.await.unwrap();
+        assert!(pool.place().is_none(), "the worker is busy");
+        drop(open);
+        assert_eq!(busy.await.unwrap(), Ok(true));
     }
 
     #[tokio::test]

@@ -17,6 +17,7 @@ const SERVICE: &[&str] = &[
     "csv",
     "fast_float2",
     "http_body_util",
+    "itoa",
     "jiff",
     "metrics",
     "metrics_exporter_prometheus",
@@ -35,6 +36,7 @@ const SERVICE: &[&str] = &[
     "utoipa_axum",
     "utoipa_swagger_ui",
     "uuid",
+    "zmij",
 ];
 
 /// Telemetry, like a log, may be written to from every room above the mathematics.

@@ -10,6 +10,10 @@ use std::{
 use flankfit::{app::App, config::ServeSettings};
 use tokio::{net::TcpStream, sync::oneshot};
 
+/// The one of the program.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// How hard to press and for how long.
 #[derive(Clone, Copy)]
 pub struct Load {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
-use super::{canonical, fit_result::FitResultBody, fit_spec_json, problem::Problem};
+use super::{canonical, fit_spec_json, fit_text, problem::Problem};
 use crate::{
     estimation::{self, FitSpec, Nodes, Plans},
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
@@ -47,8 +47,7 @@ pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed,
     let begun = Instant::now();
     let result = estimation::fit_remembering(nodes, spec, plans)?;
     let figures = Figures::of(&result);
-    let text =
-        FitResultBody::new(result, canonical::input_sha256(nodes, spec))?.to_json().map_err(Problem::internal)?;
+    let text = fit_text::write(&result, &canonical::input_sha256(nodes, spec)).map_err(Problem::internal)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(Computed { spec: fit_spec_json::to_json(spec).into(), result: text.into(), figures })

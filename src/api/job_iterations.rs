@@ -10,7 +10,7 @@ use uuid::Uuid;
 use super::{
     fit_result::FitResultBody,
     fit_spec::{FitSpecBody, present},
-    json_writer::Object,
+    json_writer::{Json, Object},
     nodes_schema::NodesBody,
     reader::Extra,
     text::{LongText, Moment, ShortText},
@@ -186,8 +186,8 @@ pub struct IterationFitBody {
 
 /// A new iteration, once it has its number.
 pub fn created_iteration(new: &NewIteration, stored: Stored) -> Vec<u8> {
-    let mut out = Vec::with_capacity(512 + new.fit.computed.result.len());
-    let mut object = Object::begin(&mut out);
+    let mut json = Json::with_capacity(512 + new.fit.computed.result.len());
+    let mut object = json.object();
     object
         .field("number", &stored.number)
         .field("id", &new.id)
@@ -200,14 +200,14 @@ pub fn created_iteration(new: &NewIteration, stored: Stored) -> Vec<u8> {
         .field("node_count", &new.nodes.posted())
         .list("fits", [&new.fit], |object, fit| new_fit(object, fit, true))
         .end();
-    out
+    json.into_bytes()
 }
 
 /// A stored iteration.
 pub fn iteration(iteration: &Iteration) -> Vec<u8> {
     let results: usize = iteration.fits.iter().map(|fit| fit.result.len() + 256).sum();
-    let mut out = Vec::with_capacity(512 + results);
-    let mut object = Object::begin(&mut out);
+    let mut json = Json::with_capacity(512 + results);
+    let mut object = json.object();
     object
         .field("number", &iteration.number)
         .field("id", &iteration.id)
@@ -221,16 +221,16 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
         .maybe("decision", iteration.ruling.as_ref().map(|ruling| ruling.decision.name()))
         .list("fits", &iteration.fits, |object, fit| fit_record(object, fit, fit.id == iteration.chosen))
         .end();
-    out
+    json.into_bytes()
 }
 
 /// A new fit of stored nodes. It is not chosen yet.
 pub fn created_fit(fit: &NewFit) -> Vec<u8> {
-    let mut out = Vec::with_capacity(256 + fit.computed.result.len());
-    let mut object = Object::begin(&mut out);
+    let mut json = Json::with_capacity(256 + fit.computed.result.len());
+    let mut object = json.object();
     new_fit(&mut object, fit, false);
     object.end();
-    out
+    json.into_bytes()
 }
 
 fn new_fit(object: &mut Object<'_>, fit: &NewFit, chosen: bool) {

@@ -9,7 +9,7 @@ use super::{
     fit_spec::{CriterionName, SchemeName},
     job_iterations::DecisionName,
     jobs::JobBody,
-    json_writer::Object,
+    json_writer::{Json, Object},
     text::Moment,
 };
 use crate::jobs::{Choice, FitSummary, Ruling, Trace, TracedIteration};
@@ -103,12 +103,9 @@ pub struct TracedDecisionBody {
 pub fn trace(trace: Trace) -> Vec<u8> {
     let coefficients: usize =
         trace.iterations.iter().flat_map(|iteration| &iteration.fits).map(|fit| fit.coefficients.len() + 512).sum();
-    let mut out = Vec::with_capacity(1024 + coefficients);
-    Object::begin(&mut out)
-        .field("job", &JobBody::from(trace.job))
-        .list("iterations", &trace.iterations, iteration)
-        .end();
-    out
+    let mut json = Json::with_capacity(1024 + coefficients);
+    json.object().field("job", &JobBody::from(trace.job)).list("iterations", &trace.iterations, iteration).end();
+    json.into_bytes()
 }
 
 fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {

@@ -1,27 +1,131 @@
-//! Writes JSON objects that hold finished JSON.
+//! Writes JSON, field by field, into one buffer.
 //!
-//! A fit's answer is written once and stored as it was written; answers that hold it take it over byte for byte. Serde could
-//! only do that after reading the text again.
+//! Answers are mostly numbers, and one that holds a fit's answer takes it over byte for byte. Serde would need a body for
+//! everything that is written, and would read finished JSON again; here numbers go from the domain types to their text at once.
+//! The text is the one that serde writes: no white space, shortest numbers that read back as the same double.
+
+use std::sync::OnceLock;
 
 use serde::Serialize;
 
+/// An answer has a number that JSON cannot hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the answer has a number that is not finite")]
+pub struct NotFinite;
+
+/// Numbers formatted before the first of them is copied.
+const TOGETHER: usize = 8;
+
+/// The longest text of a double, such as `-2.2250738585072014e-308`.
+const LONGEST: usize = 24;
+
+/// JSON text being written.
+#[derive(Debug)]
+pub struct Json {
+    text: Vec<u8>,
+    finite: bool,
+}
+
 /// An object being written.
 pub struct Object<'a> {
-    out: &'a mut Vec<u8>,
+    out: &'a mut Json,
     first: bool,
 }
 
-impl<'a> Object<'a> {
-    pub fn begin(out: &'a mut Vec<u8>) -> Self {
-        out.push(b'{');
-        Object { out, first: true }
+impl Json {
+    pub fn with_capacity(bytes: usize) -> Self {
+        Json { text: Vec::with_capacity(bytes), finite: true }
     }
 
+    pub fn object(&mut self) -> Object<'_> {
+        self.text.push(b'{');
+        Object { out: self, first: true }
+    }
+
+    /// The text, which has no numbers but those in finished JSON or of serde.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.text
+    }
+
+    /// The text, if every number in it was finite.
+    pub fn finish(self) -> Result<Vec<u8>, NotFinite> {
+        if self.finite { Ok(self.text) } else { Err(NotFinite) }
+    }
+
+    fn number(&mut self, value: f64) {
+        self.finite &= value.is_finite();
+        self.text.extend_from_slice(zmij::Buffer::new().format_finite(value).as_bytes());
+    }
+
+    /// Numbers with commas between them. `ends` is told where each one ends.
+    ///
+    /// Several are formatted before they are copied: a copy that follows its number at once waits for the processor to put
+    /// the number's pieces together, which takes longer than writing them.
+    fn numbers(&mut self, values: &[f64], mut ends: impl FnMut(usize)) {
+        for (i, values) in values.chunks(TOGETHER).enumerate() {
+            self.finite &= values.iter().fold(true, |finite, value| finite & value.is_finite());
+            let mut buffers: [_; TOGETHER] = std::array::from_fn(|_| zmij::Buffer::new());
+            let mut texts = [&b""[..]; TOGETHER];
+            for ((text, buffer), value) in texts.iter_mut().zip(&mut buffers).zip(values) {
+                *text = buffer.format_finite(*value).as_bytes();
+            }
+            let mut at = self.text.len();
+            self.text.resize(at + TOGETHER * (LONGEST + 1), b',');
+            for (j, text) in texts[..values.len()].iter().enumerate() {
+                at += usize::from(i + j > 0);
+                copy_short(&mut self.text[at..], text);
+                at += text.len();
+                ends(at);
+            }
+            self.text.truncate(at);
+        }
+    }
+
+    fn count(&mut self, value: usize) {
+        self.text.extend_from_slice(itoa::Buffer::new().format(value).as_bytes());
+    }
+
+    fn string(&mut self, value: &str) {
+        // Names and sentences hardly ever need an escape. (No early exit: many bytes are looked at together.)
+        let special = |byte: u8| (byte < b' ') | (byte == b'"') | (byte == b'\\');
+        if value.bytes().fold(false, |found, byte| found | special(byte)) {
+            self.serde(&value);
+        } else {
+            self.text.push(b'"');
+            self.text.extend_from_slice(value.as_bytes());
+            self.text.push(b'"');
+        }
+    }
+
+    fn serde(&mut self, value: &impl Serialize) {
+        // Only maps with keys that are not texts cannot be written; there are none.
+        let _written = serde_json::to_writer(&mut self.text, value);
+    }
+
+    fn entries<T>(&mut self, items: impl IntoIterator<Item = T>, mut write: impl FnMut(&mut Self, T)) {
+        self.text.push(b'[');
+        let mut items = items.into_iter();
+        if let Some(first) = items.next() {
+            write(self, first);
+        }
+        for item in items {
+            self.text.push(b',');
+            write(self, item);
+        }
+        self.text.push(b']');
+    }
+
+    fn row(&mut self, values: &[f64]) {
+        self.text.push(b'[');
+        self.numbers(values, |_| {});
+        self.text.push(b']');
+    }
+}
+
+impl Object<'_> {
     /// A field written by serde.
     pub fn field(&mut self, name: &'static str, value: &impl Serialize) -> &mut Self {
-        self.key(name);
-        // Only maps with keys that are not texts cannot be written; there are none.
-        let _written = serde_json::to_writer(&mut *self.out, value);
+        self.key(name).serde(value);
         self
     }
 
@@ -35,8 +139,107 @@ impl<'a> Object<'a> {
 
     /// A field that holds finished JSON.
     pub fn raw(&mut self, name: &'static str, json: &str) -> &mut Self {
-        self.key(name);
-        self.out.extend_from_slice(json.as_bytes());
+        self.key(name).text.extend_from_slice(json.as_bytes());
+        self
+    }
+
+    pub fn number(&mut self, name: &'static str, value: f64) -> &mut Self {
+        self.key(name).number(value);
+        self
+    }
+
+    pub fn maybe_number(&mut self, name: &'static str, value: Option<f64>) -> &mut Self {
+        match value {
+            Some(value) => self.number(name, value),
+            None => self,
+        }
+    }
+
+    pub fn numbers(&mut self, name: &'static str, values: &[f64]) -> &mut Self {
+        self.key(name).row(values);
+        self
+    }
+
+    /// Rows of numbers.
+    pub fn rows(&mut self, name: &'static str, rows: &[Vec<f64>]) -> &mut Self {
+        self.key(name).entries(rows, |out, row| out.row(row));
+        self
+    }
+
+    /// Rows of a symmetric matrix: what stands below the diagonal is copied from above it, which is cheaper than writing
+    /// numbers again. (Rows that do not mirror each other bit by bit are written like any others.)
+    pub fn symmetric_rows(&mut self, name: &'static str, rows: &[Vec<f64>]) -> &mut Self {
+        let n = rows.len();
+        let mirrored =
+            |i: usize, row: &[f64]| row[..i].iter().zip(rows).all(|(x, twin)| twin[i].to_bits() == x.to_bits());
+        if !(rows.iter().all(|row| row.len() == n) && rows.iter().enumerate().all(|(i, row)| mirrored(i, row))) {
+            return self.rows(name, rows);
+        }
+        // Where the numbers on and above the diagonal end, by row and column.
+        let mut ends = Vec::with_capacity(n * n);
+        self.key(name).entries(rows.iter().enumerate(), |out, (i, row)| {
+            out.text.push(b'[');
+            for j in 0..i {
+                // Behind the one before it and a comma.
+                let (before, end) = (ends[j * n + i - 1], ends[j * n + i]);
+                out.text.extend_from_within(before + 1..end);
+                out.text.push(b',');
+            }
+            ends.resize(i * n + i, 0);
+            out.numbers(&row[i..], |end| ends.push(end));
+            out.text.push(b']');
+        });
+        self
+    }
+
+    pub fn count(&mut self, name: &'static str, value: usize) -> &mut Self {
+        self.key(name).count(value);
+        self
+    }
+
+    pub fn counts(&mut self, name: &'static str, values: &[usize]) -> &mut Self {
+        self.key(name).entries(values, |out, value| out.count(*value));
+        self
+    }
+
+    pub fn string(&mut self, name: &'static str, value: &str) -> &mut Self {
+        self.key(name).string(value);
+        self
+    }
+
+    pub fn strings(&mut self, name: &'static str, values: &[String]) -> &mut Self {
+        self.key(name).entries(values, |out, value| out.string(value));
+        self
+    }
+
+    /// A field that holds an object.
+    pub fn object(&mut self, name: &'static str, write: impl FnOnce(&mut Object<'_>)) -> &mut Self {
+        let mut object = self.key(name).object();
+        write(&mut object);
+        object.end();
+        self
+    }
+
+    /// A field that holds an object whose text is kept in `place`, or taken from there.
+    pub fn kept_object(
+        &mut self,
+        name: &'static str,
+        place: &OnceLock<Box<[u8]>>,
+        write: impl FnOnce(&mut Object<'_>),
+    ) -> &mut Self {
+        let out = self.key(name);
+        if let Some(text) = place.get() {
+            out.text.extend_from_slice(text);
+            return self;
+        }
+        let begin = out.text.len();
+        let mut object = out.object();
+        write(&mut object);
+        object.end();
+        if out.finite {
+            // Whoever was first wrote the same.
+            let _kept = place.set(out.text[begin..].into());
+        }
         self
     }
 
@@ -47,51 +250,115 @@ impl<'a> Object<'a> {
         items: impl IntoIterator<Item = T>,
         mut write: impl FnMut(&mut Object<'_>, T),
     ) -> &mut Self {
-        self.key(name);
-        self.out.push(b'[');
-        for (i, item) in items.into_iter().enumerate() {
-            if i > 0 {
-                self.out.push(b',');
-            }
-            let mut object = Object::begin(self.out);
+        self.key(name).entries(items, |out, item| {
+            let mut object = out.object();
             write(&mut object, item);
             object.end();
-        }
-        self.out.push(b']');
+        });
         self
     }
 
     pub fn end(&mut self) {
-        self.out.push(b'}');
+        self.out.text.push(b'}');
     }
 
     /// Names are ours and need no escapes.
-    fn key(&mut self, name: &'static str) {
+    #[inline]
+    fn key(&mut self, name: &'static str) -> &mut Json {
+        let out = &mut *self.out;
         if !std::mem::take(&mut self.first) {
-            self.out.push(b',');
+            out.text.push(b',');
         }
-        self.out.push(b'"');
-        self.out.extend_from_slice(name.as_bytes());
-        self.out.extend_from_slice(b"\":");
+        out.text.push(b'"');
+        out.text.extend_from_slice(name.as_bytes());
+        out.text.extend_from_slice(b"\":");
+        out
+    }
+}
+
+/// Copies a number's text to the beginning of `to`: two pieces of a fixed size that may overlap, for most are about as long.
+#[inline]
+fn copy_short(to: &mut [u8], text: &[u8]) {
+    let to = &mut to[..text.len()];
+    match (text.first_chunk::<16>(), text.last_chunk::<16>()) {
+        (Some(first), Some(last)) => {
+            to[..16].copy_from_slice(first);
+            let tail = to.len() - 16;
+            to[tail..].copy_from_slice(last);
+        }
+        _ => to.copy_from_slice(text),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    fn written(write: impl FnOnce(&mut Object<'_>)) -> String {
+        let mut json = Json::with_capacity(0);
+        let mut object = json.object();
+        write(&mut object);
+        object.end();
+        String::from_utf8(json.finish().unwrap()).unwrap()
+    }
 
     #[test]
     fn objects_are_what_serde_reads() {
-        let mut out = Vec::new();
-        Object::begin(&mut out)
-            .field("a", &"x\"y")
-            .maybe("b", None::<u8>)
-            .raw("c", "[1.50]")
-            .list("d", [1, 2], |object, n| {
-                object.field("n", &n);
-            })
-            .list("e", [0_u8; 0], |_, _| {})
-            .end();
-        assert_eq!(String::from_utf8(out).unwrap(), r#"{"a":"x\"y","c":[1.50],"d":[{"n":1},{"n":2}],"e":[]}"#);
+        let text = written(|object| {
+            object
+                .field("a", &"x\"y")
+                .maybe("b", None::<u8>)
+                .raw("c", "[1.50]")
+                .list("d", [1, 2], |object, n| {
+                    object.field("n", &n);
+                })
+                .list("e", [0_u8; 0], |_, _| {})
+                .object("f", |object| {
+                    object.count("n", 12).counts("m", &[3, 0]).maybe_number("x", None).strings("s", &[]);
+                });
+        });
+        assert_eq!(text, r#"{"a":"x\"y","c":[1.50],"d":[{"n":1},{"n":2}],"e":[],"f":{"n":12,"m":[3,0],"s":[]}}"#);
+    }
+
+    #[test]
+    fn a_number_that_json_cannot_hold_is_told() {
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut json = Json::with_capacity(0);
+            json.object().numbers("a", &[1.0, wrong, 2.0]).end();
+            assert_eq!(json.finish(), Err(NotFinite));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_and_texts_are_those_of_serde(
+            values in proptest::collection::vec(any::<f64>().prop_filter("finite", |x| x.is_finite()), 0..40),
+            bits in any::<u64>(),
+            text in any::<String>(),
+        ) {
+            let mut values = values;
+            values.extend([0.0, -0.0, 1.0, 0.1, 1e16, 1e-7, f64::MAX, f64::MIN_POSITIVE, 5e-324]);
+            values.extend(Some(f64::from_bits(bits)).filter(|x| x.is_finite()));
+            let serde = serde_json::to_string(&values).unwrap();
+            prop_assert_eq!(written(|object| { object.numbers("a", &values); }), format!(r#"{{"a":{serde}}}"#));
+            let serde = serde_json::to_string(&text).unwrap();
+            prop_assert_eq!(written(|object| { object.string("a", &text); }), format!(r#"{{"a":{serde}}}"#));
+        }
+
+        #[test]
+        fn symmetric_rows_are_rows(n in 0..6_usize, seed in proptest::collection::vec(any::<u32>(), 36), broken in any::<bool>()) {
+            let mut rows: Vec<Vec<f64>> =
+                (0..n).map(|i| (0..n).map(|j| f64::from(seed[i.min(j) * 6 + i.max(j)]) / 7.0).collect()).collect();
+            if let (true, Some(last)) = (broken, rows.last_mut()) {
+                last[0] += 0.5;
+                last.push(1.0);
+            }
+            prop_assert_eq!(
+                written(|object| { object.symmetric_rows("a", &rows); }),
+                written(|object| { object.rows("a", &rows); })
+            );
+        }
     }
 }

@@ -11,6 +11,7 @@ pub mod fit_result_parts;
 pub mod fit_spec;
 pub mod fit_spec_json;
 pub mod fit_spec_values;
+pub mod fit_text;
 pub mod gear;
 pub mod job_fits;
 pub mod job_iterations;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{estimator_spec::StartName, fit_result::Check};
+use super::{estimator_spec::StartName, json_writer::Object};
 use crate::estimation::result::{LocalSolution, RobustReport};
 
 /// How a robust estimate was reached. Lengths are in the unit of the heights (times √weight, where nodes carry weights).
@@ -62,29 +62,52 @@ pub enum SolutionName {
     BestOfMany,
 }
 
-impl RobustBody {
-    /// Takes over a report.
-    pub(super) fn new(check: &mut Check, r: RobustReport) -> Self {
-        RobustBody {
-            converged: r.converged,
-            iterations: r.iterations,
-            tolerance_reached: check.maybe("robust.tolerance_reached", r.tolerance_reached),
-            scale: check.number("robust.scale", r.scale),
-            dispersion: check.maybe("robust.dispersion", r.dispersion),
-            objective: check.number("robust.objective", r.objective),
-            weights: check.numbers("robust.weights", r.weights),
-            rejected: r.rejected,
-            certificate: check.maybe("robust.certificate", r.certificate),
-            unique: r.unique,
-            vertex: r.vertex,
-            subset_size: r.subset_size,
-            start: r.start.map(StartName::from),
-            solution: match r.solution {
-                LocalSolution::Global => SolutionName::Global,
-                LocalSolution::FromStart => SolutionName::FromStart,
-                LocalSolution::BestOfMany => SolutionName::BestOfMany,
-            },
-            coefficients: check.numbers("robust.coefficients", r.coefficients),
+/// Writes the fields of [`RobustBody`].
+pub(super) fn write(object: &mut Object<'_>, report: &RobustReport) {
+    let RobustReport {
+        converged,
+        iterations,
+        tolerance_reached,
+        scale,
+        dispersion,
+        objective,
+        weights,
+        rejected,
+        certificate,
+        unique,
+        vertex,
+        subset_size,
+        start,
+        solution,
+        coefficients,
+    } = report;
+    object
+        .field("converged", converged)
+        .count("iterations", *iterations)
+        .maybe_number("tolerance_reached", *tolerance_reached)
+        .number("scale", *scale)
+        .maybe_number("dispersion", *dispersion)
+        .number("objective", *objective)
+        .numbers("weights", weights)
+        .counts("rejected", rejected)
+        .maybe_number("certificate", *certificate)
+        .maybe("unique", *unique);
+    if let Some(nodes) = vertex {
+        object.counts("vertex", nodes);
+    }
+    object
+        .maybe("subset_size", *subset_size)
+        .maybe("start", start.map(StartName::from))
+        .field("solution", &SolutionName::from(*solution))
+        .numbers("coefficients", coefficients);
+}
+
+impl From<LocalSolution> for SolutionName {
+    fn from(solution: LocalSolution) -> Self {
+        match solution {
+            LocalSolution::Global => SolutionName::Global,
+            LocalSolution::FromStart => SolutionName::FromStart,
+            LocalSolution::BestOfMany => SolutionName::BestOfMany,
         }
     }
 }

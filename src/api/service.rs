@@ -3,8 +3,7 @@
 use std::time::Instant;
 
 use super::{
-    canonical,
-    fit_result::FitResultBody,
+    canonical, fit_text,
     problem::Problem,
     reader::{self, NoExtra},
 };
@@ -13,17 +12,17 @@ use crate::{
     telemetry,
 };
 
-/// Fits and shapes the answer. Processor work.
-pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResultBody, Problem> {
+/// Fits and writes the answer. Processor work.
+pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {
     let begun = Instant::now();
     let result = estimation::fit_remembering(nodes, spec, plans)?;
-    let body = FitResultBody::new(result, canonical::input_sha256(nodes, spec))?;
+    let text = fit_text::write(&result, &canonical::input_sha256(nodes, spec)).map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
-    Ok(body)
+    Ok(text)
 }
 
 /// A JSON fit request in, the JSON answer out. Processor work.
 pub fn fit_json(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let (nodes, spec, NoExtra {}) = reader::read_fit(text)?;
-    fit(&nodes, &spec, &Plans::default())?.to_json().map_err(Problem::internal)
+    fit(&nodes, &spec, &Plans::default())
 }

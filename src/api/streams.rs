@@ -11,8 +11,8 @@ use super::{
     fit_result::FitResultBody,
     fit_result_parts::WarningBody,
     fit_spec::{FitSpecBody, present},
-    fit_spec_json,
-    json_writer::Object,
+    fit_spec_json, fit_text,
+    json_writer::{Json, Object},
     nodes_schema::NodesBody,
     problem::Problem,
     reader::{self, Extra},
@@ -207,14 +207,8 @@ pub fn tell(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Told, Probl
         }
         Err(error) => return Ok(waiting(error.into())),
     };
-    match FitResultBody::new(result, canonical::hexadecimal(input_sha256)) {
-        Ok(body) => {
-            let text = body.to_json().map_err(Problem::internal)?;
-            Ok(Told::Result(String::from_utf8(text).map_err(Problem::internal)?))
-        }
-        Err(problem) if problem.status < 500 => Ok(waiting(problem)),
-        Err(problem) => Err(problem),
-    }
+    let text = fit_text::write(&result, &canonical::hexadecimal(input_sha256)).map_err(Problem::internal)?;
+    Ok(Told::Result(String::from_utf8(text).map_err(Problem::internal)?))
 }
 
 /// Nodes that do not allow the fit yet are no fault of their block.
@@ -226,18 +220,18 @@ fn waiting(problem: Problem) -> Told {
 
 /// The answer to a block.
 pub fn answer(sequence: u64, node_count: u64, told: &Told) -> Vec<u8> {
-    let mut out = Vec::with_capacity(256 + told_length(told));
-    let mut object = Object::begin(&mut out);
+    let mut json = Json::with_capacity(256 + told_length(told));
+    let mut object = json.object();
     object.field("sequence", &sequence).field("node_count", &node_count);
     put(&mut object, told);
     object.end();
-    out
+    json.into_bytes()
 }
 
 /// A stored stream; an open one with what its estimate tells.
 pub fn stream(stream: &Stream, told: Option<&Told>) -> Vec<u8> {
-    let mut out = Vec::with_capacity(512 + stream.spec.len() + told.map_or(0, told_length));
-    let mut object = Object::begin(&mut out);
+    let mut json = Json::with_capacity(512 + stream.spec.len() + told.map_or(0, told_length));
+    let mut object = json.object();
     object
         .field("id", &stream.id)
         .field("job_id", &stream.job_id)
@@ -253,7 +247,7 @@ pub fn stream(stream: &Stream, told: Option<&Told>) -> Vec<u8> {
         put(&mut object, told);
     }
     object.end();
-    out
+    json.into_bytes()
 }
 
 /// A new stream.

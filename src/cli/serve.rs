@@ -19,10 +19,9 @@ pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
     outcome
 }
 
-/// Threads that serve connections. Fits have threads of their own, and reading and writing a request takes a fraction
-/// of its fit: half as many as processors are enough, and fewer threads wake each other less.
+/// Threads that serve connections: one per processor, for they also do the small fits.
 fn connection_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, |n| n.get().div_ceil(2))
+    std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
 /// Ready at SIGTERM or SIGINT.

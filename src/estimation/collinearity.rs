@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::{
     design::Design,
     factor::Factor,
-    result::{CollinearityReport, ColumnCollinearity, NearDependency, Warning},
+    result::{CollinearityReport, ColumnCollinearity, NearDependency, Warning, Written},
     spectrum::Directions,
 };
 use crate::numerics::{
@@ -74,6 +74,7 @@ pub fn report(
         });
     }
     CollinearityReport {
+        written: Written::default(),
         columns,
         correlation,
         variance_proportions: matrices.then(|| shares.proportions(unit)),

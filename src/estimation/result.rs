@@ -1,6 +1,6 @@
 //! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is `None`.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::{
     estimator::Start,
@@ -139,6 +139,8 @@ pub struct BiasReport {
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollinearityReport {
+    /// Its text, once somebody has written it: a report may be shared by many results.
+    pub written: Written,
     pub columns: Vec<ColumnCollinearity>,
     /// Pearson correlation of the columns, in coefficient order; `None` beyond the size limit unless included.
     pub correlation: Option<Vec<Vec<f64>>>,
@@ -285,4 +287,27 @@ pub struct Numerics {
 pub struct Warning {
     pub code: &'static str,
     pub message: String,
+}
+
+/// A place for the text of a part, so that it is written once. Parts that are equal may differ in whether they were written.
+#[derive(Default)]
+pub struct Written(pub OnceLock<Box<[u8]>>);
+
+impl Clone for Written {
+    /// The copy may be changed, so it has not been written yet.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Written {
+    fn eq(&self, _other: &Self) -> bool {
+        true
+    }
+}
+
+impl std::fmt::Debug for Written {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Written").field(&self.0.get().map(|text| text.len())).finish()
+    }
 }

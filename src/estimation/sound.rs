@@ -66,6 +66,16 @@ pub fn checked_collinearity(
 pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     let mut dropped = Dropped::default();
     let mut optional = |name: &'static str, value: &mut Option<f64>| dropped.look_at(name, value);
+    let spectrum = &mut result.spectrum;
+    optional("condition", &mut spectrum.condition);
+    optional("log10_condition", &mut spectrum.log10_condition);
+    optional("log10_determinant", &mut spectrum.log10_determinant);
+    optional("regularized.condition", &mut spectrum.regularized.condition);
+    optional("regularized.log10_determinant", &mut spectrum.regularized.log10_determinant);
+    for bounds in result.perturbation.iter_mut().flat_map(|p| [&mut p.least_squares, &mut p.regularized]) {
+        optional("square_bound", &mut bounds.square_bound);
+        optional("first_order_bound", &mut bounds.first_order_bound);
+    }
     for c in &mut result.coefficients {
         optional("std_error", &mut c.std_error);
         optional("least_squares_std_error", &mut c.least_squares_std_error);
@@ -118,6 +128,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     let sound = result.coefficients.iter().all(|c| all(&[c.value, c.least_squares, c.bias_bound]))
         && all(&result.spectrum.eigenvalues)
         && all(&result.regularization.filter_factors)
+        && result.numerics.correct_digits.is_finite()
         && result.regularization.choices.iter().all(|c| all(&[c.bias_norm, c.rms]))
         && all(&[result.bias.norm, result.bias.sharp_bound, result.bias.coefficient_norm_limit])
         && all(&[residuals.rss, residuals.rms, residuals.least_squares_rss])

@@ -69,6 +69,11 @@ impl Payload {
         &self.media
     }
 
+    /// Whether this is JSON of at most `most` bytes that came uncompressed.
+    pub fn is_plain_json(&self, most: usize) -> bool {
+        self.media == Media::Json && self.encoding == Encoding::Identity && self.bytes.len() <= most
+    }
+
     /// The decompressed bytes. Processor work for compressed bodies.
     pub fn into_bytes(self, limit: usize) -> Result<Bytes, Problem> {
         match self.encoding {

@@ -7,7 +7,7 @@ use axum::{
 };
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{body::Payload, multipart, state::AppState};
+use super::{body::Payload, compute::read_and, state::AppState};
 use crate::api::{
     fit_result::FitResultBody,
     fit_spec::{FitForm, FitRequest},
@@ -30,15 +30,8 @@ pub fn group() -> OpenApiRouter<AppState> {
     responses((status = 200, description = "The estimate with its diagnostics.", body = FitResultBody))
 )]
 async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    let limit = state.settings.body_limit;
     let plans = state.plans.clone();
-    let answer = state
-        .pool
-        .run(move || {
-            let (nodes, spec, NoExtra {}) = multipart::read_fit(payload, limit)?;
-            service::fit(&nodes, &spec, &plans)?.to_json().map_err(Problem::internal)
-        })
-        .await??;
+    let answer = read_and(&state, payload, move |nodes, spec, NoExtra {}| service::fit(&nodes, &spec, &plans)).await?;
     Ok(json(answer))
 }
 

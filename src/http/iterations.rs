@@ -12,11 +12,11 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
+    compute::read_and,
     conditional::{IfMatch, etag, set_etag},
     extract::{JsonOf, PathOf},
     fits::json,
     idempotency::{IdempotencyKey, once},
-    multipart,
     state::AppState,
 };
 use crate::{
@@ -27,7 +27,7 @@ use crate::{
         nodes_text,
         problem::{Problem, ProblemCode},
     },
-    estimation::Plans,
+    estimation::{FitSpec, Nodes, Plans},
     jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
 };
 
@@ -66,9 +66,9 @@ async fn create_iteration(
     let scope = format!("POST /v1/jobs/{job}/iterations");
     once(state, key, scope, payload, move |state, payload, known| async move {
         state.jobs.admit(job).await?;
-        let limit = state.settings.body_limit;
         let plans = state.plans.clone();
-        let draft = state.pool.run(move || draft(payload, limit, &plans)).await??;
+        let work = move |nodes, spec, measurement| draft(nodes, &spec, measurement, &plans);
+        let draft = read_and(&state, payload, work).await?;
         let keyed = known.map(|known| known.answered_by(created));
         let (iteration, stored) = state.jobs.add_iteration(job, draft, keyed).await?;
         Ok(created(&iteration, stored))
@@ -76,10 +76,9 @@ async fn create_iteration(
     .await
 }
 
-/// Reads and fits. Processor work.
-fn draft(payload: Payload, limit: usize, plans: &Plans) -> Result<IterationDraft, Problem> {
-    let (nodes, spec, measurement) = multipart::read_fit::<Measurement>(payload, limit)?;
-    let computed = job_fits::compute(&nodes, &spec, plans)?;
+/// Fits. Processor work.
+fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) -> Result<IterationDraft, Problem> {
+    let computed = job_fits::compute(&nodes, spec, plans)?;
     Ok(IterationDraft {
         nodes: Arc::new(nodes),
         computed,

@@ -3,7 +3,8 @@
 pub mod auth;
 pub mod body;
 pub mod closing;
-mod conditional;
+pub mod compute;
+pub mod conditional;
 pub mod docs;
 pub mod events;
 mod extract;

@@ -92,7 +92,8 @@ impl Figures {
     }
 }
 
-fn scheme_name(scheme: Scheme) -> &'static str {
+/// The contract's name.
+pub fn scheme_name(scheme: Scheme) -> &'static str {
     match scheme {
         Scheme::FirstOrder => "first_order",
         Scheme::Exact => "exact",

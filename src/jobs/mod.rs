@@ -27,7 +27,7 @@ mod streams;
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
 pub use draft::{BlockDraft, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use event::{Bells, Happening, JobEvent, StreamEvent};
-pub use fit::{Computed, Figures, FitRecord, NewFit};
+pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use idempotency::{Answer, KeyClaim, Receipt, RunningKeys};
 pub use iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling, Trace, TracedIteration};
 pub use job::{Job, JobPatch, Update};

@@ -143,6 +143,22 @@ impl<'a> Cursor<'a> {
     /// the same digest have the same answer to the last sign.
     #[inline]
     pub fn number(&mut self) -> Result<f64, Syntax> {
+        match self.usual_number() {
+            Some(value) => Ok(value),
+            None => self.unusual_number(),
+        }
+    }
+
+    /// The same for a number of the usual form, which is finite; without it nothing is taken.
+    #[inline]
+    pub fn usual_number(&mut self) -> Option<f64> {
+        let (value, length) = decimal::usual(self.text.get(self.at..)?)?;
+        self.at += length;
+        Some(value + 0.0)
+    }
+
+    #[inline(never)]
+    fn unusual_number(&mut self) -> Result<f64, Syntax> {
         let rest = &self.text[self.at..];
         let digit = |i: usize| rest.get(i).is_some_and(u8::is_ascii_digit);
         let mut i = usize::from(rest.first() == Some(&b'-'));

@@ -102,9 +102,98 @@ fn eight_digits(bytes: u64) -> Option<u64> {
     if (bytes.wrapping_add(0x4646_4646_4646_4646) | digits) & 0x8080_8080_8080_8080 != 0 {
         return None;
     }
+    Some(together(digits))
+}
+
+/// Eight digits, one a byte, as a number.
+#[inline]
+fn together(digits: u64) -> u64 {
     let pairs = (digits.wrapping_mul(10).wrapping_add(digits >> 8)) & 0x00ff_00ff_00ff_00ff;
     let fours = (pairs.wrapping_mul(100).wrapping_add(pairs >> 16)) & 0x0000_ffff_0000_ffff;
-    Some((fours.wrapping_mul(10_000).wrapping_add(fours >> 32)) & 0xffff_ffff)
+    (fours.wrapping_mul(10_000).wrapping_add(fours >> 32)) & 0xffff_ffff
+}
+
+/// Bytes that are looked at for one number, its sign apart: eight digits, a point, 24 digits and what follows.
+const WINDOW: usize = 40;
+
+/// The number at the beginning of `text` and its length when it has the usual form: strict JSON, at most eight digits before a
+/// point and 24 behind it, and a text that goes on for a while. `None` says nothing about the text.
+///
+/// How many digits a number has changes from one to the next and cannot be foreseen by the processor, so hardly a branch depends
+/// on it: the sixteen bytes behind the point are made a number at once, with what follows its digits shifted out.
+#[inline]
+pub fn usual(text: &[u8]) -> Option<(f64, usize)> {
+    let negative = text.first() == Some(&b'-');
+    let begin = usize::from(negative);
+    let window: &[u8; WINDOW] = text.get(begin..)?.first_chunk()?;
+    let mut at = 0;
+    let mut w = 0;
+    while at < 8 && window[at].is_ascii_digit() {
+        w = 10 * w + u64::from(window[at] - b'0');
+        at += 1;
+    }
+    if at == 0 || (window[0] == b'0' && at > 1) {
+        return None;
+    }
+    let mut q = 0;
+    if window[at] == b'.' {
+        at += 1;
+        let (value, count) = sixteen(window[at..].first_chunk()?)?;
+        w = w.checked_mul(TENS[count])?.checked_add(value)?;
+        at += count;
+        q = -(count as i64);
+        if (count == 16) & window[at].is_ascii_digit() {
+            let (value, count) = eight(window[at..].first_chunk()?);
+            w = w.checked_mul(TENS[count])?.checked_add(value)?;
+            at += count;
+            q -= count as i64;
+        }
+    }
+    // Also where there were more digits than are looked at.
+    if window.get(at).is_none_or(u8::is_ascii_digit) {
+        return None;
+    }
+    at += begin;
+    if let Some(b'e' | b'E') = text.get(at) {
+        let (exponent, end) = exponent(text, at + 1)?;
+        q += exponent;
+        at = end;
+    }
+    let value = if w == 0 { 0.0 } else { nearest(w, q)? };
+    Some((if negative { -value } else { value }, at))
+}
+
+/// Powers of ten.
+const TENS: [u64; 17] = {
+    let mut tens = [1; 17];
+    let mut i = 1;
+    while i < tens.len() {
+        tens[i] = 10 * tens[i - 1];
+        i += 1;
+    }
+    tens
+};
+
+/// The digits that sixteen bytes begin with as a number, and how many there are; `None` without any.
+#[inline]
+fn sixteen(bytes: &[u8; 16]) -> Option<(u64, usize)> {
+    const OVER_9: u128 = u128::from_le_bytes([0x76; 16]);
+    const HIGHEST_BITS: u128 = u128::from_le_bytes([0x80; 16]);
+    let digits = u128::from_le_bytes(*bytes) ^ u128::from_le_bytes([b'0'; 16]);
+    // The highest bit of every byte above 9. A carry goes from such a byte to later ones only, which do not count any more.
+    let others = (digits.wrapping_add(OVER_9) | digits) & HIGHEST_BITS;
+    let count = others.trailing_zeros() / 8;
+    let digits = digits.checked_shl(128 - 8 * count)?;
+    let (first, last) = (digits as u64, (digits >> 64) as u64);
+    Some((together(first) * 100_000_000 + together(last), count as usize))
+}
+
+/// The same of eight bytes, which may begin without a digit.
+fn eight(bytes: &[u8; 8]) -> (u64, usize) {
+    bytes
+        .iter()
+        .take_while(|byte| byte.is_ascii_digit())
+        .fold((0, 0), |(w, count), byte| (10 * w + u64::from(byte - b'0'), count + 1))
 }
 
 fn exponent(text: &[u8], mut at: usize) -> Option<(i64, usize)> {
@@ -163,6 +252,18 @@ mod tests {
             prop_assert_eq!(length, text.len());
             prop_assert_eq!(value.abs().to_bits(), expected.abs().to_bits(), "{}: {} for {}", text, value, expected);
         }
+        // Whatever follows the number.
+        for rest in [
+            ",00000000000000000000000000000000000",
+            "]}zzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzz",
+            " \u{7f}999999999999999999999999999999999",
+        ] {
+            if let Some((value, length)) = usual(format!("{text}{rest}").as_bytes()) {
+                let expected: f64 = text.parse().unwrap();
+                prop_assert_eq!(length, text.len());
+                prop_assert_eq!(value.to_bits(), expected.to_bits(), "{}: {} for {}", text, value, expected);
+            }
+        }
         Ok(())
     }
 
@@ -195,6 +296,38 @@ mod tests {
             assert_eq!(parse(text.as_bytes()).is_some(), digits <= 19, "{text}");
             agrees(text).unwrap();
         }
+        let with_more = |text: &str| usual(format!("{text}, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5").as_bytes());
+        for text in [
+            "0",
+            "-1.5",
+            "0.1",
+            "5.9700000000000006",
+            "1E-5",
+            "-273.15",
+            "12345678",
+            "0.1234567890123456",
+            "1.7e50",
+            "0.0032247228043498855",
+            "0.0012345678901234567890",
+        ] {
+            assert_eq!(with_more(text), Some((text.parse().unwrap(), text.len())), "{text}");
+        }
+        for text in [
+            "01",
+            "-01.5",
+            "1.",
+            ".5",
+            "-",
+            "1.e5",
+            "1e",
+            "1e+",
+            "123456789",
+            "1.7e99",
+            "0.12345678901234567890123456789",
+        ] {
+            assert_eq!(with_more(text), None, "{text}");
+        }
+        assert_eq!(usual(b"1.5"), None, "the text ends");
         assert_eq!(parse(b"12,3"), Some((12.0, 2)));
         assert_eq!(parse(b"1e400"), None);
         assert_eq!(parse(b"1e"), None);
@@ -204,7 +337,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 20_000, ..ProptestConfig::default() })]
 
         #[test]
-        fn every_text_gives_the_nearest_double(w in any::<u64>(), digits in 1..20_usize, point in 0..20_usize, exponent in -60..60_i64) {
+        fn every_text_gives_the_nearest_double(w in any::<u64>(), digits in 1..21_usize, point in 0..20_usize, exponent in -60..60_i64) {
             let mut text = w.to_string();
             text.truncate(digits);
             if point > 0 && point < text.len() {

@@ -90,18 +90,12 @@ impl Numbers {
         }
         loop {
             cursor.skip_space();
-            match cursor.peek() {
-                Some(b'-' | b'0'..=b'9') => {
-                    let value = cursor.number()?;
-                    if value.is_infinite() {
-                        self.note_wrong("the number is beyond double precision (about 1.8e308)".into());
-                    }
-                    self.values.push(value);
-                    if self.values.len() == SAMPLE {
-                        self.reserve(cursor, cursor.at - begin);
-                    }
-                }
-                _ => self.read_other(cursor)?,
+            match cursor.usual_number() {
+                Some(value) => self.values.push(value),
+                None => self.read_unusual(cursor)?,
+            }
+            if self.values.len() == SAMPLE {
+                self.reserve(cursor, cursor.at - begin);
             }
             cursor.skip_space();
             match cursor.peek() {
@@ -124,6 +118,19 @@ impl Numbers {
         let each = (row_bytes / in_row).max(2);
         // Only a saving: without it the vector grows as it goes.
         let _taken = self.values.try_reserve(bytes / each + bytes / (64 * each) + 1);
+    }
+
+    #[inline(never)]
+    fn read_unusual(&mut self, cursor: &mut Cursor) -> Result<(), Syntax> {
+        if !matches!(cursor.peek(), Some(b'-' | b'0'..=b'9')) {
+            return self.read_other(cursor);
+        }
+        let value = cursor.number()?;
+        if value.is_infinite() {
+            self.note_wrong("the number is beyond double precision (about 1.8e308)".into());
+        }
+        self.values.push(value);
+        Ok(())
     }
 
     #[cold]
