@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
+    filters::{self, FilterCollinearity, FilterResult},
     fit_result_parts::*,
     fit_spec::SchemeName,
     problem::{Problem, ProblemCode, ProblemError},
@@ -37,6 +38,12 @@ pub struct FitResultBody {
     /// The rows of B in the caller's columns; present when `matrix_b` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix_b: Option<Vec<Vec<f64>>>,
+    /// What each filter changed, in the order applied; present when there were filters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filters: Option<Vec<FilterResult>>,
+    /// Present when there were filters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filter_collinearity: Option<FilterCollinearity>,
     pub numerics: NumericsBody,
     pub warnings: Vec<WarningBody>,
     pub provenance: ProvenanceBody,
@@ -46,6 +53,8 @@ impl FitResultBody {
     /// Takes over a result. `input_sha256` is the digest of [`super::canonical`].
     pub fn new(result: FitResult, input_sha256: String) -> Result<Self, Problem> {
         let mut check = Check::default();
+        let (filters, filter_collinearity) =
+            result.filtering.map(|report| filters::answer(&mut check, report)).unzip();
         let body = FitResultBody {
             coefficients: result.coefficients.into_iter().map(|c| coefficient(&mut check, c)).collect(),
             domain: result.domain.map(DomainBody::from),
@@ -59,6 +68,8 @@ impl FitResultBody {
                 .lambda_curve
                 .map(|points| points.into_iter().map(|p| lambda_curve_point(&mut check, p)).collect()),
             matrix_b: check.rows("matrix_b", result.matrix_b),
+            filters,
+            filter_collinearity,
             numerics: NumericsBody {
                 arithmetic: match result.numerics.arithmetic {
                     result::Arithmetic::Double => ArithmeticName::Double,

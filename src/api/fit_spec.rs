@@ -8,6 +8,7 @@ use utoipa::ToSchema;
 
 pub use super::fit_result_parts::DomainBody;
 pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody};
+use super::filters::FilterBody;
 use super::nodes_schema::NodesBody;
 use crate::estimation::spec::{Criterion, DEFAULT_CONDITION_LIMIT, Scheme};
 
@@ -40,6 +41,10 @@ pub struct FitRequest {
     /// What is answered only when asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub include: Option<Vec<IncludeName>>,
+    /// Applied to the heights before the fit, in this order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 16)]
+    pub filters: Option<Vec<FilterBody>>,
 }
 
 /// A fit request as a form (`multipart/form-data`).
@@ -80,6 +85,10 @@ pub struct FitSpecBody {
     /// What is answered only when asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub include: Option<Vec<IncludeName>>,
+    /// Applied to the heights before the fit, in this order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 16)]
+    pub filters: Option<Vec<FilterBody>>,
 }
 
 /// The functions whose mixture is fitted.

@@ -4,6 +4,7 @@
 
 pub mod canonical;
 pub mod examples;
+pub mod filters;
 pub mod fit_result;
 pub mod fit_result_parts;
 pub mod fit_spec;

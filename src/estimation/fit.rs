@@ -215,6 +215,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         },
         lambda_curve: decided.curve.clone(),
         matrix_b,
+        filtering: None,
         numerics: Numerics { arithmetic: factor.arithmetic, correct_digits },
         warnings,
     };

@@ -1,5 +1,6 @@
 //! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is `None`.
 
+use super::filtering::report::FilteringReport;
 use super::spec::{Criterion, Domain, Scheme};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +18,8 @@ pub struct FitResult {
     pub lambda_curve: Option<Vec<LambdaCurvePoint>>,
     /// Rows of B (m×n, in the caller's columns), present when `matrix_b` was included.
     pub matrix_b: Option<Vec<Vec<f64>>>,
+    /// Present when filters were asked for.
+    pub filtering: Option<FilteringReport>,
     pub numerics: Numerics,
     pub warnings: Vec<Warning>,
 }

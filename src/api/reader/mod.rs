@@ -10,6 +10,7 @@
 mod csv;
 mod cursor;
 mod decimal;
+mod filters;
 mod nodes;
 mod numbers;
 mod request;

@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// The keys of a spec at the top level of a request.
-pub const SPEC_KEYS: [&str; 9] = [
+pub const SPEC_KEYS: [&str; 10] = [
     "model",
     "scaling",
     "regularization",
@@ -19,6 +19,7 @@ pub const SPEC_KEYS: [&str; 9] = [
     "noise_sigma",
     "node_uncertainty",
     "include",
+    "filters",
 ];
 
 /// Slices of the request, in the order of [`SPEC_KEYS`].
@@ -31,7 +32,7 @@ impl RawSpec<'_> {
     /// The spec, when none of its parts has a fault.
     pub fn check(&self, faults: &mut Faults) -> Option<FitSpec> {
         let before = faults.count();
-        let [model, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include] =
+        let [model, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include, filters] =
             self.slices;
         let model = match model {
             Some(slice) => read_model(slice, faults),
@@ -54,6 +55,7 @@ impl RawSpec<'_> {
         let noise_sigma = noise_sigma.and_then(|slice| positive(slice, "/noise_sigma", faults));
         let node_uncertainty = uncertainty.and_then(|slice| read_uncertainty(slice, faults));
         let include = include.and_then(|slice| read_include(slice, faults));
+        let filters = filters.map_or_else(|| Some(Vec::new()), |slice| super::filters::read(slice, faults));
         if faults.count() > before {
             return None;
         }
@@ -66,6 +68,7 @@ impl RawSpec<'_> {
             noise_sigma,
             node_uncertainty,
             include: include.unwrap_or_default(),
+            filters: filters.unwrap_or_default(),
             ..FitSpec::new(model?)
         })
     }
@@ -78,11 +81,11 @@ struct Tag {
     kind: String,
 }
 
-fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
+pub(super) fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
     read_part::<Tag>(slice, pointer, faults).map(|tag| tag.kind)
 }
 
-fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
+pub(super) fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
     let got: String = got.chars().take(64).collect();
     faults.push(format!("{pointer}/type"), format!("`{got}` is not offered by this version; {known}"));
 }
