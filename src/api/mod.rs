@@ -24,6 +24,8 @@ pub mod openapi_3_0;
 pub mod problem;
 pub mod reader;
 pub mod service;
+pub mod study;
+pub mod study_result;
 pub mod text;
 
 /// Engine name and version, as results carry it.

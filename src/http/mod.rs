@@ -18,7 +18,8 @@ pub mod problem;
 pub mod router;
 pub mod server;
 pub mod state;
-pub mod trace;
+pub mod studies;
+mod trace;
 
 pub use router::router;
 pub use state::AppState;

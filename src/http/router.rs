@@ -5,13 +5,14 @@ use tower_http::{CompressionLevel, compression::CompressionLayer};
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
-use super::{fits, iterations, job_fits, jobs, meta, observe, openapi::Contract, state::AppState, trace};
+use super::{fits, iterations, job_fits, jobs, meta, observe, openapi::Contract, state::AppState, studies, trace};
 use crate::api::problem::{Problem, ProblemCode};
 
 /// The documented groups. A new group is one more `merge` here.
 pub fn groups() -> OpenApiRouter<AppState> {
     OpenApiRouter::with_openapi(Contract::openapi())
         .merge(fits::group())
+        .merge(studies::group())
         .merge(jobs::group())
         .merge(iterations::group())
         .merge(job_fits::group())
