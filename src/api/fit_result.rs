@@ -286,7 +286,7 @@ fn residuals(check: &mut Check, r: result::ResidualReport) -> ResidualsBody {
         rss: check.number("residuals.rss", r.rss),
         sigma: check.maybe("residuals.sigma", r.sigma),
         rms: check.number("residuals.rms", r.rms),
-        max_abs: check.number("residuals.max_abs", r.max_abs),
+        max_abs: check.maybe("residuals.max_abs", r.max_abs),
         r_squared: check.maybe("residuals.r_squared", r.r_squared),
         least_squares_rss: check.number("residuals.least_squares_rss", r.least_squares_rss),
         values: r.values.map(|values| check.numbers("residuals.values", values)),

@@ -277,7 +277,9 @@ pub struct ResidualsBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
     pub rms: f64,
-    pub max_abs: f64,
+    /// Largest |residual|; absent in the answers of a stream, which keeps no nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_abs: Option<f64>,
     /// About the mean when the constant lies in the span of the columns, about 0 otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub r_squared: Option<f64>,

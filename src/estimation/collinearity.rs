@@ -3,6 +3,8 @@
 //! On unit-length columns: eigenvectors of small eigenvalues as weights, condition indices `√(λₙ/λᵢ)` and variance
 //! decomposition proportions (Belsley, Kuh and Welsch); on centred columns: correlations and variance inflation.
 
+use std::{cmp::Reverse, fmt::Write};
+
 use nalgebra::DMatrix;
 
 use super::{
@@ -11,7 +13,11 @@ use super::{
     result::{CollinearityReport, ColumnCollinearity, NearDependency, Warning},
     spectrum::Spectrum,
 };
-use crate::numerics::{Dd, triangular};
+use crate::numerics::{
+    Dd,
+    lanes::{self, F64Lanes, Lanes},
+    triangular,
+};
 
 /// Condition index beyond which a dependency is called near (Belsley's rule).
 const NEAR: f64 = 30.0;
@@ -96,14 +102,19 @@ fn correlations(centred: &DMatrix<f64>, deviation: &[f64], varies: impl Fn(usize
 /// A scalar product, four sums side by side.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a4, a_rest), (b4, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    dot4(a4, b4) + rest
+}
+
+#[inline(always)]
+fn dot4(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
     let mut sums = [0.0; 4];
-    for (a, b) in a4.iter().zip(b4) {
+    for (a, b) in a.iter().zip(b) {
         for k in 0..4 {
             sums[k] = a[k].mul_add(b[k], sums[k]);
         }
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 /// Lengths of the columns.
@@ -114,9 +125,16 @@ fn lengths(matrix: &DMatrix<f64>) -> Vec<f64> {
 /// Terms with large weights in a direction, leading term first.
 pub fn large_terms(weights: &[f64]) -> Vec<usize> {
     let largest = weights.iter().map(|w| w.abs()).fold(0.0, f64::max);
-    let mut terms: Vec<usize> = (0..weights.len()).filter(|&j| weights[j].abs() >= LARGE * largest).collect();
-    terms.sort_by(|&i, &j| weights[j].abs().total_cmp(&weights[i].abs()).then(i.cmp(&j)));
-    terms
+    // moduli stand in the order of their bits
+    let mut terms: Vec<(Reverse<u64>, usize)> = weights
+        .iter()
+        .map(|w| w.abs())
+        .enumerate()
+        .filter(|(_, w)| *w >= LARGE * largest)
+        .map(|(j, w)| (Reverse(w.to_bits()), j))
+        .collect();
+    terms.sort_unstable();
+    terms.into_iter().map(|(_, j)| j).collect()
 }
 
 /// Centred columns in Q's coordinates.
@@ -221,6 +239,7 @@ impl Shares {
 fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit: &Spectrum) -> Vec<NearDependency> {
     let largest = unit.largest();
     let (mut found, mut room) = (Vec::new(), Vec::new());
+    let (columns, stride) = unit_columns(plain, length);
     for (i, &lambda) in unit.lambda.iter().enumerate().take(MOST_TOLD) {
         let index = (lambda > 0.0).then(|| (largest / lambda).sqrt());
         if index.is_some_and(|index| index <= NEAR) {
@@ -235,7 +254,7 @@ fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit
             cosine = Some((plain.column(a).dot(&plain.column(b)) / (length[a] * length[b])).clamp(-1.0, 1.0));
             weight_ratio = Some(-weights[a].min_by_modulus(weights[b]));
         } else if terms.len() > 2 {
-            r_squared = Some(explained(plain, length, &terms, &mut room));
+            r_squared = Some(explained(&columns, stride, &terms, &mut room));
         }
         found.push(NearDependency {
             sentence: sentence(&names, cosine, r_squared, index),
@@ -251,6 +270,20 @@ fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit
     found
 }
 
+/// The columns divided by their lengths, and how many lanes each has.
+fn unit_columns(plain: &DMatrix<f64>, length: &[f64]) -> (Vec<F64Lanes>, usize) {
+    let stride = lanes::lanes_for(plain.nrows());
+    let mut unit = vec![F64Lanes::ZERO; stride * length.len()];
+    let columns = plain.as_slice().chunks_exact(plain.nrows());
+    for ((to, from), length) in unit.chunks_exact_mut(stride).zip(columns).zip(length) {
+        let inverse = 1.0 / length;
+        for (to, from) in to.iter_mut().zip(from.chunks(lanes::WIDTH)) {
+            from.iter().enumerate().for_each(|(k, x)| to.set(k, x * inverse));
+        }
+    }
+    (unit, stride)
+}
+
 trait Ratio {
     fn min_by_modulus(self, other: f64) -> f64;
 }
@@ -263,69 +296,115 @@ impl Ratio for f64 {
 }
 
 /// R² (about 0) of the first of `terms` on the others: modified Gram–Schmidt on the columns, the first one last.
-fn explained(plain: &DMatrix<f64>, length: &[f64], terms: &[usize], room: &mut Vec<f64>) -> f64 {
-    let rows = plain.nrows();
+/// `unit` has the columns of unit length, each of `stride` lanes.
+fn explained(unit: &[F64Lanes], stride: usize, terms: &[usize], room: &mut Vec<F64Lanes>) -> f64 {
     room.clear();
     for &j in terms[1..].iter().chain(&terms[..1]) {
-        let inverse = 1.0 / length[j];
-        room.extend(plain.as_slice()[j * rows..(j + 1) * rows].iter().map(|x| x * inverse));
+        room.extend_from_slice(&unit[j * stride..(j + 1) * stride]);
     }
-    for k in 0..terms.len() - 1 {
-        let (before, after) = room.split_at_mut((k + 1) * rows);
-        let direction = &before[k * rows..];
-        let square = dot(direction, direction);
-        if square <= 1e-30 {
-            continue;
+    // columns are taken four at a time: behind the last one stand some of zeros
+    room.resize((terms.len() + 3) * stride, F64Lanes::ZERO);
+    let mut rest = &mut room[..];
+    for _ in 1..terms.len() {
+        let (direction, after) = rest.split_at_mut(stride);
+        let square: f64 = lanes::dot(direction, direction);
+        if square > 1e-30 {
+            after.chunks_exact_mut(4 * stride).for_each(|four| remove(direction, -1.0 / square, four));
         }
-        for column in after.chunks_exact_mut(rows) {
-            let along = dot(direction, column) / square;
-            for (x, d) in column.iter_mut().zip(direction) {
-                *x = along.mul_add(-d, *x);
-            }
-        }
+        rest = after;
     }
-    let rest = &room[(terms.len() - 1) * rows..];
-    1.0 - dot(rest, rest)
+    let last = &rest[..stride];
+    1.0 - lanes::dot::<f64>(last, last)
+}
+
+/// `x += factor (d·x) d` for four columns x, one behind the other.
+#[inline(never)]
+fn remove(d: &[F64Lanes], factor: f64, columns: &mut [F64Lanes]) {
+    let n = d.len();
+    let (a, columns) = columns.split_at_mut(n);
+    let (b, columns) = columns.split_at_mut(n);
+    let (c, e) = columns.split_at_mut(n);
+    let e = &mut e[..n];
+    let mut along = [F64Lanes::ZERO; 4];
+    for k in 0..n {
+        let d = d[k];
+        along = [
+            along[0].accumulate(d, a[k]),
+            along[1].accumulate(d, b[k]),
+            along[2].accumulate(d, c[k]),
+            along[3].accumulate(d, e[k]),
+        ];
+    }
+    let along = along.map(|sum| sum.total() * factor);
+    for k in 0..n {
+        let d = d[k];
+        a[k] = a[k].add_scaled(along[0], d);
+        b[k] = b[k].add_scaled(along[1], d);
+        c[k] = c[k].add_scaled(along[2], d);
+        e[k] = e[k].add_scaled(along[3], d);
+    }
 }
 
 /// How many terms a sentence names; `terms` has all of them.
 const NAMED: usize = 4;
 
 /// What a person reads.
+#[inline(never)]
 fn sentence(names: &[String], cosine: Option<f64>, r_squared: Option<f64>, index: Option<f64>) -> String {
-    let index = index.map_or_else(
-        || "infinite".to_owned(),
-        |index| {
-            // condition indices are read by their order of magnitude
-            if index < 1e15 { (index.round() as u64).to_string() } else { format!("{index:.1e}") }
-        },
-    );
     // as many digits as it takes to see the difference from 1
     let near_one = |x: f64| {
         let digits = (-(1.0 - x.abs()).max(1e-12).log10()).ceil().clamp(3.0, 12.0) as i32;
         let unit = 10f64.powi(digits);
         (x * unit).round() / unit
     };
-    match (names, cosine, r_squared) {
+    let mut text = String::with_capacity(192);
+    let ends = match (names, cosine, r_squared) {
         ([a, b], Some(cosine), _) => {
             let parallel = if cosine < 0.0 { "opposite" } else { "parallel" };
-            format!(
-                "{a} and {b} are nearly {parallel} over these nodes (cos = {}, condition index {index}): \
-                 only their mixture is well determined",
-                near_one(cosine)
-            )
+            for part in [a, " and ", b, " are nearly ", parallel, " over these nodes (cos = "] {
+                text.push_str(part);
+            }
+            append(&mut text, near_one(cosine));
+            text.push_str(", ");
+            "): only their mixture is well determined"
         }
-        ([a, others @ ..], _, Some(r_squared)) => format!(
-            "{a} is nearly a mixture of {}{} over these nodes (R² = {}, condition index {index}): \
-             their coefficients cannot be told apart",
-            others[..others.len().min(NAMED - 1)].join(", "),
-            match others.len().saturating_sub(NAMED - 1) {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            },
-            near_one(r_squared)
-        ),
-        ([a, ..], _, _) => format!("the column {a} is nearly 0 over these nodes (condition index {index})"),
-        ([], _, _) => String::new(),
+        ([a, others @ ..], _, Some(r_squared)) => {
+            text.push_str(a);
+            let (named, more) = others.split_at(others.len().min(NAMED - 1));
+            for (k, name) in named.iter().enumerate() {
+                text.push_str(if k == 0 { " is nearly a mixture of " } else { ", " });
+                text.push_str(name);
+            }
+            if !more.is_empty() {
+                text.push_str(" and ");
+                append(&mut text, more.len());
+                text.push_str(" more");
+            }
+            text.push_str(" over these nodes (R² = ");
+            append(&mut text, near_one(r_squared));
+            text.push_str(", ");
+            "): their coefficients cannot be told apart"
+        }
+        ([a, ..], _, _) => {
+            for part in ["the column ", a, " is nearly 0 over these nodes ("] {
+                text.push_str(part);
+            }
+            ")"
+        }
+        ([], _, _) => return text,
+    };
+    text.push_str("condition index ");
+    match index {
+        None => text.push_str("infinite"),
+        // condition indices are read by their order of magnitude
+        Some(index) if index < 1e15 => append(&mut text, index.round() as u64),
+        Some(index) => append(&mut text, format_args!("{index:.1e}")),
     }
+    text.push_str(ends);
+    text
+}
+
+fn append(text: &mut String, value: impl std::fmt::Display) {
+    // writing to a String does not fail
+    let _written = write!(text, "{value}");
 }

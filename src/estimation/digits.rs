@@ -9,7 +9,8 @@ use nalgebra::DMatrix;
 
 use super::{
     design::{Axis, Basis, Design},
-    sample::Sample,
+    evidence::Evidence,
+    seen::Seen,
 };
 use crate::{
     geometry::polynomial::{self, Family},
@@ -22,13 +23,15 @@ const SIGMAS: f64 = 4.0;
 const ROUNDING: f64 = f64::EPSILON / 3.4641016151377544;
 /// How many nodes the slope of the surface is looked at.
 const LOOKED_AT: usize = 256;
+/// Intervals of the lattice that stands for nodes that are gone.
+const LATTICE: usize = 16;
 /// Never claimed more: certified references are printed to 15 digits, and a double holds not quite 16.
 const MOST_DIGITS: f64 = 14.5;
 
 /// What the estimate needs of a fit.
 pub struct Fitted<'a> {
     pub design: &'a Design,
-    pub sample: &'a Sample<'a>,
+    pub evidence: Evidence<'a>,
     /// max √w |z|.
     pub largest_height: f64,
     /// R of the working basis.
@@ -50,7 +53,7 @@ pub struct Fitted<'a> {
 }
 
 /// Whether a double is likely to be what was meant, not the rounding of a decimal fraction.
-fn exact(x: f64) -> bool {
+pub fn exact(x: f64) -> bool {
     x == 0.0 || (x.to_bits() | 1 << 52).trailing_zeros() >= 16
 }
 
@@ -61,8 +64,11 @@ fn rounded(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Correct decimal digits of the worst coefficient.
 pub fn correct_digits(fit: &Fitted) -> f64 {
-    let count = fit.sample.count();
-    let any_rounded = (0..count).any(|k| !exact(fit.sample.z(k)));
+    let count = fit.evidence.count();
+    let any_rounded = match fit.evidence {
+        Evidence::Posted { sample, .. } => (0..count).any(|k| !exact(sample.z(k))),
+        Evidence::Summed(seen) => seen.rounded_heights,
+    };
     let heights = if any_rounded { ROUNDING * fit.largest_height } else { 0.0 };
     let (moved, through_residuals) = abscissae(fit);
     // the working columns move together, by as much as their slopes: ‖row of T⁻¹(WᵀW)⁻¹‖ ≤ leverage · ‖R⁻¹‖
@@ -88,7 +94,11 @@ pub fn correct_digits(fit: &Fitted) -> f64 {
 
 /// Standard deviation that rounded abscissae put into a height, and into the projection of the residuals.
 fn abscissae(fit: &Fitted) -> (f64, f64) {
-    let count = fit.sample.count();
+    let sample = match fit.evidence {
+        Evidence::Posted { sample, .. } => sample,
+        Evidence::Summed(seen) => return abscissae_of_sums(fit, seen),
+    };
+    let count = sample.count();
     let stride = count.div_ceil(LOOKED_AT);
     let looked_at = || (0..count).step_by(stride);
     match &fit.design.basis {
@@ -96,23 +106,53 @@ fn abscissae(fit: &Fitted) -> (f64, f64) {
             let mut moved: f64 = 0.0;
             let mut any = false;
             for k in looked_at() {
-                let row = fit.sample.matrix_row(k).iter().zip(fit.coefficients).filter(|(x, _)| !exact(**x));
+                let row = sample.matrix_row(k).iter().zip(fit.coefficients).filter(|(x, _)| !exact(**x));
                 let square: f64 = row.map(|(x, a)| (x * a).powi(2)).sum();
                 any |= square > 0.0;
-                moved = moved.max(square.sqrt() * fit.sample.w(k).sqrt());
+                moved = moved.max(square.sqrt() * sample.w(k).sqrt());
             }
             (ROUNDING * moved, if any { ROUNDING * fit.max_residual } else { 0.0 })
         }
         Basis::Product { u, v } => {
-            let places = || looked_at().map(|k| fit.sample.place(k));
+            let places = || looked_at().map(|k| sample.place(k));
             let (largest_u, largest_v) = (rounded(places().map(|p| p.0)), rounded(places().map(|p| p.1)));
             if largest_u == 0.0 && largest_v == 0.0 {
                 return (0.0, 0.0);
             }
-            let (slope_u, slope_v) = largest_slopes(fit, (u, v), places());
-            let moved = (slope_u * largest_u).hypot(slope_v * largest_v);
-            let bend = (markov(u) * largest_u).hypot(markov(v) * largest_v);
-            (ROUNDING * moved, ROUNDING * bend * fit.max_residual)
+            of_product(fit, (u, v), (largest_u, largest_v), places())
+        }
+    }
+}
+
+/// What abscissae as large as `largest` and rounded can do, seen from `places`.
+fn of_product(
+    fit: &Fitted,
+    (u, v): (&Axis, &Axis),
+    (largest_u, largest_v): (f64, f64),
+    places: impl Iterator<Item = (f64, f64)>,
+) -> (f64, f64) {
+    let (slope_u, slope_v) = largest_slopes(fit, (u, v), places);
+    let moved = (slope_u * largest_u).hypot(slope_v * largest_v);
+    let bend = (markov(u) * largest_u).hypot(markov(v) * largest_v);
+    (ROUNDING * moved, ROUNDING * bend * fit.max_residual)
+}
+
+/// The same where the nodes are gone: slopes on a lattice over their box, columns by their largest entries.
+fn abscissae_of_sums(fit: &Fitted, seen: &Seen) -> (f64, f64) {
+    match &fit.design.basis {
+        Basis::Columns { .. } => {
+            let square: f64 = seen.rounded_columns.iter().zip(fit.coefficients).map(|(x, a)| (x * a).powi(2)).sum();
+            (ROUNDING * square.sqrt(), if square > 0.0 { ROUNDING * fit.max_residual } else { 0.0 })
+        }
+        Basis::Product { u, v } => {
+            let [largest_u, largest_v] = seen.rounded_places;
+            if largest_u == 0.0 && largest_v == 0.0 {
+                return (0.0, 0.0);
+            }
+            let at = |[low, high]: [f64; 2], i: usize| low + (high - low) * (i as f64 / LATTICE as f64);
+            let places = (0..=LATTICE).flat_map(|i| (0..=LATTICE).map(move |j| (i, j)));
+            let places = places.map(|(i, j)| (at(seen.bounds[0], i), at(seen.bounds[1], j)));
+            of_product(fit, (u, v), (largest_u, largest_v), places)
         }
     }
 }

@@ -18,7 +18,7 @@ pub struct LeastSquares {
     pub coefficients: Vec<f64>,
     pub working: Vec<Dd>,
     pub rss: f64,
-    pub max_abs: f64,
+    pub max_abs: Option<f64>,
 }
 
 impl LeastSquares {
@@ -141,7 +141,7 @@ pub fn residuals(
     let keep = spec.include.residuals;
     let untouched = filtered.iter().all(|f| f.removed == 0.0);
     if untouched && !keep {
-        return Residuals { rss: least_squares.rss, max_abs: least_squares.max_abs, values: Vec::new() };
+        return Residuals { rss: least_squares.rss, max_abs: least_squares.max_abs, values: None };
     }
     if untouched {
         return place.of_working(&least_squares.working, true);

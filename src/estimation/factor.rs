@@ -12,9 +12,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    accumulate::{Precision, Row, normal_equations, projection_error, residual_pass},
+    accumulate::{Precision, Row, Wanted, projection_error, residual_pass},
     design::Design,
     error::{Faults, FitError},
+    normal::normal_equations,
     result::Arithmetic,
     sample::Sample,
     separable::Separable,
@@ -45,7 +46,8 @@ pub struct Factor {
     pub relative_error: f64,
     /// `Σ w r²` and `max |r|` of the least-squares residuals, where R is not singular.
     pub rss: f64,
-    pub max_abs: f64,
+    /// `None` where the nodes are gone.
+    pub max_abs: Option<f64>,
     /// The two axes, where they separate.
     pub separable: Option<Separable>,
 }
@@ -93,7 +95,7 @@ fn from_axes(separable: Separable, change: DMatrix<Dd>) -> Factor {
         arithmetic: Arithmetic::DoubleDouble,
         relative_error: separable.relative_error,
         rss,
-        max_abs,
+        max_abs: Some(max_abs),
         separable: Some(separable),
     }
 }
@@ -152,7 +154,7 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
     let r = DMatrix::from_fn(n, n, |i, j| Dd::from(unit[(i, j)]) * length[j]);
     let (mut rss, mut max_abs, mut relative_error) = (0.0, 0.0, f64::EPSILON);
     for round in 0..6 {
-        let pass = residual_pass(design, sample, &working, precision, false);
+        let pass = residual_pass(design, sample, &working, precision, Wanted::Projection);
         step = pass.projected.iter().map(|x| x.to_f64()).collect();
         solve(&mut step);
         working.iter_mut().zip(&step).for_each(|(c, d)| *c += *d);
@@ -190,7 +192,7 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
         arithmetic: if precision == Precision::Double { Arithmetic::Double } else { Arithmetic::DoubleDouble },
         relative_error,
         rss,
-        max_abs,
+        max_abs: Some(max_abs),
         separable: None,
     })
 }
@@ -251,7 +253,7 @@ fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
         arithmetic: Arithmetic::DoubleDouble,
         relative_error: f64::EPSILON,
         rss: rss.to_f64(),
-        max_abs: 0.0,
+        max_abs: Some(0.0),
         separable: None,
     };
     polish(&mut factor, design, sample);
@@ -282,9 +284,9 @@ fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
     let mut last = f64::INFINITY;
     factor.relative_error = (1e-31 * condition * condition).min(1.0);
     for _ in 0..4 {
-        let pass = residual_pass(design, sample, &working, Precision::DoubleDouble, false);
+        let pass = residual_pass(design, sample, &working, Precision::DoubleDouble, Wanted::Projection);
         factor.rss = pass.rss.to_f64();
-        factor.max_abs = pass.max_abs;
+        factor.max_abs = Some(pass.max_abs);
         let mut step = pass.projected;
         triangular::solve_upper_transposed(&factor.r, &mut step);
         triangular::solve_upper(&factor.r, &mut step);

@@ -11,8 +11,10 @@
 //!
 //! An eigenvalue already above λ* is left alone: Eq. 40 would lower it.
 
+use std::ops::Range;
+
 use super::spec::Scheme;
-use crate::numerics::wide::{F64x4, LANES, Lanes};
+use crate::numerics::wide::{F64x4, LANES};
 
 /// Which filter, without its parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,6 +130,18 @@ impl Block {
         }
         self
     }
+
+    /// Direction `k` four times.
+    #[inline(always)]
+    fn repeated(&self, k: usize) -> Self {
+        Block {
+            lambda: [self.lambda[k]; LANES],
+            square: [self.square[k]; LANES],
+            noise: [self.noise[k]; LANES],
+            real: [self.real[k]; LANES],
+            ones: [self.ones[k]; LANES],
+        }
+    }
 }
 
 #[derive(Clone, Copy, Default)]
@@ -190,7 +204,7 @@ impl<'a> Spectral<'a> {
     }
 
     /// Which directions `rule` touches at `parameter`.
-    fn touched(&self, rule: Rule, parameter: f64) -> std::ops::Range<usize> {
+    fn touched(&self, rule: Rule, parameter: f64) -> Range<usize> {
         match rule {
             Rule::None => self.first..self.first,
             Rule::Ridge => self.first..self.lambda.len(),
@@ -207,7 +221,7 @@ impl<'a> Spectral<'a> {
 
     /// Where the set of touched directions changes, and with it the slope of every sum: stretches of ln λ* between
     /// the eigenvalues, with what is touched inside.
-    pub fn stretches(&self, rule: Rule, [low, high]: [f64; 2]) -> Vec<([f64; 2], std::ops::Range<usize>)> {
+    pub fn stretches(&self, rule: Rule, [low, high]: [f64; 2]) -> Vec<([f64; 2], Range<usize>)> {
         let mut stretches = Vec::new();
         let mut from = low;
         if let Rule::Spectral { count, .. } = rule {
@@ -224,34 +238,29 @@ impl<'a> Spectral<'a> {
         stretches
     }
 
-    /// The sums with the touched directions given, so that a stretch's ends can be seen from inside.
-    pub fn sums_touching(&self, rule: Rule, parameter: f64, touched: std::ops::Range<usize>) -> Sums {
+    /// The sums with the touched directions given, so that a stretch's ends can be seen from inside: four directions
+    /// at a time. Inlined, so that a caller pays only for the sums that it reads.
+    #[inline(always)]
+    pub fn sums_touching(&self, rule: Rule, parameter: f64, touched: Range<usize>) -> Sums {
         let (whole, partial) = (touched.end / LANES, touched.end % LANES);
         let last = (partial > 0).then(|| self.blocks[whole].first(partial));
-        let blocks = self.blocks[..whole].iter().chain(&last);
-        let p = F64x4([parameter; LANES]);
-        let carried = match rule {
-            Rule::None => [F64x4::ZERO; CARRIED],
-            Rule::Ridge => gather(blocks, |lambda| {
-                let inverse = lambda.add(p).reciprocal();
-                let (f, g) = (lambda.mul(inverse), p.mul(inverse));
-                let slope = f.mul(g).times(-1.0);
-                (f, g, slope, slope.mul(f.sub(g)))
-            }),
-            Rule::Spectral { scheme: Scheme::FirstOrder, .. } => gather(blocks, |lambda| {
-                let inverse = lambda.add(p).reciprocal();
-                let (f, g) = (lambda.mul(inverse), p.mul(inverse));
-                let slope = f.mul(g).times(-2.0);
-                (f.times(2.0), g.sub(f), slope, slope.mul(f.sub(g)))
-            }),
-            Rule::Spectral { scheme: Scheme::Exact, .. } => gather(blocks, |lambda| {
-                let f = lambda.mul(p.reciprocal()).square_root();
-                (f, F64x4([1.0; LANES]).sub(f), f.times(-0.5), f.times(0.25))
-            }),
-        };
-        let [rss0, rss1, rss2, norm0, norm1, norm2, trace0, trace1, mse0, mse1, bias] =
-            carried.map(|F64x4(x)| (x[0] + x[1]) + (x[2] + x[3]));
-        let rest = self.above[touched.end];
+        let sums = carried(rule, self.blocks[..whole].iter().copied().chain(last), F64x4::splat(parameter));
+        self.finished(sums.map(F64x4::total), touched.end)
+    }
+
+    /// The same at four parameters side by side.
+    pub fn sums_at_four(&self, rule: Rule, parameters: [f64; LANES], touched: Range<usize>) -> [Sums; LANES] {
+        let directions = touched.clone().map(|i| self.blocks[i / LANES].repeated(i % LANES));
+        let sums = carried(rule, directions, F64x4::new(parameters));
+        let sums = sums.map(F64x4::to_array);
+        std::array::from_fn(|k| self.finished(sums.map(|x| x[k]), touched.end))
+    }
+
+    /// Adds to the sums over the touched directions what the others (those from `end` on) contribute.
+    #[inline(always)]
+    fn finished(&self, sums: [f64; CARRIED], end: usize) -> Sums {
+        let [rss0, rss1, rss2, norm0, norm1, norm2, trace0, trace1, mse0, mse1, bias] = sums;
+        let rest = self.above[end];
         Sums {
             rss: [self.rss + rss0, -2.0 * rss1, 2.0 * rss2],
             norm: [rest.square + norm0, 2.0 * norm1, 2.0 * norm2],
@@ -274,32 +283,56 @@ impl<'a> Spectral<'a> {
     }
 }
 
+/// The sums over blocks of directions for the parameters `p`.
+#[inline(always)]
+fn carried(rule: Rule, blocks: impl Iterator<Item = Block>, p: F64x4) -> [F64x4; CARRIED] {
+    match rule {
+        Rule::None => [F64x4::ZERO; CARRIED],
+        Rule::Ridge => gather(blocks, |lambda| {
+            let inverse = (lambda + p).reciprocal();
+            let (f, g) = (lambda * inverse, p * inverse);
+            let slope = -(f * g);
+            (f, g, slope, slope * (f - g))
+        }),
+        Rule::Spectral { scheme: Scheme::FirstOrder, .. } => gather(blocks, |lambda| {
+            let inverse = (lambda + p).reciprocal();
+            let (f, g) = (lambda * inverse, p * inverse);
+            let slope = f * g * -2.0;
+            (f * 2.0, g - f, slope, slope * (f - g))
+        }),
+        Rule::Spectral { scheme: Scheme::Exact, .. } => gather(blocks, |lambda| {
+            let f = (lambda * p.reciprocal()).square_root();
+            (f, F64x4::ONE - f, f * -0.5, f * 0.25)
+        }),
+    }
+}
+
 /// The sums over blocks of directions; `filter` answers (f, 1 − f, f′, f″) for four eigenvalues.
 #[inline(always)]
-fn gather<'b>(
-    blocks: impl Iterator<Item = &'b Block>,
+fn gather(
+    blocks: impl Iterator<Item = Block>,
     filter: impl Fn(F64x4) -> (F64x4, F64x4, F64x4, F64x4),
 ) -> [F64x4; CARRIED] {
     let mut sums = [F64x4::ZERO; CARRIED];
     for block in blocks {
-        let lambda = F64x4(block.lambda);
-        let (square, noise, real, ones) =
-            (F64x4(block.square), F64x4(block.noise), F64x4(block.real), F64x4(block.ones));
+        let lambda = F64x4::new(block.lambda);
+        let (square, noise) = (F64x4::new(block.square), F64x4::new(block.noise));
+        let (real, ones) = (F64x4::new(block.real), F64x4::new(block.ones));
         let (f, g, slope, bend) = filter(lambda);
-        let shown = lambda.mul(square);
-        let slope2 = slope.mul(slope);
-        let (shown_g, square_f, square_g) = (shown.mul(g), square.mul(f), square.mul(g));
-        sums[0] = shown_g.fma(g, sums[0]);
-        sums[1] = shown_g.fma(slope, sums[1]);
-        sums[2] = shown.fma(slope2.sub(g.mul(bend)), sums[2]);
-        sums[3] = square_f.fma(f, sums[3]);
-        sums[4] = square_f.fma(slope, sums[4]);
-        sums[5] = square.fma(f.fma(bend, slope2), sums[5]);
-        sums[6] = f.fma(ones, sums[6]);
-        sums[7] = slope.fma(ones, sums[7]);
-        sums[8] = g.mul(g).fma(real, noise.mul(f).fma(f, sums[8]));
-        sums[9] = slope.fma(noise.mul(f).sub(g.mul(real)), sums[9]);
-        sums[10] = square_g.fma(g, sums[10]);
+        let shown = lambda * square;
+        let slope2 = slope * slope;
+        let (shown_g, square_f, square_g) = (shown * g, square * f, square * g);
+        sums[0] = shown_g.mul_add(g, sums[0]);
+        sums[1] = shown_g.mul_add(slope, sums[1]);
+        sums[2] = shown.mul_add(slope2 - g * bend, sums[2]);
+        sums[3] = square_f.mul_add(f, sums[3]);
+        sums[4] = square_f.mul_add(slope, sums[4]);
+        sums[5] = square.mul_add(f.mul_add(bend, slope2), sums[5]);
+        sums[6] = f.mul_add(ones, sums[6]);
+        sums[7] = slope.mul_add(ones, sums[7]);
+        sums[8] = (g * g).mul_add(real, (noise * f).mul_add(f, sums[8]));
+        sums[9] = slope.mul_add(noise * f - g * real, sums[9]);
+        sums[10] = square_g.mul_add(g, sums[10]);
     }
     sums
 }

@@ -11,6 +11,7 @@ use super::{
     digits,
     error::{Faults, FitError},
     estimate::{Estimate, LeastSquares, residuals},
+    evidence::Evidence,
     factor::Factor,
     filter::{Filtered, Rule, Spectral},
     nodes::Nodes,
@@ -35,7 +36,6 @@ const MOST_OF_B: usize = 1_000_000;
 pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     let sample = Sample::new(nodes);
     let design = Design::new(nodes, &sample, spec)?;
-    let mut warnings = Vec::new();
     let separable = match nodes {
         Nodes::Grid(grid)
             if spec.scaling != Scaling::Standardized && design.is_full_product() && sample.separates() =>
@@ -47,17 +47,27 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     let heights = Heights::new(&sample);
     within_range(nodes, &heights)?;
     let factor = Factor::new(&design, &sample, separable)?;
-    let caller = caller_columns(&factor);
-    columns_within_range(&design, &caller)?;
-    let mut columns = ScaledColumns::new(&design, &caller, spec.scaling, heights.weight)?;
+    let evidence = Evidence::Posted { sample: &sample, nodes };
+    report(&Place { design: &design, factor: &factor, heights: heights.about_zero, evidence }, &heights, spec)
+}
+
+/// Everything from the factor on: scaled columns, spectrum, λ*, estimate, bounds. What needs the nodes themselves asks
+/// `place`; where they are gone (a stream keeps sums only) such figures are left out.
+pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result<FitResult, FitError> {
+    let (design, factor) = (place.design, place.factor);
+    let count = place.evidence.count();
+    let mut warnings = Vec::new();
+    let caller = caller_columns(factor);
+    columns_within_range(design, &caller)?;
+    let mut columns = ScaledColumns::new(design, &caller, spec.scaling, heights.weight)?;
     if let Some(constant) = &mut columns.constant {
         constant.set_level(&caller, &factor.qty);
     }
     let unit = match spec.scaling {
         Scaling::UnitLength => None,
         Scaling::None | Scaling::Standardized => {
-            let columns = ScaledColumns::new(&design, &caller, Scaling::UnitLength, heights.weight)?;
-            let spectrum = Spectrum::new(&factor, &columns, Scaling::UnitLength, None)?;
+            let columns = ScaledColumns::new(design, &caller, Scaling::UnitLength, heights.weight)?;
+            let spectrum = Spectrum::new(factor, &columns, Scaling::UnitLength, None)?;
             Some((columns, spectrum))
         }
     };
@@ -65,20 +75,19 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         (Some((_, unit)), Scaling::None) => Some(unit.rank),
         _ => None,
     };
-    let spectrum = Spectrum::new(&factor, &columns, spec.scaling, rank)?;
+    let spectrum = Spectrum::new(factor, &columns, spec.scaling, rank)?;
     if !spectrum.full_rank() {
         // names must not depend on how the columns are scaled
         match (&unit, spec.scaling) {
             (Some((columns, spectrum)), Scaling::None) => {
-                refuse_dependence(&design, columns, spectrum, spec, &mut warnings)?;
+                refuse_dependence(design, columns, spectrum, spec, &mut warnings)?;
             }
-            _ => refuse_dependence(&design, &columns, &spectrum, spec, &mut warnings)?,
+            _ => refuse_dependence(design, &columns, &spectrum, spec, &mut warnings)?,
         }
     }
-    let place = Place { design: &design, sample: &sample, factor: &factor, nodes, heights: heights.about_zero };
-    let least_squares = LeastSquares::new(&place, &columns, &spectrum);
+    let least_squares = LeastSquares::new(place, &columns, &spectrum);
     let free = spectrum.rank + usize::from(columns.constant.is_some());
-    let degrees_of_freedom = sample.count() - free;
+    let degrees_of_freedom = count - free;
     let sigma = (degrees_of_freedom > 0).then(|| (least_squares.rss / degrees_of_freedom as f64).sqrt());
     if sigma.is_none() {
         warnings.push(Warning {
@@ -91,7 +100,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         &spectrum.a,
         spec.noise_sigma.or(sigma).map(|s| s * s),
         least_squares.rss,
-        sample.count(),
+        count,
         usize::from(columns.constant.is_some()),
     );
     let decided =
@@ -101,22 +110,15 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, decided.parameter())).collect();
     let estimate = Estimate::new(&columns, &spectrum, &filtered, &least_squares);
 
-    let residuals = residuals(&place, &spectrum, &filtered, &estimate, &least_squares, spec);
+    let residuals = residuals(place, &spectrum, &filtered, &estimate, &least_squares, spec);
     let rss = problem.sums(rule, decided.parameter()).rss[0];
-    let report = Reporter {
-        spec,
-        design: &design,
-        columns: &columns,
-        spectrum: &spectrum,
-        decided: &decided,
-        rule,
-        filtered: &filtered,
-    };
+    let report =
+        Reporter { spec, design, columns: &columns, spectrum: &spectrum, decided: &decided, rule, filtered: &filtered };
     let bias = report.bias(&estimate.directions, &mut warnings);
     let regularization = report.regularization(&problem, &mut warnings, heights.weight);
     let collinearity = collinearity::report(
-        &design,
-        &factor,
+        design,
+        factor,
         &caller,
         unit.as_ref().map_or(&spectrum, |(_, unit)| unit),
         heights.weight,
@@ -138,7 +140,8 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             norm: norm(&mut spectrum.a.iter().zip(&filtered).map(|(a, f)| a * f.factor)),
         };
         let rss = least_squares.rss;
-        perturbation::report(&design, &sample, &columns, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
+        let slopes = place.evidence.slopes(design, &columns);
+        perturbation::report(slopes, heights.weight, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
     });
     if let Some(p) = &perturbation
         && (p.least_squares.square_bound.is_none() || p.regularized.square_bound.is_none())
@@ -148,15 +151,15 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             message: "the node uncertainty times the condition reaches 1: the square bound does not exist there".into(),
         });
     }
-    let total = if constant_in_span(&design, &factor, &columns, &spectrum, heights.weight) {
+    let total = if constant_in_span(design, factor, &columns, &spectrum, heights.weight) {
         heights.about_mean
     } else {
         heights.about_zero
     };
-    let matrix_b = report.matrix_b(&place, &mut warnings)?;
+    let matrix_b = report.matrix_b(place, &mut warnings)?;
     let correct_digits = digits::correct_digits(&digits::Fitted {
-        design: &design,
-        sample: &sample,
+        design,
+        evidence: place.evidence,
         largest_height: heights.largest,
         r: &factor.r,
         working: &least_squares.working,
@@ -164,7 +167,8 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         leverage: &estimate.leverage,
         sensitivity: &estimate.sensitivity,
         sigma,
-        max_residual: least_squares.max_abs,
+        // without the nodes √rss is all that is known of the largest residual
+        max_residual: least_squares.max_abs.unwrap_or_else(|| least_squares.rss.sqrt()),
         relative_error: factor.relative_error,
         length: heights.about_zero.sqrt(),
     });
@@ -198,7 +202,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
         collinearity,
         perturbation,
         residuals: ResidualReport {
-            count: sample.count(),
+            count,
             degrees_of_freedom,
             rss,
             sigma,
@@ -209,9 +213,9 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
             node_indices: spec
                 .include
                 .residuals
-                .then(|| sample.index().map(|index| index.iter().map(|&k| k as usize).collect()))
+                .then(|| place.evidence.counted().map(|index| index.iter().map(|&k| k as usize).collect()))
                 .flatten(),
-            values: spec.include.residuals.then_some(residuals.values),
+            values: residuals.values.filter(|_| spec.include.residuals),
         },
         lambda_curve: decided.curve.clone(),
         matrix_b,
@@ -334,7 +338,11 @@ impl Reporter<'_> {
             });
             return Ok(None);
         }
-        let (m, n) = (place.sample.count(), self.design.size());
+        let Evidence::Posted { sample, .. } = place.evidence else {
+            warnings.push(Warning { code: "no_matrix_b", message: "the rows of B need the nodes themselves".into() });
+            return Ok(None);
+        };
+        let (m, n) = (sample.count(), self.design.size());
         if m * n > MOST_OF_B {
             return Err(Faults::one(
                 "/include",
@@ -348,6 +356,6 @@ impl Reporter<'_> {
             .collect();
         let scale: Vec<f64> = self.columns.scale.iter().map(|s| s.to_f64()).collect();
         let Spectrum { image, v, .. } = self.spectrum;
-        Ok(Some(matrix_b(place.design, place.sample, place.factor, image, v, &c, &scale)))
+        Ok(Some(matrix_b(place.design, sample, place.factor, image, v, &c, &scale)))
     }
 }

@@ -10,6 +10,7 @@ use super::{
     filter::{Rule, Spectral, Sums},
     spec::{Criterion, Scheme},
 };
+use crate::numerics::wide::LANES;
 
 /// Grid points for each factor of e between the ends of the search.
 const DENSITY: f64 = 2.5;
@@ -98,17 +99,20 @@ impl<'a> Search<'a> {
                 // the curvature may peak close behind the place where a direction joins
                 let near = JOINING.iter().map(|d| low + d).filter(|x| *x < low + (high - low) / cells as f64);
                 let even = (1..=cells).map(|i| low + (high - low) * (i as f64 / cells as f64));
-                let grid = std::iter::once(low)
-                    .chain(near)
-                    .chain(even)
-                    .map(|x| (x, problem.sums_touching(rule, x.exp(), touched.clone())))
-                    .collect();
+                let places: Vec<f64> = std::iter::once(low).chain(near).chain(even).collect();
+                let mut grid = Vec::with_capacity(places.len() + LANES);
+                for four in places.chunks(LANES) {
+                    let x: [f64; LANES] = std::array::from_fn(|k| four[k.min(four.len() - 1)]);
+                    let sums = problem.sums_at_four(rule, x.map(f64::exp), touched.clone());
+                    grid.extend(x.into_iter().zip(sums).take(four.len()));
+                }
                 Stretch { touched, grid }
             })
             .collect();
         Search { problem, rule, stretches }
     }
 
+    #[inline(always)]
     fn sums(&self, stretch: &Stretch, x: f64) -> Sums {
         self.problem.sums_touching(self.rule, x.exp(), stretch.touched.clone())
     }
@@ -155,10 +159,10 @@ impl<'a> Search<'a> {
             heights.clear();
             heights.extend(stretch.grid.iter().map(|(_, sums)| value(sums)));
             for (k, bracket) in peaks(&heights, |here, there| here <= there) {
-                let place = |k: usize| stretch.grid[k].0;
-                let refined = sign_change((place(bracket.0), place(bracket.1)), |x| slope(&self.sums(stretch, x)));
-                let there = value(&self.sums(stretch, refined));
-                for (x, height) in [(place(k), heights[k]), (refined, there)] {
+                let end = |k: usize| (stretch.grid[k].0, slope(&stretch.grid[k].1));
+                let refined = sign_change((end(bracket.0), end(bracket.1)), |x| slope(&self.sums(stretch, x)));
+                let there = refined.map(|x| (x, value(&self.sums(stretch, x))));
+                for (x, height) in std::iter::once((stretch.grid[k].0, heights[k])).chain(there) {
                     // a gain below rounding is no gain: prefer the smaller λ*
                     if height < best - 1e-15 * best.abs() || (best == f64::INFINITY && height.is_finite()) {
                         (best, at) = (height, x);
@@ -200,8 +204,10 @@ impl<'a> Search<'a> {
         }
         for stretch in &self.stretches {
             if let Some(pair) = stretch.grid.windows(2).find(|pair| pair[1].1.rss[0] >= target) {
-                let x = sign_change((pair[0].0, pair[1].0), |x| self.sums(stretch, x).rss[0] - target);
-                return answer(x, true);
+                let end = |(x, sums): &(f64, Sums)| (*x, sums.rss[0] - target);
+                let ends = (end(&pair[0]), end(&pair[1]));
+                let x = sign_change(ends, |x| self.sums(stretch, x).rss[0] - target);
+                return answer(x.unwrap_or(pair[1].0), true);
             }
         }
         answer(range(self.problem, self.rule)[1].ln(), false)
@@ -228,16 +234,11 @@ fn curvature(sums: &Sums) -> f64 {
     if curvature.is_finite() { curvature } else { f64::NEG_INFINITY }
 }
 
-/// Where `f` turns from negative to positive between the ends (the low end if it is not negative there, the high
-/// end if not positive): Chandrupatla's method, inverse quadratic interpolation where that is safe, else bisection.
-fn sign_change((low, high): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
-    let (mut b, mut a) = (low, high);
-    let (mut fb, mut fa) = (f(b), f(a));
-    if fb.is_nan() || fb >= 0.0 {
-        return low;
-    }
-    if fa.is_nan() || fa <= 0.0 {
-        return high;
+/// Where `f` turns from negative to positive between the ends (places with their values), if it does: Chandrupatla's
+/// method, inverse quadratic interpolation where that is safe, else bisection.
+fn sign_change(((mut b, mut fb), (mut a, mut fa)): ((f64, f64), (f64, f64)), f: impl Fn(f64) -> f64) -> Option<f64> {
+    if !(fb < 0.0 && fa > 0.0) {
+        return None;
     }
     let mut t = 0.5;
     for _ in 0..STEPS {
@@ -254,7 +255,7 @@ fn sign_change((low, high): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
         let nearest = if fa.abs() < fb.abs() { a } else { b };
         let limit = (ROOT * nearest.abs().max(1.0)) / (b - a).abs();
         if limit > 0.5 || fa == 0.0 {
-            return nearest;
+            return Some(nearest);
         }
         let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
         t = if phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi {
@@ -264,7 +265,7 @@ fn sign_change((low, high): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
         };
         t = t.clamp(limit, 1.0 - limit);
     }
-    a
+    Some(a)
 }
 
 /// The place and height of the least value between the ends, `middle` being a place inside with its height:
@@ -365,10 +366,10 @@ mod tests {
 
         #[test]
         fn sign_changes_are_found(root in -5.0f64..5.0) {
-            let x = sign_change((-6.0, 6.0), |x| (x - root).powi(3));
-            prop_assert!((x - root).abs() < 1e-4);
-            let x = sign_change((-6.0, 6.0), |x| (x - root).exp() - 1.0);
-            prop_assert!((x - root).abs() < 1e-12);
+            let between = |f: &dyn Fn(f64) -> f64| sign_change(((-6.0, f(-6.0)), (6.0, f(6.0))), f);
+            prop_assert!((between(&|x| (x - root).powi(3)).unwrap() - root).abs() < 1e-4);
+            prop_assert!((between(&|x| (x - root).exp() - 1.0).unwrap() - root).abs() < 1e-12);
+            prop_assert_eq!(between(&|x| 1.0 - (x - root).tanh()), None);
             let start = (0.5, (0.5 - root).powi(2));
             let (x, _) = least((-6.0, 6.0), start, |x| (x - root).powi(2));
             prop_assert!((x - root).abs() < 1e-6);

@@ -24,18 +24,18 @@ pub struct Estimate {
     pub norm: f64,
 }
 
+/// `slopes`: Σ w ((∂x̃/∂u)² + (∂x̃/∂v)²) over nodes and scaled columns; `weight`: Σ w.
+///
 /// Bounds for least squares and for the regularised estimate (B held fixed, whose residual is that of least squares).
 pub fn report(
-    design: &Design,
-    sample: &Sample,
-    columns: &ScaledColumns,
+    slopes: f64,
+    weight: f64,
     uncertainty: NodeUncertainty,
     heights: f64,
     rss: f64,
     [least_squares, regularized]: [Estimate; 2],
 ) -> PerturbationReport {
-    let weight: f64 = (0..sample.count()).map(|k| sample.w(k)).sum();
-    let moved_x = uncertainty.position * slopes(design, sample, columns).sqrt();
+    let moved_x = uncertainty.position * slopes.sqrt();
     let moved_y = uncertainty.height * weight.sqrt();
     let bounds = |estimate: Estimate| {
         let (Some(condition), true) = (estimate.condition, estimate.norm > 0.0 && estimate.largest > 0.0) else {
@@ -55,8 +55,13 @@ pub fn report(
     PerturbationReport { least_squares: bounds(least_squares), regularized: bounds(regularized) }
 }
 
-/// `Σ w (∂x̃/∂u)² + (∂x̃/∂v)²` over nodes and scaled columns: the squared Frobenius norm of δX̃ for unit moves.
-fn slopes(design: &Design, sample: &Sample, columns: &ScaledColumns) -> f64 {
+/// The squared Frobenius norm of δX̃ for unit moves, from the sums over nodes of each column.
+pub fn of_scaled(sums: &[f64], columns: &ScaledColumns) -> f64 {
+    columns.kept.iter().zip(&columns.scale).map(|(&j, s)| sums[j] / (s.to_f64() * s.to_f64())).sum()
+}
+
+/// `Σ w ((∂x/∂u)² + (∂x/∂v)²)` over the nodes, by column.
+pub fn slopes(design: &Design, sample: &Sample) -> Vec<f64> {
     let n = design.size();
     let mut sums = vec![0.0; n];
     match &design.basis {
@@ -77,5 +82,5 @@ fn slopes(design: &Design, sample: &Sample, columns: &ScaledColumns) -> f64 {
             }
         }
     }
-    columns.kept.iter().zip(&columns.scale).map(|(&j, s)| sums[j] / (s.to_f64() * s.to_f64())).sum()
+    sums
 }

@@ -3,11 +3,13 @@
 use nalgebra::DMatrix;
 
 use super::{
-    accumulate::{Precision, residual_pass},
+    accumulate::{Precision, Wanted, residual_pass},
     design::Design,
-    factor::Factor,
+    evidence::Evidence,
+    factor::{Factor, multiply_upper_vector},
     nodes::{Grid, Nodes},
     sample::Sample,
+    seen::Seen,
 };
 use crate::numerics::{Dd, triangular, wide::LANES};
 
@@ -97,23 +99,25 @@ fn over_blocks(sample: &Sample, mut work: impl FnMut(&[f64], &[f64])) {
 /// Residuals of one coefficient vector.
 pub struct Residuals {
     pub rss: f64,
-    pub max_abs: f64,
-    pub values: Vec<f64>,
+    /// `None` where the nodes are gone.
+    pub max_abs: Option<f64>,
+    /// When asked for and the nodes are there.
+    pub values: Option<Vec<f64>>,
 }
 
 /// Where coefficients stand in Q's coordinates and in the working basis.
 pub struct Place<'a> {
     pub design: &'a Design,
-    pub sample: &'a Sample<'a>,
     pub factor: &'a Factor,
-    pub nodes: &'a Nodes,
+    /// Σ w z².
     pub heights: f64,
+    pub evidence: Evidence<'a>,
 }
 
 impl Place<'_> {
     fn grid(&self) -> Option<&Grid> {
-        match self.nodes {
-            Nodes::Grid(grid) => Some(grid),
+        match self.evidence {
+            Evidence::Posted { nodes: Nodes::Grid(grid), .. } => Some(grid),
             _ => None,
         }
     }
@@ -123,9 +127,12 @@ impl Place<'_> {
         if let (Some(separable), Some(grid)) = (&self.factor.separable, self.grid()) {
             let run = |precision| {
                 let (rss, max_abs, values) = separable.residuals(grid, b, precision, keep);
-                Residuals { rss, max_abs, values }
+                Residuals { rss, max_abs: Some(max_abs), values: keep.then_some(values) }
             };
             return self.sharpened(run);
+        }
+        if let Evidence::Summed(seen) = self.evidence {
+            return self.of_sums(seen, b);
         }
         let mut working = b.to_vec();
         triangular::solve_upper(&self.factor.r, &mut working);
@@ -134,10 +141,25 @@ impl Place<'_> {
 
     /// Residuals of working coefficients.
     pub fn of_working(&self, working: &[Dd], keep: bool) -> Residuals {
-        self.sharpened(|precision| {
-            let pass = residual_pass(self.design, self.sample, working, precision, keep);
-            Residuals { rss: pass.rss.to_f64(), max_abs: pass.max_abs, values: pass.values }
-        })
+        match self.evidence {
+            Evidence::Posted { sample, .. } => self.sharpened(|precision| {
+                let wanted = if keep { Wanted::Values } else { Wanted::Sums };
+                let pass = residual_pass(self.design, sample, working, precision, wanted);
+                let values = keep.then_some(pass.values);
+                Residuals { rss: pass.rss.to_f64(), max_abs: Some(pass.max_abs), values }
+            }),
+            Evidence::Summed(seen) => {
+                let mut image = working.to_vec();
+                multiply_upper_vector(&self.factor.r, &mut image);
+                self.of_sums(seen, &image)
+            }
+        }
+    }
+
+    /// `‖√Ω(z − Wc)‖² = ‖Qᵀ√Ωz − Rc‖² + rss`: all that can be told without the nodes.
+    fn of_sums(&self, seen: &Seen, image: &[Dd]) -> Residuals {
+        let moved = self.factor.qty.iter().zip(image).fold(Dd::ZERO, |sum, (&b, &x)| sum + (b - x) * (b - x));
+        Residuals { rss: (seen.rss + moved).to_f64(), max_abs: None, values: None }
     }
 
     /// In double precision first, and again in double-double where nothing but rounding would be left.

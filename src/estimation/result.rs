@@ -182,7 +182,8 @@ pub struct ResidualReport {
     pub sigma: Option<f64>,
     /// √(Σ w r² / Σ w).
     pub rms: f64,
-    pub max_abs: f64,
+    /// `None` where the nodes are gone (a stream keeps sums only).
+    pub max_abs: Option<f64>,
     pub r_squared: Option<f64>,
     pub least_squares_rss: f64,
     /// One per counted node, in the order posted (grids row by row); present when included.

@@ -137,7 +137,8 @@ fn lanes_of<L: Lanes>(q: &DMatrix<Dd>) -> Vec<Vec<L>> {
             (0..m.div_ceil(LANES))
                 .map(|g| {
                     let at = |i: usize| if g * LANES + i < m { q[(g * LANES + i, j)] } else { Dd::ZERO };
-                    L::from_parts(std::array::from_fn(|i| at(i).hi), std::array::from_fn(|i| at(i).lo))
+                    let (hi, lo) = (std::array::from_fn(|i| at(i).hi), std::array::from_fn(|i| at(i).lo));
+                    L::from_parts(F64x4::new(hi), F64x4::new(lo))
                 })
                 .collect()
         })
@@ -145,11 +146,11 @@ fn lanes_of<L: Lanes>(q: &DMatrix<Dd>) -> Vec<Vec<L>> {
 }
 
 #[inline(always)]
-fn four(row: &[f64], start: usize) -> [f64; LANES] {
+fn four(row: &[f64], start: usize) -> F64x4 {
     if start + LANES <= row.len() {
-        std::array::from_fn(|i| row[start + i])
+        F64x4::new(std::array::from_fn(|i| row[start + i]))
     } else {
-        std::array::from_fn(|i| row.get(start + i).copied().unwrap_or(0.0))
+        F64x4::new(std::array::from_fn(|i| row.get(start + i).copied().unwrap_or(0.0)))
     }
 }
 
@@ -197,7 +198,7 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
     let columns: Vec<Vec<L>> = lanes_of(qv);
     let z = &grid.z;
     let parts = over_rows(nu, z.len(), |rows| {
-        let (mut rss, mut max_abs, mut values) = (L::ZERO, [0.0f64; LANES], Vec::new());
+        let (mut rss, mut max_abs, mut values) = (L::ZERO, F64x4::ZERO, Vec::new());
         for k in rows {
             let weights: Vec<L> = (0..q)
                 .map(|j| {
@@ -218,15 +219,13 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
                 let residual = L::from_doubles(four(row, g * LANES)).sub(fitted.settled());
                 rss = residual.fma(residual, rss);
                 let plain = residual.to_doubles();
-                for i in 0..LANES {
-                    max_abs[i] = max_abs[i].max(plain[i].abs());
-                }
+                max_abs = plain.abs().larger(max_abs);
                 if keep {
-                    values.extend_from_slice(&plain[..(nv - g * LANES).min(LANES)]);
+                    values.extend_from_slice(&plain.to_array()[..(nv - g * LANES).min(LANES)]);
                 }
             }
         }
-        (rss.sum(), max_abs.into_iter().fold(0.0, f64::max), values)
+        (rss.sum(), max_abs.to_array().into_iter().fold(0.0, f64::max), values)
     });
     let (mut rss, mut max_abs, mut values) = (Dd::ZERO, 0.0f64, Vec::with_capacity(if keep { z.len() } else { 0 }));
     for (part, largest, kept) in parts {

@@ -77,7 +77,7 @@ impl Figures {
             bias_norm: finite(result.bias.norm),
             bias_sharp_bound: finite(result.bias.sharp_bound),
             rms: finite(result.residuals.rms),
-            max_abs: finite(result.residuals.max_abs),
+            max_abs: result.residuals.max_abs.and_then(finite),
         }
     }
 

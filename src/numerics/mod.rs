@@ -18,6 +18,7 @@ pub mod quantiles;
 pub mod real;
 pub mod sums;
 pub mod triangular;
+mod vector;
 pub mod wide;
 
 pub use dd::Dd;

@@ -1,24 +1,19 @@
 //! Four numbers side by side, in double or double-double, for kernels that run over many nodes.
-//!
-//! Plain arrays and loops of fixed length: the compiler turns them into vector instructions, and the order of
-//! every sum is fixed by the code, so results do not depend on the processor.
 
 use super::Dd;
-
-/// How many numbers stand side by side.
-pub const LANES: usize = 4;
+pub use super::vector::{F64x4, LANES};
 
 /// What the node kernels need of a number.
 pub trait Lanes: Copy + Send + Sync {
     const ZERO: Self;
-    /// Whether these are double-double numbers.
-    const DOUBLE_DOUBLE: bool;
     fn splat(value: Dd) -> Self;
-    fn from_doubles(values: [f64; LANES]) -> Self;
+    fn from_doubles(values: F64x4) -> Self;
     /// `(x − center) · scale`, the map of an axis.
-    fn mapped(x: [f64; LANES], center: f64, scale: f64) -> Self;
-    fn add(self, other: Self) -> Self;
+    fn mapped(x: F64x4, center: f64, scale: f64) -> Self;
     fn sub(self, other: Self) -> Self;
+    fn neg(self) -> Self;
+    /// `self + self`, exactly.
+    fn doubled(self) -> Self;
     /// `self · a + b`.
     fn fma(self, a: Self, b: Self) -> Self;
     /// `self + a · b` for running sums, whose low part may overlap the high one: call [`Self::settled`] at the end.
@@ -26,67 +21,49 @@ pub trait Lanes: Copy + Send + Sync {
     /// A running sum as a number again.
     fn settled(self) -> Self;
     fn mul(self, other: Self) -> Self;
-    fn mul_doubles(self, other: [f64; LANES]) -> Self;
-    fn to_doubles(self) -> [f64; LANES];
+    fn mul_doubles(self, other: F64x4) -> Self;
+    fn to_doubles(self) -> F64x4;
     /// High and low parts (the low part of a double is 0).
-    fn parts(self) -> ([f64; LANES], [f64; LANES]);
-    fn from_parts(hi: [f64; LANES], lo: [f64; LANES]) -> Self;
+    fn parts(self) -> (F64x4, F64x4);
+    fn from_parts(hi: F64x4, lo: F64x4) -> Self;
     /// The sum of the four.
     fn sum(self) -> Dd;
 }
 
-/// Four doubles.
-#[derive(Clone, Copy, Debug)]
-pub struct F64x4(pub [f64; LANES]);
-
-impl F64x4 {
-    #[inline(always)]
-    pub fn times(self, factor: f64) -> Self {
-        F64x4(self.0.map(|x| x * factor))
-    }
-
-    #[inline(always)]
-    pub fn reciprocal(self) -> Self {
-        F64x4(self.0.map(|x| 1.0 / x))
-    }
-
-    #[inline(always)]
-    pub fn square_root(self) -> Self {
-        F64x4(self.0.map(f64::sqrt))
-    }
-}
-
 impl Lanes for F64x4 {
-    const ZERO: Self = F64x4([0.0; LANES]);
-    const DOUBLE_DOUBLE: bool = false;
+    const ZERO: Self = F64x4::ZERO;
 
     #[inline(always)]
     fn splat(value: Dd) -> Self {
-        F64x4([value.to_f64(); LANES])
+        F64x4::splat(value.to_f64())
     }
     #[inline(always)]
-    fn from_doubles(values: [f64; LANES]) -> Self {
-        F64x4(values)
+    fn from_doubles(values: F64x4) -> Self {
+        values
     }
     #[inline(always)]
-    fn mapped(x: [f64; LANES], center: f64, scale: f64) -> Self {
-        F64x4(x.map(|x| (x - center) * scale))
-    }
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        F64x4(std::array::from_fn(|i| self.0[i] + other.0[i]))
+    fn mapped(x: F64x4, center: f64, scale: f64) -> Self {
+        (x - F64x4::splat(center)) * scale
     }
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        F64x4(std::array::from_fn(|i| self.0[i] - other.0[i]))
+        self - other
+    }
+    #[inline(always)]
+    fn neg(self) -> Self {
+        -self
+    }
+    #[inline(always)]
+    fn doubled(self) -> Self {
+        self + self
     }
     #[inline(always)]
     fn fma(self, a: Self, b: Self) -> Self {
-        F64x4(std::array::from_fn(|i| self.0[i].mul_add(a.0[i], b.0[i])))
+        self.mul_add(a, b)
     }
     #[inline(always)]
     fn accumulate(self, a: Self, b: Self) -> Self {
-        a.fma(b, self)
+        a.mul_add(b, self)
     }
     #[inline(always)]
     fn settled(self) -> Self {
@@ -94,114 +71,104 @@ impl Lanes for F64x4 {
     }
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        F64x4(std::array::from_fn(|i| self.0[i] * other.0[i]))
+        self * other
     }
     #[inline(always)]
-    fn mul_doubles(self, other: [f64; LANES]) -> Self {
-        F64x4(std::array::from_fn(|i| self.0[i] * other[i]))
+    fn mul_doubles(self, other: F64x4) -> Self {
+        self * other
     }
     #[inline(always)]
-    fn to_doubles(self) -> [f64; LANES] {
-        self.0
+    fn to_doubles(self) -> F64x4 {
+        self
     }
     #[inline(always)]
-    fn parts(self) -> ([f64; LANES], [f64; LANES]) {
-        (self.0, [0.0; LANES])
+    fn parts(self) -> (F64x4, F64x4) {
+        (self, F64x4::ZERO)
     }
     #[inline(always)]
-    fn from_parts(hi: [f64; LANES], _lo: [f64; LANES]) -> Self {
-        F64x4(hi)
+    fn from_parts(hi: F64x4, _lo: F64x4) -> Self {
+        hi
     }
     #[inline(always)]
     fn sum(self) -> Dd {
-        Dd::from((self.0[0] + self.0[1]) + (self.0[2] + self.0[3]))
+        Dd::from(self.total())
     }
 }
 
 /// Four double-double numbers, high and low parts apart.
 #[derive(Clone, Copy, Debug)]
 pub struct Ddx4 {
-    hi: [f64; LANES],
-    lo: [f64; LANES],
-}
-
-type Four = [f64; LANES];
-
-#[inline(always)]
-fn zip(a: Four, b: Four, f: impl Fn(f64, f64) -> f64) -> Four {
-    std::array::from_fn(|i| f(a[i], b[i]))
-}
-
-#[inline(always)]
-fn plus(a: Four, b: Four) -> Four {
-    zip(a, b, |a, b| a + b)
-}
-
-#[inline(always)]
-fn minus(a: Four, b: Four) -> Four {
-    zip(a, b, |a, b| a - b)
+    hi: F64x4,
+    lo: F64x4,
 }
 
 /// Sum and its rounding error (Knuth).
 #[inline(always)]
-fn two_sum(a: Four, b: Four) -> (Four, Four) {
-    let s = plus(a, b);
-    let bb = minus(s, a);
-    (s, plus(minus(a, minus(s, bb)), minus(b, bb)))
+fn two_sum(a: F64x4, b: F64x4) -> (F64x4, F64x4) {
+    let s = a + b;
+    let bb = s - a;
+    (s, (a - (s - bb)) + (b - bb))
 }
 
 /// The same where |a| ≥ |b| (Dekker).
 #[inline(always)]
-fn quick_two_sum(a: Four, b: Four) -> Ddx4 {
-    let hi = plus(a, b);
-    Ddx4 { hi, lo: minus(b, minus(hi, a)) }
+fn quick_two_sum(a: F64x4, b: F64x4) -> Ddx4 {
+    let hi = a + b;
+    Ddx4 { hi, lo: b - (hi - a) }
 }
 
 /// Product and its rounding error, by fused multiply-add.
 #[inline(always)]
-fn two_product(a: Four, b: Four) -> (Four, Four) {
-    let p = zip(a, b, |a, b| a * b);
-    (p, std::array::from_fn(|i| a[i].mul_add(b[i], -p[i])))
+fn two_product(a: F64x4, b: F64x4) -> (F64x4, F64x4) {
+    let p = a * b;
+    (p, a.mul_sub(b, p))
 }
 
 impl Ddx4 {
     /// `self + lane · values`, a running sum as in [`Lanes::accumulate`].
     #[inline(always)]
-    pub fn add_product(self, lane: Ddx4, values: Four) -> Self {
+    pub fn add_product(self, lane: Ddx4, values: F64x4) -> Self {
         let (p, e) = two_product(lane.hi, values);
         let (hi, carried) = two_sum(self.hi, p);
-        let low: Four = std::array::from_fn(|i| lane.lo[i].mul_add(values[i], e[i] + carried[i]));
-        Ddx4 { hi, lo: plus(self.lo, low) }
+        Ddx4 { hi, lo: self.lo + lane.lo.mul_add(values, e + carried) }
     }
-}
 
-impl Lanes for Ddx4 {
-    const ZERO: Self = Ddx4 { hi: [0.0; LANES], lo: [0.0; LANES] };
-    const DOUBLE_DOUBLE: bool = true;
-
-    #[inline(always)]
-    fn splat(value: Dd) -> Self {
-        Ddx4 { hi: [value.hi; LANES], lo: [value.lo; LANES] }
-    }
-    #[inline(always)]
-    fn from_doubles(values: Four) -> Self {
-        Ddx4 { hi: values, lo: [0.0; LANES] }
-    }
-    #[inline(always)]
-    fn mapped(x: Four, center: f64, scale: f64) -> Self {
-        let (hi, lo) = two_sum(x, [-center; LANES]);
-        Ddx4 { hi, lo }.mul_doubles([scale; LANES])
-    }
     #[inline(always)]
     fn add(self, other: Self) -> Self {
         let (s, e) = two_sum(self.hi, other.hi);
         let (t, f) = two_sum(self.lo, other.lo);
-        let first = quick_two_sum(s, plus(e, t));
-        quick_two_sum(first.hi, plus(first.lo, f))
+        let first = quick_two_sum(s, e + t);
+        quick_two_sum(first.hi, first.lo + f)
+    }
+}
+
+impl Lanes for Ddx4 {
+    const ZERO: Self = Ddx4 { hi: F64x4::ZERO, lo: F64x4::ZERO };
+
+    #[inline(always)]
+    fn splat(value: Dd) -> Self {
+        Ddx4 { hi: F64x4::splat(value.hi), lo: F64x4::splat(value.lo) }
+    }
+    #[inline(always)]
+    fn from_doubles(values: F64x4) -> Self {
+        Ddx4 { hi: values, lo: F64x4::ZERO }
+    }
+    #[inline(always)]
+    fn mapped(x: F64x4, center: f64, scale: f64) -> Self {
+        let (hi, lo) = two_sum(x, F64x4::splat(-center));
+        Ddx4 { hi, lo }.mul_doubles(F64x4::splat(scale))
     }
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.add(Ddx4 { hi: other.hi.map(|x| -x), lo: other.lo.map(|x| -x) })
+        self.add(other.neg())
+    }
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Ddx4 { hi: -self.hi, lo: -self.lo }
+    }
+    #[inline(always)]
+    fn doubled(self) -> Self {
+        Ddx4 { hi: self.hi + self.hi, lo: self.lo + self.lo }
     }
     #[inline(always)]
     fn fma(self, a: Self, b: Self) -> Self {
@@ -211,8 +178,8 @@ impl Lanes for Ddx4 {
     fn accumulate(self, a: Self, b: Self) -> Self {
         let (p, e) = two_product(a.hi, b.hi);
         let (hi, carried) = two_sum(self.hi, p);
-        let low: Four = std::array::from_fn(|i| a.hi[i].mul_add(b.lo[i], a.lo[i].mul_add(b.hi[i], e[i] + carried[i])));
-        Ddx4 { hi, lo: plus(self.lo, low) }
+        let low = a.hi.mul_add(b.lo, a.lo.mul_add(b.hi, e + carried));
+        Ddx4 { hi, lo: self.lo + low }
     }
     #[inline(always)]
     fn settled(self) -> Self {
@@ -222,31 +189,29 @@ impl Lanes for Ddx4 {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (p, e) = two_product(self.hi, other.hi);
-        let cross: Four =
-            std::array::from_fn(|i| self.hi[i].mul_add(other.lo[i], self.lo[i].mul_add(other.hi[i], e[i])));
-        quick_two_sum(p, cross)
+        quick_two_sum(p, self.hi.mul_add(other.lo, self.lo.mul_add(other.hi, e)))
     }
     #[inline(always)]
-    fn mul_doubles(self, other: Four) -> Self {
+    fn mul_doubles(self, other: F64x4) -> Self {
         let (p, e) = two_product(self.hi, other);
-        let cross: Four = std::array::from_fn(|i| self.lo[i].mul_add(other[i], e[i]));
-        quick_two_sum(p, cross)
+        quick_two_sum(p, self.lo.mul_add(other, e))
     }
     #[inline(always)]
-    fn to_doubles(self) -> Four {
+    fn to_doubles(self) -> F64x4 {
         self.hi
     }
     #[inline(always)]
-    fn parts(self) -> (Four, Four) {
+    fn parts(self) -> (F64x4, F64x4) {
         (self.hi, self.lo)
     }
     #[inline(always)]
-    fn from_parts(hi: Four, lo: Four) -> Self {
+    fn from_parts(hi: F64x4, lo: F64x4) -> Self {
         Ddx4 { hi, lo }
     }
     #[inline(always)]
     fn sum(self) -> Dd {
-        let at = |i: usize| Dd { hi: self.hi[i], lo: self.lo[i] };
+        let (hi, lo) = (self.hi.to_array(), self.lo.to_array());
+        let at = |i: usize| Dd { hi: hi[i], lo: lo[i] };
         (at(0) + at(1)) + (at(2) + at(3))
     }
 }

@@ -1,0 +1,40 @@
+//! What is still known of the nodes once the factor stands: all of them for a fit of posted nodes, sums for a stream.
+
+use super::{design::Design, nodes::Nodes, perturbation, sample::Sample, scaled::ScaledColumns, seen::Seen};
+
+/// Nodes, or what is left of them.
+#[derive(Clone, Copy)]
+pub enum Evidence<'a> {
+    Posted {
+        sample: &'a Sample<'a>,
+        nodes: &'a Nodes,
+    },
+    #[expect(dead_code, reason = "streams, which keep sums only, enter here")]
+    Summed(&'a Seen),
+}
+
+impl Evidence<'_> {
+    /// m, the number of counted nodes.
+    pub fn count(&self) -> usize {
+        match self {
+            Evidence::Posted { sample, .. } => sample.count(),
+            Evidence::Summed(seen) => seen.count,
+        }
+    }
+
+    /// Which posted nodes count, when not all do and they are at hand.
+    pub fn counted(&self) -> Option<&[u32]> {
+        match self {
+            Evidence::Posted { sample, .. } => sample.index(),
+            Evidence::Summed(_) => None,
+        }
+    }
+
+    /// `Σ w ((∂x̃/∂u)² + (∂x̃/∂v)²)` over nodes and scaled columns.
+    pub fn slopes(&self, design: &Design, columns: &ScaledColumns) -> f64 {
+        match self {
+            Evidence::Posted { sample, .. } => perturbation::of_scaled(&perturbation::slopes(design, sample), columns),
+            Evidence::Summed(seen) => perturbation::of_scaled(&seen.slopes, columns),
+        }
+    }
+}
