@@ -53,8 +53,7 @@ impl FitResultBody {
     /// Takes over a result. `input_sha256` is the digest of [`super::canonical`].
     pub fn new(result: FitResult, input_sha256: String) -> Result<Self, Problem> {
         let mut check = Check::default();
-        let (filters, filter_collinearity) =
-            result.filtering.map(|report| filters::answer(&mut check, report)).unzip();
+        let (filters, filter_collinearity) = result.filtering.map(|report| filters::answer(&mut check, report)).unzip();
         let body = FitResultBody {
             coefficients: result.coefficients.into_iter().map(|c| coefficient(&mut check, c)).collect(),
             domain: result.domain.map(DomainBody::from),

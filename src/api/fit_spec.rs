@@ -6,9 +6,9 @@
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
+use super::filters::FilterBody;
 pub use super::fit_result_parts::DomainBody;
 pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody};
-use super::filters::FilterBody;
 use super::nodes_schema::NodesBody;
 use crate::estimation::spec::{Criterion, DEFAULT_CONDITION_LIMIT, Scheme};
 

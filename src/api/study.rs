@@ -185,7 +185,8 @@ fn measured(nodes: &RawValue, model: Option<&RawValue>, domain: Option<&RawValue
         }
     }
     text.push('}');
-    let (nodes, spec, NoExtra {}) = reader::read_fit(text.as_bytes()).map_err(|error: ReadError| Problem::from(error))?;
+    let (nodes, spec, NoExtra {}) =
+        reader::read_fit(text.as_bytes()).map_err(|error: ReadError| Problem::from(error))?;
     let measured = Measured::new(&nodes, &spec)?;
     Ok(Material {
         x: measured.x,

@@ -35,11 +35,7 @@ pub fn run(arguments: &StudyArguments) -> Result<(), CommandError> {
         Some(file) => read(file)?,
     };
     let result = study::answer(&text).map_err(|problem| explain(&problem))?;
-    let mut shown = if arguments.json {
-        result.to_json()?
-    } else {
-        tables::text(&result).into_bytes()
-    };
+    let mut shown = if arguments.json { result.to_json()? } else { tables::text(&result).into_bytes() };
     if arguments.json {
         shown.push(b'\n');
     }

@@ -26,7 +26,8 @@ const LEFT: f64 = 58.0;
 const TOP: f64 = 52.0;
 const GAP: f64 = 76.0;
 /// Told apart also without colours, by their dashes.
-const STROKES: [(&str, &str); 4] = [("#444444", "none"), ("#b2452b", "7 3"), ("#2b7a4b", "2 3"), ("#7a4ba8", "9 3 2 3")];
+const STROKES: [(&str, &str); 4] =
+    [("#444444", "none"), ("#b2452b", "7 3"), ("#2b7a4b", "2 3"), ("#7a4ba8", "9 3 2 3")];
 
 /// A figure of two panels.
 pub fn page(title: &str, panels: &[Panel; 2]) -> String {

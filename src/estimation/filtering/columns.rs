@@ -62,18 +62,20 @@ pub fn compare(
         Factored::Degenerate => {
             warnings.push(Warning {
                 code: "filtered_columns_dependent",
-                message: "the filters leave columns that double precision cannot tell apart: condition, correlation and \
+                message:
+                    "the filters leave columns that double precision cannot tell apart: condition, correlation and \
                           variance inflation after filtering are left out"
-                    .into(),
+                        .into(),
             });
             counted
         }
         Factored::TooMuch => {
             warnings.push(Warning {
                 code: "filtered_columns_not_examined",
-                message: "the columns were not filtered too, because that is too much work for so many nodes: condition, \
+                message:
+                    "the columns were not filtered too, because that is too much work for so many nodes: condition, \
                           correlation and variance inflation after filtering are left out"
-                    .into(),
+                        .into(),
             });
             counted
         }
@@ -198,7 +200,7 @@ fn factor_of(design: &Design, r: DMatrix<Dd>, ones: Vec<f64>) -> Factor {
         arithmetic: Arithmetic::DoubleDouble,
         relative_error: f64::EPSILON,
         rss: 0.0,
-        max_abs: 0.0,
+        max_abs: Some(0.0),
         separable: None,
         r,
     }

@@ -191,7 +191,9 @@ impl GaussianFilter {
                     }
                     into_row(&mut p, &t, self.order);
                     out.extend(
-                        columns.iter().map(|column| p.iter().enumerate().map(|(i, p)| p * column[node(i)]).sum::<f64>()),
+                        columns
+                            .iter()
+                            .map(|column| p.iter().enumerate().map(|(i, p)| p * column[node(i)]).sum::<f64>()),
                     );
                 }
                 out

@@ -118,7 +118,8 @@ mod tests {
 
     #[test]
     fn lines_reach_every_node_once() {
-        let grid = Nodes::grid(vec![0.0, 1.0], vec![0.0, 1.0, 4.0], (0..6).map(f64::from).collect(), None, None).unwrap();
+        let grid =
+            Nodes::grid(vec![0.0, 1.0], vec![0.0, 1.0, 4.0], (0..6).map(f64::from).collect(), None, None).unwrap();
         for (axis, lines, places) in [(FilterAxis::U, 3, 2), (FilterAxis::V, 2, 3)] {
             let along = Lines::of(&grid, axis).unwrap();
             assert_eq!((along.count, along.places()), (lines, places));

@@ -44,8 +44,7 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
                 .into(),
         });
     }
-    let [before, after] =
-        columns::compare(nodes, &applied.nodes, &applied.steps, spec, &mut applied.warnings)?;
+    let [before, after] = columns::compare(nodes, &applied.nodes, &applied.steps, spec, &mut applied.warnings)?;
     result.filtering = Some(FilteringReport { filters: applied.reports, before, after });
     result.warnings.append(&mut applied.warnings);
     Ok(result)

@@ -76,9 +76,7 @@ impl Knots {
     }
 
     fn means(&self, column: &[f64]) -> Vec<f64> {
-        let share = |nodes: &Vec<usize>| {
-            nodes.iter().map(|&node| column[node] / nodes.len() as f64).sum::<f64>()
-        };
+        let share = |nodes: &Vec<usize>| nodes.iter().map(|&node| column[node] / nodes.len() as f64).sum::<f64>();
         self.nodes.iter().map(share).collect()
     }
 }
@@ -137,9 +135,8 @@ impl System {
 
     fn smooth(&self, mut z: Vec<f64>) -> Vec<f64> {
         let inner = self.pivot.len();
-        let mut g: Vec<f64> = (0..inner)
-            .map(|k| (z[k + 2] - z[k + 1]) * self.slope[k + 1] - (z[k + 1] - z[k]) * self.slope[k])
-            .collect();
+        let mut g: Vec<f64> =
+            (0..inner).map(|k| (z[k + 2] - z[k + 1]) * self.slope[k + 1] - (z[k + 1] - z[k]) * self.slope[k]).collect();
         for k in 1..inner {
             g[k] -= self.below[0][k] * g[k - 1];
             if k >= 2 {

@@ -29,8 +29,19 @@ pub enum Step {
     Replaced(Vec<Peak>),
     /// Peaks are missing from here on.
     Removed,
-    Gaussian { filter: GaussianFilter, lines: Lines, axis: FilterAxis, present: Vec<bool>, delta: Option<Vec<f64>> },
-    Spline { filter: SplineFilter, lines: Lines, axis: FilterAxis, present: Vec<bool> },
+    Gaussian {
+        filter: GaussianFilter,
+        lines: Lines,
+        axis: FilterAxis,
+        present: Vec<bool>,
+        delta: Option<Vec<f64>>,
+    },
+    Spline {
+        filter: SplineFilter,
+        lines: Lines,
+        axis: FilterAxis,
+        present: Vec<bool>,
+    },
 }
 
 impl Step {
@@ -238,10 +249,15 @@ fn check(nodes: &Nodes, filters: &[Filter]) -> Result<(), Faults> {
         match (nodes, filter) {
             (Nodes::Scattered(_), _) => faults.push(
                 at(k, "type"),
-                format!("scattered nodes lie on no lines along which `{}` could run; send a grid or a curve", filter.name()),
+                format!(
+                    "scattered nodes lie on no lines along which `{}` could run; send a grid or a curve",
+                    filter.name()
+                ),
             ),
-            (Nodes::Matrix(_), Filter::Gaussian(_) | Filter::Spline(_)) => faults
-                .push(at(k, "type"), format!("a measurement matrix has no axis along which `{}` could run", filter.name())),
+            (Nodes::Matrix(_), Filter::Gaussian(_) | Filter::Spline(_)) => faults.push(
+                at(k, "type"),
+                format!("a measurement matrix has no axis along which `{}` could run", filter.name()),
+            ),
             (Nodes::Matrix(_), Filter::Hampel(Hampel { axis: Some(_), .. })) => {
                 faults.push(at(k, "axis"), "a measurement matrix has no axis: windows lie along its rows");
             }
@@ -302,7 +318,9 @@ fn check_cutoff(lines: &Lines, cutoff: f64, pointer: &str, faults: &mut Faults) 
     if !fine {
         faults.push(
             pointer,
-            format!("{cutoff} is not longer than twice the closest spacing {closest}: no wave so short can be told there"),
+            format!(
+                "{cutoff} is not longer than twice the closest spacing {closest}: no wave so short can be told there"
+            ),
         );
     }
     fine

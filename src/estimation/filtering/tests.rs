@@ -55,7 +55,8 @@ fn transmission(filter: Filter, wavelength: f64) -> f64 {
 
 #[test]
 fn a_wave_of_the_cutoff_is_halved() {
-    for filter in [gaussian(0.8, None), gaussian(0.8, Some(Order::Zero)), gaussian(0.8, Some(Order::Two)), spline(0.8)] {
+    for filter in [gaussian(0.8, None), gaussian(0.8, Some(Order::Zero)), gaussian(0.8, Some(Order::Two)), spline(0.8)]
+    {
         // a lone sine has no peaks: Tukey's weights lower it a little where the filter is robust
         let bound = if matches!(filter, Filter::Gaussian(Gaussian { robust: Some(_), .. })) { 0.06 } else { 1e-9 };
         let kept = transmission(filter, 0.8);
@@ -173,7 +174,11 @@ fn a_robust_filter_does_not_follow_peaks() {
 #[test]
 fn the_robust_filter_ends_where_weights_and_heights_agree() {
     let x = uneven(80);
-    let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| (1.3 * x).sin() + if i % 9 == 4 { 3.0 } else { 0.05 * (i as f64 * 2.1).sin() }).collect();
+    let y: Vec<f64> = x
+        .iter()
+        .enumerate()
+        .map(|(i, x)| (1.3 * x).sin() + if i % 9 == 4 { 3.0 } else { 0.05 * (i as f64 * 2.1).sin() })
+        .collect();
     let cutoff = 1.0;
     let w = heights(&x, &y, gaussian(cutoff, Some(Order::Two)));
     let mut r: Vec<f64> = y.iter().zip(&w).map(|(y, w)| (y - w).abs()).collect();
@@ -300,5 +305,75 @@ proptest! {
             let w = heights(&x, &y, gaussian(0.6, robust));
             prop_assert!(w.iter().all(|w| *w >= low - 1e-12 && *w <= high + 1e-12));
         }
+    }
+}
+
+/// The filtered columns, written out: S by its definition, figures of S X from cosines and correlations.
+#[test]
+fn the_columns_are_filtered_as_the_heights_are() {
+    use crate::estimation::spec::{Degree, FitSpec, Model, PolynomialBasis, Terms};
+
+    let x = uneven(50);
+    let y: Vec<f64> = x.iter().map(|x| (2.0 * x).sin()).collect();
+    let (n, cutoff, alpha) = (x.len(), 1.5, (LN_2 / PI).sqrt());
+    let cell = |l: usize| match l {
+        0 => x[1] - x[0],
+        l if l + 1 == n => x[l] - x[l - 1],
+        l => 0.5 * (x[l + 1] - x[l - 1]),
+    };
+    let smooth = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        (0..n)
+            .map(|k| {
+                let p = |l: usize| (-PI * ((x[l] - x[k]) / (alpha * cutoff)).powi(2)).exp() * cell(l);
+                (0..n).map(|l| p(l) * f(x[l])).sum::<f64>() / (0..n).map(p).sum::<f64>()
+            })
+            .collect()
+    };
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (one, first, second) = (smooth(&|_| 1.0), smooth(&|x| x), smooth(&|x| x * x));
+    let nodes = Nodes::curve(x.clone(), y, None).unwrap();
+    let report = |degree: usize| {
+        let model =
+            Model::Polynomial { degree: Degree::Both(degree), basis: PolynomialBasis::Monomial, terms: Terms::Tensor };
+        let spec = FitSpec { filters: vec![gaussian(cutoff, None)], ..FitSpec::new(model) };
+        super::fit(&nodes, &spec).unwrap().filtering.unwrap()
+    };
+    // two columns of unit length at the cosine c have the eigenvalues 1 ± c
+    let c = dot(&one, &first) / (dot(&one, &one) * dot(&first, &first)).sqrt();
+    let line = report(1);
+    let condition = line.after.condition.unwrap();
+    assert!((condition / ((1.0 + c) / (1.0 - c)) - 1.0).abs() < 1e-9, "{condition}");
+    assert!(condition > line.before.condition.unwrap());
+    assert_eq!((line.after.largest_correlation, line.after.nodes), (None, 50));
+    let centred = |v: &[f64]| v.iter().map(|x| x - v.iter().sum::<f64>() / n as f64).collect::<Vec<f64>>();
+    let (p, q) = (centred(&first), centred(&second));
+    let r = dot(&p, &q) / (dot(&p, &p) * dot(&q, &q)).sqrt();
+    let parabola = report(2).after;
+    assert!((parabola.largest_correlation.unwrap() - r.abs()).abs() < 1e-9);
+    assert!((parabola.largest_vif.unwrap() * (1.0 - r * r) - 1.0).abs() < 1e-6);
+}
+
+/// A full grid goes through its axes, one with a missing node through every column; both are the same map.
+#[test]
+fn axes_and_columns_agree() {
+    use crate::estimation::spec::{Degree, FitSpec, Model, PolynomialBasis, Terms};
+
+    let (u, v) = (axis(15, 0.3), axis(12, 0.5));
+    let z: Vec<f64> = (0..180).map(|i| (0.7 * f64::from(i)).sin()).collect();
+    let along = |axis| Filter::Gaussian(Gaussian { axis: Some(axis), cutoff: 2.0, robust: None });
+    for terms in [Terms::Tensor, Terms::Total] {
+        let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Monomial, terms };
+        let filters = vec![along(FilterAxis::V), along(FilterAxis::U)];
+        let spec = FitSpec { filters, ..FitSpec::new(model) };
+        let figures = |weight: Option<Vec<f64>>| {
+            let nodes = Nodes::grid(u.clone(), v.clone(), z.clone(), None, weight).unwrap();
+            super::fit(&nodes, &spec).unwrap().filtering.unwrap().after
+        };
+        // weights, though all 1, part the axes
+        let (by_axes, by_columns) = (figures(None), figures(Some(vec![1.0; 180])));
+        let close = |a: Option<f64>, b: Option<f64>| (a.unwrap() / b.unwrap() - 1.0).abs() < 1e-8;
+        assert!(close(by_axes.condition, by_columns.condition), "{by_axes:?} {by_columns:?}");
+        assert!(close(by_axes.largest_correlation, by_columns.largest_correlation));
+        assert!(close(by_axes.largest_vif, by_columns.largest_vif), "{by_axes:?} {by_columns:?}");
     }
 }

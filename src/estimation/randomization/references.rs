@@ -22,9 +22,7 @@ use crate::{
         result::Warning,
         sample::Sample,
         scaled::{ScaledColumns, caller_columns},
-        spec::{
-            Count, Criterion, DEFAULT_CONDITION_LIMIT, FitSpec, Model, Parameter, Regularization, Scaling, Scheme,
-        },
+        spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, FitSpec, Model, Parameter, Regularization, Scaling, Scheme},
         spectrum::Spectrum,
     },
     numerics::{Dd, triangular},
@@ -127,10 +125,8 @@ impl Base {
             least_squares,
             spectral_first_order: spectral(Scheme::FirstOrder),
             spectral_exact: spectral(Scheme::Exact),
-            ridge: self.reference(
-                outcomes,
-                &Regularization::Ridge { parameter: Parameter::Criterion(Criterion::MinMse) },
-            ),
+            ridge: self
+                .reference(outcomes, &Regularization::Ridge { parameter: Parameter::Criterion(Criterion::MinMse) }),
         }
     }
 
@@ -145,8 +141,7 @@ impl Base {
                     return vec![None; Criterion::ALL.len()];
                 }
                 let a = self.least_squares(outcome);
-                let problem =
-                    Spectral::new(self.lambda(), &a, Some(self.variance), outcome.rss, self.rows, 0);
+                let problem = Spectral::new(self.lambda(), &a, Some(self.variance), outcome.rss, self.rows, 0);
                 let search = Search::new(&problem, rule);
                 Criterion::ALL.iter().map(|c| search.choose(*c).ok().map(|chosen| chosen.lambda_star)).collect()
             })

@@ -43,13 +43,8 @@ pub fn run(study: &Study, base: &Base, stream: u64) -> Result<Outcome, FitError>
 
 fn level(study: &Study, noise: &[f64], change: &[f64], k: f64) -> Result<Drawn, FitError> {
     let n = study.columns;
-    let randomised: Vec<f64> = study
-        .x
-        .iter()
-        .zip(change)
-        .enumerate()
-        .map(|(at, (x, g))| x + k * study.deviation[at % n] * g)
-        .collect();
+    let randomised: Vec<f64> =
+        study.x.iter().zip(change).enumerate().map(|(at, (x, g))| x + k * study.deviation[at % n] * g).collect();
     let (solved, error) = solve::<f64>(study, &randomised, noise)?;
     if error <= TOLERANCE {
         return Ok(solved);

@@ -85,9 +85,8 @@ impl Study {
                 format!("{} repetitions; 1 to {MOST_REPETITIONS} can be asked for", setup.repetitions),
             );
         }
-        let work = [setup.repetitions, rows, columns, columns]
-            .into_iter()
-            .fold(setup.levels.len(), usize::saturating_mul);
+        let work =
+            [setup.repetitions, rows, columns, columns].into_iter().fold(setup.levels.len(), usize::saturating_mul);
         if faults.is_empty() && work > MOST_WORK {
             faults.push(
                 "/repetitions",
@@ -121,7 +120,10 @@ impl Study {
         for (j, coefficient) in study.coefficients.iter_mut().enumerate() {
             let largest = study.x.iter().skip(j).step_by(columns).map(|x| x.abs()).fold(0.0, f64::max);
             if !coefficient.is_finite() || coefficient.abs() > 1e140 || (largest > 0.0 && !range.contains(&largest)) {
-                faults.push("/x", format!("squares in column {j} leave the range of double precision: choose another unit"));
+                faults.push(
+                    "/x",
+                    format!("squares in column {j} leave the range of double precision: choose another unit"),
+                );
             }
         }
         faults.into_result(study)

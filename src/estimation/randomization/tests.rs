@@ -119,7 +119,9 @@ fn level_0_is_least_squares() {
         (level.rss, reference.rss),
     ] {
         let (a, b) = (a.unwrap(), b.unwrap());
-        assert!([(a.median, b.median), (a.q1, b.q1), (a.q3, b.q3)].iter().all(|(a, b)| (a - b).abs() <= 1e-8 * b.abs()));
+        assert!(
+            [(a.median, b.median), (a.q1, b.q1), (a.q3, b.q3)].iter().all(|(a, b)| (a - b).abs() <= 1e-8 * b.abs())
+        );
     }
 }
 
