@@ -218,10 +218,12 @@ fn figures(design: &Design, factor: &Factor, nodes: usize, weight: f64) -> Resul
     let spectrum = Spectrum::new(factor, &columns, Scaling::UnitLength, None)?;
     let report = collinearity::report(design, factor, &caller, &spectrum, weight, true, &mut Vec::new());
     let finite = |value: f64| Some(value).filter(|value| value.is_finite());
-    let correlation = report.correlation.iter().flatten().enumerate();
-    let largest = correlation
-        .flat_map(|(i, row)| row.iter().take(i).map(|r| r.abs()))
-        .fold(None, |most: Option<f64>, r| Some(most.map_or(r, |most| most.max(r))));
+    // a constant has no correlation with any other column
+    let varying: Vec<usize> = (0..design.size()).filter(|j| Some(*j) != design.constant).collect();
+    let largest = report.correlation.as_ref().and_then(|rows| {
+        let pairs = varying.iter().flat_map(|&i| varying.iter().filter(move |&&j| j < i).map(move |&j| (i, j)));
+        pairs.map(|(i, j)| rows[i][j].abs()).reduce(f64::max)
+    });
     Ok(ColumnFigures {
         nodes,
         condition: spectrum.full_rank().then(|| spectrum.largest() / spectrum.lambda[0]).and_then(finite),
