@@ -18,7 +18,8 @@
 //!
 //! *Robust:* δ = (1 − (r/c)²)² for |r| < c, else 0 (Tukey's biweight), r the distance of a node from its filtered height,
 //! c = 4.4478 times the median |r| of the line. Repeated for each line until no height moves by more than
-//! [`TOLERANCE`]·c, or [`ROUNDS`] times.
+//! [`TOLERANCE`]·c, or [`ROUNDS`] times. On short lines scale and weights may chase each other for ever; so from round
+//! [`SETTLING`] on c may only fall.
 
 use rayon::prelude::*;
 
@@ -36,7 +37,9 @@ const TUKEY: f64 = 4.447_806_655_516_806;
 /// Movement of the heights, in units of c, that ends the iteration.
 pub const TOLERANCE: f64 = 1e-6;
 /// Rounds after which it ends in any case.
-pub const ROUNDS: usize = 50;
+pub const ROUNDS: usize = 200;
+/// Rounds after which the scale of a line does not grow any more.
+const SETTLING: usize = 10;
 /// Share of the widest possible norm below which an order is not determined by the nodes.
 const UNDETERMINED: f64 = 1e-10;
 
@@ -113,7 +116,7 @@ impl GaussianFilter {
         let mut delta = vec![1.0; z.len()];
         let mut open: Vec<usize> = (0..lines.count).collect();
         let mut rounds = 0;
-        let mut moved_by_tolerance = vec![f64::NEG_INFINITY; lines.count];
+        let mut scale = vec![f64::INFINITY; lines.count];
         loop {
             let done = self.values(lines, &open, present, Some(&delta), &[z]);
             rounds += 1;
@@ -130,14 +133,16 @@ impl GaussianFilter {
                     largest = largest.max(z[node].abs());
                     heights[node] = value;
                 }
-                let limit = moved_by_tolerance[line];
                 let mut distances: Vec<f64> = there.iter().map(|&(_, node)| (z[node] - heights[node]).abs()).collect();
-                let c = TUKEY * median(&mut distances);
+                let mut c = TUKEY * median(&mut distances);
+                if rounds > SETTLING {
+                    c = c.min(scale[line]);
+                }
+                scale[line] = c;
                 // at least half of the nodes lie on the filtered line but for rounding: there is nothing left to weigh
-                if !(c > 1e-13 * largest) || moved <= limit {
+                if !(c > 1e-13 * largest) || (rounds > 1 && moved <= TOLERANCE * c) {
                     continue;
                 }
-                moved_by_tolerance[line] = TOLERANCE * c;
                 open.push(line);
                 if rounds < ROUNDS {
                     for &(_, node) in &there {

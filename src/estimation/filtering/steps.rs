@@ -19,7 +19,7 @@ use crate::estimation::{
 
 /// Products of a weight and a height that a linear filter may take, and one round of a robust one.
 const MOST_PRODUCTS: usize = 1_000_000_000;
-const MOST_ROBUST_PRODUCTS: usize = 50_000_000;
+const MOST_ROBUST_PRODUCTS: usize = 20_000_000;
 /// Heights that the windows of a Hampel filter may hold, all together.
 const MOST_WINDOWED: usize = 200_000_000;
 
