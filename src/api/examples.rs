@@ -36,6 +36,15 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_filtered_curve", "A profile trace with a robust Gaussian filter"),
     example!("study_randomization", "study_flank", "The profile of a flank whose columns are nearly parallel"),
     example!("study_randomization", "study_matrix", "A measurement matrix, seen in columns of unit length"),
+    example!(
+        "create_fit",
+        "fit_ridge_trace",
+        "Ridge by Hoerl, Kennard and Baldwin, with the trace of its coefficients"
+    ),
+    example!("create_fit", "fit_tikhonov", "A B-spline surface with a penalty on its bending, stiffer along v"),
+    example!("create_fit", "fit_truncated_svd", "Raw powers far from 0, the smallest direction left out"),
+    example!("create_fit", "fit_james_stein", "James–Stein toward the grand mean, never beyond it"),
+    example!("create_fit", "fit_attraction", "Drawn to the coefficients of the nominal flank by the explicit optimum"),
     example!("create_job", "job", "A spur gear on a form grinder"),
     example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),
     example!("create_iteration_fit", "refit", "The same nodes with λ* by generalised cross-validation"),

@@ -4,6 +4,8 @@
 //! that is not finite is left out with a warning, and a result that has one where the contract promises a number
 //! is refused: there is no `null` and no invented number.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -35,6 +37,9 @@ pub struct FitResultBody {
     /// Condition, bias and error along λ*; present when `lambda_curve` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_curve: Option<Vec<LambdaCurvePointBody>>,
+    /// The coefficients along k, ascending from 0; present when `ridge_trace` was included and ridge asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ridge_trace: Option<Vec<RidgeTracePointBody>>,
     /// The rows of B in the caller's columns; present when `matrix_b` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix_b: Option<Vec<Vec<f64>>>,
@@ -60,12 +65,21 @@ impl FitResultBody {
             spectrum: spectrum(&mut check, result.spectrum),
             regularization: regularization(&mut check, result.regularization),
             bias: bias(&mut check, result.bias),
-            collinearity: collinearity(&mut check, result.collinearity),
+            collinearity: collinearity(&mut check, Arc::unwrap_or_clone(result.collinearity)),
             perturbation: result.perturbation.map(|p| perturbation(&mut check, p)),
             residuals: residuals(&mut check, result.residuals),
             lambda_curve: result
                 .lambda_curve
                 .map(|points| points.into_iter().map(|p| lambda_curve_point(&mut check, p)).collect()),
+            ridge_trace: result.ridge_trace.map(|points| {
+                points
+                    .into_iter()
+                    .map(|p| RidgeTracePointBody {
+                        k: p.k,
+                        coefficients: check.numbers("ridge_trace.coefficients", p.coefficients),
+                    })
+                    .collect()
+            }),
             matrix_b: check.rows("matrix_b", result.matrix_b),
             filters,
             filter_collinearity,
@@ -205,10 +219,16 @@ fn regularization(check: &mut Check, r: result::RegularizationReport) -> Regular
             result::RegularizationKind::None => RegularizationName::None,
             result::RegularizationKind::Spectral => RegularizationName::Spectral,
             result::RegularizationKind::Ridge => RegularizationName::Ridge,
+            result::RegularizationKind::Tikhonov => RegularizationName::Tikhonov,
+            result::RegularizationKind::TruncatedSvd => RegularizationName::TruncatedSvd,
+            result::RegularizationKind::JamesStein => RegularizationName::JamesStein,
+            result::RegularizationKind::Attraction => RegularizationName::Attraction,
         },
         scheme: r.scheme.map(SchemeName::from),
         count: r.count,
         lambda_star: check.maybe("regularization.lambda_star", r.lambda_star),
+        rank: r.rank,
+        shrinkage_factor: check.maybe("regularization.shrinkage_factor", r.shrinkage_factor),
         lambda_star_interval: r.lambda_star_interval.filter(|ends| ends.iter().all(|end| end.is_finite())),
         gamma: check.maybe("regularization.gamma", r.gamma),
         criterion: if r.fixed { Some(ChosenBy::Fixed) } else { r.criterion.map(ChosenBy::from) },

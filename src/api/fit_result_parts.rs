@@ -5,8 +5,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::fit_spec::SchemeName;
-use crate::estimation::spec::Criterion;
+pub use super::regularization_result::*;
 
 /// One coefficient; exactly one of `powers`, `index` and `column` is there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -81,93 +80,6 @@ pub struct RegularizedSpectrumBody {
     pub condition: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log10_determinant: Option<f64>,
-}
-
-/// How the estimate was regularised.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum RegularizationName {
-    None,
-    Spectral,
-    Ridge,
-}
-
-/// What λ* was chosen by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ChosenBy {
-    MinMse,
-    MinCondition,
-    Gcv,
-    Discrepancy,
-    LCurve,
-    /// The caller gave the value.
-    Fixed,
-    /// Not regularised, for comparison.
-    LeastSquares,
-}
-
-impl From<Criterion> for ChosenBy {
-    fn from(criterion: Criterion) -> Self {
-        match criterion {
-            Criterion::MinMse => ChosenBy::MinMse,
-            Criterion::MinCondition => ChosenBy::MinCondition,
-            Criterion::Gcv => ChosenBy::Gcv,
-            Criterion::Discrepancy => ChosenBy::Discrepancy,
-            Criterion::LCurve => ChosenBy::LCurve,
-        }
-    }
-}
-
-/// The regularisation that was applied, and what every criterion would have chosen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct RegularizationResult {
-    #[serde(rename = "type")]
-    pub kind: RegularizationName,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scheme: Option<SchemeName>,
-    /// L: how many of the smallest eigenvalues were regularised.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub count: Option<usize>,
-    /// λ* of the spectral schemes, k of ridge; absent when nothing was regularised.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lambda_star: Option<f64>,
-    /// The plateau of minimisers of Eq. 49, where there is one: [lo, hi].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)]
-    pub lambda_star_interval: Option<[f64; 2]>,
-    /// λ* − λ₁.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gamma: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub criterion: Option<ChosenBy>,
-    /// What is left of each direction: 1 is all.
-    pub filter_factors: Vec<f64>,
-    /// ‖B‖² (Eq. 41).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub matrix_norm_squared: Option<f64>,
-    /// Ineq. 48.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub largest_eigenvalue_bound: Option<f64>,
-    /// Every criterion, and least squares, side by side.
-    pub choices: Vec<ChoiceBody>,
-}
-
-/// What one criterion would choose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = Choice)]
-pub struct ChoiceBody {
-    pub criterion: ChosenBy,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lambda_star: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub condition: Option<f64>,
-    /// ‖Â − Â_B‖ in the scaled columns.
-    pub bias_norm: f64,
-    /// Predicted mean squared error of the coefficients in the scaled columns.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub predicted_mse: Option<f64>,
-    pub rms: f64,
 }
 
 /// Bias of the regularised estimate; norms are in the scaled columns.

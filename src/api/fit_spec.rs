@@ -10,7 +10,7 @@ use super::filters::FilterBody;
 pub use super::fit_result_parts::DomainBody;
 pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody};
 use super::nodes_schema::NodesBody;
-use crate::estimation::spec::{Criterion, DEFAULT_CONDITION_LIMIT, Scheme};
+pub use super::regularization_spec::*;
 
 // Declared for the document; `super::reader` reads it.
 /// A fit request.
@@ -146,75 +146,6 @@ pub struct LinearModel {
     pub kind: LinearTag,
 }
 
-/// Regularisation; default spectral with its defaults.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[serde(untagged)]
-#[schema(as = Regularization, discriminator(property_name = "type", mapping(
-    ("none" = "#/components/schemas/NoRegularization"),
-    ("spectral" = "#/components/schemas/SpectralRegularization"),
-    ("ridge" = "#/components/schemas/RidgeRegularization")
-)))]
-pub enum RegularizationBody {
-    None(NoRegularization),
-    Spectral(SpectralRegularization),
-    Ridge(RidgeRegularization),
-}
-
-/// Plain least squares.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct NoRegularization {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: NoneTag,
-}
-
-/// The matrix B of Eq. 40: the smallest eigenvalues are lifted towards λ*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SpectralRegularization {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: SpectralTag,
-    /// Default `first_order`.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub scheme: Option<SchemeName>,
-    /// Default `auto`.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub count: Option<CountBody>,
-    /// With count `auto`, eigenvalues below λₙ/condition_limit are regularised. Default 900.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 1, default = json!(DEFAULT_CONDITION_LIMIT))]
-    pub condition_limit: Option<f64>,
-    /// Default `min_mse`.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub lambda_star: Option<ParameterBody>,
-}
-
-/// Ridge: every eigenvalue is lifted by k.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RidgeRegularization {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: RidgeTag,
-    /// k. Default `min_mse`.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub parameter: Option<ParameterBody>,
-}
-
-/// How λ* (spectral) or k (ridge) is chosen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = Parameter)]
-pub struct ParameterBody {
-    pub criterion: CriterionName,
-    /// The value itself, in the scaled columns; with criterion `fixed` and only then.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub value: Option<f64>,
-}
-
 /// How the coefficients are estimated.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
@@ -259,13 +190,12 @@ macro_rules! tags {
     )*};
 }
 
+pub(super) use tags;
+
 tags! {
     PolynomialTag = Polynomial,
     BSplineTag = BSpline,
     LinearTag = Linear,
-    NoneTag = None,
-    SpectralTag = Spectral,
-    RidgeTag = Ridge,
     LeastSquaresTag = LeastSquares,
 }
 
@@ -295,56 +225,6 @@ pub enum ScalingName {
     Standardized,
 }
 
-/// What the scheme makes of an eigenvalue: near λ* (the paper's first order) or λ* exactly.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SchemeName {
-    FirstOrder,
-    Exact,
-}
-
-impl From<Scheme> for SchemeName {
-    fn from(scheme: Scheme) -> Self {
-        match scheme {
-            Scheme::FirstOrder => SchemeName::FirstOrder,
-            Scheme::Exact => SchemeName::Exact,
-        }
-    }
-}
-
-impl From<SchemeName> for Scheme {
-    fn from(name: SchemeName) -> Self {
-        match name {
-            SchemeName::FirstOrder => Scheme::FirstOrder,
-            SchemeName::Exact => Scheme::Exact,
-        }
-    }
-}
-
-/// By what λ* or k is chosen; `fixed` takes the caller's `value`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum CriterionName {
-    MinMse,
-    MinCondition,
-    Gcv,
-    Discrepancy,
-    LCurve,
-    Fixed,
-}
-
-impl From<Criterion> for CriterionName {
-    fn from(criterion: Criterion) -> Self {
-        match criterion {
-            Criterion::MinMse => CriterionName::MinMse,
-            Criterion::MinCondition => CriterionName::MinCondition,
-            Criterion::Gcv => CriterionName::Gcv,
-            Criterion::Discrepancy => CriterionName::Discrepancy,
-            Criterion::LCurve => CriterionName::LCurve,
-        }
-    }
-}
-
 /// What is answered only when asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -357,6 +237,8 @@ pub enum IncludeName {
     LambdaCurve,
     /// The matrix B.
     MatrixB,
+    /// The coefficients along k; for ridge.
+    RidgeTrace,
 }
 
 /// An optional field is left out or has a value; `null` is refused like any other wrong type.

@@ -1,6 +1,6 @@
 //! A spec as JSON with every default filled in, for storing and for the digest, and back.
 
-use super::{filters::FilterBody, fit_spec::*, reader};
+use super::{filters::FilterBody, fit_spec::*, reader, regularization_json::regularization};
 use crate::estimation::spec::{self, FitSpec};
 
 /// The canonical JSON text: keys in the contract's order, defaults written out, no white space, −0 as 0.
@@ -45,7 +45,7 @@ impl From<&FitSpec> for FitSpecBody {
     }
 }
 
-fn unsigned_zero(value: f64) -> f64 {
+pub(super) fn unsigned_zero(value: f64) -> f64 {
     // −0 + 0 is +0; every other number stays.
     value + 0.0
 }
@@ -86,40 +86,13 @@ fn degree_body(degree: spec::Degree) -> DegreeBody {
     }
 }
 
-fn regularization(regularization: &spec::Regularization) -> RegularizationBody {
-    match regularization {
-        spec::Regularization::None => RegularizationBody::None(NoRegularization { kind: NoneTag::None }),
-        spec::Regularization::Spectral { scheme, count, condition_limit, lambda_star } => {
-            RegularizationBody::Spectral(SpectralRegularization {
-                kind: SpectralTag::Spectral,
-                scheme: Some((*scheme).into()),
-                count: Some(match count {
-                    spec::Count::Auto => CountBody::Auto(super::fit_spec_values::AutoName::Auto),
-                    spec::Count::Given(n) => CountBody::Given(*n),
-                }),
-                condition_limit: Some(*condition_limit),
-                lambda_star: Some(parameter(*lambda_star)),
-            })
-        }
-        spec::Regularization::Ridge { parameter: k } => {
-            RegularizationBody::Ridge(RidgeRegularization { kind: RidgeTag::Ridge, parameter: Some(parameter(*k)) })
-        }
-    }
-}
-
-fn parameter(parameter: spec::Parameter) -> ParameterBody {
-    match parameter {
-        spec::Parameter::Criterion(criterion) => ParameterBody { criterion: criterion.into(), value: None },
-        spec::Parameter::Fixed(value) => ParameterBody { criterion: CriterionName::Fixed, value: Some(value) },
-    }
-}
-
 fn include(include: spec::Include) -> Option<Vec<IncludeName>> {
     let names: Vec<_> = [
         (include.residuals, IncludeName::Residuals),
         (include.collinearity, IncludeName::Collinearity),
         (include.lambda_curve, IncludeName::LambdaCurve),
         (include.matrix_b, IncludeName::MatrixB),
+        (include.ridge_trace, IncludeName::RidgeTrace),
     ]
     .into_iter()
     .filter_map(|(wanted, name)| wanted.then_some(name))

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use super::{canonical, fit_result::FitResultBody, fit_spec_json, problem::Problem};
 use crate::{
-    estimation::{self, FitSpec, Nodes},
+    estimation::{self, FitSpec, Nodes, Plans},
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
     telemetry,
 };
@@ -43,9 +43,9 @@ impl From<Replay> for ReplayBody {
 }
 
 /// Fits and writes down what is stored of it. Processor work.
-pub fn compute(nodes: &Nodes, spec: &FitSpec) -> Result<Computed, Problem> {
+pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed, Problem> {
     let begun = Instant::now();
-    let result = estimation::fit(nodes, spec)?;
+    let result = estimation::fit_remembering(nodes, spec, plans)?;
     let figures = Figures::of(&result);
     let text =
         FitResultBody::new(result, canonical::input_sha256(nodes, spec))?.to_json().map_err(Problem::internal)?;
@@ -57,7 +57,8 @@ pub fn compute(nodes: &Nodes, spec: &FitSpec) -> Result<Computed, Problem> {
 /// Computes a stored fit again and compares. Processor work.
 pub fn replay(nodes: &Nodes, stored: &FitRecord) -> Result<Replay, Problem> {
     let spec = fit_spec_json::from_json(&stored.spec).map_err(Problem::internal)?;
-    let computed = compute(nodes, &spec)?;
+    // all of it anew, plans too
+    let computed = compute(nodes, &spec, &Plans::default())?;
     Ok(Replay::of(&stored.result, &computed.result, difference))
 }
 

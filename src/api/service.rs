@@ -9,14 +9,14 @@ use super::{
     reader::{self, NoExtra},
 };
 use crate::{
-    estimation::{self, FitSpec, Nodes},
+    estimation::{self, FitSpec, Nodes, Plans},
     telemetry,
 };
 
 /// Fits and shapes the answer. Processor work.
-pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResultBody, Problem> {
+pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResultBody, Problem> {
     let begun = Instant::now();
-    let result = estimation::fit(nodes, spec)?;
+    let result = estimation::fit_remembering(nodes, spec, plans)?;
     let body = FitResultBody::new(result, canonical::input_sha256(nodes, spec))?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(body)
@@ -25,5 +25,5 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResultBody, Problem> {
 /// A JSON fit request in, the JSON answer out. Processor work.
 pub fn fit_json(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let (nodes, spec, NoExtra {}) = reader::read_fit(text)?;
-    fit(&nodes, &spec)?.to_json().map_err(Problem::internal)
+    fit(&nodes, &spec, &Plans::default())?.to_json().map_err(Problem::internal)
 }

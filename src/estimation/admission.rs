@@ -12,7 +12,7 @@ use super::{
     result::Warning,
     scaled::ScaledColumns,
     spec::{FitSpec, Regularization},
-    spectrum::Spectrum,
+    spectrum::Directions,
 };
 use crate::numerics::Dd;
 
@@ -22,7 +22,7 @@ pub fn constant_in_span(
     design: &Design,
     factor: &Factor,
     columns: &ScaledColumns,
-    spectrum: &Spectrum,
+    spectrum: &Directions,
     weight: f64,
 ) -> bool {
     if let Some(known) = design.constant_in_span {
@@ -88,7 +88,7 @@ pub fn within_range(nodes: &Nodes, heights: &Heights) -> Result<(), FitError> {
 pub fn refuse_dependence(
     design: &Design,
     columns: &ScaledColumns,
-    spectrum: &Spectrum,
+    spectrum: &Directions,
     spec: &FitSpec,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), FitError> {
@@ -110,7 +110,7 @@ pub fn refuse_dependence(
 }
 
 /// The terms with large weights in the directions that cannot be told from 0.
-fn dependent_terms(design: &Design, columns: &ScaledColumns, spectrum: &Spectrum) -> Vec<String> {
+fn dependent_terms(design: &Design, columns: &ScaledColumns, spectrum: &Directions) -> Vec<String> {
     let mut terms: Vec<usize> = Vec::new();
     for i in (0..spectrum.lambda.len()).filter(|&i| spectrum.lambda[i] <= 0.0) {
         let weights: Vec<f64> = spectrum.v.column(i).iter().copied().collect();

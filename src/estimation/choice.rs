@@ -4,6 +4,7 @@ use super::{
     error::{Faults, FitError},
     filter::{Rule, Spectral},
     lambda_star::{Chosen, Search, Unavailable, range},
+    regularized::ridge_parameter,
     result::{Choice, LambdaCurvePoint, RegularizationKind, Warning},
     spec::{Count, Criterion, Parameter, Regularization, Scheme},
 };
@@ -33,7 +34,12 @@ pub fn rule(
     lambda: &[f64],
 ) -> Result<(RegularizationKind, Rule, Option<Parameter>), FitError> {
     match regularization {
-        Regularization::None => Ok((RegularizationKind::None, Rule::None, None)),
+        // the other kinds decide beside their own mathematics, in `regularized`
+        Regularization::None
+        | Regularization::Tikhonov(_)
+        | Regularization::TruncatedSvd { .. }
+        | Regularization::JamesStein(_)
+        | Regularization::Attraction(_) => Ok((RegularizationKind::None, Rule::None, None)),
         Regularization::Ridge { parameter } => Ok((RegularizationKind::Ridge, Rule::Ridge, Some(*parameter))),
         Regularization::Spectral { scheme, count, condition_limit, lambda_star } => {
             let largest = lambda[lambda.len() - 1];
@@ -57,10 +63,11 @@ pub fn rule(
     }
 }
 
-/// Decides for `problem`; `weight` is Σw, for the root mean squares.
+/// Decides for `problem` with coefficients `a` along its directions; `weight` is Σw, for the root mean squares.
 pub fn decide(
     regularization: &Regularization,
     problem: &Spectral,
+    a: &[f64],
     weight: f64,
     want_curve: bool,
     warnings: &mut Vec<Warning>,
@@ -108,8 +115,12 @@ pub fn decide(
         return Ok(Decided { rule, criterion, fixed, ..nothing(choices, curve) });
     }
     let search = Search::new(problem, rule);
-    let answers: Vec<(Criterion, Result<Chosen, Unavailable>)> =
-        Criterion::ALL.map(|criterion| (criterion, search.choose(criterion))).into();
+    let closed = if rule == Rule::Ridge { &Criterion::RIDGE[..] } else { &[] };
+    let answers: Vec<(Criterion, Result<Chosen, Unavailable>)> = Criterion::ALL
+        .into_iter()
+        .map(|criterion| (criterion, search.choose(criterion)))
+        .chain(closed.iter().map(|&criterion| (criterion, ridge_parameter(criterion, problem, a))))
+        .collect();
     for (criterion, answer) in &answers {
         if let Ok(chosen) = answer {
             choices.push(evaluate(Some(*criterion), Some(chosen.lambda_star)));
@@ -120,14 +131,8 @@ pub fn decide(
         Parameter::Criterion(wanted) => {
             match answers.iter().find(|(criterion, _)| *criterion == wanted).map(|(_, answer)| *answer) {
                 Some(Ok(chosen)) => Some(chosen),
-                Some(Err(Unavailable::NoMinimiser)) => {
-                    return Err(Faults::one(
-                        "/regularization/parameter/criterion",
-                        "ridge has no parameter of least condition: the condition falls for ever",
-                    )
-                    .into());
-                }
-                Some(Err(Unavailable::NoSigma)) | None => {
+                Some(Err(Unavailable::NoMinimiser)) | None => return Err(no_minimiser(wanted).into()),
+                Some(Err(Unavailable::NoSigma)) => {
                     warnings.push(Warning {
                         code: "criterion_unavailable",
                         message: format!(
@@ -148,6 +153,25 @@ pub fn decide(
     }
     let curve = want_curve.then(|| curve(&search, problem, rule, weight));
     Ok(Decided { kind, rule, chosen, criterion, fixed, choices, curve })
+}
+
+/// Why a criterion cannot be had of a regularisation at all.
+pub fn no_minimiser(wanted: Criterion) -> Faults {
+    let pointer = "/regularization/parameter/criterion";
+    match wanted {
+        Criterion::MinCondition => Faults::one(
+            pointer,
+            "there is no parameter of least condition: the condition falls for ever, or does not change at all",
+        ),
+        Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang => Faults::one(
+            pointer,
+            format!(
+                "`{}` is for ridge, and needs coefficients that are not all 0 (`hkb_1975` one, the others three)",
+                wanted.name()
+            ),
+        ),
+        _ => Faults::one(pointer, format!("`{}` is not for this regularisation", wanted.name())),
+    }
 }
 
 /// About sixty points over the range of the search.
@@ -173,8 +197,8 @@ fn curve(search: &Search, problem: &Spectral, rule: Rule, weight: f64) -> Vec<La
 }
 
 /// What the caller should hear about the choice that stands.
-pub fn warn_about(decided: &Decided, chosen: &Choice, warnings: &mut Vec<Warning>) {
-    let least_squares = &decided.choices[0];
+pub fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
+    let [least_squares, ..] = choices else { return };
     if let (Some(here), Some(there)) = (chosen.predicted_mse, least_squares.predicted_mse)
         && here > there * (1.0 + 1e-9)
     {

@@ -11,7 +11,7 @@ use super::{
     design::Design,
     factor::Factor,
     result::{CollinearityReport, ColumnCollinearity, NearDependency, Warning},
-    spectrum::Spectrum,
+    spectrum::Directions,
 };
 use crate::numerics::{
     Dd,
@@ -33,7 +33,7 @@ pub fn report(
     design: &Design,
     factor: &Factor,
     caller: &DMatrix<Dd>,
-    unit: &Spectrum,
+    unit: &Directions,
     weight: f64,
     all_matrices: bool,
     warnings: &mut Vec<Warning>,
@@ -201,7 +201,7 @@ struct Shares {
 }
 
 impl Shares {
-    fn new(unit: &Spectrum) -> Self {
+    fn new(unit: &Directions) -> Self {
         let n = unit.v.nrows();
         let (mut total, mut undetermined) = (vec![0.0; n], vec![false; n]);
         for (i, &lambda) in unit.lambda.iter().enumerate() {
@@ -218,7 +218,7 @@ impl Shares {
     }
 
     /// Per term, one share for each eigenvalue; an exact dependency takes all of it.
-    fn proportions(&self, unit: &Spectrum) -> Vec<Vec<f64>> {
+    fn proportions(&self, unit: &Directions) -> Vec<Vec<f64>> {
         let n = unit.v.nrows();
         let inverse: Vec<f64> = unit.lambda.iter().map(|&l| if l > 0.0 { 1.0 / l } else { 0.0 }).collect();
         let exact: Vec<f64> = unit.lambda.iter().map(|&l| if l > 0.0 { 0.0 } else { 1.0 }).collect();
@@ -236,7 +236,7 @@ impl Shares {
     }
 }
 
-fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit: &Spectrum) -> Vec<NearDependency> {
+fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit: &Directions) -> Vec<NearDependency> {
     let largest = unit.largest();
     let (mut found, mut room) = (Vec::new(), Vec::new());
     let (columns, stride) = unit_columns(plain, length);

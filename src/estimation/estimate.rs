@@ -42,7 +42,7 @@ impl LeastSquares {
         if let Some(constant) = &columns.constant {
             let shift =
                 columns.kept.iter().zip(&constant.means).fold(Dd::ZERO, |sum, (&j, &mean)| sum + mean * caller[j]);
-            caller[constant.index] = constant.level - shift;
+            caller[constant.index] = spectrum.level - shift;
         }
         let coefficients = caller.iter().map(|x| x.to_f64()).collect();
         multiply_upper_vector(&factor.change, &mut caller);
@@ -63,13 +63,13 @@ pub struct Estimate {
     pub directions: DMatrix<f64>,
 }
 
-/// `P V`.
-fn directions(columns: &ScaledColumns, spectrum: &Spectrum, n: usize) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(n, spectrum.lambda.len());
+/// `P V` for directions V of the scaled columns: what each contributes to the n coefficients of the caller.
+pub fn directions(columns: &ScaledColumns, v: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(n, v.ncols());
     let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();
     let means: Option<(usize, Vec<f64>)> =
         columns.constant.as_ref().map(|c| (c.index, c.means.iter().map(|mean| mean.to_f64()).collect()));
-    for (from, mut to) in spectrum.v.column_iter().zip(out.column_iter_mut()) {
+    for (from, mut to) in v.column_iter().zip(out.column_iter_mut()) {
         let mut constant = 0.0;
         for (s, &j) in columns.kept.iter().enumerate() {
             to[j] = from[s] / scale[s];
@@ -92,7 +92,7 @@ impl Estimate {
         least_squares: &LeastSquares,
     ) -> Self {
         let n = least_squares.coefficients.len();
-        let directions = directions(columns, spectrum, n);
+        let directions = directions(columns, &spectrum.v, n);
         let constant = columns.constant.as_ref();
         let (mut coefficients, mut spread) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let (mut leverage, mut sensitivity) = (Vec::with_capacity(n), Vec::with_capacity(n));
@@ -116,7 +116,7 @@ impl Estimate {
                     twice += share / lambda;
                 }
             }
-            let level = level.map_or(0.0, |c| c.level.to_f64());
+            let level = level.map_or(0.0, |_| spectrum.level.to_f64());
             // two equal sums; take the one in which less cancels
             let whole = least_squares.coefficients[j];
             let from_kept = kept_size + level.abs() < removed_size + whole.abs();

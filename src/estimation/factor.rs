@@ -54,18 +54,16 @@ pub struct Factor {
 
 impl Factor {
     /// Factors the working matrix of `design` on the counted nodes.
-    pub fn new(design: &Design, sample: &Sample, separable: Option<Separable>) -> Result<Self, FitError> {
+    pub fn new(design: &Design, sample: &Sample) -> Result<Self, FitError> {
         let change = design.change_of_basis();
-        let factor = match separable {
-            Some(separable) => Some(from_axes(separable, change.clone())),
-            None => by_normal_equations(design, sample, &change),
-        };
-        let factor = match factor {
-            Some(factor) => factor,
-            None => by_qr(design, sample, change),
-        };
-        if factor.r.as_slice().iter().chain(&factor.qty).chain(factor.change.as_slice()).all(|x| x.is_finite()) {
-            Ok(factor)
+        let factor = by_normal_equations(design, sample, &change).unwrap_or_else(|| by_qr(design, sample, change));
+        factor.finite()
+    }
+
+    /// Itself, unless numbers in it left the range of double precision.
+    pub fn finite(self) -> Result<Self, FitError> {
+        if self.r.as_slice().iter().chain(&self.qty).chain(self.change.as_slice()).all(|x| x.is_finite()) {
+            Ok(self)
         } else {
             Err(FitError::Invalid(Faults::one(
                 "/nodes",
@@ -74,29 +72,28 @@ impl Factor {
         }
     }
 
+    /// The factor of a full grid from the product `r` of its axes' factors.
+    pub fn of_axes(r: DMatrix<Dd>, change: DMatrix<Dd>, separable: Separable) -> Self {
+        let qty = separable.qty.clone();
+        let mut working = qty.clone();
+        triangular::solve_upper(&r, &mut working);
+        Factor {
+            r,
+            change,
+            qty,
+            working: Some(working),
+            ones: None,
+            arithmetic: Arithmetic::DoubleDouble,
+            relative_error: separable.relative_error,
+            rss: separable.rss,
+            max_abs: Some(separable.max_abs),
+            separable: Some(separable),
+        }
+    }
+
     /// n.
     pub fn size(&self) -> usize {
         self.qty.len()
-    }
-}
-
-fn from_axes(separable: Separable, change: DMatrix<Dd>) -> Factor {
-    let r = separable.r();
-    let qty = separable.qty.clone();
-    let mut working = qty.clone();
-    triangular::solve_upper(&r, &mut working);
-    let (rss, max_abs) = (separable.rss, separable.max_abs);
-    Factor {
-        r,
-        change,
-        qty,
-        working: Some(working),
-        ones: None,
-        arithmetic: Arithmetic::DoubleDouble,
-        relative_error: separable.relative_error,
-        rss,
-        max_abs: Some(max_abs),
-        separable: Some(separable),
     }
 }
 

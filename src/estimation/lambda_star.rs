@@ -133,6 +133,10 @@ impl<'a> Search<'a> {
             (Criterion::Gcv, _) if !freedom && self.problem.variance.is_none() => Err(Unavailable::NoSigma),
             (Criterion::Gcv, _) => chosen(self.minimise(|s| self.gcv(s), |s| self.gcv_slope(s))),
             (Criterion::LCurve, _) => chosen(self.corner()),
+            // closed forms, which need no search
+            (Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang | Criterion::Optimal, _) => {
+                Err(Unavailable::NoMinimiser)
+            }
             (Criterion::Discrepancy, _) => match self.problem.variance {
                 None => Err(Unavailable::NoSigma),
                 Some(variance) => Ok(self.discrepancy(self.problem.count as f64 * variance)),

@@ -1,5 +1,7 @@
 //! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is `None`.
 
+use std::sync::Arc;
+
 use super::filtering::report::FilteringReport;
 use super::spec::{Criterion, Domain, Scheme};
 
@@ -11,11 +13,13 @@ pub struct FitResult {
     pub spectrum: SpectrumReport,
     pub regularization: RegularizationReport,
     pub bias: BiasReport,
-    pub collinearity: CollinearityReport,
+    pub collinearity: Arc<CollinearityReport>,
     pub perturbation: Option<PerturbationReport>,
     pub residuals: ResidualReport,
     /// Present when `lambda_curve` was included.
     pub lambda_curve: Option<Vec<LambdaCurvePoint>>,
+    /// Present when `ridge_trace` was included.
+    pub ridge_trace: Option<Vec<RidgeTracePoint>>,
     /// Rows of B (m×n, in the caller's columns), present when `matrix_b` was included.
     pub matrix_b: Option<Vec<Vec<f64>>>,
     /// Present when filters were asked for.
@@ -73,6 +77,10 @@ pub enum RegularizationKind {
     None,
     Spectral,
     Ridge,
+    Tikhonov,
+    TruncatedSvd,
+    JamesStein,
+    Attraction,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -81,8 +89,12 @@ pub struct RegularizationReport {
     pub scheme: Option<Scheme>,
     /// L.
     pub count: Option<usize>,
-    /// λ* of the spectral schemes, k of ridge.
+    /// λ* of the spectral schemes, k of ridge, the weight of the penalty of Tikhonov, the weight of an attraction.
     pub lambda_star: Option<f64>,
+    /// Directions kept by a truncated singular value decomposition.
+    pub rank: Option<usize>,
+    /// What James–Stein or an attraction leaves of Â − target.
+    pub shrinkage_factor: Option<f64>,
     /// The plateau of minimisers of Eq. 49, where there is one.
     pub lambda_star_interval: Option<[f64; 2]>,
     /// λ* − λ₁.
@@ -201,6 +213,14 @@ pub struct LambdaCurvePoint {
     pub rms: f64,
     pub gcv: Option<f64>,
     pub coefficient_norm: f64,
+}
+
+/// The coefficients at one k.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RidgeTracePoint {
+    pub k: f64,
+    /// In the caller's terms and order.
+    pub coefficients: Vec<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -30,8 +30,6 @@ pub struct ScaledColumns {
 pub struct Constant {
     /// Which coefficient.
     pub index: usize,
-    /// Coefficient of the constant when all others are 0.
-    pub level: Dd,
     /// Mean of each kept column in units of the constant column.
     pub means: Vec<Dd>,
     /// Squared length of the constant column.
@@ -45,7 +43,7 @@ fn length_squared(matrix: &DMatrix<Dd>, column: usize) -> Dd {
 
 /// The caller's columns `X = W T` in Q's coordinates.
 pub fn caller_columns(factor: &Factor) -> DMatrix<Dd> {
-    match &factor.separable {
+    match factor.separable.as_ref().map(|separable| &separable.axes) {
         Some(axes) => super::separable::kronecker(
             &crate::numerics::triangular::multiply_upper(&axes.u.r, &axes.u.change),
             &crate::numerics::triangular::multiply_upper(&axes.v.r, &axes.v.change),
@@ -114,15 +112,15 @@ fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<Sc
         scale.push(deviation);
         means.push(mean);
     }
-    let constant = Constant { index, level: Dd::ZERO, means, length_squared: own.to_f64() };
+    let constant = Constant { index, means, length_squared: own.to_f64() };
     Ok(ScaledColumns { matrix, kept, scale, constant: Some(constant) })
 }
 
 impl Constant {
-    /// Fills in the level: the projection of the heights on the constant column.
-    pub fn set_level(&mut self, caller: &DMatrix<Dd>, qty: &[Dd]) {
+    /// Coefficient of the constant when all others are 0: the projection of the heights on the constant column.
+    pub fn level(&self, caller: &DMatrix<Dd>, qty: &[Dd]) -> Dd {
         let own = length_squared(caller, self.index);
         let shared = qty.iter().enumerate().fold(Dd::ZERO, |sum, (k, &b)| sum + caller[(k, self.index)] * b);
-        self.level = shared / own;
+        shared / own
     }
 }

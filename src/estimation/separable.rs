@@ -3,6 +3,8 @@
 //! The heights are contracted once, `B = Q_uᵀ Z Q_v`, with products and sums carried in double-double; one more
 //! pass forms the residuals. Everything after that is small.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -22,10 +24,15 @@ const PARALLEL: usize = 65_536;
 /// A residual this small against the heights has lost digits in double precision and is formed anew.
 const SMALL: f64 = 1e-7;
 
-/// The factors of a full grid.
-pub struct Separable {
+/// The two axes of a full grid, before a height is seen.
+pub struct Axes {
     pub u: AxisFactor,
     pub v: AxisFactor,
+}
+
+/// The factors of a full grid.
+pub struct Separable {
+    pub axes: Arc<Axes>,
     /// `Q_uᵀ Z Q_v`, row by row: b in the order of the terms.
     pub qty: Vec<Dd>,
     pub rss: f64,
@@ -77,13 +84,24 @@ impl AxisFactor {
     }
 }
 
-impl Separable {
-    /// Factors a full, unweighted grid; `None` where an axis leaves its functions undetermined.
+impl Axes {
+    /// Factors the axes of a grid; `None` where one of them leaves its functions undetermined.
     pub fn new(design: &Design, grid: &Grid) -> Option<Self> {
         let Basis::Product { u, v } = &design.basis else { return None };
-        let (u, v) = (AxisFactor::new(u, &grid.u)?, AxisFactor::new(v, &grid.v)?);
-        let qty = contract(&u.q, &v.q, &grid.z);
-        let mut separable = Separable { u, v, qty, rss: 0.0, max_abs: 0.0, relative_error: 1e-28 };
+        Some(Axes { u: AxisFactor::new(u, &grid.u)?, v: AxisFactor::new(v, &grid.v)? })
+    }
+
+    /// `R = R_u ⊗ R_v`.
+    pub fn r(&self) -> DMatrix<Dd> {
+        kronecker(&self.u.r, &self.v.r)
+    }
+}
+
+impl Separable {
+    /// Projects the heights of a full, unweighted grid.
+    pub fn new(axes: Arc<Axes>, grid: &Grid) -> Self {
+        let qty = contract(&axes.u.q, &axes.v.q, &grid.z);
+        let mut separable = Separable { axes, qty, rss: 0.0, max_abs: 0.0, relative_error: 1e-28 };
         let (rss, max_abs, _) = separable.residuals(grid, &separable.qty, Precision::Double, false);
         let fitted: f64 = separable.qty.iter().map(|b| b.to_f64() * b.to_f64()).sum();
         let (rss, max_abs) = if rss <= SMALL * SMALL * fitted || grid.z.len() <= 256 {
@@ -93,19 +111,14 @@ impl Separable {
             (rss, max_abs)
         };
         (separable.rss, separable.max_abs) = (rss, max_abs);
-        Some(separable)
-    }
-
-    /// `R = R_u ⊗ R_v`.
-    pub fn r(&self) -> DMatrix<Dd> {
-        kronecker(&self.u.r, &self.v.r)
+        separable
     }
 
     /// `Σ r²`, `max |r|` and, if asked for, the residuals `Z − Q_u B Q_vᵀ` of `b` (row by row).
     pub fn residuals(&self, grid: &Grid, b: &[Dd], precision: Precision, keep: bool) -> (f64, f64, Vec<f64>) {
         match precision {
-            Precision::Double => residuals::<F64x4>(&self.u.q, &self.v.q, b, grid, keep),
-            Precision::DoubleDouble => residuals::<Ddx4>(&self.u.q, &self.v.q, b, grid, keep),
+            Precision::Double => residuals::<F64x4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
+            Precision::DoubleDouble => residuals::<Ddx4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
         }
     }
 }

@@ -4,32 +4,71 @@
 
 use super::{
     error::{Faults, FitError},
-    result::{FitResult, Warning},
+    result::{CollinearityReport, FitResult, Warning},
 };
+
+/// Names of figures that were left out.
+#[derive(Default)]
+struct Dropped(Vec<&'static str>);
+
+impl Dropped {
+    fn look_at(&mut self, name: &'static str, value: &mut Option<f64>) {
+        if value.is_some_and(|x| !x.is_finite()) {
+            *value = None;
+            if !self.0.contains(&name) {
+                self.0.push(name);
+            }
+        }
+    }
+
+    fn warn(self, warnings: &mut Vec<Warning>) {
+        if !self.0.is_empty() {
+            warnings.push(Warning {
+                code: "beyond_double",
+                message: format!("left out because they leave the range of double precision: {}", self.0.join(", ")),
+            });
+        }
+    }
+}
+
+fn beyond() -> FitError {
+    Faults::one("/nodes", "figures of this fit leave the range of double precision: choose another unit or basis")
+        .into()
+}
+
+fn all(values: &[f64]) -> bool {
+    values.iter().all(|x| x.is_finite())
+}
+
+/// The same for a collinearity report.
+pub fn checked_collinearity(
+    mut report: CollinearityReport,
+    warnings: &mut Vec<Warning>,
+) -> Result<CollinearityReport, FitError> {
+    let mut dropped = Dropped::default();
+    for column in &mut report.columns {
+        dropped.look_at("vif", &mut column.vif);
+    }
+    for near in &mut report.near_dependencies {
+        dropped.look_at("condition_index", &mut near.condition_index);
+        dropped.look_at("cosine", &mut near.cosine);
+        dropped.look_at("weight_ratio", &mut near.weight_ratio);
+        dropped.look_at("r_squared", &mut near.r_squared);
+    }
+    dropped.warn(warnings);
+    let sound = report.correlation.iter().flatten().all(|row| all(row))
+        && report.variance_proportions.iter().flatten().all(|row| all(row))
+        && report.near_dependencies.iter().all(|near| near.eigenvalue.is_finite() && all(&near.weights));
+    if sound { Ok(report) } else { Err(beyond()) }
+}
 
 /// Leaves out what is not finite, or refuses.
 pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
-    let mut dropped: Vec<&'static str> = Vec::new();
-    let mut optional = |name: &'static str, value: &mut Option<f64>| {
-        if value.is_some_and(|x| !x.is_finite()) {
-            *value = None;
-            if !dropped.contains(&name) {
-                dropped.push(name);
-            }
-        }
-    };
+    let mut dropped = Dropped::default();
+    let mut optional = |name: &'static str, value: &mut Option<f64>| dropped.look_at(name, value);
     for c in &mut result.coefficients {
         optional("std_error", &mut c.std_error);
         optional("least_squares_std_error", &mut c.least_squares_std_error);
-    }
-    for column in &mut result.collinearity.columns {
-        optional("vif", &mut column.vif);
-    }
-    for near in &mut result.collinearity.near_dependencies {
-        optional("condition_index", &mut near.condition_index);
-        optional("cosine", &mut near.cosine);
-        optional("weight_ratio", &mut near.weight_ratio);
-        optional("r_squared", &mut near.r_squared);
     }
     for choice in &mut result.regularization.choices {
         optional("choices.condition", &mut choice.condition);
@@ -46,6 +85,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     }
     let regularization = &mut result.regularization;
     optional("lambda_star", &mut regularization.lambda_star);
+    optional("shrinkage_factor", &mut regularization.shrinkage_factor);
     optional("gamma", &mut regularization.gamma);
     optional("matrix_norm_squared", &mut regularization.matrix_norm_squared);
     optional("largest_eigenvalue_bound", &mut regularization.largest_eigenvalue_bound);
@@ -56,13 +96,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     if regularization.lambda_star_interval.is_some_and(|ends| !ends.into_iter().all(f64::is_finite)) {
         regularization.lambda_star_interval = None;
     }
-    if !dropped.is_empty() {
-        result.warnings.push(Warning {
-            code: "beyond_double",
-            message: format!("left out because they leave the range of double precision: {}", dropped.join(", ")),
-        });
-    }
-    let all = |values: &[f64]| values.iter().all(|x| x.is_finite());
+    dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
         return Err(
             Faults::one("/regularization", "λ* lifts an eigenvalue beyond the range of double precision").into()
@@ -77,13 +111,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
         && all(&[residuals.rss, residuals.rms, residuals.least_squares_rss])
         && residuals.max_abs.is_none_or(f64::is_finite)
         && residuals.values.as_deref().is_none_or(all)
-        && result.matrix_b.iter().flatten().all(|row| all(row))
-        && result.collinearity.correlation.iter().flatten().all(|row| all(row))
-        && result.collinearity.variance_proportions.iter().flatten().all(|row| all(row))
-        && result.collinearity.near_dependencies.iter().all(|near| near.eigenvalue.is_finite() && all(&near.weights));
-    if sound {
-        return Ok(result);
-    }
-    Err(Faults::one("/nodes", "figures of this fit leave the range of double precision: choose another unit or basis")
-        .into())
+        && result.ridge_trace.iter().flatten().all(|point| point.k.is_finite() && all(&point.coefficients))
+        && result.matrix_b.iter().flatten().all(|row| all(row));
+    if sound { Ok(result) } else { Err(beyond()) }
 }

@@ -1,6 +1,7 @@
 //! What a caller asks for: model, scaling, regularisation. Plain values; [`super::fit::fit`] checks them against the nodes.
 
 pub use super::filtering::spec::Filter;
+pub use super::regularized::spec::{Attraction, JamesStein, ShrinkageFactor, Tikhonov};
 
 /// Everything about a fit but the nodes.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,6 +119,13 @@ pub enum Regularization {
     Ridge {
         parameter: Parameter,
     },
+    Tikhonov(Tikhonov),
+    /// Only the `rank` largest singular values are kept.
+    TruncatedSvd {
+        rank: usize,
+    },
+    JamesStein(JamesStein),
+    Attraction(Attraction),
 }
 
 /// Condition index 30 on unit-length columns (Belsley's rule), squared.
@@ -166,9 +174,18 @@ pub enum Criterion {
     Gcv,
     Discrepancy,
     LCurve,
+    /// Ridge: (p−2)σ²/‖Â‖², the modified form of Hoerl, Kennard and Baldwin.
+    Hkb,
+    /// Ridge: pσ²/‖Â‖², as Hoerl, Kennard and Baldwin (1975) gave it.
+    Hkb1975,
+    /// Ridge: (p−2)σ² λ̄/ΣλᵢÂᵢ², after Lawless and Wang.
+    LawlessWang,
+    /// Attraction: the explicit minimiser of the predicted mean squared error.
+    Optimal,
 }
 
 impl Criterion {
+    /// Those that every regularisation with a parameter may be asked for; the others belong to one kind.
     pub const ALL: [Criterion; 5] =
         [Criterion::MinMse, Criterion::MinCondition, Criterion::Gcv, Criterion::Discrepancy, Criterion::LCurve];
 
@@ -180,7 +197,19 @@ impl Criterion {
             Criterion::Gcv => "gcv",
             Criterion::Discrepancy => "discrepancy",
             Criterion::LCurve => "l_curve",
+            Criterion::Hkb => "hkb",
+            Criterion::Hkb1975 => "hkb_1975",
+            Criterion::LawlessWang => "lawless_wang",
+            Criterion::Optimal => "optimal",
         }
+    }
+
+    /// The closed forms for ridge.
+    pub const RIDGE: [Criterion; 3] = [Criterion::Hkb, Criterion::Hkb1975, Criterion::LawlessWang];
+
+    /// Every criterion there is.
+    pub fn every() -> impl Iterator<Item = Criterion> {
+        Self::ALL.into_iter().chain(Self::RIDGE).chain([Criterion::Optimal])
     }
 }
 
@@ -214,4 +243,6 @@ pub struct Include {
     pub collinearity: bool,
     pub lambda_curve: bool,
     pub matrix_b: bool,
+    /// Coefficients along k, for ridge.
+    pub ridge_trace: bool,
 }

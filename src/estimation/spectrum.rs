@@ -4,9 +4,17 @@
 //! the small ones, which forming XᵀX in double precision destroys once cond(X) exceeds 1e8). One-sided Jacobi keeps
 //! their relative accuracy; where double precision cannot promise it, the rotations are repeated in double-double.
 
+use std::{ops::Deref, sync::Arc};
+
 use nalgebra::DMatrix;
 
-use super::{error::FitError, factor::Factor, scaled::ScaledColumns, separable::Separable, spec::Scaling};
+use super::{
+    error::FitError,
+    factor::Factor,
+    scaled::ScaledColumns,
+    separable::{Axes, AxisFactor, Separable},
+    spec::Scaling,
+};
 use crate::numerics::{Dd, Real, jacobi, triangular};
 
 /// Relative error of an eigenvalue that double precision may leave before double-double takes over.
@@ -14,20 +22,48 @@ const TOLERANCE: f64 = 1e-12;
 const NOT_CONVERGED: FitError =
     FitError::NotConverged("the singular value decomposition did not converge within its limit");
 
-/// The eigen analysis; directions in ascending order of eigenvalue.
-pub struct Spectrum {
+/// The eigen analysis of the scaled columns, before a height is seen; directions in ascending order of eigenvalue.
+#[derive(Clone)]
+pub struct Directions {
     /// λᵢ; 0 where the arithmetic cannot tell it from 0.
     pub lambda: Vec<f64>,
     /// Column i is Vᵢ, in the scaled columns.
     pub v: DMatrix<f64>,
-    /// aᵢ = Vᵢᵀ Â; 0 where λᵢ is.
-    pub a: Vec<f64>,
     /// Column i is X̃Vᵢ in Q's coordinates.
     pub image: DMatrix<f64>,
     /// How many λᵢ are told from 0.
     pub rank: usize,
+    exact: Arc<Exact>,
+}
+
+/// The same in double-double, whole or by the axes of a grid.
+enum Exact {
+    Whole(Decomposition),
+    /// And which direction of each axis makes a direction of the product, with `λᵢ`.
+    Product {
+        u: Decomposition,
+        v: Decomposition,
+        order: Vec<(usize, usize, Dd)>,
+    },
+}
+
+/// The directions with what the heights have along them.
+pub struct Spectrum {
+    pub directions: Directions,
+    /// aᵢ = Vᵢᵀ Â; 0 where λᵢ is.
+    pub a: Vec<f64>,
     /// `V a` in double-double: the (minimum-norm) least-squares coefficients of the scaled columns.
     pub scaled: Vec<Dd>,
+    /// Coefficient of the unpenalised constant when all others are 0; 0 where there is none.
+    pub level: Dd,
+}
+
+impl Deref for Spectrum {
+    type Target = Directions;
+
+    fn deref(&self) -> &Directions {
+        &self.directions
+    }
 }
 
 /// Singular values ascending, right singular vectors and `R̃ V`, with what the arithmetic cannot tell from 0.
@@ -71,7 +107,7 @@ fn rounding_floor(r: &DMatrix<Dd>, change: &DMatrix<Dd>, scale: impl Fn(usize) -
     2.0 * (n as f64) * Dd::EPSILON * 16.0 * sum.sqrt()
 }
 
-impl Spectrum {
+impl Directions {
     /// Analyses the scaled columns. Rank does not depend on how columns are scaled, but is told best on columns of
     /// unit length: where it is known from there, `rank` says so.
     pub fn new(
@@ -81,7 +117,9 @@ impl Spectrum {
         rank: Option<usize>,
     ) -> Result<Self, FitError> {
         match (&factor.separable, scaling) {
-            (Some(axes), Scaling::UnitLength | Scaling::None) => Self::of_product(axes, scaling, rank),
+            (Some(Separable { axes, .. }), Scaling::UnitLength | Scaling::None) => {
+                Self::of_product(axes, scaling, rank)
+            }
             _ => Self::of_matrix(factor, columns, rank),
         }
     }
@@ -95,34 +133,19 @@ impl Spectrum {
         });
         let parts = decompose(&columns.matrix, floor)?;
         let n = parts.sigma.len();
-        let mut a = vec![Dd::ZERO; n];
-        let mut lambda = vec![0.0; n];
-        for i in 0..n {
-            let told = match rank {
-                Some(rank) => i >= n - rank && parts.sigma[i] > Dd::ZERO,
-                None => parts.sigma[i].to_f64() > parts.floor,
-            };
-            if told {
-                let squared = parts.sigma[i] * parts.sigma[i];
-                lambda[i] = squared.to_f64();
-                a[i] =
-                    parts.image.column(i).iter().zip(&factor.qty).fold(Dd::ZERO, |sum, (&x, &b)| sum + x * b) / squared;
-            }
-        }
-        let scaled = (0..n).map(|j| (0..n).fold(Dd::ZERO, |sum, i| parts.v[(j, i)].fma(a[i], sum))).collect();
-        Ok(Spectrum {
-            rank: lambda.iter().filter(|l| **l > 0.0).count(),
-            lambda,
-            v: parts.v.map(|x| x.to_f64()),
-            a: a.iter().map(|x| x.to_f64()).collect(),
-            image: parts.image.map(|x| x.to_f64()),
-            scaled,
-        })
+        let told = |i: usize| match rank {
+            Some(rank) => i >= n - rank && parts.sigma[i] > Dd::ZERO,
+            None => parts.sigma[i].to_f64() > parts.floor,
+        };
+        let square = |i: usize| (parts.sigma[i] * parts.sigma[i]).to_f64();
+        let lambda = (0..n).map(|i| if told(i) { square(i) } else { 0.0 }).collect();
+        let (v, image) = (parts.v.map(|x| x.to_f64()), parts.image.map(|x| x.to_f64()));
+        Ok(Self::found(lambda, v, image, Exact::Whole(parts)))
     }
 
-    /// The spectrum of `X_u ⊗ X_v` from those of its factors.
-    fn of_product(axes: &Separable, scaling: Scaling, rank: Option<usize>) -> Result<Self, FitError> {
-        let axis = |axis: &super::separable::AxisFactor| {
+    /// The directions of `X_u ⊗ X_v` from those of its factors.
+    fn of_product(axes: &Axes, scaling: Scaling, rank: Option<usize>) -> Result<Self, FitError> {
+        let axis = |axis: &AxisFactor| {
             let mut matrix = triangular::multiply_upper(&axis.r, &axis.change);
             let mut scale = vec![1.0; matrix.ncols()];
             if scaling == Scaling::UnitLength {
@@ -141,7 +164,7 @@ impl Spectrum {
         let (p, q) = (u.sigma.len(), v.sigma.len());
         let n = p * q;
         // directions in ascending order of eigenvalue; equal ones keep the order of the axes
-        let mut order: Vec<(usize, usize, f64, Dd)> = (0..p)
+        let mut found: Vec<(usize, usize, f64, Dd)> = (0..p)
             .flat_map(|i| (0..q).map(move |j| (i, j)))
             .map(|(i, j)| {
                 let told = rank.is_some() || (u.sigma[i].to_f64() > u.floor && v.sigma[j].to_f64() > v.floor);
@@ -149,40 +172,14 @@ impl Spectrum {
                 (i, j, if told { squared.to_f64() } else { 0.0 }, squared)
             })
             .collect();
-        order.sort_by(|x, y| x.2.total_cmp(&y.2));
+        found.sort_by(|x, y| x.2.total_cmp(&y.2));
         if let Some(rank) = rank {
-            order[..n - rank].iter_mut().for_each(|entry| entry.2 = 0.0);
-        }
-        // a = (Σ_u U_u)ᵀ B (U_v Σ_v) / λ
-        let mut half = DMatrix::from_element(p, q, Dd::ZERO);
-        for i in 0..p {
-            for l in 0..q {
-                half[(i, l)] = (0..p).fold(Dd::ZERO, |sum, k| u.image[(k, i)].fma(axes.qty[k * q + l], sum));
-            }
-        }
-        let mut a = DMatrix::from_element(p, q, Dd::ZERO);
-        for &(i, j, lambda, squared) in &order {
-            if lambda > 0.0 {
-                a[(i, j)] = (0..q).fold(Dd::ZERO, |sum, l| half[(i, l)].fma(v.image[(l, j)], sum)) / squared;
-            }
-        }
-        // V_u a V_vᵀ
-        let mut left = DMatrix::from_element(p, q, Dd::ZERO);
-        for k in 0..p {
-            for j in 0..q {
-                left[(k, j)] = (0..p).fold(Dd::ZERO, |sum, i| u.v[(k, i)].fma(a[(i, j)], sum));
-            }
-        }
-        let mut scaled = Vec::with_capacity(n);
-        for k in 0..p {
-            for l in 0..q {
-                scaled.push((0..q).fold(Dd::ZERO, |sum, j| v.v[(l, j)].fma(left[(k, j)], sum)));
-            }
+            found[..n - rank].iter_mut().for_each(|entry| entry.2 = 0.0);
         }
         let combine = |a: &DMatrix<Dd>, b: &DMatrix<Dd>| {
             let (a, b) = (a.map(|x| x.to_f64()), b.map(|x| x.to_f64()));
             let mut out = DMatrix::zeros(n, n);
-            for (column, &(i, j, _, _)) in order.iter().enumerate() {
+            for (column, &(i, j, _, _)) in found.iter().enumerate() {
                 let mut to = out.column_mut(column);
                 let mut row = 0;
                 for k in 0..p {
@@ -194,14 +191,15 @@ impl Spectrum {
             }
             out
         };
-        Ok(Spectrum {
-            rank: order.iter().filter(|entry| entry.2 > 0.0).count(),
-            lambda: order.iter().map(|entry| entry.2).collect(),
-            v: combine(&u.v, &v.v),
-            a: order.iter().map(|&(i, j, _, _)| a[(i, j)].to_f64()).collect(),
-            image: combine(&u.image, &v.image),
-            scaled,
-        })
+        let (vectors, image) = (combine(&u.v, &v.v), combine(&u.image, &v.image));
+        let lambda = found.iter().map(|entry| entry.2).collect();
+        let order = found.into_iter().map(|(i, j, _, squared)| (i, j, squared)).collect();
+        Ok(Self::found(lambda, vectors, image, Exact::Product { u, v, order }))
+    }
+
+    fn found(lambda: Vec<f64>, v: DMatrix<f64>, image: DMatrix<f64>, exact: Exact) -> Self {
+        let rank = lambda.iter().filter(|l| **l > 0.0).count();
+        Directions { lambda, v, image, rank, exact: Arc::new(exact) }
     }
 
     /// λₙ.
@@ -213,4 +211,63 @@ impl Spectrum {
     pub fn full_rank(&self) -> bool {
         self.rank == self.lambda.len()
     }
+}
+
+impl Spectrum {
+    /// What the heights, seen as `b = Qᵀ√Ωz`, have along `directions`.
+    pub fn new(directions: Directions, qty: &[Dd], level: Dd) -> Self {
+        let (a, scaled) = match &*directions.exact {
+            Exact::Whole(parts) => along_whole(parts, &directions.lambda, qty),
+            Exact::Product { u, v, order } => along_product(u, v, order, &directions.lambda, qty),
+        };
+        Spectrum { directions, a, scaled, level }
+    }
+}
+
+fn along_whole(parts: &Decomposition, lambda: &[f64], qty: &[Dd]) -> (Vec<f64>, Vec<Dd>) {
+    let n = lambda.len();
+    let mut a = vec![Dd::ZERO; n];
+    for i in (0..n).filter(|&i| lambda[i] > 0.0) {
+        let shown = parts.image.column(i).iter().zip(qty).fold(Dd::ZERO, |sum, (&x, &b)| sum + x * b);
+        a[i] = shown / (parts.sigma[i] * parts.sigma[i]);
+    }
+    let scaled = (0..n).map(|j| (0..n).fold(Dd::ZERO, |sum, i| parts.v[(j, i)].fma(a[i], sum))).collect();
+    (a.iter().map(|x| x.to_f64()).collect(), scaled)
+}
+
+fn along_product(
+    u: &Decomposition,
+    v: &Decomposition,
+    order: &[(usize, usize, Dd)],
+    lambda: &[f64],
+    qty: &[Dd],
+) -> (Vec<f64>, Vec<Dd>) {
+    let (p, q) = (u.sigma.len(), v.sigma.len());
+    // a = (Σ_u U_u)ᵀ B (U_v Σ_v) / λ
+    let mut half = DMatrix::from_element(p, q, Dd::ZERO);
+    for i in 0..p {
+        for l in 0..q {
+            half[(i, l)] = (0..p).fold(Dd::ZERO, |sum, k| u.image[(k, i)].fma(qty[k * q + l], sum));
+        }
+    }
+    let mut a = DMatrix::from_element(p, q, Dd::ZERO);
+    for (&(i, j, squared), &lambda) in order.iter().zip(lambda) {
+        if lambda > 0.0 {
+            a[(i, j)] = (0..q).fold(Dd::ZERO, |sum, l| half[(i, l)].fma(v.image[(l, j)], sum)) / squared;
+        }
+    }
+    // V_u a V_vᵀ
+    let mut left = DMatrix::from_element(p, q, Dd::ZERO);
+    for k in 0..p {
+        for j in 0..q {
+            left[(k, j)] = (0..p).fold(Dd::ZERO, |sum, i| u.v[(k, i)].fma(a[(i, j)], sum));
+        }
+    }
+    let mut scaled = Vec::with_capacity(p * q);
+    for k in 0..p {
+        for l in 0..q {
+            scaled.push((0..q).fold(Dd::ZERO, |sum, j| v.v[(l, j)].fma(left[(k, j)], sum)));
+        }
+    }
+    (order.iter().map(|&(i, j, _)| a[(i, j)].to_f64()).collect(), scaled)
 }

@@ -133,6 +133,29 @@ impl BSplineBasis {
         span - p
     }
 
+    /// Derivatives of order `order` of the same functions, taken on the span that `x` lies in.
+    pub fn derivatives_of<T: Real>(&self, order: usize, x: f64, out: &mut [T]) -> usize {
+        let (span, p) = (self.span(x), self.degree);
+        out.fill(T::of(0.0));
+        if order > p {
+            return span - p;
+        }
+        // values of degree p − order at the end of the slice, then raised degree by degree
+        let low = p - order;
+        self.recurse(span, low, x, &mut out[order..]);
+        for d in low + 1..=p {
+            for r in p - d + 1..=p {
+                // function number span − p + r of degree d − 1
+                let j = span + r - p;
+                let width = T::of_dd(Dd::diff(self.knots[j + d], self.knots[j]));
+                let slope = out[r].mul_f64(d as f64) / width;
+                out[r - 1] += -slope;
+                out[r] = slope;
+            }
+        }
+        span - p
+    }
+
     fn recurse<T: Real>(&self, span: usize, degree: usize, x: f64, out: &mut [T]) {
         let gap = |a: f64, b: f64| T::of_dd(Dd::diff(a, b));
         out[0] = T::of(1.0);
@@ -171,6 +194,28 @@ mod tests {
         assert_eq!(BSplineBasis::new(1, vec![0., 0., 2., 1., 3., 3.]).unwrap_err().index(), Some(3));
         assert_eq!(BSplineBasis::new(1, vec![0., 0., 1., 1., 1., 3., 3.]).unwrap_err().index(), Some(4));
         assert!(BSplineBasis::new(0, vec![1., 1.]).is_err());
+    }
+
+    /// On one span the functions are polynomials: derivatives against differences of the derivative below.
+    #[test]
+    fn higher_derivatives_agree_with_differences() {
+        let basis = BSplineBasis::new(3, vec![0., 0., 0., 0., 1., 1., 2.5, 4., 4., 4., 4.]).unwrap();
+        let h = 1e-5;
+        for order in 1..=3 {
+            for x in [0.3, 1.7, 3.2] {
+                let (mut low, mut high, mut here) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+                basis.derivatives_of(order - 1, x - h, &mut low);
+                let first = basis.derivatives_of(order - 1, x + h, &mut high);
+                assert_eq!(basis.derivatives_of(order, x, &mut here), first);
+                for i in 0..4 {
+                    let difference = (high[i] - low[i]) / (2.0 * h);
+                    assert!((difference - here[i]).abs() < 1e-6 * here[i].abs().max(1.0), "{order} {x} {i}");
+                }
+            }
+        }
+        let mut above = [1.0; 4];
+        basis.derivatives_of(4, 0.3, &mut above);
+        assert_eq!(above, [0.0; 4]);
     }
 
     proptest! {

@@ -33,6 +33,24 @@ pub fn chebyshev_values<T: Real>(t: T, out: &mut [T]) {
     }
 }
 
+/// Derivatives by t of order `order` of `T₀(t) … T_d(t)` into `out` (length d + 1).
+pub fn chebyshev_derivatives<T: Real>(order: usize, t: T, out: &mut [T]) {
+    chebyshev_values(t, out);
+    for d in 1..=order {
+        // T⁽ᵈ⁾ⱼ₊₁ = 2t T⁽ᵈ⁾ⱼ + 2d T⁽ᵈ⁻¹⁾ⱼ − T⁽ᵈ⁾ⱼ₋₁; `out` holds order d − 1 ahead of j, order d behind it
+        let mut below = T::of(0.0);
+        for j in 0..out.len() {
+            let here = out[j];
+            out[j] = match j {
+                0 => T::of(0.0),
+                1 => below.mul_f64(d as f64),
+                _ => (t + t) * out[j - 1] + below.mul_f64(2.0 * d as f64) - out[j - 2],
+            };
+            below = here;
+        }
+    }
+}
+
 /// Values and first derivatives (by x) of a family at `x`.
 pub fn values_and_derivatives(family: Family, x: f64, values: &mut [f64], derivatives: &mut [f64]) {
     let (t, slope) = match family {
@@ -147,6 +165,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn derivatives_of_chebyshev_polynomials() {
+        let t = 0.3;
+        let mut out = [0.0; 5];
+        chebyshev_derivatives(2, t, &mut out);
+        // T₂″ = 4, T₃″ = 24t, T₄″ = 96t² − 16
+        for (got, want) in out.iter().zip([0.0, 0.0, 4.0, 24.0 * t, 96.0 * t * t - 16.0]) {
+            assert!((got - want).abs() < 1e-13, "{out:?}");
+        }
+        chebyshev_derivatives(3, t, &mut out);
+        assert!((out[3] - 24.0).abs() < 1e-13 && (out[4] - 192.0 * t).abs() < 1e-12, "{out:?}");
+        assert_eq!(out[..3], [0.0; 3]);
     }
 
     #[test]

@@ -31,11 +31,12 @@ pub fn group() -> OpenApiRouter<AppState> {
 )]
 async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let limit = state.settings.body_limit;
+    let plans = state.plans.clone();
     let answer = state
         .pool
         .run(move || {
             let (nodes, spec, NoExtra {}) = multipart::read_fit(payload, limit)?;
-            service::fit(&nodes, &spec)?.to_json().map_err(Problem::internal)
+            service::fit(&nodes, &spec, &plans)?.to_json().map_err(Problem::internal)
         })
         .await??;
     Ok(json(answer))

@@ -27,6 +27,7 @@ use crate::{
         nodes_text,
         problem::{Problem, ProblemCode},
     },
+    estimation::Plans,
     jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
 };
 
@@ -66,7 +67,8 @@ async fn create_iteration(
     once(state, key, scope, payload, move |state, payload, known| async move {
         state.jobs.admit(job).await?;
         let limit = state.settings.body_limit;
-        let draft = state.pool.run(move || draft(payload, limit)).await??;
+        let plans = state.plans.clone();
+        let draft = state.pool.run(move || draft(payload, limit, &plans)).await??;
         let keyed = known.map(|known| known.answered_by(created));
         let (iteration, stored) = state.jobs.add_iteration(job, draft, keyed).await?;
         Ok(created(&iteration, stored))
@@ -75,9 +77,9 @@ async fn create_iteration(
 }
 
 /// Reads and fits. Processor work.
-fn draft(payload: Payload, limit: usize) -> Result<IterationDraft, Problem> {
+fn draft(payload: Payload, limit: usize, plans: &Plans) -> Result<IterationDraft, Problem> {
     let (nodes, spec, measurement) = multipart::read_fit::<Measurement>(payload, limit)?;
-    let computed = job_fits::compute(&nodes, &spec)?;
+    let computed = job_fits::compute(&nodes, &spec, plans)?;
     Ok(IterationDraft {
         nodes: Arc::new(nodes),
         computed,

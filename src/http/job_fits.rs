@@ -53,11 +53,12 @@ async fn create_iteration_fit(
     once(state, key, format!("POST {place}/fits"), payload, move |state, payload, known| async move {
         let nodes = state.jobs.nodes(job, number).await?;
         let limit = state.settings.body_limit;
+        let plans = state.plans.clone();
         let draft = state
             .pool
             .run(move || {
                 let (spec, why) = reader::read_refit::<Why>(&payload.into_json(limit)?)?;
-                let computed = job_fits::compute(&nodes, &spec)?;
+                let computed = job_fits::compute(&nodes, &spec, &plans)?;
                 Ok::<_, Problem>(RefitDraft { computed, reason: why.reason.map(String::from) })
             })
             .await??;

@@ -6,6 +6,7 @@ use metrics_exporter_prometheus::PrometheusHandle;
 
 use crate::{
     config::ServeSettings,
+    estimation::Plans,
     jobs::{Jobs, RunningKeys},
     pool::WorkPool,
     telemetry,
@@ -19,6 +20,8 @@ pub struct Shared {
     pub settings: ServeSettings,
     /// Where fits are computed.
     pub pool: WorkPool,
+    /// What grids and specs decide before a height is seen.
+    pub plans: Plans,
     pub metrics: &'static PrometheusHandle,
     pub jobs: Jobs,
     /// Idempotency keys whose first request is running.
@@ -31,6 +34,7 @@ impl AppState {
         Ok(AppState(Arc::new(Shared {
             settings,
             pool,
+            plans: Plans::default(),
             metrics: telemetry::metrics(),
             jobs,
             keys: RunningKeys::default(),

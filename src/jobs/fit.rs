@@ -83,7 +83,7 @@ impl Figures {
 
     /// The criterion of that name, as [`Figures::of`] writes it.
     pub fn criterion_named(name: &str) -> Option<&'static str> {
-        Criterion::ALL.into_iter().map(Criterion::name).chain([FIXED]).find(|known| *known == name)
+        Criterion::every().map(Criterion::name).chain([FIXED]).find(|known| *known == name)
     }
 
     /// The scheme of that name, as [`Figures::of`] writes it.

@@ -14,6 +14,7 @@ pub mod jacobi;
 mod jacobi_dd;
 pub mod lanes;
 pub mod qr;
+pub mod quadrature;
 pub mod quantiles;
 pub mod real;
 pub mod sums;

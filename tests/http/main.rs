@@ -11,4 +11,5 @@ mod forms;
 mod jobs;
 mod mutations;
 mod operation;
+mod regularization;
 mod studies;

@@ -88,6 +88,8 @@ impl Trial<'_> {
                 let slack = 1e-3 * greatest.abs() + 1e-9;
                 assert!(got >= greatest - slack, "{name}: curvature {got:e} at {t:e}, elsewhere {greatest:e}");
             }
+            // closed forms of single kinds, with laws of their own
+            Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang | Criterion::Optimal => {}
         }
     }
 }

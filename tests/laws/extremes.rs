@@ -128,8 +128,14 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
         coefficient_norm_limit: some(random).then(|| number(random, wildness).abs() + f64::MIN_POSITIVE),
         noise_sigma: some(random).then(|| number(random, wildness).abs() + f64::MIN_POSITIVE),
         node_uncertainty: some(random).then_some(NodeUncertainty { position: 1e-3, height: 1e-4 }),
-        include: Include { residuals: true, collinearity: true, lambda_curve: true, matrix_b: true },
         filters: filters(random, nodes),
+        include: Include {
+            residuals: true,
+            collinearity: true,
+            lambda_curve: true,
+            matrix_b: true,
+            ridge_trace: false,
+        },
     }
 }
 

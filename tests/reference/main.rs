@@ -13,5 +13,6 @@ mod folder;
 mod nist;
 mod oracle_check;
 mod ridge;
+mod shrinkage;
 mod spectral;
 mod tensor;

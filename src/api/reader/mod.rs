@@ -13,6 +13,7 @@ mod decimal;
 mod filters;
 mod nodes;
 mod numbers;
+mod regularization;
 mod request;
 mod spec;
 #[cfg(test)]

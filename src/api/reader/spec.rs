@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::request::read_part;
+use super::{regularization::read_regularization, request::read_part};
 use crate::{
     api::fit_spec::*,
     estimation::{Faults, FitSpec, spec},
@@ -140,64 +140,6 @@ fn degree(degree: DegreeBody) -> spec::Degree {
     }
 }
 
-fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Regularization> {
-    const AT: &str = "/regularization";
-    match read_tag(slice, AT, faults)?.as_str() {
-        "none" => read_part::<NoRegularization>(slice, AT, faults).map(|_| spec::Regularization::None),
-        "spectral" => {
-            let body: SpectralRegularization = read_part(slice, AT, faults)?;
-            let condition_limit = body.condition_limit.unwrap_or(spec::DEFAULT_CONDITION_LIMIT);
-            if condition_limit <= 1.0 {
-                faults.push(format!("{AT}/condition_limit"), format!("{condition_limit} is not greater than 1"));
-            }
-            let lambda_star = parameter(body.lambda_star, &format!("{AT}/lambda_star"), faults)?;
-            Some(spec::Regularization::Spectral {
-                scheme: body.scheme.map_or_else(spec::Scheme::default, spec::Scheme::from),
-                count: match body.count {
-                    None | Some(CountBody::Auto(_)) => spec::Count::Auto,
-                    Some(CountBody::Given(n)) => spec::Count::Given(n),
-                },
-                condition_limit,
-                lambda_star,
-            })
-        }
-        "ridge" => {
-            let body: RidgeRegularization = read_part(slice, AT, faults)?;
-            let parameter = parameter(body.parameter, &format!("{AT}/parameter"), faults)?;
-            Some(spec::Regularization::Ridge { parameter })
-        }
-        other => {
-            unknown_type(AT, other, "none, spectral and ridge are", faults);
-            None
-        }
-    }
-}
-
-fn parameter(body: Option<ParameterBody>, pointer: &str, faults: &mut Faults) -> Option<spec::Parameter> {
-    let Some(body) = body else { return Some(spec::Parameter::Criterion(spec::Criterion::MinMse)) };
-    let criterion = match body.criterion {
-        CriterionName::Fixed => {
-            let Some(value) = body.value else {
-                faults.push(format!("{pointer}/value"), "missing; the criterion `fixed` needs it");
-                return None;
-            };
-            if value <= 0.0 {
-                faults.push(format!("{pointer}/value"), format!("{value} is not greater than 0"));
-            }
-            return Some(spec::Parameter::Fixed(value));
-        }
-        CriterionName::MinMse => spec::Criterion::MinMse,
-        CriterionName::MinCondition => spec::Criterion::MinCondition,
-        CriterionName::Gcv => spec::Criterion::Gcv,
-        CriterionName::Discrepancy => spec::Criterion::Discrepancy,
-        CriterionName::LCurve => spec::Criterion::LCurve,
-    };
-    if body.value.is_some() {
-        faults.push(format!("{pointer}/value"), "only the criterion `fixed` takes a value");
-    }
-    Some(spec::Parameter::Criterion(criterion))
-}
-
 fn check_estimator(slice: &[u8], faults: &mut Faults) {
     match read_tag(slice, "/estimator", faults).as_deref() {
         None => {}
@@ -246,6 +188,7 @@ fn read_include(slice: &[u8], faults: &mut Faults) -> Option<spec::Include> {
         collinearity: names.contains(&IncludeName::Collinearity),
         lambda_curve: names.contains(&IncludeName::LambdaCurve),
         matrix_b: names.contains(&IncludeName::MatrixB),
+        ridge_trace: names.contains(&IncludeName::RidgeTrace),
     })
 }
 
@@ -254,6 +197,6 @@ fn unsigned_zero(value: f64) -> f64 {
     value + 0.0
 }
 
-fn unsigned_zeros(values: Vec<f64>) -> Vec<f64> {
+pub(super) fn unsigned_zeros(values: Vec<f64>) -> Vec<f64> {
     values.into_iter().map(unsigned_zero).collect()
 }

@@ -206,7 +206,7 @@ fn faults_of_the_spec_are_pointed_at() {
         (beside(r#""node_uncertainty":{"position":-1,"height":0}"#), "/node_uncertainty/position"),
         (beside(r#""include":["everything"]"#), "/include/0"),
         (beside(r#""include":"residuals""#), "/include"),
-        (beside(r#""filters":[]"#), "/filters"),
+        (beside(r#""filter":[]"#), "/filter"),
         (beside(r#""scaling":"none","scaling":"none""#), "/scaling"),
     ] {
         assert_eq!(pointers(&with_spec(&spec)), [expected], "{spec}");
@@ -318,7 +318,7 @@ fn the_digest_does_not_see_how_a_request_is_written() {
 proptest! {
     #[test]
     fn specs_survive_storing(
-        model in 0..5_usize, scaling in 0..3_usize, regularization in 0..4_usize, value in 1e-9..1e9_f64, include in 0..16_u8,
+        model in 0..5_usize, scaling in 0..3_usize, regularization in 0..9_usize, value in 1e-9..1e9_f64, include in 0..16_usize,
     ) {
         let spec = FitSpec {
             scaling: [spec::Scaling::UnitLength, spec::Scaling::None, spec::Scaling::Standardized][scaling],
@@ -332,6 +332,26 @@ proptest! {
                     condition_limit: 1.0 + value,
                     lambda_star: Parameter::Criterion(Criterion::LCurve),
                 },
+                Regularization::Ridge { parameter: Parameter::Criterion(Criterion::Hkb1975) },
+                Regularization::Tikhonov(spec::Tikhonov {
+                    order: include % 4,
+                    weights: (include > 7).then(|| vec![value, 0.0]),
+                    parameter: Parameter::Criterion(Criterion::Gcv),
+                }),
+                Regularization::TruncatedSvd { rank: include + 1 },
+                Regularization::JamesStein(spec::JamesStein {
+                    factor: [
+                        spec::ShrinkageFactor::JamesStein,
+                        spec::ShrinkageFactor::HoerlKennard,
+                        spec::ShrinkageFactor::EfronMorris,
+                    ][include % 3],
+                    positive_part: include > 7,
+                    target: (include & 1 > 0).then(|| vec![0.0, -value]),
+                }),
+                Regularization::Attraction(spec::Attraction {
+                    target: vec![value],
+                    parameter: Parameter::Criterion(Criterion::Optimal),
+                }),
             ][regularization].clone(),
             domain: (include > 7).then_some(spec::Domain { u: Some([-value, value]), v: None }),
             coefficient_norm_limit: (include > 3).then_some(value),
@@ -342,6 +362,7 @@ proptest! {
                 collinearity: include & 2 > 0,
                 lambda_curve: include & 4 > 0,
                 matrix_b: include & 8 > 0,
+                ridge_trace: include & 8 > 0,
             },
             ..FitSpec::new(
                 [

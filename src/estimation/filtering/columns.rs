@@ -24,7 +24,7 @@ use crate::{
         sample::Sample,
         scaled::{ScaledColumns, caller_columns},
         spec::{FitSpec, Scaling},
-        spectrum::Spectrum,
+        spectrum::Directions,
     },
     numerics::{Dd, jacobi, qr},
 };
@@ -46,11 +46,11 @@ pub fn compare(
     let sample = Sample::new(nodes);
     let design = Design::new(nodes, &sample, spec)?;
     let weight = |sample: &Sample| (0..sample.count()).map(|k| sample.w(k)).sum::<f64>();
-    let before = figures(&design, &Factor::new(&design, &sample, None)?, sample.count(), weight(&sample))?;
+    let before = figures(&design, &Factor::new(&design, &sample)?, sample.count(), weight(&sample))?;
     let kept = Sample::new(filtered);
     let counted = ColumnFigures { nodes: kept.count(), ..ColumnFigures::default() };
     let r = if steps.iter().all(|step| matches!(step, Step::Removed)) {
-        Factored::Plain(Factor::new(&design, &kept, None)?)
+        Factored::Plain(Factor::new(&design, &kept)?)
     } else {
         match along_axes(nodes, &sample, &design, steps) {
             Some(factored) => factored,
@@ -215,7 +215,7 @@ fn triangularised(m: usize, columns: &[Vec<f64>]) -> DMatrix<f64> {
 fn figures(design: &Design, factor: &Factor, nodes: usize, weight: f64) -> Result<ColumnFigures, FitError> {
     let caller = caller_columns(factor);
     let columns = ScaledColumns::new(design, &caller, Scaling::UnitLength, weight)?;
-    let spectrum = Spectrum::new(factor, &columns, Scaling::UnitLength, None)?;
+    let spectrum = Directions::new(factor, &columns, Scaling::UnitLength, None)?;
     let report = collinearity::report(design, factor, &caller, &spectrum, weight, true, &mut Vec::new());
     let finite = |value: f64| Some(value).filter(|value| value.is_finite());
     // a constant has no correlation with any other column

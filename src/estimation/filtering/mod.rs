@@ -21,8 +21,9 @@ mod steps;
 
 use super::{
     error::FitError,
-    fit::fit as fit_nodes,
+    fit::fit_remembering as fit_nodes,
     nodes::Nodes,
+    plan::Plans,
     result::{FitResult, Warning},
     spec::FitSpec,
 };
@@ -31,11 +32,16 @@ use spec::Filter;
 
 /// Filters the nodes as `spec` asks and fits the rest of `spec` to what comes out. Pure, as the fit itself is.
 pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
+    fit_remembering(nodes, spec, &Plans::default())
+}
+
+/// The same, bit for bit, with what `plans` remembers of positions and spec.
+pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     if spec.filters.is_empty() {
-        return fit_nodes(nodes, spec);
+        return fit_nodes(nodes, spec, plans);
     }
     let mut applied = steps::apply(nodes, &spec.filters)?;
-    let mut result = fit_nodes(&applied.nodes, spec)?;
+    let mut result = fit_nodes(&applied.nodes, spec, plans)?;
     if spec.filters.iter().any(|filter| !matches!(filter, Filter::Hampel(_))) {
         applied.warnings.push(Warning {
             code: "filtered_noise",

@@ -23,7 +23,7 @@ use crate::{
         sample::Sample,
         scaled::{ScaledColumns, caller_columns},
         spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, FitSpec, Model, Parameter, Regularization, Scaling, Scheme},
-        spectrum::Spectrum,
+        spectrum::Directions,
     },
     numerics::{Dd, triangular},
 };
@@ -40,7 +40,7 @@ pub struct References {
 
 /// The spectrum of X and where A lies in it.
 pub struct Base {
-    spectrum: Spectrum,
+    spectrum: Directions,
     /// U, row by row.
     u: DMatrix<f64>,
     alpha: Vec<f64>,
@@ -56,13 +56,13 @@ impl Base {
         let nodes = Nodes::matrix(study.x.clone(), n, vec![0.0; m], None, None)?;
         let sample = Sample::new(&nodes);
         let design = Design::new(&nodes, &sample, &FitSpec::new(Model::Linear))?;
-        let factor = Factor::new(&design, &sample, None)?;
+        let factor = Factor::new(&design, &sample)?;
         let caller = caller_columns(&factor);
         let weight = m as f64;
         let unit_columns = ScaledColumns::new(&design, &caller, Scaling::UnitLength, weight)?;
-        let unit = Spectrum::new(&factor, &unit_columns, Scaling::UnitLength, None)?;
+        let unit = Directions::new(&factor, &unit_columns, Scaling::UnitLength, None)?;
         let columns = ScaledColumns::new(&design, &caller, Scaling::None, weight)?;
-        let spectrum = Spectrum::new(&factor, &columns, Scaling::None, Some(unit.rank))?;
+        let spectrum = Directions::new(&factor, &columns, Scaling::None, Some(unit.rank))?;
         let report = collinearity::report(&design, &factor, &caller, &unit, weight, true, &mut Vec::new());
         // a column that does not vary has no correlation with another
         let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -203,7 +203,13 @@ impl Base {
 
 /// U: with `W = Q R` its columns are `W R⁻¹ (image_i/σᵢ)`, formed in double-double; where R is singular, `X Vᵢ/σᵢ` for the
 /// directions that are told from 0.
-fn left_vectors(study: &Study, design: &Design, sample: &Sample, factor: &Factor, spectrum: &Spectrum) -> DMatrix<f64> {
+fn left_vectors(
+    study: &Study,
+    design: &Design,
+    sample: &Sample,
+    factor: &Factor,
+    spectrum: &Directions,
+) -> DMatrix<f64> {
     let n = spectrum.lambda.len();
     let mut solved = vec![vec![Dd::ZERO; n]; n];
     for (i, solved) in solved.iter_mut().enumerate().filter(|(i, _)| spectrum.lambda[*i] > 0.0) {

@@ -1,0 +1,191 @@
+//! The roughness penalty `P(A) = ‖L c‖²` as a factor L in the working basis, where it is neither large nor small.
+//!
+//! On one axis `∫ φᵢ⁽ᵏ⁾ φⱼ⁽ᵏ⁾ dx` is `DᵀD`, the rows of D being the derivatives at Gauss points times the roots of the
+//! weights: exact for polynomials and, span by span, for B-splines, and never squared. On a surface the two terms are
+//! `D_u ⊗ M_v` and `M_u ⊗ D_v`, M being the factor of order 0. Integrals run over the domain of the fit; those of B-splines
+//! over the span of their knots, all of which the functions live on.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Context;
+use crate::{
+    estimation::{
+        design::{Axis, Basis},
+        error::Faults,
+        spec::Tikhonov,
+    },
+    geometry::polynomial,
+    numerics::{Dd, Real, qr, quadrature::gauss_legendre},
+};
+
+/// Orders of derivatives that a penalty may have.
+pub const HIGHEST_ORDER: usize = 3;
+
+/// Entries of L are squared.
+const RANGE: std::ops::Range<f64> = 1e-140..1e140;
+
+/// L: as many columns as working coefficients; refuses what has no roughness.
+pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults> {
+    let design = context.place.design;
+    let order = asked.order;
+    if order > HIGHEST_ORDER {
+        return Err(Faults::one("/regularization/order", format!("{order} is not one of 0 to {HIGHEST_ORDER}")));
+    }
+    let surface = design.domain.is_some_and(|domain| domain.v.is_some());
+    let weights = weights(asked, surface)?;
+    if order == 0 && context.columns.constant.is_some() && matches!(design.basis, Basis::Product { .. }) {
+        return Err(Faults::one(
+            "/regularization/order",
+            "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order",
+        ));
+    }
+    let l = match &design.basis {
+        Basis::Columns { scale } => differences(&context.columns.kept, scale, order, weights[0])?,
+        Basis::Product { u, v } => {
+            let domain = design.domain.unwrap_or_default();
+            let (on_u, on_v) = (domain.u.unwrap_or([0.0; 2]), domain.v);
+            let (mass_u, mass_v) = (axis(u, Some(on_u), 0), axis(v, on_v, 0));
+            let mut blocks = Vec::new();
+            if order == 0 {
+                blocks.push((weights.iter().sum::<f64>(), mass_u, mass_v));
+            } else {
+                if weights[0] > 0.0 {
+                    blocks.push((weights[0], axis(u, Some(on_u), order), mass_v));
+                }
+                if let Some(&weight) = weights.get(1).filter(|w| **w > 0.0) {
+                    blocks.push((weight, mass_u, axis(v, on_v, order)));
+                }
+            }
+            stack(&blocks, &design.terms)
+        }
+    };
+    let largest = l.iter().map(|x| x.to_f64().abs()).fold(0.0, |a: f64, x| if x > a || x.is_nan() { x } else { a });
+    if largest == 0.0 {
+        return Err(Faults::one(
+            "/regularization/order",
+            format!("derivatives of order {order} vanish for every function of this model: nothing would be penalised"),
+        ));
+    }
+    if !RANGE.contains(&largest) {
+        return Err(Faults::one(
+            "/regularization/weights",
+            "the square of this penalty leaves the range of double precision: choose other weights or another unit",
+        ));
+    }
+    Ok(l)
+}
+
+/// The weights, one for each axis.
+fn weights(asked: &Tikhonov, surface: bool) -> Result<Vec<f64>, Faults> {
+    let axes = if surface { 2 } else { 1 };
+    let Some(weights) = &asked.weights else { return Ok(vec![1.0; axes]) };
+    if weights.len() != axes {
+        let what = if surface { "a surface takes two, [w_u, w_v]" } else { "a curve or a linear model takes one" };
+        return Err(Faults::one("/regularization/weights", format!("{} weights; {what}", weights.len())));
+    }
+    let mut faults = Faults::default();
+    for (i, weight) in weights.iter().enumerate().filter(|(_, w)| **w < 0.0 || !w.is_finite()) {
+        faults.push(format!("/regularization/weights/{i}"), format!("{weight} is negative or not finite"));
+    }
+    if weights.iter().all(|w| *w == 0.0) {
+        faults.push("/regularization/weights", "at least one weight must be greater than 0");
+    }
+    faults.into_result(weights.clone())
+}
+
+/// `√w Δᵏ` on the caller's coefficients of the kept columns, in working coefficients (which are `scale` times those).
+fn differences(kept: &[usize], scale: &[f64], order: usize, weight: f64) -> Result<DMatrix<Dd>, Faults> {
+    if order >= kept.len() {
+        return Err(Faults::one(
+            "/regularization/order",
+            format!("{} coefficients have no differences of order {order}", kept.len()),
+        ));
+    }
+    let mut signs = vec![1.0];
+    for _ in 0..order {
+        let next = |i: usize| if i == 0 { 0.0 } else { signs[i - 1] } - signs.get(i).copied().unwrap_or(0.0);
+        signs = (0..=signs.len()).map(next).collect();
+    }
+    let root = Dd::from(weight).sqrt();
+    let mut l = DMatrix::from_element(kept.len() - order, scale.len(), Dd::ZERO);
+    for row in 0..l.nrows() {
+        for (i, sign) in signs.iter().enumerate() {
+            let j = kept[row + i];
+            l[(row, j)] = root.mul_f64(*sign) / scale[j];
+        }
+    }
+    Ok(l)
+}
+
+/// A square factor of `∫ φ⁽ᵏ⁾ φ⁽ᵏ⁾ᵀ dx` on one axis; without a domain the axis is the single function 1 of a curve.
+fn axis(axis: &Axis, domain: Option<[f64; 2]>, order: usize) -> DMatrix<Dd> {
+    let n = axis.size();
+    let Some([low, high]) = domain else { return DMatrix::from_element(1, 1, Dd::ONE) };
+    let rows = match axis {
+        Axis::Polynomial { mapping, .. } => {
+            let (half, middle) = halves(low, high);
+            let rule = gauss_legendre(n);
+            let mut rows = DMatrix::from_element(n, n, Dd::ZERO);
+            let mut values = vec![Dd::ZERO; n];
+            let chain = Dd::from(mapping.scale).powi(order as i32);
+            for (q, &(node, weight)) in rule.iter().enumerate() {
+                let x = middle + half * node;
+                polynomial::chebyshev_derivatives(order, (x - Dd::from(mapping.center)) * mapping.scale, &mut values);
+                let root = (weight * half).sqrt() * chain;
+                values.iter().enumerate().for_each(|(j, &value)| rows[(q, j)] = value * root);
+            }
+            rows
+        }
+        Axis::Spline(basis) => {
+            let p = basis.degree();
+            let knots = &basis.knots()[p..=basis.size()];
+            let spans: Vec<[f64; 2]> =
+                knots.windows(2).filter(|pair| pair[0] < pair[1]).map(|pair| [pair[0], pair[1]]).collect();
+            let rule = gauss_legendre(p + 1);
+            let mut rows = DMatrix::from_element(spans.len() * (p + 1), n, Dd::ZERO);
+            let mut values = vec![Dd::ZERO; p + 1];
+            for (s, &[low, high]) in spans.iter().enumerate() {
+                let (half, middle) = halves(low, high);
+                for (q, &(node, weight)) in rule.iter().enumerate() {
+                    // the place rounded to a double, inside the span: the rule moves by less than a part in 10¹⁵
+                    let x = (middle + half * node).to_f64().clamp(low, high);
+                    let first = basis.derivatives_of(order, x, &mut values);
+                    let root = (weight * half).sqrt();
+                    values.iter().enumerate().for_each(|(i, &v)| rows[(s * (p + 1) + q, first + i)] = v * root);
+                }
+            }
+            rows
+        }
+    };
+    if rows.nrows() <= n { rows } else { triangular(rows) }
+}
+
+fn halves(low: f64, high: f64) -> (Dd, Dd) {
+    let half = Dd::diff(high, low).mul_f64(0.5);
+    (half, Dd::sum(low, high).mul_f64(0.5))
+}
+
+/// The triangular factor of a tall matrix.
+pub fn triangular(rows: DMatrix<Dd>) -> DMatrix<Dd> {
+    let height = rows.nrows();
+    qr::qr_with_rhs(rows, DVector::from_element(height, Dd::ZERO)).r
+}
+
+/// `√w D_u ⊗ D_v` of every block, below each other, in the columns of `terms`.
+fn stack(blocks: &[(f64, DMatrix<Dd>, DMatrix<Dd>)], terms: &[(usize, usize)]) -> DMatrix<Dd> {
+    let heights: usize = blocks.iter().map(|(_, u, v)| u.nrows() * v.nrows()).sum();
+    let mut l = DMatrix::from_element(heights, terms.len(), Dd::ZERO);
+    let mut row = 0;
+    for (weight, u, v) in blocks {
+        let root = Dd::from(*weight).sqrt();
+        for a in 0..u.nrows() {
+            for b in 0..v.nrows() {
+                for (column, &(i, j)) in terms.iter().enumerate() {
+                    l[(row, column)] = root * u[(a, i)] * v[(b, j)];
+                }
+                row += 1;
+            }
+        }
+    }
+    l
+}

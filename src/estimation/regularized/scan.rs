@@ -1,0 +1,86 @@
+//! Minima of a function of ln λ: all of them on a grid, each refined by the sign of the slope.
+
+/// Grid points for each factor of e.
+const DENSITY: f64 = 2.5;
+/// Most cells.
+const MOST: f64 = 400.0;
+/// Halvings of a cell; a cell is shorter than 1, and a double has 53 bits.
+const HALVINGS: usize = 56;
+
+/// The place of the least value of `at(x)` → (value, slope) for x in `[low, high]`; of equal ones the first.
+pub fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> f64 {
+    let cells = ((high - low) * DENSITY).ceil().clamp(1.0, MOST) as usize;
+    let grid: Vec<(f64, f64, f64)> = (0..=cells)
+        .map(|i| {
+            let x = low + (high - low) * (i as f64 / cells as f64);
+            let (value, slope) = at(x);
+            (x, value, slope)
+        })
+        .collect();
+    let (mut best, mut place) = (f64::INFINITY, low);
+    let mut offer = |x: f64, value: f64| {
+        // a gain below rounding is no gain: the smaller λ biases less
+        if value < best - 1e-15 * best.abs() || (best == f64::INFINITY && value.is_finite()) {
+            (best, place) = (value, x);
+        }
+    };
+    for (i, &(x, value, _)) in grid.iter().enumerate() {
+        offer(x, value);
+        if let Some(&(next, _, rising)) = grid.get(i + 1)
+            && grid[i].2 < 0.0
+            && rising > 0.0
+        {
+            let (mut falls, mut rises) = (x, next);
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (falls + rises);
+                if at(middle).1 < 0.0 { falls = middle } else { rises = middle }
+            }
+            offer(rises, at(rises).0);
+        }
+    }
+    place
+}
+
+/// Where a slope that changes its sign once turns positive; `None` where it does not within `[low, high]`.
+pub fn turning([low, high]: [f64; 2], slope: impl Fn(f64) -> f64) -> Option<f64> {
+    if slope(low) >= 0.0 {
+        return Some(low);
+    }
+    if slope(high) <= 0.0 {
+        return None;
+    }
+    let (mut falls, mut rises) = (low, high);
+    for _ in 0..HALVINGS {
+        if rises - falls <= 1e-9 * rises.abs().max(1.0) {
+            break;
+        }
+        let middle = 0.5 * (falls + rises);
+        if slope(middle) < 0.0 { falls = middle } else { rises = middle }
+    }
+    Some(rises)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_deeper_of_two_minima_is_found() {
+        // minima near 1 and 4, the second one deeper
+        let f = |x: f64| {
+            ((x - 1.0).powi(2) * (x - 4.0).powi(2) - 0.3 * x, {
+                2.0 * (x - 1.0) * (x - 4.0).powi(2) + 2.0 * (x - 1.0).powi(2) * (x - 4.0) - 0.3
+            })
+        };
+        let x = least([-3.0, 8.0], f);
+        assert!((x - 4.0).abs() < 0.1 && f(x).1.abs() < 1e-9, "{x}");
+        assert_eq!(least([0.0, 2.0], |x| (x, 1.0)), 0.0);
+    }
+
+    #[test]
+    fn turning_points() {
+        assert!((turning([-9.0, 9.0], |x| x - 2.5).unwrap() - 2.5).abs() < 1e-7);
+        assert_eq!(turning([-9.0, 9.0], |x| x + 10.0), Some(-9.0));
+        assert_eq!(turning([-9.0, 9.0], |x| x - 10.0), None);
+    }
+}

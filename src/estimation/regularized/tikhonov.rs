@@ -1,0 +1,161 @@
+//! Tikhonov's estimate with a roughness penalty: `min ‖Y − XA‖² + λ P(A)`.
+//!
+//! P is a property of the fitted function (of the sequence of coefficients, for a linear model), so the estimate does not
+//! depend on the scaling of columns; norms, bounds and the predicted error are in the scaled columns all the same. It is
+//! computed in the working basis ([`super::penalty`], [`super::pair`]) and turned into the caller's in double-double.
+//!
+//! What is different from a filter on eigenvectors, and how the answer says so:
+//! * `filter_factors` belong to the directions of the pair (X, P), in ascending order of 1/δ, not to `spectrum.eigenvalues`;
+//! * `spectrum.regularized.eigenvalues` are those of `X̃ᵀX̃ + λP` in ascending order: their directions are others;
+//! * the L-curve is `(log ‖Y − XÂ‖, log √P(Â))`, as is usual where the penalty has a null space;
+//! * there is no B, hence no scheme, count, γ, e, Ineqs. 48 and 51, and no perturbation bound of `X + B`.
+
+use nalgebra::DMatrix;
+
+use super::{
+    Applied, Context,
+    oblique::Oblique,
+    oblique_choice,
+    pair::{Pair, PairFault, product},
+    penalty, report,
+};
+use crate::{
+    estimation::{
+        choice,
+        error::{Faults, FitError},
+        estimate::{Estimate, directions},
+        factor::multiply_upper_vector,
+        filter::Filtered,
+        result::{RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
+        spec::Tikhonov,
+    },
+    numerics::{Dd, Real, triangular},
+};
+
+const NOT_CONVERGED: FitError =
+    FitError::NotConverged("the decomposition of matrix and penalty did not converge within its limit");
+
+/// Applies the penalty asked for.
+pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+    let Context { spec, place, columns, spectrum, least_squares, .. } = *context;
+    let factor = place.factor;
+    let n = factor.size();
+    let l = penalty::factor(context, asked)?;
+    let rank = spectrum.rank + context.unpenalised();
+    let mut pair = Pair::new(&factor.r, &l, rank).map_err(|fault| match fault {
+        PairFault::NotConverged => NOT_CONVERGED,
+        PairFault::Undetermined => Faults::one(
+            "/regularization/order",
+            "nodes and penalty together leave a combination of coefficients free: take a lower order or more nodes",
+        )
+        .into(),
+    })?;
+    if let Some(constant) = &columns.constant {
+        let mut working = vec![Dd::ZERO; n];
+        working[constant.index] = Dd::ONE;
+        multiply_upper_vector(&factor.change, &mut working);
+        if !pair.turn_last_to(&working) {
+            return Err(Faults::one("/scaling", "`standardized` needs a constant that the penalty leaves free").into());
+        }
+    }
+    // coefficients along the directions; of those that the nodes do not see, what the minimum norm gives them
+    let a: Vec<Dd> = (0..n)
+        .map(|i| match i < pair.silent {
+            true => pair.inverse.row(i).iter().zip(&least_squares.working).fold(Dd::ZERO, |sum, (&x, &c)| sum + x * c),
+            false => pair.u.column(i).iter().zip(&factor.qty).fold(Dd::ZERO, |sum, (&u, &b)| sum + u * b),
+        })
+        .collect();
+    let oblique = scaled(context, &pair, &a);
+    context.warn_of_missing("Tikhonov", true, warnings);
+    let decided = oblique_choice::decide(context, &oblique, asked.parameter, warnings)?;
+    let lambda = decided.lambda_star.unwrap_or(0.0);
+    let regularized = decided.lambda_star.is_some();
+
+    // without a λ the answer is least squares, of minimum norm where it is not the only one
+    let removed = |i: usize| if regularized { oblique.removed(i, lambda) } else { 0.0 };
+    let kept = |i: usize| if regularized { oblique.factor(i, lambda) } else { 1.0 };
+    let size = oblique.delta.len();
+    let untouched: Vec<Filtered> =
+        spectrum.lambda.iter().map(|&eigenvalue| Filtered { factor: 1.0, removed: 0.0, eigenvalue }).collect();
+    let mut estimate = Estimate::new(columns, spectrum, &untouched, least_squares);
+    let mut working = least_squares.working.clone();
+    if regularized {
+        working = vec![Dd::ZERO; n];
+        for i in 0..n {
+            let share = if i < size { a[i].mul_f64(kept(i)) } else { a[i] };
+            working.iter_mut().zip(pair.z.column(i).iter()).for_each(|(to, &z)| *to += share * z);
+        }
+        let mut caller = working.clone();
+        triangular::solve_upper(&factor.change, &mut caller);
+        estimate.coefficients = caller.iter().map(|x| x.to_f64()).collect();
+        let along = directions(columns, &oblique.z, n);
+        for (j, spread) in estimate.spread.iter_mut().enumerate() {
+            let own = columns.constant.as_ref().filter(|c| c.index == j).map_or(0.0, |c| 1.0 / c.length_squared);
+            *spread = (own + (oblique.silent..size).map(|i| (kept(i) * along[(j, i)]).powi(2)).sum::<f64>()).sqrt();
+        }
+        estimate.directions = along;
+    }
+    let residuals = place.of_working(&working, spec.include.residuals);
+    let r = context.norm_limit(warnings);
+    let (sharp, bounds) = bounds(context, &oblique, decided.lambda_star, r);
+    let standing = decided.standing;
+    choice::warn_about(&decided.choices, &standing, warnings);
+    let eigenvalues = match decided.lambda_star {
+        Some(lambda) if !oblique.within_range(lambda) => {
+            return Err(Faults::one(
+                "/regularization/parameter",
+                "λ times this penalty leaves the range of double precision",
+            )
+            .into());
+        }
+        Some(lambda) => oblique.eigenvalues(lambda).ok_or(NOT_CONVERGED)?,
+        None => spectrum.lambda.clone(),
+    };
+    Ok(Applied {
+        rss: least_squares.rss + decided.lambda_star.map_or(0.0, |lambda| oblique.risen(lambda)),
+        residuals,
+        spectrum: RegularizedSpectrum { ..super::regularized_spectrum(eigenvalues) },
+        regularization: RegularizationReport {
+            lambda_star: decided.lambda_star,
+            criterion: decided.criterion,
+            fixed: decided.fixed,
+            filter_factors: (0..size).map(|i| 1.0 - removed(i)).collect(),
+            choices: decided.choices,
+            ..report(RegularizationKind::Tikhonov)
+        },
+        bias: context.bias(standing.bias_norm, sharp, r),
+        bounds,
+        curve: decided.curve,
+        trace: None,
+        matrix_b: None,
+        after: None,
+        estimate,
+    })
+}
+
+/// The directions in the scaled columns, without the unpenalised constant.
+fn scaled(context: &Context, pair: &Pair, a: &[Dd]) -> Oblique {
+    let Context { place, columns, .. } = *context;
+    let change = &place.factor.change;
+    let n = place.factor.size();
+    let size = columns.kept.len();
+    // caller = T⁻¹ working, scaled = scale · caller
+    let mut caller = pair.z.clone();
+    for column in caller.as_mut_slice().chunks_exact_mut(n) {
+        triangular::solve_upper(change, column);
+    }
+    let z = DMatrix::from_fn(size, size, |s, i| caller[(columns.kept[s], i)] * columns.scale[s]);
+    let back = product(&pair.inverse, change);
+    let inverse = DMatrix::from_fn(size, size, |i, s| back[(i, columns.kept[s])] / columns.scale[s]);
+    let a = a[..size].iter().map(|a| a.to_f64()).collect();
+    Oblique::new(z, inverse, pair.delta[..size].to_vec(), pair.silent, a, context.variance)
+}
+
+/// Sharp bounds on the bias for `‖A‖ ≤ r`: of the vector, and of each caller's coefficient.
+fn bounds(context: &Context, oblique: &Oblique, lambda: Option<f64>, r: f64) -> (f64, Vec<f64>) {
+    let n = context.place.design.size();
+    let Some(lambda) = lambda else { return (0.0, vec![0.0; n]) };
+    let removal = oblique.removal(lambda);
+    let each = directions(context.columns, &removal, n);
+    (r * super::oblique::spectral_norm(&removal), each.row_iter().map(|row| r * row.norm()).collect())
+}

@@ -1,0 +1,91 @@
+//! Truncated singular value decomposition: the directions of the k largest singular values are kept as they are, the
+//! others are left out, `f = 1` or 0.
+//!
+//! It needs no λ₁ > 0, so it answers where columns depend on each other. The matrix that it stands for, `U Σ_k Vᵀ`, has
+//! eigenvalue 0 along what was left out; its condition is that of the kept directions, and it has no determinant.
+
+use super::{Applied, Context, condition, report};
+use crate::estimation::{
+    bias, choice,
+    error::{Faults, FitError},
+    estimate::{Estimate, residuals},
+    filter::{Filtered, Rule, Spectral},
+    result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
+};
+
+/// Keeps the `rank` largest singular values.
+pub fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+    let Context { spec, spectrum, columns, least_squares, place, .. } = *context;
+    let n = spectrum.lambda.len();
+    if rank == 0 || rank > spectrum.rank {
+        let told = if spectrum.full_rank() { "directions" } else { "singular values told from 0" };
+        return Err(Faults::one(
+            "/regularization/rank",
+            format!("{rank} of {} {told} in the scaled columns: at least 1, at most all", spectrum.rank),
+        )
+        .into());
+    }
+    let dropped = n - rank;
+    let filtered: Vec<Filtered> = (0..n)
+        .map(|i| match i < dropped {
+            true => Filtered { factor: 0.0, removed: 1.0, eigenvalue: 0.0 },
+            false => Filtered { factor: 1.0, removed: 0.0, eigenvalue: spectrum.lambda[i] },
+        })
+        .collect();
+    let (lambda, a) = (&spectrum.lambda, &spectrum.a);
+    let problem = Spectral::new(lambda, a, context.variance, least_squares.rss, context.count(), context.unpenalised());
+    let least = Choice {
+        criterion: None,
+        lambda_star: None,
+        condition: problem.condition(Rule::None, 0.0),
+        bias_norm: 0.0,
+        predicted_mse: problem.variance.map(|_| problem.sums(Rule::None, 0.0).mse[0]),
+        rms: (least_squares.rss / context.weight).sqrt(),
+    };
+    let rss = least_squares.rss + (0..dropped).map(|i| lambda[i] * a[i] * a[i]).sum::<f64>();
+    let standing = Choice {
+        bias_norm: a[..dropped].iter().map(|a| a * a).sum::<f64>().sqrt(),
+        predicted_mse: context.variance.map(|variance| {
+            (0..n)
+                .filter(|&i| lambda[i] > 0.0)
+                .map(|i| match i < dropped {
+                    true => (a[i] * a[i] - variance / lambda[i]).max(0.0),
+                    false => variance / lambda[i],
+                })
+                .sum()
+        }),
+        rms: (rss / context.weight).sqrt(),
+        ..least.clone()
+    };
+    let choices = vec![least];
+    choice::warn_about(&choices, &standing, warnings);
+    context.warn_of_missing("a truncated singular value decomposition", false, warnings);
+    let estimate = Estimate::new(columns, spectrum, &filtered, least_squares);
+    let residuals = residuals(place, spectrum, &filtered, &estimate, least_squares, spec);
+    let r = context.norm_limit(warnings);
+    let bounds = bias::per_coefficient(&estimate.directions, &filtered, r);
+    let sharp = if dropped > 0 { r } else { 0.0 };
+    Ok(Applied {
+        residuals,
+        rss,
+        spectrum: RegularizedSpectrum {
+            eigenvalues: filtered.iter().map(|f| f.eigenvalue).collect(),
+            condition: condition(lambda[dropped..].iter().copied()),
+            log10_determinant: super::log10_determinant(filtered.iter().map(|f| f.eigenvalue)),
+        },
+        regularization: RegularizationReport {
+            rank: Some(rank),
+            filter_factors: filtered.iter().map(|f| f.factor).collect(),
+            choices,
+            ..report(RegularizationKind::TruncatedSvd)
+        },
+        bias: context.bias(standing.bias_norm, sharp, r),
+        bounds,
+        curve: None,
+        trace: None,
+        matrix_b: None,
+        // the subspace that is kept turns with the nodes: the bounds for X + B say nothing of it
+        after: None,
+        estimate,
+    })
+}
