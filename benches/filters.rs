@@ -30,7 +30,7 @@ fn filter(name: &str) -> Option<Filter> {
 
 /// A flank in mm with a ripple and a peak at every 37th node.
 fn grid((nu, nv): (usize, usize)) -> Nodes {
-    let axis = |from: f64, to: f64, n: usize| (0..n).map(|i| from + (to - from) * i as f64 / (n - 1) as f64);
+    let axis = |from: f64, to: f64, n: usize| (0..n).map(move |i| from + (to - from) * i as f64 / (n - 1) as f64);
     let (u, v): (Vec<f64>, Vec<f64>) = (axis(6.0, 11.5, nu).collect(), axis(0.75, 14.25, nv).collect());
     let z = (0..nu * nv)
         .map(|i| {

@@ -12,6 +12,9 @@ use crate::{
     telemetry,
 };
 
+/// How long WebSockets may take to end at a shutdown.
+const LAST_WORDS: std::time::Duration = std::time::Duration::from_secs(5);
+
 /// A server that listens but does not serve yet.
 pub struct App {
     listener: TcpListener,
@@ -62,7 +65,15 @@ impl App {
     pub async fn serve(self, stop: impl Future<Output = ()>) {
         let grace = self.state.settings.shutdown_grace();
         let upkeep = tokio::spawn(telemetry::upkeep());
+        let state = self.state.clone();
+        let stop = async {
+            stop.await;
+            // event streams and WebSockets would never end by themselves
+            state.closing.close();
+        };
         server::serve(self.listener, http::router(self.state), stop, grace).await;
+        // WebSockets have left their connections; they were told to end and have nothing long to do
+        let _late = tokio::time::timeout(LAST_WORDS.min(grace), state.closing.empty()).await;
         upkeep.abort();
         self.store.close().await;
     }

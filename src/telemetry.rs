@@ -22,6 +22,11 @@ pub const QUEUE_DEPTH: &str = "flankfit_fit_queue_depth";
 /// Seconds from asking the store to its answer. Label: `operation`.
 pub const STORE_SECONDS: &str = "flankfit_store_duration_seconds";
 
+/// Seconds of one block of a stream, from its nodes to its stored answer.
+pub const BLOCK_SECONDS: &str = "flankfit_stream_block_duration_seconds";
+/// Connections that stay open. Label: `kind` (`events`, `websocket`).
+pub const LISTENERS: &str = "flankfit_open_connections";
+
 const SECONDS_BUCKETS: [f64; 16] =
     [5e-5, 1e-4, 2.5e-4, 5e-4, 1e-3, 2.5e-3, 5e-3, 1e-2, 2.5e-2, 5e-2, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0];
 
@@ -56,7 +61,7 @@ pub fn init_logs(format: LogFormat, directives: &str) -> Result<(), LogError> {
 pub fn metrics() -> &'static PrometheusHandle {
     static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
     HANDLE.get_or_init(|| {
-        let builder = [REQUEST_SECONDS, FIT_SECONDS, STORE_SECONDS].into_iter().fold(
+        let builder = [REQUEST_SECONDS, FIT_SECONDS, STORE_SECONDS, BLOCK_SECONDS].into_iter().fold(
             PrometheusBuilder::new(),
             |builder, name| {
                 // Only an empty list of buckets is refused.
@@ -76,6 +81,12 @@ pub fn metrics() -> &'static PrometheusHandle {
             "Time to read, compute and write one fit, by class of node count"
         );
         metrics::describe_gauge!(QUEUE_DEPTH, "Fits waiting for a worker");
+        metrics::describe_histogram!(
+            BLOCK_SECONDS,
+            metrics::Unit::Seconds,
+            "Time to add a block to a stream, estimate and store it"
+        );
+        metrics::describe_gauge!(LISTENERS, "Event streams and WebSockets that are open, by kind");
         metrics::describe_histogram!(STORE_SECONDS, metrics::Unit::Seconds, "Time of one operation of the store");
         handle
     })

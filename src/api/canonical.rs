@@ -21,15 +21,46 @@ use super::{
 use crate::estimation::{FitSpec, Nodes};
 
 const TAG: &[u8] = b"flankfit-input-v1\n";
+const STREAM_TAG: &[u8] = b"flankfit-stream-v1\n";
 
 /// Doubles that are brought into their canonical form and hashed at a time: few enough to stay near the processor.
 const BLOCK: usize = 512;
 
 /// SHA-256 of the canonical form, in lower-case hexadecimal.
 pub fn input_sha256(nodes: &Nodes, spec: &FitSpec) -> String {
-    let Layout { head, doubles, tail } = nodes_codec::layout(nodes);
     let mut digest = Sha256::new();
     digest.update(TAG);
+    update(&mut digest, nodes);
+    digest.update(fit_spec_json::to_json(spec).as_bytes());
+    hexadecimal(&digest.finalize())
+}
+
+/// SHA-256 of the nodes in their canonical form, by which a repeated block of a stream is known.
+pub fn nodes_sha256(nodes: &Nodes) -> [u8; 32] {
+    let mut digest = Sha256::new();
+    update(&mut digest, nodes);
+    digest.finalize().into()
+}
+
+/// Where the digests of a stream begin: `flankfit-stream-v1\n`, its spec as it is stored, and the bits of its forgetting factor.
+pub fn stream_sha256(spec: &str, forgetting_factor: f64) -> [u8; 32] {
+    let mut digest = Sha256::new();
+    digest.update(STREAM_TAG);
+    digest.update(spec.as_bytes());
+    digest.update(forgetting_factor.to_le_bytes());
+    digest.finalize().into()
+}
+
+/// The digest of a stream after another block: that of the digest before and the block's.
+pub fn after_block(before: &[u8; 32], block: &[u8; 32]) -> [u8; 32] {
+    let mut digest = Sha256::new();
+    digest.update(before);
+    digest.update(block);
+    digest.finalize().into()
+}
+
+fn update(digest: &mut Sha256, nodes: &Nodes) {
+    let Layout { head, doubles, tail } = nodes_codec::layout(nodes);
     digest.update(&head);
     let mut block = [0; 8 * BLOCK];
     for values in doubles.into_iter().flat_map(|array| array.chunks(BLOCK)) {
@@ -40,8 +71,6 @@ pub fn input_sha256(nodes: &Nodes, spec: &FitSpec) -> String {
         digest.update(bytes);
     }
     digest.update(&tail);
-    digest.update(fit_spec_json::to_json(spec).as_bytes());
-    hexadecimal(&digest.finalize())
 }
 
 /// +0 for both zeros and one NaN for all.

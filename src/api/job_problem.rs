@@ -15,12 +15,23 @@ impl From<RepositoryError> for Problem {
                     What::Job => "There is no such job.",
                     What::Iteration => "The job has no such iteration.",
                     What::Fit => "The iteration has no such fit.",
+                    What::Stream => "There is no such stream.",
                 },
             ),
             RepositoryError::HasIterations(count) => Problem::new(
                 ProblemCode::Conflict,
                 format!("The job has {count} iteration(s); only a job without iterations can be deleted."),
             ),
+            RepositoryError::HasStreams(count) => {
+                Problem::new(ProblemCode::Conflict, format!("The job has {count} stream(s); delete them first."))
+            }
+            RepositoryError::StreamFinished { iteration } => Problem::new(
+                ProblemCode::Conflict,
+                format!("The stream is finished: it has become iteration {iteration} of its job."),
+            ),
+            RepositoryError::UnexpectedBlock { expected } => {
+                Problem::new(ProblemCode::Conflict, format!("The stream expects block {expected} next."))
+            }
             RepositoryError::VersionMismatch { current } => Problem::new(
                 ProblemCode::PreconditionFailed,
                 format!(

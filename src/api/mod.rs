@@ -3,6 +3,7 @@
 //! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the command line use it too.
 
 pub mod canonical;
+pub mod events;
 pub mod examples;
 pub mod filters;
 pub mod fit_result;
@@ -27,6 +28,8 @@ pub mod regularization_json;
 pub mod regularization_result;
 pub mod regularization_spec;
 pub mod service;
+pub mod stream_state;
+pub mod streams;
 pub mod study;
 pub mod study_result;
 pub mod text;

@@ -7,7 +7,6 @@ use super::{
     design::Design,
     error::{Faults, FitError},
     factor::Factor,
-    nodes::Nodes,
     residuals::Heights,
     result::Warning,
     scaled::ScaledColumns,
@@ -64,11 +63,7 @@ pub fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(),
 }
 
 /// Squares of heights are summed: they must neither overflow nor vanish.
-pub fn within_range(nodes: &Nodes, heights: &Heights) -> Result<(), FitError> {
-    let pointer = match nodes {
-        Nodes::Curve(_) | Nodes::Matrix(_) => "/nodes/y",
-        Nodes::Scattered(_) | Nodes::Grid(_) => "/nodes/z",
-    };
+pub fn within_range(pointer: &str, heights: &Heights) -> Result<(), FitError> {
     if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
         return Err(Faults::one(
             pointer,

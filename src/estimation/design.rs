@@ -23,6 +23,7 @@ use crate::{
 pub const MOST_COEFFICIENTS: usize = 600;
 
 /// A checked model on checked nodes.
+#[derive(Clone)]
 pub struct Design {
     pub basis: Basis,
     /// `(i, j)` of every coefficient, in coefficient order.
@@ -37,6 +38,7 @@ pub struct Design {
 }
 
 /// The working basis.
+#[derive(Clone)]
 pub enum Basis {
     Product {
         u: Axis,
@@ -49,6 +51,7 @@ pub enum Basis {
 }
 
 /// The functions on one axis.
+#[derive(Clone)]
 pub enum Axis {
     Polynomial { family: Family, mapping: Mapping, size: usize },
     Spline(BSplineBasis),
@@ -137,11 +140,7 @@ impl Design {
     /// Checks `spec` against the nodes.
     pub fn new(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Self, Faults> {
         if sample.count() == 0 {
-            let pointer = match nodes {
-                Nodes::Curve(_) | Nodes::Matrix(_) => "/nodes/y",
-                Nodes::Scattered(_) | Nodes::Grid(_) => "/nodes/z",
-            };
-            return Err(Faults::one(pointer, "every node is missing or of weight 0"));
+            return Err(Faults::one(nodes.heights_pointer(), "every node is missing or of weight 0"));
         }
         let design = match (&spec.model, nodes) {
             (Model::Linear, Nodes::Matrix(matrix)) => {
@@ -171,7 +170,7 @@ impl Design {
     }
 }
 
-fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<Design, Faults> {
+pub fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<Design, Faults> {
     too_many(n, "/nodes/x")?;
     let mut largest = vec![0.0f64; n];
     let mut same = vec![true; n];
@@ -184,7 +183,13 @@ fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<Design
     }
     let scale = largest.iter().map(|&x| if x > 0.0 { power_of_two(x) } else { 1.0 }).collect();
     let constants: Vec<usize> = (0..n).filter(|&j| same[j] && first[j] != 0.0).collect();
-    Ok(Design {
+    Ok(of_columns(scale, &constants, names))
+}
+
+/// Posted columns divided by `scale`, of which `constants` do not vary.
+pub fn of_columns(scale: Vec<f64>, constants: &[usize], names: Option<&[String]>) -> Design {
+    let n = scale.len();
+    Design {
         basis: Basis::Columns { scale },
         terms: (0..n).map(|j| (j, 0)).collect(),
         labels: (0..n).map(|j| names.map_or_else(|| format!("x{j}"), |names| names[j].clone())).collect(),
@@ -192,11 +197,11 @@ fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<Design
         constant: if constants.len() == 1 { Some(constants[0]) } else { None },
         constant_in_span: if constants.is_empty() { None } else { Some(true) },
         domain: None,
-    })
+    }
 }
 
 /// The power of 2 next below `x > 0`.
-fn power_of_two(x: f64) -> f64 {
+pub fn power_of_two(x: f64) -> f64 {
     let truncated = f64::from_bits(x.to_bits() & 0x7ff0_0000_0000_0000);
     if truncated > 0.0 { truncated } else { f64::MIN_POSITIVE }
 }
@@ -210,8 +215,21 @@ fn too_many(n: usize, pointer: &str) -> Result<(), Faults> {
 
 fn product(nodes: &Nodes, sample: &Sample, model: &Model, domain: Option<Domain>) -> Result<Design, Faults> {
     let surface = !matches!(nodes, Nodes::Curve(_));
-    let (box_u, box_v) = bounding_box(sample);
-    let (domain_u, domain_v) = checked_domain(nodes, sample, surface, domain, (box_u, box_v))?;
+    let boxes = bounding_box(sample);
+    let domains = checked_domain(nodes, sample, surface, domain, boxes)?;
+    let design = product_on(surface, model, domains, boxes)?;
+    within_knots(&design, nodes, sample)?;
+    Ok(design)
+}
+
+/// A product of functions of u and v (of x alone for a curve) before any node is known: the caller's functions live on
+/// `domains`, the working ones on `boxes`.
+pub fn product_on(
+    surface: bool,
+    model: &Model,
+    (domain_u, domain_v): Boxes,
+    (box_u, box_v): Boxes,
+) -> Result<Design, Faults> {
     let degree = match model {
         Model::Polynomial { degree, .. } | Model::BSpline { degree, .. } => *degree,
         Model::Linear => Degree::Both(0),
@@ -250,7 +268,7 @@ fn product(nodes: &Nodes, sample: &Sample, model: &Model, domain: Option<Domain>
             (axis(domain_u, box_u, p), axis(domain_v, box_v, q), total, letter)
         }
         Model::BSpline { knots, .. } => {
-            let (u, v) = splines(nodes, sample, knots, (p, q), surface, (domain_u, domain_v))?;
+            let (u, v) = splines(knots, (p, q), surface, (domain_u, domain_v))?;
             (u, v, None, Some('B'))
         }
         Model::Linear => return Err(Faults::one("/model/type", "`linear` is for nodes of type `matrix`")),
@@ -282,7 +300,7 @@ fn product(nodes: &Nodes, sample: &Sample, model: &Model, domain: Option<Domain>
     })
 }
 
-fn bounding_box(sample: &Sample) -> ([f64; 2], [f64; 2]) {
+pub fn bounding_box(sample: &Sample) -> ([f64; 2], [f64; 2]) {
     if let Some((u, v)) = sample.full_axes() {
         // axes ascend
         return ([u[0], u[u.len() - 1]], [v[0], v[v.len() - 1]]);
@@ -297,10 +315,10 @@ fn bounding_box(sample: &Sample) -> ([f64; 2], [f64; 2]) {
     (box_u, box_v)
 }
 
-type Boxes = ([f64; 2], [f64; 2]);
+pub type Boxes = ([f64; 2], [f64; 2]);
 
 /// The caller's domain where one is given (no node may lie outside), else the box.
-fn checked_domain(
+pub fn checked_domain(
     nodes: &Nodes,
     sample: &Sample,
     surface: bool,
@@ -355,8 +373,6 @@ fn outside(nodes: &Nodes, sample: &Sample, (u, v): Boxes, faults: &mut Faults, o
 }
 
 fn splines(
-    nodes: &Nodes,
-    sample: &Sample,
     knots: &Knots,
     (p, q): (usize, usize),
     surface: bool,
@@ -398,11 +414,19 @@ fn splines(
         }
         (Knots::Surface(..), false) => return Err(Faults::one("/model/knots", "a curve has one knot vector")),
     };
-    let (low_u, high_u) = u.domain();
-    let (low_v, high_v) = v.as_ref().map_or((f64::NEG_INFINITY, f64::INFINITY), BSplineBasis::domain);
+    Ok((Axis::Spline(u), v.map_or_else(flat, Axis::Spline)))
+}
+
+/// No node may lie beyond the knots.
+pub fn within_knots(design: &Design, nodes: &Nodes, sample: &Sample) -> Result<(), Faults> {
+    let Basis::Product { u, v } = &design.basis else { return Ok(()) };
+    let span = |axis: &Axis| match axis {
+        Axis::Spline(basis) => <[f64; 2]>::from(basis.domain()),
+        Axis::Polynomial { .. } => [f64::NEG_INFINITY, f64::INFINITY],
+    };
     let mut faults = Faults::default();
-    outside(nodes, sample, ([low_u, high_u], [low_v, high_v]), &mut faults, "the span of the knots");
-    faults.into_result((Axis::Spline(u), v.map_or_else(flat, Axis::Spline)))
+    outside(nodes, sample, (span(u), span(v)), &mut faults, "the span of the knots");
+    faults.into_result(())
 }
 
 /// A readable name: `u^2*v`, `T2(u)*T1(v)`, `B3(u)*B0(v)`; curves are written in x.

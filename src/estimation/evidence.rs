@@ -5,11 +5,7 @@ use super::{design::Design, nodes::Nodes, perturbation, sample::Sample, scaled::
 /// Nodes, or what is left of them.
 #[derive(Clone, Copy)]
 pub enum Evidence<'a> {
-    Posted {
-        sample: &'a Sample<'a>,
-        nodes: &'a Nodes,
-    },
-    #[expect(dead_code, reason = "streams, which keep sums only, enter here")]
+    Posted { sample: &'a Sample<'a>, nodes: &'a Nodes },
     Summed(&'a Seen),
 }
 

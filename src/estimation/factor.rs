@@ -50,6 +50,8 @@ pub struct Factor {
     pub max_abs: Option<f64>,
     /// The two axes, where they separate.
     pub separable: Option<Separable>,
+    /// How much more than one factorisation's rounding R may carry: 1 for nodes taken at once.
+    pub rounded: f64,
 }
 
 impl Factor {
@@ -88,6 +90,7 @@ impl Factor {
             rss: separable.rss,
             max_abs: Some(separable.max_abs),
             separable: Some(separable),
+            rounded: 1.0,
         }
     }
 
@@ -191,6 +194,7 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
         rss,
         max_abs: Some(max_abs),
         separable: None,
+        rounded: 1.0,
     })
 }
 
@@ -252,29 +256,33 @@ fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
         rss: rss.to_f64(),
         max_abs: Some(0.0),
         separable: None,
+        rounded: 1.0,
     };
     polish(&mut factor, design, sample);
     factor
 }
 
-/// Solves `R c = b` where R is not singular and corrects `c` by residuals formed in double-double.
-fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
-    let n = factor.size();
-    let length: Vec<f64> =
-        (0..n).map(|j| factor.r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
-    if !(0..n).all(|i| factor.r[(i, i)].to_f64().abs() > 1e-27 * length[i]) {
-        return;
+/// Lengths of the columns of R and a bound on its condition once they are divided by them; `None` when R is singular for
+/// all that double-double can tell.
+pub fn scaled_condition(r: &DMatrix<Dd>) -> Option<(Vec<f64>, f64)> {
+    let n = r.ncols();
+    let length: Vec<f64> = (0..n).map(|j| r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
+    if !(0..n).all(|i| r[(i, i)].to_f64().abs() > 1e-27 * length[i]) {
+        return None;
     }
-    let inverse = triangular::inverse_upper(&factor.r);
+    let inverse = triangular::inverse_upper(r);
     let condition = (0..n)
         .flat_map(|i| (i..n).map(move |j| (i, j)))
         .map(|(i, j)| (inverse[(i, j)].to_f64() * length[i]).powi(2))
         .sum::<f64>()
         .sqrt()
         * (n as f64).sqrt();
-    if condition.is_nan() || condition >= 1e27 {
-        return;
-    }
+    (condition < 1e27).then_some((length, condition))
+}
+
+/// Solves `R c = b` where R is not singular and corrects `c` by residuals formed in double-double.
+fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
+    let Some((length, condition)) = scaled_condition(&factor.r) else { return };
     let mut working = factor.qty.clone();
     triangular::solve_upper(&factor.r, &mut working);
     let norm = |values: &[Dd]| values.iter().zip(&length).map(|(x, d)| (x.to_f64() * d).powi(2)).sum::<f64>().sqrt();

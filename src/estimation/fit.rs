@@ -37,14 +37,14 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
     let heights = Heights::new(&sample);
     let evidence = Evidence::Posted { sample: &sample, nodes };
     if let Some((grid, plan)) = plans.of(nodes, &sample, spec)? {
-        within_range(nodes, &heights)?;
+        within_range(nodes.heights_pointer(), &heights)?;
         let factor = plan.factor(grid)?;
         let frame = plan.frame(&factor, spec, heights.weight)?;
         let place = Place { design: &plan.design, factor: &factor, heights: heights.about_zero, evidence };
         return conclude(&place, &heights, spec, frame);
     }
     let design = Design::new(nodes, &sample, spec)?;
-    within_range(nodes, &heights)?;
+    within_range(nodes.heights_pointer(), &heights)?;
     let factor = Factor::new(&design, &sample)?;
     report(&Place { design: &design, factor: &factor, heights: heights.about_zero, evidence }, &heights, spec)
 }

@@ -167,6 +167,14 @@ impl Nodes {
         faults.into_result(Nodes::Matrix(Matrix { x, columns, y, names, weight }))
     }
 
+    /// Where the heights stand in a request.
+    pub fn heights_pointer(&self) -> &'static str {
+        match self {
+            Nodes::Curve(_) | Nodes::Matrix(_) => "/nodes/y",
+            Nodes::Scattered(_) | Nodes::Grid(_) => "/nodes/z",
+        }
+    }
+
     /// How many nodes were posted, missing ones included.
     pub fn posted(&self) -> usize {
         match self {

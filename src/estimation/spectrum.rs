@@ -127,10 +127,11 @@ impl Directions {
     fn of_matrix(factor: &Factor, columns: &ScaledColumns, rank: Option<usize>) -> Result<Self, FitError> {
         // a column that is 0 has no error either
         let counts = |s: &usize| columns.matrix.column(*s).iter().any(|x| *x != Dd::ZERO);
-        let floor = rounding_floor(&factor.r, &factor.change, |j| {
-            let at = columns.kept.iter().position(|&k| k == j).filter(counts);
-            at.map_or(f64::INFINITY, |s| columns.scale[s].to_f64())
-        });
+        let floor = factor.rounded
+            * rounding_floor(&factor.r, &factor.change, |j| {
+                let at = columns.kept.iter().position(|&k| k == j).filter(counts);
+                at.map_or(f64::INFINITY, |s| columns.scale[s].to_f64())
+            });
         let parts = decompose(&columns.matrix, floor)?;
         let n = parts.sigma.len();
         let told = |i: usize| match rank {

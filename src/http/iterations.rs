@@ -90,7 +90,8 @@ fn draft(payload: Payload, limit: usize, plans: &Plans) -> Result<IterationDraft
     })
 }
 
-fn created(iteration: &NewIteration, stored: Stored) -> Answer {
+/// A new iteration as it is answered.
+pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
     Answer {
         status: 201,
         location: Some(format!("/v1/jobs/{}/iterations/{}", iteration.job_id, stored.number)),

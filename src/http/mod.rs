@@ -2,9 +2,11 @@
 
 pub mod auth;
 pub mod body;
-pub mod conditional;
+pub mod closing;
+mod conditional;
 pub mod docs;
-pub mod extract;
+pub mod events;
+mod extract;
 pub mod fits;
 pub mod idempotency;
 pub mod iterations;
@@ -18,6 +20,9 @@ pub mod problem;
 pub mod router;
 pub mod server;
 pub mod state;
+pub mod stream_flow;
+mod stream_socket;
+mod streams;
 pub mod studies;
 mod trace;
 

@@ -5,7 +5,10 @@ use tower_http::{CompressionLevel, compression::CompressionLayer};
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
-use super::{fits, iterations, job_fits, jobs, meta, observe, openapi::Contract, state::AppState, studies, trace};
+use super::{
+    events, fits, iterations, job_fits, jobs, meta, observe, openapi::Contract, state::AppState, stream_socket,
+    streams, studies, trace,
+};
 use crate::api::problem::{Problem, ProblemCode};
 
 /// The documented groups. A new group is one more `merge` here.
@@ -17,6 +20,9 @@ pub fn groups() -> OpenApiRouter<AppState> {
         .merge(iterations::group())
         .merge(job_fits::group())
         .merge(trace::group())
+        .merge(events::group())
+        .merge(streams::group())
+        .merge(stream_socket::group())
         .merge(meta::group())
 }
 

@@ -71,7 +71,7 @@ async fn connection(stream: TcpStream, router: Router, mut stopped: watch::Recei
     let service = TowerToHyperService::new(service(router));
     let mut builder = http1::Builder::new();
     builder.timer(TokioTimer::new()).header_read_timeout(HEAD_TIMEOUT);
-    let mut connection = std::pin::pin!(builder.serve_connection(TokioIo::new(stream), service));
+    let mut connection = std::pin::pin!(builder.serve_connection(TokioIo::new(stream), service).with_upgrades());
     let outcome = tokio::select! {
         outcome = connection.as_mut() => outcome,
         // The sender is only ever dropped.

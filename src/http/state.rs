@@ -4,6 +4,7 @@ use std::{ops::Deref, sync::Arc};
 
 use metrics_exporter_prometheus::PrometheusHandle;
 
+use super::closing::Closing;
 use crate::{
     config::ServeSettings,
     estimation::Plans,
@@ -26,6 +27,8 @@ pub struct Shared {
     pub jobs: Jobs,
     /// Idempotency keys whose first request is running.
     pub keys: RunningKeys,
+    /// For connections that stay open.
+    pub closing: Closing,
 }
 
 impl AppState {
@@ -38,6 +41,7 @@ impl AppState {
             metrics: telemetry::metrics(),
             jobs,
             keys: RunningKeys::default(),
+            closing: Closing::default(),
         })))
     }
 }

@@ -31,6 +31,29 @@ pub struct IterationDraft {
     pub note: Option<String>,
 }
 
+/// A stream to open.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StreamDraft {
+    /// What is fitted: a JSON document.
+    pub spec: Arc<str>,
+    /// In (0, 1].
+    pub forgetting_factor: f64,
+    /// Digest of the above.
+    pub input_sha256: [u8; 32],
+}
+
+/// A block to add to a stream.
+#[derive(Clone, Debug)]
+pub struct BlockDraft {
+    pub sequence: u64,
+    pub sha256: [u8; 32],
+    /// The stream's chain after this block.
+    pub input_sha256: [u8; 32],
+    pub nodes: Arc<Nodes>,
+    /// The estimate's numbers after this block, when it is time to write them down.
+    pub state: Option<Vec<u8>>,
+}
+
 /// Another fit of nodes already stored.
 #[derive(Clone, Debug)]
 pub struct RefitDraft {

@@ -11,22 +11,29 @@
 
 mod ambient;
 mod draft;
+mod event;
 mod fit;
 mod idempotency;
 mod iteration;
 mod job;
+mod live;
 mod page;
 mod replay;
 mod repository;
 mod service;
+mod stream;
+mod streams;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
-pub use draft::{IterationDraft, JobDraft, RefitDraft};
+pub use draft::{BlockDraft, IterationDraft, JobDraft, RefitDraft, StreamDraft};
+pub use event::{Bells, Happening, JobEvent, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit};
 pub use idempotency::{Answer, KeyClaim, Receipt, RunningKeys};
 pub use iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling, Trace, TracedIteration};
 pub use job::{Job, JobPatch, Update};
+pub use live::{LiveStream, LiveStreams, Slot};
 pub use page::{Cursor, Page, PageRequest};
 pub use replay::{Difference, Replay};
 pub use repository::{Precondition, Repository, RepositoryError, RepositoryFuture, Stored, What};
 pub use service::{Jobs, Keyed};
+pub use stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState};

@@ -6,11 +6,13 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
+    event::JobEvent,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},
     iteration::{Choice, Iteration, NewIteration, Ruling, Trace},
     job::{Job, JobPatch},
     page::{Page, PageRequest},
+    stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
 };
 use crate::estimation::Nodes;
 
@@ -20,6 +22,7 @@ pub enum What {
     Job,
     Iteration,
     Fit,
+    Stream,
 }
 
 /// Why the store did not do what it was asked.
@@ -30,6 +33,15 @@ pub enum RepositoryError {
     /// A job with iterations is not deleted.
     #[error("the job has {0} iteration(s)")]
     HasIterations(u64),
+    /// Nor is a job with streams.
+    #[error("the job has {0} stream(s)")]
+    HasStreams(u64),
+    /// A finished stream takes nothing more.
+    #[error("the stream has become iteration {iteration}")]
+    StreamFinished { iteration: u32 },
+    /// A block came before its turn, or after another one took its number.
+    #[error("the stream expects block {expected}")]
+    UnexpectedBlock { expected: u64 },
     /// The resource has moved on since the caller saw it.
     #[error("the resource is at version {current}")]
     VersionMismatch { current: u64 },
@@ -120,6 +132,26 @@ pub trait Repository: Send + Sync + 'static {
     ) -> RepositoryFuture<'_, Stored>;
     /// Records the ruling, unless the latest one says the same.
     fn rule(&self, job: Uuid, number: u32, ruling: Ruling, precondition: Precondition) -> RepositoryFuture<'_, Stored>;
+
+    fn insert_stream(&self, stream: Arc<NewStream>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
+    fn stream(&self, id: Uuid) -> RepositoryFuture<'_, Stream>;
+    /// The stream, its estimate as it was written down last, and the digest of its last block, in one state.
+    fn stream_state(&self, id: Uuid) -> RepositoryFuture<'_, (Stream, Option<StreamState>, Option<[u8; 32]>)>;
+    /// Blocks after the one numbered `after`, in order: at least one where there is one, and no more than a few megabytes.
+    fn blocks(&self, id: Uuid, after: u64) -> RepositoryFuture<'_, Vec<Block>>;
+    /// Digest of one block.
+    fn block_sha256(&self, id: Uuid, sequence: u64) -> RepositoryFuture<'_, Option<[u8; 32]>>;
+    /// Adds the block that is expected next, and no other.
+    fn insert_block(&self, block: Arc<NewBlock>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
+    /// Makes the stream an iteration, if its last block is the one named.
+    fn finish_stream(&self, finished: FinishedStream, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
+    /// Deletes the stream with its blocks. An iteration that it has become stays.
+    fn delete_stream(&self, id: Uuid, precondition: Precondition, now: Timestamp) -> RepositoryFuture<'_, ()>;
+
+    /// What happened to a job after the event numbered `after`, at most `limit` events.
+    fn events(&self, job: Uuid, after: u64, limit: u32) -> RepositoryFuture<'_, Vec<JobEvent>>;
+    /// The number of a job's last event, 0 before the first.
+    fn last_event(&self, job: Uuid) -> RepositoryFuture<'_, u64>;
 
     /// The answer kept under an idempotency key, with the digest of its request.
     fn answer(&self, key: String, scope: String) -> RepositoryFuture<'_, Option<([u8; 32], Answer)>>;

@@ -10,10 +10,12 @@ use uuid::Uuid;
 use super::{
     ambient::{Clock, Ids},
     draft::{IterationDraft, JobDraft, RefitDraft},
+    event::Bells,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},
     iteration::{Choice, Decision, Event, Iteration, NewIteration, Ruling, Trace},
     job::{Job, JobPatch},
+    live::LiveStreams,
     page::{Page, PageRequest},
     repository::{Precondition, Repository, RepositoryError, Stored},
 };
@@ -31,7 +33,7 @@ pub struct Keyed<T> {
 }
 
 impl<T: Send + Sync + 'static> Keyed<T> {
-    fn receipt(self, of: Arc<T>) -> Receipt {
+    pub(super) fn receipt(self, of: Arc<T>) -> Receipt {
         let Keyed { key, scope, request_sha256, answer } = self;
         Receipt { key, scope, request_sha256, answer: Box::new(move |stored| answer(&of, stored)) }
     }
@@ -39,15 +41,24 @@ impl<T: Send + Sync + 'static> Keyed<T> {
 
 /// Jobs and everything that can be done with them.
 pub struct Jobs {
-    repository: Arc<dyn Repository>,
-    clock: Arc<dyn Clock>,
-    ids: Arc<dyn Ids>,
+    pub(super) repository: Arc<dyn Repository>,
+    pub(super) clock: Arc<dyn Clock>,
+    pub(super) ids: Arc<dyn Ids>,
     known: KnownJobs,
+    pub(super) live: LiveStreams,
+    pub(super) bells: Bells,
 }
 
 impl Jobs {
     pub fn new(repository: Arc<dyn Repository>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Self {
-        Jobs { repository, clock, ids, known: KnownJobs::default() }
+        Jobs {
+            repository,
+            clock,
+            ids,
+            known: KnownJobs::default(),
+            live: LiveStreams::default(),
+            bells: Bells::default(),
+        }
     }
 
     /// The store beneath, for what is not about jobs (readiness, kept answers).
@@ -121,6 +132,7 @@ impl Jobs {
         });
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
         let stored = self.repository.insert_iteration(iteration.clone(), receipt).await?;
+        self.bells.ring(job_id);
         Ok((iteration, stored))
     }
 
@@ -149,6 +161,7 @@ impl Jobs {
         });
         let receipt = keyed.map(|keyed| keyed.receipt(fit.clone()));
         let stored = self.repository.insert_fit(job, number, fit.clone(), receipt).await?;
+        self.bells.ring(job);
         Ok((fit, stored))
     }
 
@@ -163,6 +176,7 @@ impl Jobs {
     ) -> Result<Iteration, RepositoryError> {
         let choice = Choice { fit_id, event: Event { reason, created_at: self.clock.now() } };
         self.repository.choose(job, number, choice, precondition).await?;
+        self.bells.ring(job);
         self.iteration(job, number).await
     }
 
@@ -177,6 +191,7 @@ impl Jobs {
     ) -> Result<Iteration, RepositoryError> {
         let ruling = Ruling { decision, event: Event { reason, created_at: self.clock.now() } };
         self.repository.rule(job, number, ruling, precondition).await?;
+        self.bells.ring(job);
         self.iteration(job, number).await
     }
 

@@ -10,6 +10,7 @@
 //! Every result is a fixed sequence of operations: equal input gives equal bits.
 
 pub mod dd;
+pub mod givens;
 pub mod jacobi;
 mod jacobi_dd;
 pub mod lanes;
@@ -23,6 +24,7 @@ mod vector;
 pub mod wide;
 
 pub use dd::Dd;
+pub use givens::Triangle;
 pub use jacobi::{Svd, svd, svd_dd};
 pub use qr::{Qr, qr_with_rhs};
 pub use real::Real;

@@ -12,14 +12,16 @@ use super::{
     error::OpenError,
     open::{self, StoreSettings},
     read,
+    streams::{self, IncomingBlock, IncomingFinish},
     writer::{Message, Outcome, Request, Work, Writer},
 };
 use crate::{
     api::nodes_codec,
     estimation::Nodes,
     jobs::{
-        Answer, Choice, FitRecord, Iteration, Job, JobPatch, NewFit, NewIteration, Page, PageRequest, Precondition,
-        Receipt, Repository, RepositoryError, RepositoryFuture, Ruling, Stored, Trace,
+        Answer, Block, Choice, FinishedStream, FitRecord, Iteration, Job, JobEvent, JobPatch, NewBlock, NewFit,
+        NewIteration, NewStream, Page, PageRequest, Precondition, Receipt, Repository, RepositoryError,
+        RepositoryFuture, Ruling, Stored, Stream, StreamState, Trace,
     },
     telemetry,
 };
@@ -183,6 +185,56 @@ impl Repository for Store {
 
     fn rule(&self, job: Uuid, number: u32, ruling: Ruling, precondition: Precondition) -> RepositoryFuture<'_, Stored> {
         self.write_stored(Work::Rule { job, number, ruling, precondition })
+    }
+
+    fn insert_stream(&self, stream: Arc<NewStream>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored> {
+        self.write_stored(Work::InsertStream { stream, receipt })
+    }
+
+    fn stream(&self, id: Uuid) -> RepositoryFuture<'_, Stream> {
+        self.read(streams::stream(&self.readers, id))
+    }
+
+    fn stream_state(&self, id: Uuid) -> RepositoryFuture<'_, (Stream, Option<StreamState>, Option<[u8; 32]>)> {
+        self.read(streams::stream_state(&self.readers, id))
+    }
+
+    fn blocks(&self, id: Uuid, after: u64) -> RepositoryFuture<'_, Vec<Block>> {
+        self.read(streams::blocks(&self.readers, id, after))
+    }
+
+    fn block_sha256(&self, id: Uuid, sequence: u64) -> RepositoryFuture<'_, Option<[u8; 32]>> {
+        self.read(streams::block_sha256(&self.readers, id, sequence))
+    }
+
+    fn insert_block(&self, block: Arc<NewBlock>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored> {
+        let nodes = nodes_codec::encode(&block.nodes);
+        self.write_stored(Work::InsertBlock(IncomingBlock { block, nodes, receipt }))
+    }
+
+    fn finish_stream(&self, finished: FinishedStream, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored> {
+        let FinishedStream { stream, sequence, iteration } = finished;
+        let nodes = nodes_codec::encode(&iteration.nodes);
+        let incoming = Incoming { iteration, nodes, receipt };
+        self.write_stored(Work::FinishStream(IncomingFinish { stream, sequence, incoming }))
+    }
+
+    fn delete_stream(&self, id: Uuid, precondition: Precondition, now: Timestamp) -> RepositoryFuture<'_, ()> {
+        let outcome = self.write(Work::DeleteStream { id, precondition, now });
+        Box::pin(async move {
+            match outcome.await? {
+                Outcome::Deleted => Ok(()),
+                other => Err(unexpected(&other)),
+            }
+        })
+    }
+
+    fn events(&self, job: Uuid, after: u64, limit: u32) -> RepositoryFuture<'_, Vec<JobEvent>> {
+        self.read(streams::events(&self.readers, job, after, limit))
+    }
+
+    fn last_event(&self, job: Uuid) -> RepositoryFuture<'_, u64> {
+        self.read(streams::last_event(&self.readers, job))
     }
 
     fn answer(&self, key: String, scope: String) -> RepositoryFuture<'_, Option<([u8; 32], Answer)>> {

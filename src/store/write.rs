@@ -9,7 +9,7 @@ use uuid::Uuid;
 
 use super::{
     rows::{self, job_columns},
-    time,
+    streams, time,
 };
 use crate::jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored, What};
 
@@ -95,6 +95,7 @@ pub async fn delete_job(db: &mut SqliteConnection, id: Uuid, precondition: &Prec
     let row = sqlx::query("SELECT count(*) FROM iterations WHERE job = ?").bind(seq).fetch_one(&mut *db).await?;
     match rows::unsigned::<u64>(&row, 0)? {
         0 => {
+            streams::release_job(db, seq).await?;
             sqlx::query("DELETE FROM jobs WHERE seq = ?").bind(seq).execute(&mut *db).await?;
             Ok(())
         }
@@ -216,7 +217,7 @@ pub async fn rule(
 }
 
 /// Refuses a request whose key has an answer already (its client asked twice, and the other one was first).
-async fn refuse_taken_key(db: &mut SqliteConnection, receipt: Option<&Receipt>) -> Written<()> {
+pub async fn refuse_taken_key(db: &mut SqliteConnection, receipt: Option<&Receipt>) -> Written<()> {
     let Some(receipt) = receipt else { return Ok(()) };
     let taken = sqlx::query("SELECT 1 FROM idempotency_keys WHERE key = ? AND scope = ?")
         .bind(receipt.key.as_str())

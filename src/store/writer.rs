@@ -16,10 +16,11 @@ use super::{
     bulk::{self, Incoming},
     error::{code, failure},
     open::StoreSettings,
+    streams::{self, IncomingBlock, IncomingFinish},
     write::{self, WriteError},
 };
 use crate::{
-    jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored},
+    jobs::{Choice, Job, JobPatch, NewFit, NewStream, Precondition, Receipt, RepositoryError, Ruling, Stored},
     telemetry,
 };
 
@@ -32,6 +33,10 @@ pub enum Work {
     InsertFit { job: Uuid, number: u32, fit: Arc<NewFit>, receipt: Option<Receipt> },
     Choose { job: Uuid, number: u32, choice: Choice, precondition: Precondition },
     Rule { job: Uuid, number: u32, ruling: Ruling, precondition: Precondition },
+    InsertStream { stream: Arc<NewStream>, receipt: Option<Receipt> },
+    InsertBlock(IncomingBlock),
+    FinishStream(IncomingFinish),
+    DeleteStream { id: Uuid, precondition: Precondition, now: jiff::Timestamp },
 }
 
 /// What came of it.
@@ -221,6 +226,14 @@ async fn run_single(db: &mut SqliteConnection, work: &Work) -> Option<Result<Out
         Work::Rule { job, number, ruling, precondition } => {
             write::rule(db, *job, *number, ruling, precondition).await.map(Outcome::Stored)
         }
+        Work::InsertStream { stream, receipt } => {
+            streams::insert_stream(db, stream, receipt.as_ref()).await.map(Outcome::Stored)
+        }
+        Work::InsertBlock(incoming) => streams::insert_block(db, incoming).await.map(Outcome::Stored),
+        Work::FinishStream(finish) => streams::finish_stream(db, finish).await.map(Outcome::Stored),
+        Work::DeleteStream { id, precondition, now } => {
+            streams::delete_stream(db, *id, precondition, *now).await.map(|()| Outcome::Deleted)
+        }
     })
 }
 
@@ -230,6 +243,10 @@ impl Work {
         match self {
             Work::InsertIteration(incoming) => incoming.nodes.len() + incoming.iteration.fit.computed.result.len(),
             Work::InsertFit { fit, .. } => fit.computed.result.len(),
+            Work::InsertBlock(incoming) => incoming.nodes.len() + incoming.block.state.as_ref().map_or(0, Vec::len),
+            Work::FinishStream(IncomingFinish { incoming, .. }) => {
+                incoming.nodes.len() + incoming.iteration.fit.computed.result.len()
+            }
             _ => 0,
         }
     }

@@ -20,6 +20,7 @@ mod perturbation;
 mod plans;
 mod problems;
 mod rank;
+mod recursive;
 mod ridge;
 mod shrinkage;
 mod simulation;

@@ -12,6 +12,7 @@ mod filip;
 mod folder;
 mod nist;
 mod oracle_check;
+mod recursive;
 mod ridge;
 mod shrinkage;
 mod spectral;

@@ -7,5 +7,6 @@ mod migrations;
 mod paging;
 mod power_loss;
 mod schema;
+mod streams;
 mod support;
 mod trace;

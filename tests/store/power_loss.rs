@@ -50,8 +50,17 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
     let patch = JobPatch { machine: Update::Set("K300".into()), ..JobPatch::default() };
     store.patch_job(job.id, patch, none(), place.now()).await.unwrap();
     assert!(disk::is_synced(&log));
+    let stream = Arc::new(place.stream(job.id));
+    store.insert_stream(stream.clone(), None).await.unwrap();
+    assert!(disk::is_synced(&log));
+    let block = place.block(stream.id, 1);
+    store.insert_block(block.clone(), None).await.unwrap();
+    assert!(disk::is_synced(&log));
 
     let after = after_power_loss(&place, "2").await;
+    let (back, state, last) = after.stream_state(stream.id).await.unwrap();
+    assert_eq!((back.sequence, state.map(|state| state.sequence), last), (1, Some(1), Some(block.sha256)));
+    assert_eq!(after.last_event(job.id).await.unwrap(), store.last_event(job.id).await.unwrap());
     let iteration = after.iteration(job.id, 1).await.unwrap();
     assert_eq!((iteration.id, iteration.chosen, iteration.fits.len()), (first.id, fit.id, 2));
     assert_eq!(iteration.ruling.unwrap().decision, Decision::Accept);

@@ -11,7 +11,7 @@ use std::{
 
 use flankfit::{
     estimation::Nodes,
-    jobs::{Computed, Figures, Ids, Job, NewFit, NewIteration, OrderedIds, Repository, Stored},
+    jobs::{Computed, Figures, Ids, Job, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, Repository, Stored},
     store::{Store, StoreSettings},
 };
 use jiff::{SignedDuration, Timestamp};
@@ -117,6 +117,30 @@ impl Place {
             created_at: self.now(),
             nodes: Arc::new(nodes()),
             fit: self.fit(1e-4),
+        })
+    }
+
+    pub fn stream(&self, job: Uuid) -> NewStream {
+        NewStream {
+            id: self.id(),
+            job_id: job,
+            spec: Arc::from(r#"{"model":{"type":"polynomial","degree":1}}"#),
+            forgetting_factor: 1.0,
+            input_sha256: [1; 32],
+            created_at: self.now(),
+        }
+    }
+
+    /// Block `sequence` of a stream, with a state.
+    pub fn block(&self, stream: Uuid, sequence: u64) -> Arc<NewBlock> {
+        Arc::new(NewBlock {
+            stream,
+            sequence,
+            sha256: [sequence as u8; 32],
+            input_sha256: [100 + sequence as u8; 32],
+            nodes: Arc::new(nodes()),
+            state: Some(vec![sequence as u8; 5]),
+            created_at: self.now(),
         })
     }
 

@@ -80,6 +80,11 @@ pub fn read_refit<E: Extra>(text: &[u8]) -> Result<(FitSpec, E), ReadError> {
     request::read_refit(text)
 }
 
+/// Reads nodes and the fields of `E`, without a spec: a block of a stream.
+pub fn read_nodes<E: Extra>(text: &[u8]) -> Result<(Nodes, E), ReadError> {
+    request::read_nodes(text)
+}
+
 /// Reads a fit request whose nodes come as CSV: the form of `multipart/form-data`.
 pub fn read_fit_with_csv<E: Extra>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
     request::read_fit_with_csv(spec, nodes)

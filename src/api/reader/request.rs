@@ -10,6 +10,14 @@ use super::{
 };
 use crate::estimation::{Faults, FitSpec, Nodes};
 
+/// Which of the two big parts a request has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    NodesAndSpec,
+    Nodes,
+    Spec,
+}
+
 /// A request as it was walked over.
 #[derive(Default)]
 struct Walked<'a> {
@@ -20,7 +28,7 @@ struct Walked<'a> {
 }
 
 pub fn read_fit<E: Extra>(text: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
-    let mut walked = walk::<E>(text, true)?;
+    let mut walked = walk::<E>(text, Wanted::NodesAndSpec)?;
     let nodes = match walked.nodes.take() {
         Some(raw) => keep(raw.check(), &mut walked.faults),
         None => {
@@ -32,12 +40,28 @@ pub fn read_fit<E: Extra>(text: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError>
 }
 
 pub fn read_refit<E: Extra>(text: &[u8]) -> Result<(FitSpec, E), ReadError> {
-    let walked = walk::<E>(text, false)?;
+    let walked = walk::<E>(text, Wanted::Spec)?;
     finish(Some(()), walked).map(|((), spec, extra)| (spec, extra))
 }
 
+pub fn read_nodes<E: Extra>(text: &[u8]) -> Result<(Nodes, E), ReadError> {
+    let mut walked = walk::<E>(text, Wanted::Nodes)?;
+    let nodes = match walked.nodes.take() {
+        Some(raw) => keep(raw.check(), &mut walked.faults),
+        None => {
+            walked.faults.push("/nodes", "missing");
+            None
+        }
+    };
+    let extra = read_extras(&walked.extras, &mut walked.faults);
+    match (nodes, extra) {
+        (Some(nodes), Some(extra)) => Ok(walked.faults.into_result((nodes, extra))?),
+        _ => Err(walked.faults.into()),
+    }
+}
+
 pub fn read_fit_with_csv<E: Extra>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
-    let mut walked = walk::<E>(spec, false)?;
+    let mut walked = walk::<E>(spec, Wanted::Spec)?;
     let nodes = keep(csv::read(nodes), &mut walked.faults);
     finish(nodes, walked)
 }
@@ -51,14 +75,14 @@ fn finish<N, E: Extra>(nodes: Option<N>, mut walked: Walked) -> Result<(N, FitSp
     }
 }
 
-fn walk<E: Extra>(text: &[u8], with_nodes: bool) -> Result<Walked<'_>, ReadError> {
+fn walk<E: Extra>(text: &[u8], wanted: Wanted) -> Result<Walked<'_>, ReadError> {
     let mut walked = Walked::default();
     let mut cursor = Cursor::new(text);
-    walk_text::<E>(&mut cursor, with_nodes, &mut walked).map_err(|syntax| malformed(text, &syntax))?;
+    walk_text::<E>(&mut cursor, wanted, &mut walked).map_err(|syntax| malformed(text, &syntax))?;
     Ok(walked)
 }
 
-fn walk_text<'a, E: Extra>(cursor: &mut Cursor<'a>, with_nodes: bool, walked: &mut Walked<'a>) -> Result<(), Syntax> {
+fn walk_text<'a, E: Extra>(cursor: &mut Cursor<'a>, wanted: Wanted, walked: &mut Walked<'a>) -> Result<(), Syntax> {
     match cursor.token()? {
         Token::Object => {}
         other => {
@@ -69,9 +93,10 @@ fn walk_text<'a, E: Extra>(cursor: &mut Cursor<'a>, with_nodes: bool, walked: &m
     }
     cursor.object(|cursor, key| {
         let key = key.as_ref();
-        let twice = if with_nodes && key == "nodes" {
+        let twice = if wanted != Wanted::Spec && key == "nodes" {
             walked.nodes.replace(RawNodes::read(cursor)?).is_some()
-        } else if let Some(place) = SPEC_KEYS.iter().position(|known| *known == key) {
+        } else if let Some(place) = SPEC_KEYS.iter().position(|known| *known == key).filter(|_| wanted != Wanted::Nodes)
+        {
             walked.spec.slices[place].replace(cursor.skip_value()?).is_some()
         } else if let Some(known) = E::KEYS.iter().find(|known| **known == key) {
             let twice = walked.extras.iter().any(|(there, _)| there == known);

@@ -50,7 +50,7 @@ pub fn compare(
     let kept = Sample::new(filtered);
     let counted = ColumnFigures { nodes: kept.count(), ..ColumnFigures::default() };
     let r = if steps.iter().all(|step| matches!(step, Step::Removed)) {
-        Factored::Plain(Factor::new(&design, &kept)?)
+        Factored::Plain(Box::new(Factor::new(&design, &kept)?))
     } else {
         match along_axes(nodes, &sample, &design, steps) {
             Some(factored) => factored,
@@ -96,7 +96,7 @@ pub fn compare(
 
 /// R of the filtered working basis, where there is one.
 enum Factored {
-    Plain(Factor),
+    Plain(Box<Factor>),
     Degenerate,
     TooMuch,
 }
@@ -110,7 +110,7 @@ fn factored(design: &Design, r: DMatrix<Dd>, ones: Vec<f64>) -> Factored {
     if !sound {
         return Factored::Degenerate;
     }
-    Factored::Plain(factor_of(design, r, ones))
+    Factored::Plain(Box::new(factor_of(design, r, ones)))
 }
 
 /// A full grid without weights whose filters are the same on every line: `S W = S_u W_u ⊗ S_v W_v`.
@@ -184,7 +184,7 @@ fn everywhere(nodes: &Nodes, sample: &Sample, kept: &Sample, design: &Design, st
     };
     match design.basis {
         Basis::Product { .. } => factored(design, r, ones),
-        Basis::Columns { .. } => Factored::Plain(factor_of(design, r, ones)),
+        Basis::Columns { .. } => Factored::Plain(Box::new(factor_of(design, r, ones))),
     }
 }
 
@@ -202,6 +202,7 @@ fn factor_of(design: &Design, r: DMatrix<Dd>, ones: Vec<f64>) -> Factor {
         rss: 0.0,
         max_abs: Some(0.0),
         separable: None,
+        rounded: 1.0,
         r,
     }
 }

@@ -113,7 +113,7 @@ impl Study {
             seed: setup.seed,
         };
         if setup.scaling == ColumnScaling::UnitLength {
-            study.to_unit_length();
+            study.divide_by_lengths();
         }
         study.deviation = (0..columns).map(|j| study.deviation_of(j)).collect();
         let range = 1e-140..1e140;
@@ -133,7 +133,7 @@ impl Study {
         self.x.iter().skip(j).step_by(self.columns).copied()
     }
 
-    fn to_unit_length(&mut self) {
+    fn divide_by_lengths(&mut self) {
         for j in 0..self.columns {
             let largest = self.column(j).map(f64::abs).fold(0.0, f64::max);
             if largest > 0.0 {

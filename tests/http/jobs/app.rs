@@ -131,6 +131,12 @@ impl TestApp {
         answer.header("location").unwrap().to_owned()
     }
 
+    /// A new stream's path.
+    pub async fn stream(&self, job: &str, spec: &Value) -> String {
+        let answer = self.post(&format!("{job}/streams"), spec).await.expect(201);
+        answer.header("location").unwrap().to_owned()
+    }
+
     /// A new iteration's path.
     pub async fn iteration(&self, job: &str) -> String {
         let answer = self.post(&format!("{job}/iterations"), &iteration()).await.expect(201);

@@ -22,5 +22,10 @@ async fn the_examples_of_a_job_are_taken() {
     chosen["fit_id"] = refit["id"].clone();
     app.put(&format!("{place}/chosen_fit"), &chosen).await.expect(200);
     app.patch(place, &example("update_iteration")).await.expect(200);
+    let opened = app.post(&format!("{job}/streams"), &example("create_stream")).await.expect(201);
+    let stream = opened.header("location").unwrap();
+    let block = app.post(&format!("{stream}/nodes"), &example("add_stream_nodes")).await.expect(200).json();
+    assert_eq!(block["result"]["residuals"]["count"], 6);
+    app.post(&format!("{stream}/finish"), &example("finish_stream")).await.expect(201);
     app.stop().await;
 }

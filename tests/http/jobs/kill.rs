@@ -16,14 +16,14 @@ use super::app::{iteration, send};
 const ROUNDS: usize = 12;
 const WRITERS: usize = 8;
 
-struct Server {
+pub struct Server {
     child: Child,
-    base: String,
+    pub base: String,
 }
 
 impl Server {
     /// Starts the built program on a free port, which its log tells.
-    fn start(database: &std::path::Path) -> Self {
+    pub fn start(database: &std::path::Path) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_flankfit"))
             .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "info", "--database-url"])
             .arg(format!("sqlite://{}", database.display()))
@@ -48,7 +48,7 @@ impl Server {
         Server { child, base: format!("http://{address}") }
     }
 
-    fn kill(mut self) {
+    pub fn kill(mut self) {
         // On Unix this is SIGKILL.
         self.child.kill().unwrap();
         self.child.wait().unwrap();

@@ -1,0 +1,41 @@
+//! What a recursive estimate keeps, as plain numbers, so that somebody else can write it down.
+
+use crate::numerics::Dd;
+
+/// The numbers of an estimate in a fixed order, and the names of its columns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    pub numbers: Vec<f64>,
+    pub names: Option<Vec<String>>,
+}
+
+/// Reads numbers in the order in which they were written.
+pub(super) struct Numbers<'a> {
+    rest: &'a [f64],
+}
+
+impl<'a> Numbers<'a> {
+    pub fn new(numbers: &'a [f64]) -> Self {
+        Numbers { rest: numbers }
+    }
+
+    pub fn take(&mut self, count: usize) -> Option<Vec<f64>> {
+        let (taken, rest) = self.rest.split_at_checked(count)?;
+        self.rest = rest;
+        Some(taken.to_vec())
+    }
+
+    pub fn array<const N: usize>(&mut self) -> Option<[f64; N]> {
+        self.take(N)?.try_into().ok()
+    }
+
+    /// Double-doubles.
+    pub fn wide(&mut self, count: usize) -> Option<Vec<Dd>> {
+        let pairs = self.take(count.checked_mul(2)?)?;
+        Some(pairs.as_chunks::<2>().0.iter().map(|&[hi, lo]| Dd { hi, lo }).collect())
+    }
+
+    pub fn is_at_end(&self) -> bool {
+        self.rest.is_empty()
+    }
+}

@@ -1,0 +1,162 @@
+//! `GET /v1/jobs/{job_id}/events`: what happens to a job, as server-sent events.
+//!
+//! Events are read from the store in pages, after the last one sent: a client that reads slowly holds one page, whatever
+//! happens meanwhile, and one that comes back with `Last-Event-ID` goes on where it was. Being woken only says that it is worth
+//! looking.
+
+use std::{pin::Pin, time::Duration};
+
+use axum::{
+    body::{Body, Bytes},
+    extract::State,
+    http::{HeaderMap, HeaderName, HeaderValue, header},
+    response::Response,
+};
+use futures_util::stream;
+use serde::Deserialize;
+use tokio::sync::watch;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    closing::Guest,
+    extract::{PathOf, QueryOf},
+    state::AppState,
+};
+use crate::{
+    api::{
+        events::{self, JobEventBody},
+        problem::{Problem, ProblemCode},
+    },
+    jobs::RepositoryError,
+};
+
+/// Events read at a time.
+const PAGE: u32 = 256;
+/// After so long without an event a comment shows that the connection lives.
+const QUIET: Duration = Duration::from_secs(15);
+/// The first line: how long a client waits before it comes back, in milliseconds.
+const HELLO: &str = "retry: 2000\n\n";
+static LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(get_job_events))
+}
+
+#[derive(Clone, Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct EventsQuery {
+    /// As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what happens from now on.
+    last_event_id: Option<String>,
+}
+
+/// Sends what happens to a job: `iteration`, `fit`, `decision`, `stream`; from its beginning, or after `Last-Event-ID`.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/events", operation_id = "get_job_events", tag = "jobs",
+    params(
+        ("job_id" = Uuid, Path),
+        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event seen: sending goes on after it."),
+        EventsQuery
+    ),
+    responses(
+        (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.", body = JobEventBody, content_type = "text/event-stream"),
+        (status = 400, description = "The last event id is not one.", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The query has something else in it.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_job_events(
+    State(state): State<AppState>,
+    PathOf(job): PathOf<Uuid>,
+    headers: HeaderMap,
+    QueryOf(query): QueryOf<EventsQuery>,
+) -> Result<Response, Problem> {
+    let last = state.jobs.last_event(job).await?;
+    // the header is newer than the address it came back to
+    let given = match headers.get(&LAST_EVENT_ID) {
+        Some(value) => Some(value.to_str().unwrap_or("?").trim().to_owned()),
+        None => query.last_event_id,
+    };
+    let after = match given.as_deref() {
+        None | Some("") => 0,
+        Some("latest") => last,
+        Some(text) => text.parse().map_err(|_| {
+            Problem::new(
+                ProblemCode::MalformedRequest,
+                "The last event id is the `id` of an event of this job, or `latest`.",
+            )
+        })?,
+    };
+    let listener = Listener {
+        job,
+        after,
+        bell: state.jobs.listen(job),
+        stopped: Box::pin(state.closing.stopped()),
+        _guest: state.closing.guest("events"),
+        greeted: false,
+        state,
+    };
+    let body = Body::from_stream(stream::unfold(listener, |mut listener| async move {
+        let chunk = listener.next().await?;
+        Some((Ok::<_, std::convert::Infallible>(chunk), listener))
+    }));
+    let mut response = Response::new(body);
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream"));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    // proxies that collect answers would keep events back
+    headers.insert(HeaderName::from_static("x-accel-buffering"), HeaderValue::from_static("no"));
+    Ok(response)
+}
+
+struct Listener {
+    state: AppState,
+    job: Uuid,
+    after: u64,
+    bell: watch::Receiver<()>,
+    stopped: Pin<Box<dyn Future<Output = ()> + Send>>,
+    _guest: Guest,
+    greeted: bool,
+}
+
+impl Listener {
+    /// What is sent next; `None` ends the answer (a client comes back by itself).
+    async fn next(&mut self) -> Option<Bytes> {
+        if !std::mem::replace(&mut self.greeted, true) {
+            return Some(Bytes::from_static(HELLO.as_bytes()));
+        }
+        let mut quiet = false;
+        loop {
+            // seen before looking, so that what happens while looking wakes again
+            self.bell.borrow_and_update();
+            match self.state.jobs.events(self.job, self.after, PAGE).await {
+                Ok(page) => {
+                    if let Some(last) = page.last().map(|event| event.number) {
+                        self.after = last;
+                        return Some(events::to_text(page).into());
+                    }
+                }
+                Err(error) => return self.give_up(&error),
+            }
+            if quiet {
+                return match self.state.jobs.last_event(self.job).await {
+                    Ok(_) => Some(Bytes::from_static(b": quiet\n\n")),
+                    Err(error) => self.give_up(&error),
+                };
+            }
+            tokio::select! {
+                _ = self.bell.changed() => {}
+                () = &mut self.stopped => return None,
+                () = tokio::time::sleep(QUIET) => quiet = true,
+            }
+        }
+    }
+
+    fn give_up(&self, error: &RepositoryError) -> Option<Bytes> {
+        if !matches!(error, RepositoryError::NotFound(_)) {
+            tracing::warn!(%error, job = %self.job, "an event stream ends");
+        }
+        None
+    }
+}

@@ -1,0 +1,160 @@
+//! `GET /v1/streams/{stream_id}/ws`: blocks and their answers over a WebSocket, for probes that send node by node.
+//!
+//! Messages are those of `POST /v1/streams/{stream_id}/nodes`, one answer for each, in order; a refusal is the problem that the
+//! request would have got, and the connection goes on. One block at a time: who sends faster is slowed down by the connection
+//! itself.
+
+use std::time::Duration;
+
+use axum::{
+    extract::{
+        State,
+        ws::{
+            CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade, close_code,
+            rejection::WebSocketUpgradeRejection,
+        },
+    },
+    response::Response,
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{extract::PathOf, state::AppState, stream_flow};
+use crate::{
+    api::{
+        problem::{Problem, ProblemCode},
+        streams,
+    },
+    jobs::RepositoryError,
+};
+
+/// Time between two pings.
+const PING: Duration = Duration::from_secs(20);
+/// Pings that may stay without any sign of life.
+const SILENT_PINGS: u32 = 3;
+/// How long a message may wait for a client that does not read.
+const SEND: Duration = Duration::from_secs(60);
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(connect_stream))
+}
+
+/// Opens a WebSocket on a stream: each message is a block, each answer an estimate or a problem.
+#[utoipa::path(
+    get, path = "/v1/streams/{stream_id}/ws", operation_id = "connect_stream", tag = "streams",
+    params(("stream_id" = Uuid, Path)),
+    responses(
+        (status = 101, description = "A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is closed when the stream is finished or deleted, and when the server stops."),
+        (status = 400, description = "Not a WebSocket request.", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The stream is finished.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn connect_stream(
+    State(state): State<AppState>,
+    PathOf(id): PathOf<Uuid>,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Result<Response, Problem> {
+    let stream = state.jobs.stream(id).await?;
+    if let Some(iteration) = stream.iteration {
+        return Err(RepositoryError::StreamFinished { iteration }.into());
+    }
+    let upgrade = upgrade.map_err(|rejection| {
+        Problem::new(ProblemCode::MalformedRequest, format!("This path speaks WebSocket: {}.", rejection.body_text()))
+    })?;
+    let limit = state.settings.body_limit;
+    Ok(upgrade.max_message_size(limit).max_frame_size(limit).on_upgrade(move |socket| serve(state, id, socket)))
+}
+
+/// Why a connection ends.
+enum End {
+    /// The client is gone or does not read.
+    Gone,
+    /// We close it.
+    Close(u16, &'static str),
+}
+
+async fn serve(state: AppState, id: Uuid, mut socket: WebSocket) {
+    let _guest = state.closing.guest("websocket");
+    let end = talk(&state, id, &mut socket).await;
+    if let End::Close(code, reason) = end {
+        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
+        let _gone = tokio::time::timeout(SEND, socket.send(Message::Close(Some(frame)))).await;
+    }
+}
+
+async fn talk(state: &AppState, id: Uuid, socket: &mut WebSocket) -> End {
+    let mut ends = state.jobs.live().ends();
+    let mut stopped = std::pin::pin!(state.closing.stopped());
+    let mut pings = tokio::time::interval_at(tokio::time::Instant::now() + PING, PING);
+    let mut silent = 0;
+    // it may have ended between the upgrade and now
+    if let Some(end) = ended(state, id).await {
+        return end;
+    }
+    loop {
+        tokio::select! {
+            () = &mut stopped => return End::Close(close_code::AWAY, "the server stops"),
+            _ = ends.changed() => {
+                if let Some(end) = ended(state, id).await {
+                    return end;
+                }
+            }
+            _ = pings.tick() => {
+                silent += 1;
+                if silent > SILENT_PINGS || !send(socket, Message::Ping(Default::default())).await {
+                    return End::Gone;
+                }
+            }
+            message = socket.recv() => {
+                silent = 0;
+                let text = match message {
+                    Some(Ok(Message::Text(text))) => text.as_bytes().to_vec(),
+                    Some(Ok(Message::Binary(bytes))) => bytes.to_vec(),
+                    Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
+                    Some(Ok(Message::Close(_))) | None => return End::Gone,
+                    Some(Err(error)) => {
+                        tracing::debug!(%error, stream = %id, "a WebSocket ends");
+                        return End::Close(close_code::SIZE, "a message could not be read, or was too large");
+                    }
+                };
+                let answer = block(state, id, text).await;
+                if !send(socket, Message::Text(answer)).await {
+                    return End::Gone;
+                }
+            }
+        }
+    }
+}
+
+async fn send(socket: &mut WebSocket, message: Message) -> bool {
+    matches!(tokio::time::timeout(SEND, socket.send(message)).await, Ok(Ok(())))
+}
+
+/// Whether the stream takes no more nodes.
+async fn ended(state: &AppState, id: Uuid) -> Option<End> {
+    match state.jobs.stream(id).await {
+        Ok(stream) if stream.iteration.is_some() => Some(End::Close(close_code::NORMAL, "the stream is finished")),
+        Err(RepositoryError::NotFound(_)) => Some(End::Close(close_code::NORMAL, "the stream is deleted")),
+        // a store that does not answer now says so at the next block
+        Ok(_) | Err(_) => None,
+    }
+}
+
+/// The answer to one message.
+async fn block(state: &AppState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
+    let outcome = async {
+        let block = state.pool.run(move || streams::read_block(&text)).await??;
+        stream_flow::add_block(state, id, block, None).await
+    };
+    let bytes = match outcome.await {
+        Ok(answer) => answer.body,
+        Err(mut problem) => {
+            if let Some(cause) = problem.cause.take() {
+                tracing::error!(stream = %id, code = %problem.code, cause, "problem");
+            }
+            serde_json::to_vec(&problem).unwrap_or_default()
+        }
+    };
+    // both are JSON, which is UTF-8
+    Utf8Bytes::try_from(bytes).unwrap_or_default()
+}

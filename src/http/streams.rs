@@ -1,0 +1,208 @@
+//! `/v1/jobs/{job_id}/streams` and `/v1/streams/{stream_id}`: nodes that arrive while the probe is still moving.
+
+use axum::{extract::State, http::StatusCode, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    body::Payload,
+    conditional::{IfMatch, etag, set_etag},
+    extract::PathOf,
+    fits::json,
+    idempotency::{IdempotencyKey, once},
+    iterations,
+    state::AppState,
+    stream_flow,
+};
+use crate::{
+    api::{
+        fit_spec_json, job_fits,
+        job_iterations::IterationBody,
+        problem::Problem,
+        reader,
+        streams::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
+    },
+    jobs::{Answer, IterationDraft, NewStream, RepositoryError, Stored},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_stream))
+        .routes(routes!(get_stream, delete_stream))
+        .routes(routes!(add_stream_nodes))
+        .routes(routes!(finish_stream))
+}
+
+/// Opens a stream: what is fitted to nodes that are still to come.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/streams", operation_id = "create_stream", tag = "streams",
+    params(
+        ("job_id" = Uuid, Path),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+    ),
+    request_body(content = NewStreamBody, description = "A fit request without nodes, and how long nodes are remembered."),
+    responses(
+        (status = 201, description = "The stream, before its first block.", body = StreamBody, headers(
+            ("Location" = String, description = "Where the stream is."),
+            ("ETag" = String, description = "Version of the stream.")
+        )),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn create_stream(
+    State(state): State<AppState>,
+    PathOf(job): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/jobs/{job}/streams");
+    once(state, key, scope, payload, move |state, payload, known| async move {
+        state.jobs.admit(job).await?;
+        let limit = state.settings.body_limit;
+        let draft = state.pool.run(move || streams::read_stream(&payload.into_json(limit)?)).await??;
+        let keyed = known.map(|known| known.answered_by(opened));
+        let (stream, stored) = state.jobs.open_stream(job, draft, keyed).await?;
+        Ok(opened(&stream, stored))
+    })
+    .await
+}
+
+fn opened(stream: &NewStream, stored: Stored) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(format!("/v1/streams/{}", stream.id)),
+        etag: Some(etag(stored.version)),
+        body: streams::created(stream),
+    }
+}
+
+/// A stream, with the estimate after its last block.
+#[utoipa::path(
+    get, path = "/v1/streams/{stream_id}", operation_id = "get_stream", tag = "streams",
+    params(("stream_id" = Uuid, Path)),
+    responses((status = 200, description = "The stream.", body = StreamBody, headers(("ETag" = String, description = "Version of the stream."))))
+)]
+async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
+    let (stream, told) = stream_flow::look(&state, id).await?;
+    let mut response = json(streams::stream(&stream, told.as_ref()));
+    set_etag(response.headers_mut(), stream.version);
+    Ok(response)
+}
+
+/// Adds a block of nodes and answers the estimate of all nodes so far.
+#[utoipa::path(
+    post, path = "/v1/streams/{stream_id}/nodes", operation_id = "add_stream_nodes", tag = "streams",
+    params(
+        ("stream_id" = Uuid, Path),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again. (Blocks are known by their number and nodes without it.)", max_length = 255)
+    ),
+    request_body(content = BlockBody, description = "The block that comes next, or one that was sent before."),
+    responses(
+        (status = 200, description = "The estimate after this block. A block sent again gets its first answer again.", body = EstimateBody, headers(
+            ("ETag" = String, description = "Version of the stream after this block.")
+        )),
+        (status = 409, description = "Another block is expected next, the block was sent before with other nodes, or the stream is finished.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn add_stream_nodes(
+    State(state): State<AppState>,
+    PathOf(id): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/streams/{id}/nodes");
+    once(state, key, scope, payload, move |state, payload, known| async move {
+        let limit = state.settings.body_limit;
+        let block = state.pool.run(move || streams::read_block(&payload.into_json(limit)?)).await??;
+        stream_flow::add_block(&state, id, block, known).await
+    })
+    .await
+}
+
+/// Makes the stream an iteration of its job: all nodes are fitted at once, each counting in full.
+#[utoipa::path(
+    post, path = "/v1/streams/{stream_id}/finish", operation_id = "finish_stream", tag = "streams",
+    params(
+        ("stream_id" = Uuid, Path),
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+    ),
+    request_body(content = FinishBody, description = "What is known of the measurement; an empty body says nothing."),
+    responses(
+        (status = 201, description = "The iteration, as if its nodes had been posted together.", body = IterationBody, headers(
+            ("Location" = String, description = "Where the iteration is."),
+            ("ETag" = String, description = "Version of the iteration.")
+        )),
+        (status = 409, description = "The stream is finished already, has no nodes, or the first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn finish_stream(
+    State(state): State<AppState>,
+    PathOf(id): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/streams/{id}/finish");
+    once(state, key, scope, payload, move |state, payload, known| async move {
+        let limit = state.settings.body_limit;
+        let said = state.pool.run(move || finish_body(payload, limit)).await??;
+        let mut slot = state.jobs.live().slot(id).await;
+        let stream = stream_flow::present(&state, id, &mut slot).await?.stream.clone();
+        if let Some(iteration) = stream.iteration {
+            return Err(RepositoryError::StreamFinished { iteration }.into());
+        }
+        let nodes = stream_flow::all_nodes(&state, &stream).await?;
+        let spec = fit_spec_json::from_json(&stream.spec).map_err(Problem::internal)?;
+        let fitted = nodes.clone();
+        let plans = state.plans.clone();
+        let computed = state.pool.run(move || job_fits::compute(&fitted, &spec, &plans)).await??;
+        let draft = IterationDraft {
+            nodes,
+            computed,
+            measured_at: said.measured_at.map(|moment| moment.0),
+            instrument: said.instrument.map(String::from),
+            operator: said.operator.map(String::from),
+            note: said.note.map(String::from),
+        };
+        let keyed = known.map(|known| known.answered_by(iterations::created));
+        let finished = state.jobs.finish_stream(&stream, draft, keyed).await;
+        // stored or not: what is in memory is no longer sure
+        *slot = None;
+        let (iteration, stored) = finished?;
+        Ok(iterations::created(&iteration, stored))
+    })
+    .await
+}
+
+/// The body of a finish, which may be left out.
+fn finish_body(payload: Payload, limit: usize) -> Result<FinishBody, Problem> {
+    let bytes = payload.clone().into_bytes(limit)?;
+    if bytes.trim_ascii().is_empty() {
+        return Ok(FinishBody::default());
+    }
+    Ok(reader::read_json(&payload.into_json(limit)?)?)
+}
+
+/// Deletes a stream with its nodes. An iteration that it has become stays.
+#[utoipa::path(
+    delete, path = "/v1/streams/{stream_id}", operation_id = "delete_stream", tag = "streams",
+    params(
+        ("stream_id" = Uuid, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the stream is still at this ETag.")
+    ),
+    responses(
+        (status = 204, description = "The stream is gone."),
+        (status = 412, description = "The stream has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn delete_stream(
+    State(state): State<AppState>,
+    PathOf(id): PathOf<Uuid>,
+    IfMatch(precondition): IfMatch,
+) -> Result<StatusCode, Problem> {
+    let mut slot = state.jobs.live().slot(id).await;
+    // dropped first: should this request be given up meanwhile, the next one looks at the store
+    *slot = None;
+    let stream = state.jobs.stream(id).await?;
+    state.jobs.delete_stream(&stream, precondition).await?;
+    Ok(StatusCode::NO_CONTENT)
+}

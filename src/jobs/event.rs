@@ -1,0 +1,121 @@
+//! What happened to a job, as told to those who listen.
+
+use std::{
+    collections::HashMap,
+    sync::{Mutex, PoisonError},
+};
+
+use jiff::Timestamp;
+use tokio::sync::watch;
+use uuid::Uuid;
+
+use super::iteration::Decision;
+
+/// One thing that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobEvent {
+    /// 1, 2, 3 … within the job, in the order in which things were stored.
+    pub number: u64,
+    pub created_at: Timestamp,
+    pub what: Happening,
+}
+
+/// What happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Happening {
+    /// An iteration was added, with its first fit.
+    Iteration {
+        number: u32,
+        id: Uuid,
+        fit_id: Uuid,
+    },
+    /// A fit was added, or chosen from now on.
+    Fit {
+        number: u32,
+        fit_id: Uuid,
+        chosen: bool,
+        reason: Option<String>,
+    },
+    Decision {
+        number: u32,
+        decision: Decision,
+        reason: Option<String>,
+    },
+    Stream {
+        id: Uuid,
+        state: StreamEvent,
+        sequence: u64,
+        node_count: u64,
+        iteration: Option<u32>,
+    },
+}
+
+/// What happened to a stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StreamEvent {
+    Open,
+    Block,
+    Finished,
+    Deleted,
+}
+
+impl StreamEvent {
+    pub fn name(self) -> &'static str {
+        match self {
+            StreamEvent::Open => "open",
+            StreamEvent::Block => "block",
+            StreamEvent::Finished => "finished",
+            StreamEvent::Deleted => "deleted",
+        }
+    }
+
+    pub fn named(name: &str) -> Option<Self> {
+        [StreamEvent::Open, StreamEvent::Block, StreamEvent::Finished, StreamEvent::Deleted]
+            .into_iter()
+            .find(|event| event.name() == name)
+    }
+}
+
+/// Wakes those who listen to a job. It carries nothing: whoever is woken reads the stored events after the last one seen, so
+/// nobody is ever sent twice what is stored once, and a missed wake costs time, not events.
+#[derive(Debug, Default)]
+pub struct Bells {
+    jobs: Mutex<HashMap<Uuid, watch::Sender<()>>>,
+}
+
+impl Bells {
+    /// Hears of the job from now on.
+    pub fn listen(&self, job: Uuid) -> watch::Receiver<()> {
+        let mut jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
+        jobs.retain(|_, bell| bell.receiver_count() > 0);
+        jobs.entry(job).or_insert_with(|| watch::channel(()).0).subscribe()
+    }
+
+    /// Something happened to the job.
+    pub fn ring(&self, job: Uuid) {
+        if let Some(bell) = self.jobs.lock().unwrap_or_else(PoisonError::into_inner).get(&job) {
+            bell.send_replace(());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn only_listeners_of_the_job_are_woken_and_the_gone_are_forgotten() {
+        let bells = Bells::default();
+        let (one, two) = (Uuid::from_u128(1), Uuid::from_u128(2));
+        let (mut first, mut second) = (bells.listen(one), bells.listen(two));
+        bells.ring(one);
+        assert!(first.has_changed().unwrap() && !second.has_changed().unwrap());
+        first.borrow_and_update();
+        drop(first);
+        let again = bells.listen(two);
+        assert_eq!(bells.jobs.lock().unwrap().len(), 1);
+        bells.ring(two);
+        assert!(again.has_changed().unwrap());
+        second.changed().await.unwrap();
+    }
+}

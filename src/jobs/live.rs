@@ -1,0 +1,119 @@
+//! Estimates of open streams, kept in memory between blocks.
+//!
+//! What is here can be made again from the store, so it may be dropped at any time: the number of estimates and their size are
+//! bounded. A stream's slot is also the lock that puts its blocks in order.
+
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use tokio::sync::{OwnedMutexGuard, watch};
+use uuid::Uuid;
+
+use super::stream::Stream;
+use crate::estimation::Recursive;
+
+/// A stream with its estimate after the last block.
+#[derive(Clone)]
+pub struct LiveStream {
+    pub stream: Stream,
+    /// Digest of the last block.
+    pub last_sha256: Option<[u8; 32]>,
+    pub estimate: Recursive,
+    /// Nodes since the estimate was written down last.
+    pub unwritten: u64,
+}
+
+/// One stream at a time.
+pub type Slot = OwnedMutexGuard<Option<LiveStream>>;
+
+/// See the module's documentation.
+pub struct LiveStreams {
+    slots: Mutex<HashMap<Uuid, Entry>>,
+    ended: watch::Sender<()>,
+}
+
+struct Entry {
+    slot: Arc<tokio::sync::Mutex<Option<LiveStream>>>,
+    used: u64,
+    bytes: usize,
+}
+
+impl LiveStreams {
+    /// Streams kept.
+    const MOST: usize = 256;
+    /// Bytes of estimates kept, roughly.
+    const MOST_BYTES: usize = 128 << 20;
+
+    /// The stream's slot, once nobody else has it. Empty when the stream is not in memory.
+    pub async fn slot(&self, id: Uuid) -> Slot {
+        let slot = {
+            let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
+            let used = slots.values().map(|entry| entry.used).max().map_or(0, |last| last + 1);
+            let entry = slots.entry(id).or_insert_with(|| Entry { slot: Arc::default(), used, bytes: 0 });
+            entry.used = used;
+            let slot = entry.slot.clone();
+            shrink(&mut slots);
+            slot
+        };
+        slot.lock_owned().await
+    }
+
+    /// Notes how large a stream's estimate has become, and lets others go where there are too many.
+    pub fn note(&self, id: Uuid, live: Option<&LiveStream>) {
+        let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(entry) = slots.get_mut(&id) {
+            let n = live.and_then(|live| live.estimate.size()).unwrap_or(0);
+            entry.bytes = live.map_or(0, |live| live.stream.spec.len()) + 8 * n * (n + 64);
+        }
+        shrink(&mut slots);
+    }
+
+    /// Says that some stream was finished or deleted.
+    pub fn announce_end(&self) {
+        self.ended.send_replace(());
+    }
+
+    /// Hears of ends from now on.
+    pub fn ends(&self) -> watch::Receiver<()> {
+        self.ended.subscribe()
+    }
+}
+
+impl Default for LiveStreams {
+    fn default() -> Self {
+        LiveStreams { slots: Mutex::default(), ended: watch::channel(()).0 }
+    }
+}
+
+/// Drops the streams not used for longest, of those that nobody holds.
+fn shrink(slots: &mut HashMap<Uuid, Entry>) {
+    let over = |slots: &HashMap<Uuid, Entry>| {
+        slots.len() > LiveStreams::MOST
+            || slots.values().map(|entry| entry.bytes).sum::<usize>() > LiveStreams::MOST_BYTES
+    };
+    while over(slots) {
+        let idle = slots.iter().filter(|(_, entry)| Arc::strong_count(&entry.slot) == 1);
+        let Some(oldest) = idle.min_by_key(|(_, entry)| entry.used).map(|(id, _)| *id) else { return };
+        slots.remove(&oldest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn idle_streams_go_first_and_held_ones_stay() {
+        let live = LiveStreams::default();
+        let held = live.slot(Uuid::from_u128(0)).await;
+        for id in 1..=2 * LiveStreams::MOST as u128 {
+            drop(live.slot(Uuid::from_u128(id)).await);
+        }
+        let slots = live.slots.lock().unwrap();
+        assert!(slots.len() <= LiveStreams::MOST + 1);
+        assert!(slots.contains_key(&Uuid::from_u128(0)) && !slots.contains_key(&Uuid::from_u128(1)));
+        drop(held);
+    }
+}

@@ -1,0 +1,84 @@
+//! A stream: nodes of a job that arrive block by block and become an iteration in the end.
+
+use std::sync::Arc;
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use super::iteration::NewIteration;
+use crate::estimation::Nodes;
+
+/// A stream about to be stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NewStream {
+    pub id: Uuid,
+    pub job_id: Uuid,
+    /// What is fitted: a JSON document.
+    pub spec: Arc<str>,
+    /// In (0, 1]; 1 forgets nothing.
+    pub forgetting_factor: f64,
+    /// Digest of the above, with which the chain over blocks begins.
+    pub input_sha256: [u8; 32],
+    pub created_at: Timestamp,
+}
+
+/// A stored stream.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stream {
+    pub id: Uuid,
+    pub job_id: Uuid,
+    pub spec: Arc<str>,
+    pub forgetting_factor: f64,
+    /// Of the last block; 0 before the first.
+    pub sequence: u64,
+    /// Nodes posted so far, missing ones included.
+    pub node_count: u64,
+    /// Chain of digests: of the spec, then of every block.
+    pub input_sha256: [u8; 32],
+    /// The iteration that it has become.
+    pub iteration: Option<u32>,
+    /// 1 when created, one more with every block and when it is finished.
+    pub version: u64,
+    pub created_at: Timestamp,
+    pub updated_at: Timestamp,
+}
+
+/// A block about to be stored.
+#[derive(Clone, Debug)]
+pub struct NewBlock {
+    pub stream: Uuid,
+    pub sequence: u64,
+    /// Digest of the nodes in their canonical form.
+    pub sha256: [u8; 32],
+    /// The stream's chain after this block.
+    pub input_sha256: [u8; 32],
+    pub nodes: Arc<Nodes>,
+    /// The estimate's numbers after this block, when it is time to write them down.
+    pub state: Option<Vec<u8>>,
+    pub created_at: Timestamp,
+}
+
+/// A stored block.
+#[derive(Clone, Debug)]
+pub struct Block {
+    pub sequence: u64,
+    pub sha256: [u8; 32],
+    pub nodes: Nodes,
+}
+
+/// The estimate's numbers as they were written down last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StreamState {
+    /// After which block.
+    pub sequence: u64,
+    pub data: Vec<u8>,
+}
+
+/// A stream becoming an iteration: both or neither.
+#[derive(Clone, Debug)]
+pub struct FinishedStream {
+    pub stream: Uuid,
+    /// The last block that the iteration holds.
+    pub sequence: u64,
+    pub iteration: Arc<NewIteration>,
+}

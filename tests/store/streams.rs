@@ -1,0 +1,138 @@
+//! Streams and events in the store: blocks in their turn, everything told once, and older databases told of from their beginning.
+
+use std::sync::Arc;
+
+use flankfit::jobs::{
+    FinishedStream, Happening, JobEvent, Precondition, Repository, RepositoryError, StreamEvent, What,
+};
+use flankfit::store::{Store, migrations};
+use sqlx::{AssertSqlSafe, ConnectOptions, sqlite::SqliteConnectOptions};
+use tokio::task::JoinSet;
+use uuid::Uuid;
+
+use crate::support::Place;
+
+fn kinds(events: &[JobEvent]) -> Vec<&'static str> {
+    events
+        .iter()
+        .map(|event| match &event.what {
+            Happening::Iteration { .. } => "iteration",
+            Happening::Fit { chosen: false, .. } => "fit",
+            Happening::Fit { chosen: true, .. } => "choice",
+            Happening::Decision { .. } => "decision",
+            Happening::Stream { state, .. } => state.name(),
+        })
+        .collect()
+}
+
+async fn events(store: &Store, job: Uuid) -> Vec<JobEvent> {
+    let events = store.events(job, 0, 1000).await.unwrap();
+    assert!(events.iter().map(|event| event.number).eq(1..=events.len() as u64));
+    events
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn blocks_are_taken_in_their_turn_by_whoever_comes_first() {
+    let place = Arc::new(Place::new());
+    let store = Arc::new(place.open().await);
+    let job = place.stored_job(&store).await.id;
+    let stream = Arc::new(place.stream(job));
+    store.insert_stream(stream.clone(), None).await.unwrap();
+    for sequence in 1..=5 {
+        let mut writers = JoinSet::new();
+        for _ in 0..6 {
+            let (store, block) = (store.clone(), place.block(stream.id, sequence));
+            writers.spawn(async move { store.insert_block(block, None).await });
+        }
+        let outcomes = writers.join_all().await;
+        assert_eq!(outcomes.iter().filter(|outcome| outcome.is_ok()).count(), 1);
+        let next = sequence + 1;
+        assert!(outcomes.iter().all(|outcome| match outcome {
+            Ok(stored) => stored.version == next,
+            Err(RepositoryError::UnexpectedBlock { expected }) => *expected == next,
+            Err(_) => false,
+        }));
+    }
+    let (back, state, last) = store.stream_state(stream.id).await.unwrap();
+    assert_eq!((back.sequence, back.node_count, back.version, back.iteration), (5, 30, 6, None));
+    assert_eq!((back.input_sha256, last), ([105; 32], Some([5; 32])));
+    assert_eq!(state.unwrap().data, [5; 5]);
+    let blocks = store.blocks(stream.id, 2).await.unwrap();
+    assert!(blocks.iter().map(|block| block.sequence).eq(3..=5));
+    assert_eq!(store.block_sha256(stream.id, 4).await.unwrap(), Some([4; 32]));
+
+    // finished only as it was seen
+    let finish = |sequence| FinishedStream { stream: stream.id, sequence, iteration: place.iteration(job) };
+    let late = store.finish_stream(finish(4), None).await;
+    assert!(matches!(late, Err(RepositoryError::UnexpectedBlock { expected: 6 })));
+    assert_eq!(store.finish_stream(finish(5), None).await.unwrap().number, 1);
+    let again = store.finish_stream(finish(5), None).await;
+    assert!(matches!(again, Err(RepositoryError::StreamFinished { iteration: 1 })));
+    let more = store.insert_block(place.block(stream.id, 6), None).await;
+    assert!(matches!(more, Err(RepositoryError::StreamFinished { iteration: 1 })));
+    assert!(store.blocks(stream.id, 0).await.unwrap().is_empty(), "the iteration holds the nodes");
+    assert_eq!(store.stream(stream.id).await.unwrap().iteration, Some(1));
+
+    let mut told = vec!["open"];
+    told.extend(["block"; 5]);
+    told.extend(["iteration", "finished"]);
+    assert_eq!(kinds(&events(&store, job).await), told);
+    let last = events(&store, job).await.pop().unwrap();
+    let Happening::Stream { id, state, sequence, node_count, iteration } = last.what else {
+        panic!("a stream's event")
+    };
+    assert_eq!((id, state, sequence, node_count, iteration), (stream.id, StreamEvent::Finished, 5, 30, Some(1)));
+}
+
+#[tokio::test]
+async fn a_job_lets_go_of_its_events_only_with_everything_else() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await.id;
+    let stream = Arc::new(place.stream(job));
+    store.insert_stream(stream.clone(), None).await.unwrap();
+    store.insert_block(place.block(stream.id, 1), None).await.unwrap();
+    let held = store.delete_job(job, Precondition::None).await;
+    assert!(matches!(held, Err(RepositoryError::HasStreams(1))));
+    let stale = store.delete_stream(stream.id, Precondition::AnyOf(vec![1]), place.now()).await;
+    assert!(matches!(stale, Err(RepositoryError::VersionMismatch { current: 2 })));
+
+    let mut own = place.connect().await;
+    for sql in ["UPDATE events SET kind = kind", "DELETE FROM events", "DELETE FROM streams"] {
+        assert!(sqlx::query(AssertSqlSafe(sql.to_owned())).execute(&mut own).await.is_err(), "{sql}");
+    }
+    store.delete_stream(stream.id, Precondition::None, place.now()).await.unwrap();
+    assert_eq!(kinds(&events(&store, job).await), ["open", "block", "deleted"]);
+    assert!(matches!(store.stream(stream.id).await, Err(RepositoryError::NotFound(What::Stream))));
+    store.delete_job(job, Precondition::None).await.unwrap();
+    assert!(matches!(store.last_event(job).await, Err(RepositoryError::NotFound(What::Job))));
+}
+
+#[tokio::test]
+async fn what_happened_before_there_were_events_is_told_too() {
+    let place = Place::new();
+    let mut old = SqliteConnectOptions::new().filename(place.file()).create_if_missing(true).connect().await.unwrap();
+    migrations().run_to(4, &mut old).await.unwrap();
+    let job = place.id();
+    let at = |second: u32| format!("'2026-01-02T03:04:{second:02}.000006Z'");
+    let text = format!(
+        "INSERT INTO jobs (id, name, tags, version, created_at, updated_at) VALUES (x'{}', 'old', '{{}}', 1, {t0}, {t0});
+         INSERT INTO iterations (seq, id, job, number, created_at) VALUES (1, zeroblob(16), 1, 1, {t1}), (2, zeroblob(16), 1, 2, {t3});
+         INSERT INTO fits (seq, id, iteration, created_at, spec, result)
+         VALUES (1, zeroblob(16), 1, {t1}, '{{}}', '{{}}'), (2, zeroblob(16), 1, {t2}, '{{}}', '{{}}'), (3, zeroblob(16), 2, {t3}, '{{}}', '{{}}');
+         INSERT INTO fit_choices (iteration, position, fit, created_at) VALUES (1, 1, 1, {t1}), (1, 2, 2, {t4}), (2, 1, 3, {t3});
+         INSERT INTO decisions (iteration, position, decision, reason, created_at) VALUES (1, 1, 'remachine', 'slope', {t2}), (2, 1, 'accept', NULL, {t5});",
+        job.simple(),
+        t0 = at(0), t1 = at(1), t2 = at(2), t3 = at(3), t4 = at(4), t5 = at(5),
+    );
+    sqlx::raw_sql(AssertSqlSafe(text)).execute(&mut old).await.unwrap();
+    sqlx::Connection::close(old).await.unwrap();
+
+    let store = place.open().await;
+    let told = ["iteration", "fit", "decision", "iteration", "choice", "decision"];
+    assert_eq!(kinds(&events(&store, job).await), told);
+    place.stored_iteration(&store, job).await;
+    assert_eq!(store.last_event(job).await.unwrap(), 7);
+    assert_eq!(kinds(&store.events(job, 5, 1).await.unwrap()), ["decision"]);
+    assert_eq!(kinds(&store.events(job, 6, 10).await.unwrap()), ["iteration"]);
+}
