@@ -32,6 +32,10 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_scattered", "Scattered nodes with weights, Chebyshev basis, fixed λ*"),
     example!("create_fit", "fit_b_spline", "A B-spline curve with equal spans, ridge by generalised cross-validation"),
     example!("create_fit", "fit_matrix", "A measurement matrix with named columns, no regularisation"),
+    example!("create_fit", "fit_filtered", "A flank grid with peaks and roughness, filtered before the fit"),
+    example!("create_fit", "fit_filtered_curve", "A profile trace with a robust Gaussian filter"),
+    example!("study_randomization", "study_flank", "The profile of a flank whose columns are nearly parallel"),
+    example!("study_randomization", "study_matrix", "A measurement matrix, seen in columns of unit length"),
     example!(
         "create_fit",
         "fit_m_estimator",

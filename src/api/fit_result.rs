@@ -6,7 +6,11 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{fit_result_parts::*, robust_result::RobustBody};
+use super::{
+    filters::{FilterCollinearity, FilterResult},
+    fit_result_parts::*,
+    robust_result::RobustBody,
+};
 
 /// The answer to a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -37,6 +41,12 @@ pub struct FitResultBody {
     /// The rows of B in the caller's columns; present when `matrix_b` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix_b: Option<Vec<Vec<f64>>>,
+    /// What each filter changed, in the order applied; present when there were filters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filters: Option<Vec<FilterResult>>,
+    /// Present when there were filters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filter_collinearity: Option<FilterCollinearity>,
     pub numerics: NumericsBody,
     pub warnings: Vec<WarningBody>,
     pub provenance: ProvenanceBody,

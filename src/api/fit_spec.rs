@@ -7,6 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
 pub use super::estimator_spec::*;
+use super::filters::FilterBody;
 pub use super::fit_result_parts::DomainBody;
 pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody};
 use super::nodes_schema::NodesBody;
@@ -41,6 +42,10 @@ pub struct FitRequest {
     /// What is answered only when asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub include: Option<Vec<IncludeName>>,
+    /// Applied to the heights before the fit, in this order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 16)]
+    pub filters: Option<Vec<FilterBody>>,
 }
 
 /// A fit request as a form (`multipart/form-data`).
@@ -81,6 +86,10 @@ pub struct FitSpecBody {
     /// What is answered only when asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub include: Option<Vec<IncludeName>>,
+    /// Applied to the heights before the fit, in this order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 16)]
+    pub filters: Option<Vec<FilterBody>>,
 }
 
 /// The functions whose mixture is fitted.

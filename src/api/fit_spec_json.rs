@@ -1,6 +1,6 @@
 //! A spec as JSON with every default filled in, for storing and for the digest, and back.
 
-use super::{fit_spec::*, reader, regularization_json::regularization};
+use super::{filters::FilterBody, fit_spec::*, reader, regularization_json::regularization};
 use crate::estimation::spec::{self, FitSpec};
 
 /// The canonical JSON text: keys in the contract's order, defaults written out, no white space, −0 as 0.
@@ -36,6 +36,7 @@ impl From<&FitSpec> for FitSpecBody {
                 height: unsigned_zero(uncertainty.height),
             }),
             include: include(spec.include),
+            filters: (!spec.filters.is_empty()).then(|| spec.filters.iter().map(FilterBody::from).collect()),
         }
     }
 }

@@ -10,6 +10,7 @@
 use std::sync::Arc;
 
 use super::{
+    filters,
     json_writer::{Json, NotFinite, Object},
     robust_result,
 };
@@ -41,6 +42,7 @@ pub fn write(result: &FitResult, input_sha256: &str) -> Result<Vec<u8>, NotFinit
         lambda_curve,
         ridge_trace,
         matrix_b,
+        filtering,
         numerics,
         warnings,
     } = result;
@@ -92,6 +94,9 @@ pub fn write(result: &FitResult, input_sha256: &str) -> Result<Vec<u8>, NotFinit
     }
     if let Some(rows) = matrix_b {
         object.rows("matrix_b", rows);
+    }
+    if let Some(report) = filtering {
+        filters::write(&mut object, report);
     }
     let Numerics { arithmetic, correct_digits } = numerics;
     let arithmetic = match arithmetic {

@@ -12,6 +12,10 @@ use crate::{
     estimation::{
         self, FitSpec, Nodes,
         estimator::Start,
+        filtering::{
+            report::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
+            spec::{Action, Filter, Hampel},
+        },
         result::{LocalSolution, RobustReport, Written},
         spec::{Count, Criterion, NodeUncertainty, Parameter, Regularization, Scaling, Scheme},
     },
@@ -122,6 +126,15 @@ impl Maker {
 
     fn criterion(&mut self) -> Option<Criterion> {
         self.there().then(|| Criterion::every().nth(self.below(9)).unwrap())
+    }
+
+    fn figures(&mut self) -> ColumnFigures {
+        ColumnFigures {
+            nodes: self.below(99),
+            condition: self.maybe(),
+            largest_correlation: self.maybe(),
+            largest_vif: self.maybe(),
+        }
     }
 
     fn bounds(&mut self) -> PerturbationBounds {
@@ -259,6 +272,20 @@ impl Maker {
                 .there()
                 .then(|| self.list(|m| RidgeTracePoint { k: m.number(), coefficients: m.numbers() })),
             matrix_b: self.there().then(|| self.rows()),
+            filtering: self.there().then(|| FilteringReport {
+                filters: self.list(|m| FilterReport {
+                    filter: Filter::Hampel(Hampel { window: 5, threshold: 3.0, action: Action::Remove, axis: None }),
+                    changed: m.below(9),
+                    max_change: m.number(),
+                    rms_change: m.number(),
+                    peaks: m.there().then(|| vec![m.below(9)]),
+                    iteration: m
+                        .there()
+                        .then(|| IterationReport { iterations: m.below(99), converged: m.below(2) == 1 }),
+                }),
+                before: self.figures(),
+                after: self.figures(),
+            }),
             numerics: Numerics {
                 arithmetic: [Arithmetic::Double, Arithmetic::DoubleDouble][self.below(2)],
                 correct_digits: self.number(),
@@ -279,7 +306,11 @@ proptest! {
 fn checked(mut result: FitResult) -> Result<FitResult, estimation::FitError> {
     let report = Arc::unwrap_or_clone(result.collinearity);
     result.collinearity = Arc::new(estimation::sound::checked_collinearity(report, &mut result.warnings)?);
-    estimation::sound::checked(result)
+    let filtering = result.filtering.take();
+    let mut result = estimation::sound::checked(result)?;
+    result.filtering =
+        filtering.map(|report| estimation::sound::checked_filtering(report, &mut result.warnings)).transpose()?;
+    Ok(result)
 }
 
 #[test]

@@ -6,6 +6,7 @@ pub mod canonical;
 pub mod estimator_spec;
 pub mod events;
 pub mod examples;
+pub mod filters;
 pub mod fit_result;
 pub mod fit_result_parts;
 pub mod fit_spec;
@@ -32,6 +33,8 @@ pub mod robust_result;
 pub mod service;
 pub mod stream_state;
 pub mod streams;
+pub mod study;
+pub mod study_result;
 pub mod text;
 
 /// Engine name and version, as results carry it.

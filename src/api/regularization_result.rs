@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::fit_spec::SchemeName;
+use crate::estimation::spec::Criterion;
 
 /// How the estimate was regularised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -36,6 +37,22 @@ pub enum ChosenBy {
     Fixed,
     /// Not regularised, for comparison.
     LeastSquares,
+}
+
+impl From<Criterion> for ChosenBy {
+    fn from(criterion: Criterion) -> Self {
+        match criterion {
+            Criterion::MinMse => ChosenBy::MinMse,
+            Criterion::MinCondition => ChosenBy::MinCondition,
+            Criterion::Gcv => ChosenBy::Gcv,
+            Criterion::Discrepancy => ChosenBy::Discrepancy,
+            Criterion::LCurve => ChosenBy::LCurve,
+            Criterion::Hkb => ChosenBy::Hkb,
+            Criterion::Hkb1975 => ChosenBy::Hkb1975,
+            Criterion::LawlessWang => ChosenBy::LawlessWang,
+            Criterion::Optimal => ChosenBy::Optimal,
+        }
+    }
 }
 
 /// The regularisation that was applied, and what every criterion would have chosen.

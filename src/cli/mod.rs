@@ -6,6 +6,7 @@ pub mod fit;
 pub mod healthcheck;
 pub mod openapi;
 pub mod serve;
+pub mod study;
 
 use std::process::ExitCode;
 
@@ -31,6 +32,8 @@ enum Command {
     Demo(demo::DemoArguments),
     /// Fit one request from a file (`-` for standard input), offline, with the same engine.
     Fit(fit::FitArguments),
+    /// Randomise a measurement matrix and show what that does to the estimate; by default on the profile of a flank.
+    Study(study::StudyArguments),
     /// Print the OpenAPI document.
     Openapi(openapi::OpenapiArguments),
     /// Copy the database to a new file, consistently, also while a server writes to it.
@@ -47,6 +50,7 @@ pub fn main() -> ExitCode {
         Command::Serve(settings) => serve::run(settings),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Fit(arguments) => return fit::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Backup(arguments) => backup::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),

@@ -29,7 +29,7 @@ impl Decided {
 }
 
 /// The rule asked for, with its parameter; `auto` counts the eigenvalues beyond the condition limit.
-fn rule(
+pub fn rule(
     regularization: &Regularization,
     lambda: &[f64],
 ) -> Result<(RegularizationKind, Rule, Option<Parameter>), FitError> {

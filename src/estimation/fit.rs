@@ -254,6 +254,7 @@ fn conclude(
             coefficients: least_squares.coefficients.clone(),
             ..joined.robust.report.clone()
         }),
+        filtering: None,
         lambda_curve: applied.curve,
         ridge_trace: applied.trace,
         matrix_b: applied.matrix_b,

@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::{
     estimator::Start,
+    filtering::report::FilteringReport,
     spec::{Criterion, Domain, Scheme},
 };
 
@@ -26,6 +27,8 @@ pub struct FitResult {
     pub ridge_trace: Option<Vec<RidgeTracePoint>>,
     /// Rows of B (m×n, in the caller's columns), present when `matrix_b` was included.
     pub matrix_b: Option<Vec<Vec<f64>>>,
+    /// Present when filters were asked for.
+    pub filtering: Option<FilteringReport>,
     pub numerics: Numerics,
     pub warnings: Vec<Warning>,
 }

@@ -4,6 +4,7 @@
 
 use super::{
     error::{Faults, FitError},
+    filtering::report::FilteringReport,
     result::{CollinearityReport, FitResult, Warning},
 };
 
@@ -59,6 +60,22 @@ pub fn checked_collinearity(
     let sound = report.correlation.iter().flatten().all(|row| all(row))
         && report.variance_proportions.iter().flatten().all(|row| all(row))
         && report.near_dependencies.iter().all(|near| near.eigenvalue.is_finite() && all(&near.weights));
+    if sound { Ok(report) } else { Err(beyond()) }
+}
+
+/// The same for what filters did.
+pub fn checked_filtering(
+    mut report: FilteringReport,
+    warnings: &mut Vec<Warning>,
+) -> Result<FilteringReport, FitError> {
+    let mut dropped = Dropped::default();
+    for figures in [&mut report.before, &mut report.after] {
+        dropped.look_at("filter_collinearity.condition", &mut figures.condition);
+        dropped.look_at("filter_collinearity.largest_correlation", &mut figures.largest_correlation);
+        dropped.look_at("filter_collinearity.largest_vif", &mut figures.largest_vif);
+    }
+    dropped.warn(warnings);
+    let sound = report.filters.iter().all(|filter| all(&[filter.max_change, filter.rms_change]));
     if sound { Ok(report) } else { Err(beyond()) }
 }
 

@@ -1,6 +1,7 @@
 //! What a caller asks for: model, scaling, regularisation. Plain values; [`super::fit::fit`] checks them against the nodes.
 
 pub use super::estimator::Estimator;
+pub use super::filtering::spec::Filter;
 pub use super::regularized::spec::{Attraction, JamesStein, ShrinkageFactor, Tikhonov};
 
 /// Everything about a fit but the nodes.
@@ -18,6 +19,8 @@ pub struct FitSpec {
     pub noise_sigma: Option<f64>,
     pub node_uncertainty: Option<NodeUncertainty>,
     pub include: Include,
+    /// What is done to the nodes before, in this order.
+    pub filters: Vec<Filter>,
 }
 
 impl FitSpec {
@@ -33,6 +36,7 @@ impl FitSpec {
             noise_sigma: None,
             node_uncertainty: None,
             include: Include::default(),
+            filters: Vec::new(),
         }
     }
 }

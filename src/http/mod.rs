@@ -24,6 +24,7 @@ pub mod state;
 pub mod stream_flow;
 mod stream_socket;
 mod streams;
+pub mod studies;
 mod trace;
 
 pub use router::router;

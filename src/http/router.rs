@@ -7,7 +7,7 @@ use utoipa_axum::router::OpenApiRouter;
 
 use super::{
     events, fits, iterations, job_fits, jobs, meta, observe, openapi::Contract, state::AppState, stream_socket,
-    streams, trace,
+    streams, studies, trace,
 };
 use crate::api::problem::{Problem, ProblemCode};
 
@@ -15,6 +15,7 @@ use crate::api::problem::{Problem, ProblemCode};
 pub fn groups() -> OpenApiRouter<AppState> {
     OpenApiRouter::with_openapi(Contract::openapi())
         .merge(fits::group())
+        .merge(studies::group())
         .merge(jobs::group())
         .merge(iterations::group())
         .merge(job_fits::group())

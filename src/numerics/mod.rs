@@ -16,6 +16,7 @@ mod jacobi_dd;
 pub mod lanes;
 pub mod qr;
 pub mod quadrature;
+pub mod quantiles;
 pub mod real;
 pub mod sums;
 pub mod triangular;

@@ -2,6 +2,7 @@
 
 use crate::oracle::random::Random;
 use crate::problems::config;
+use flankfit::estimation::filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 use flankfit::estimation::spec::{
     Count, Criterion, Degree, Domain, Estimator, FitSpec, Include, Knots, Model, NodeUncertainty, Parameter,
     PolynomialBasis, Regularization, Scaling, Scheme, Terms,
@@ -82,6 +83,26 @@ fn model(random: &mut Random, nodes: &Nodes) -> Model {
     Model::Polynomial { degree, basis, terms: if total { Terms::Total } else { Terms::Tensor } }
 }
 
+/// Filters that suit the nodes, in one case of four.
+fn filters(random: &mut Random, nodes: &Nodes) -> Vec<Filter> {
+    let axis = if random.below(2) == 0 { FilterAxis::U } else { FilterAxis::V };
+    let axis = match nodes {
+        _ if random.below(4) > 0 => return Vec::new(),
+        Nodes::Scattered(_) => return Vec::new(),
+        Nodes::Curve(_) | Nodes::Matrix(_) => None,
+        Nodes::Grid(_) => Some(axis),
+    };
+    let action = if random.below(2) == 0 { Action::Replace } else { Action::Remove };
+    let hampel = Filter::Hampel(Hampel { window: 5, threshold: [0.0, 3.0][random.below(2)], action, axis });
+    let cutoff = [1e-3, 1.0, 30.0, 1e9][random.below(4)];
+    match (nodes, random.below(4)) {
+        (Nodes::Matrix(_), _) | (_, 0) => vec![hampel],
+        (_, 1) => vec![hampel, Filter::Spline(Spline { axis, cutoff })],
+        (_, 2) => vec![Filter::Gaussian(Gaussian { axis, cutoff, robust: None })],
+        _ => vec![Filter::Gaussian(Gaussian { axis, cutoff, robust: Some(Order::Two) }), hampel],
+    }
+}
+
 fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
     let parameter = |random: &mut Random| match random.below(7) {
         6 => Parameter::Fixed([1e-8, 1.0, 1e-200, 1e200, 0.03][random.below(5)]),
@@ -107,6 +128,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
         coefficient_norm_limit: some(random).then(|| number(random, wildness).abs() + f64::MIN_POSITIVE),
         noise_sigma: some(random).then(|| number(random, wildness).abs() + f64::MIN_POSITIVE),
         node_uncertainty: some(random).then_some(NodeUncertainty { position: 1e-3, height: 1e-4 }),
+        filters: filters(random, nodes),
         include: Include {
             residuals: true,
             collinearity: true,

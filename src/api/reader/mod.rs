@@ -11,6 +11,7 @@ mod csv;
 mod cursor;
 mod decimal;
 mod estimator;
+mod filters;
 mod nodes;
 mod numbers;
 mod regularization;

@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// The keys of a spec at the top level of a request.
-pub const SPEC_KEYS: [&str; 9] = [
+pub const SPEC_KEYS: [&str; 10] = [
     "model",
     "scaling",
     "regularization",
@@ -19,6 +19,7 @@ pub const SPEC_KEYS: [&str; 9] = [
     "noise_sigma",
     "node_uncertainty",
     "include",
+    "filters",
 ];
 
 /// Slices of the request, in the order of [`SPEC_KEYS`].
@@ -31,7 +32,7 @@ impl RawSpec<'_> {
     /// The spec, when none of its parts has a fault.
     pub fn check(&self, faults: &mut Faults) -> Option<FitSpec> {
         let before = faults.count();
-        let [model, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include] =
+        let [model, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include, filters] =
             self.slices;
         let model = match model {
             Some(slice) => read_model(slice, faults),
@@ -52,6 +53,7 @@ impl RawSpec<'_> {
         let noise_sigma = noise_sigma.and_then(|slice| positive(slice, "/noise_sigma", faults));
         let node_uncertainty = uncertainty.and_then(|slice| read_uncertainty(slice, faults));
         let include = include.and_then(|slice| read_include(slice, faults));
+        let filters = filters.map_or_else(|| Some(Vec::new()), |slice| super::filters::read(slice, faults));
         if faults.count() > before {
             return None;
         }
@@ -64,6 +66,7 @@ impl RawSpec<'_> {
             noise_sigma,
             node_uncertainty,
             include: include.unwrap_or_default(),
+            filters: filters.unwrap_or_default(),
             ..FitSpec::new(model?)
         })
     }

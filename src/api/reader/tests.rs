@@ -234,7 +234,7 @@ fn faults_of_the_spec_are_pointed_at() {
         (beside(r#""node_uncertainty":{"position":-1,"height":0}"#), "/node_uncertainty/position"),
         (beside(r#""include":["everything"]"#), "/include/0"),
         (beside(r#""include":"residuals""#), "/include"),
-        (beside(r#""filters":[]"#), "/filters"),
+        (beside(r#""filter":[]"#), "/filter"),
         (beside(r#""scaling":"none","scaling":"none""#), "/scaling"),
     ] {
         assert_eq!(pointers(&with_spec(&spec)), [expected], "{spec}");

@@ -7,7 +7,7 @@ mod node_file;
 mod numbers;
 mod report;
 mod story;
-mod table;
+pub(super) mod table;
 mod traces;
 
 use std::{

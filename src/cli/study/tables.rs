@@ -1,0 +1,97 @@
+//! A study as text.
+
+use std::fmt::Write;
+
+use crate::{
+    api::study_result::{Quartiles, RandomizationResult, RegularizedReference},
+    cli::demo::table::Table,
+};
+
+/// Everything a person wants to see of a study.
+pub fn text(result: &RandomizationResult) -> String {
+    let mut out = String::new();
+    let list = |values: &[f64]| values.iter().map(|x| format!("{x:.3e}")).collect::<Vec<_>>().join(", ");
+    // writing to a string cannot fail
+    let _ = writeln!(out, "Randomisation of X: {} rows, columns {}", result.count, result.terms.join(", "));
+    let _ = writeln!(
+        out,
+        "A = ({}), σ = {:.3e}, {} repetitions, seed {}",
+        list(&result.coefficients),
+        result.noise_sigma,
+        result.repetitions,
+        result.seed
+    );
+    let _ = writeln!(out, "eigenvalues of XᵀX: {}", list(&result.eigenvalues));
+    if let (Some(low), Some(high)) = (result.smallest_correlation, result.largest_correlation) {
+        let _ = writeln!(out, "|correlation| of columns that vary: {low:.4} to {high:.6}");
+    }
+    let _ = writeln!(out, "{}\n", result.remark);
+    let mut table = Table::new(["k", "cond", "log10 det", "‖A−Â‖²", "quartiles", "", "RSS", "RSS on X̃"], 0);
+    for level in &result.levels {
+        let bias = |field: fn(Quartiles) -> f64| number(level.bias_norm_squared.map(field));
+        table.row([
+            format!("{:.3e}", level.level),
+            median(level.condition),
+            level.log10_determinant.map_or_else(String::new, |q| format!("{:.2}", q.median)),
+            median(level.bias_norm_squared),
+            bias(|q| q.q1),
+            bias(|q| q.q3),
+            median(level.rss),
+            median(level.fitted_rss),
+        ]);
+    }
+    let _ = writeln!(out, "{table}");
+    let mut table = Table::new(["estimate", "λ* by", "cond", "log10 det", "‖A−Â‖²", "quartiles", "", "RSS"], 2);
+    let plain = &result.references.least_squares;
+    let determinant = |q: Option<Quartiles>| q.map_or_else(String::new, |q| format!("{:.2}", q.median));
+    let cells = |name: &str, by: String, [condition, log, bias, rss]: [Option<Quartiles>; 4]| {
+        [
+            name.to_owned(),
+            by,
+            median(condition),
+            determinant(log),
+            median(bias),
+            number(bias.map(|q| q.q1)),
+            number(bias.map(|q| q.q3)),
+            median(rss),
+        ]
+    };
+    table.row(cells(
+        "least squares",
+        String::new(),
+        [plain.condition, plain.log10_determinant, plain.bias_norm_squared, plain.rss],
+    ));
+    let references: [(&str, Option<&RegularizedReference>); 3] = [
+        ("spectral, first order", result.references.spectral_first_order.as_ref()),
+        ("spectral, exact", result.references.spectral_exact.as_ref()),
+        ("ridge", Some(&result.references.ridge)),
+    ];
+    for (name, reference) in references {
+        for choice in reference.iter().flat_map(|reference| &reference.choices) {
+            let by = serde_json::to_string(&choice.criterion).unwrap_or_default();
+            let figures = [choice.condition, choice.log10_determinant, choice.bias_norm_squared, choice.rss];
+            table.row(cells(name, by.trim_matches('"').to_owned(), figures));
+        }
+    }
+    let _ = writeln!(out, "{table}");
+    if let Some(optimum) = &result.optimum {
+        let condition = optimum.condition_ratio.map_or_else(String::new, |r| format!(", condition {r:.3e} times less"));
+        let _ = writeln!(
+            out,
+            "best level k = {:.3e}: median ‖A−Â‖² {:.3} times less than least squares{condition}",
+            optimum.level, optimum.error_ratio
+        );
+    }
+    for warning in &result.warnings {
+        let _ = writeln!(out, "warning: {}", warning.message);
+    }
+    out
+}
+
+fn median(summary: Option<Quartiles>) -> String {
+    number(summary.map(|q| q.median))
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |x| format!("{x:.3e}"))
+}

@@ -1,0 +1,82 @@
+//! What filters a caller may ask for, as plain values; ranges were checked at the door, [`super::Plan`] checks the
+//! rest against the nodes.
+
+/// One filter; filters are applied in the order asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// Peaks are found by the distance from the median of a window.
+    Hampel(Hampel),
+    /// Low-pass with a Gaussian weighting function.
+    Gaussian(Gaussian),
+    /// Low-pass by a smoothing spline.
+    Spline(Spline),
+}
+
+impl Filter {
+    /// The contract's name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Filter::Hampel(_) => "hampel",
+            Filter::Gaussian(_) => "gaussian",
+            Filter::Spline(_) => "spline",
+        }
+    }
+}
+
+/// A node is a peak when it differs from the median of its window by more than `threshold · S`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hampel {
+    /// Nodes of the window, odd and at least 3; on a grid without `axis`, of each side of a square.
+    pub window: usize,
+    /// Not negative; in robust standard deviations.
+    pub threshold: f64,
+    /// What becomes of a peak.
+    pub action: Action,
+    /// On a grid, the axis along which windows lie; a square of both when not given.
+    pub axis: Option<FilterAxis>,
+}
+
+/// What becomes of a peak.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Action {
+    /// It takes the median of its window.
+    #[default]
+    Replace,
+    /// It counts as missing from there on.
+    Remove,
+}
+
+/// Gaussian profile filter: linear (ISO 16610-21) or robust (ISO 16610-31).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gaussian {
+    /// Needed on a grid; a curve has `u` only.
+    pub axis: Option<FilterAxis>,
+    /// λc, in the unit of the axis: a wave of this length is halved.
+    pub cutoff: f64,
+    /// The order of the robust regression; `None` for the linear filter.
+    pub robust: Option<Order>,
+}
+
+/// Order of the polynomial that is fitted under the window of the robust filter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    Zero,
+    #[default]
+    Two,
+}
+
+/// Spline profile filter (ISO 16610-22).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spline {
+    /// Needed on a grid; a curve has `u` only.
+    pub axis: Option<FilterAxis>,
+    /// λc, in the unit of the axis: a wave of this length is halved.
+    pub cutoff: f64,
+}
+
+/// The axis along which a filter runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilterAxis {
+    U,
+    V,
+}

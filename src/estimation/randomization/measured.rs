@@ -1,0 +1,56 @@
+//! A study's matrix and, where it is not given, its A from measured nodes.
+
+use crate::{
+    estimation::{
+        accumulate::Row,
+        design::Design,
+        error::FitError,
+        fit::fit,
+        nodes::Nodes,
+        sample::Sample,
+        spec::{FitSpec, Regularization},
+    },
+    numerics::{Dd, Real},
+};
+
+/// What nodes and a model give to a study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Rows of the measurement matrix in the caller's columns, rounded to doubles; those of a weighted node times √weight.
+    pub x: Vec<Vec<f64>>,
+    pub labels: Vec<String>,
+    /// The least-squares estimate of the nodes' heights.
+    pub coefficients: Vec<f64>,
+    /// σ̂ of that fit; `None` without degrees of freedom.
+    pub sigma: Option<f64>,
+}
+
+impl Measured {
+    /// Evaluates the model of `spec` at the counted nodes and fits it to their heights.
+    pub fn new(nodes: &Nodes, spec: &FitSpec) -> Result<Self, FitError> {
+        let plain = FitSpec { regularization: Regularization::None, filters: Vec::new(), ..spec.clone() };
+        let fitted = fit(nodes, &plain)?;
+        let sample = Sample::new(nodes);
+        let design = Design::new(nodes, &sample, spec)?;
+        let change = design.change_of_basis();
+        let n = design.size();
+        let mut row = Row::<Dd>::new(&design);
+        let x = (0..sample.count())
+            .map(|k| {
+                row.at(&design, &sample, k);
+                let root = sample.w(k).sqrt();
+                let entry = |j: usize| {
+                    let terms = row.index.iter().zip(&row.values);
+                    root * terms.fold(Dd::ZERO, |sum, (&i, &w)| w.fma(change[(i, j)], sum)).to_f64()
+                };
+                (0..n).map(entry).collect()
+            })
+            .collect();
+        Ok(Measured {
+            x,
+            labels: design.labels,
+            coefficients: fitted.coefficients.iter().map(|c| c.least_squares).collect(),
+            sigma: fitted.residuals.sigma,
+        })
+    }
+}

@@ -1,0 +1,115 @@
+//! What a study found.
+
+use super::references::References;
+use crate::{
+    estimation::{result::Warning, spec::Criterion},
+    numerics::quantiles::quantile,
+};
+
+/// Everything a study found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyResult {
+    /// Of XᵀX, ascending; 0 where not told from 0.
+    pub eigenvalues: Vec<f64>,
+    /// Least and largest |Pearson correlation| of two columns that vary; `None` with fewer than two of them.
+    pub smallest_correlation: Option<f64>,
+    pub largest_correlation: Option<f64>,
+    /// |V₁ᵀA|/‖A‖, the share of A along the eigenvector of the smallest eigenvalue; `None` for A = 0.
+    pub along_smallest: Option<f64>,
+    pub levels: Vec<LevelResult>,
+    pub references: References,
+    /// The level of least median error; `None` where no level has one.
+    pub optimum: Option<Optimum>,
+    pub warnings: Vec<Warning>,
+}
+
+/// Median and quartiles over the repetitions (interpolated linearly between order statistics).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Summary {
+    pub median: f64,
+    pub q1: f64,
+    pub q3: f64,
+}
+
+impl Summary {
+    /// Of all values; `None` as soon as one of them does not exist.
+    pub fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+        let mut values: Vec<f64> = values.collect();
+        if values.is_empty() || values.iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        values.sort_unstable_by(f64::total_cmp);
+        let at = |p| quantile(&values, p);
+        Some(Summary { median: at(0.5), q1: at(0.25), q3: at(0.75) })
+    }
+}
+
+/// What one way of estimating comes to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// Of the (randomised, regularised) Fisher information matrix.
+    pub condition: Option<Summary>,
+    pub log10_determinant: Option<Summary>,
+    /// ‖A − Â‖².
+    pub bias_norm_squared: Option<Summary>,
+    /// ‖y − X Â‖² with the X that was not randomised.
+    pub rss: Option<Summary>,
+}
+
+/// One level of randomisation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelResult {
+    /// k.
+    pub level: f64,
+    pub figures: Figures,
+    /// ‖y − X̃ Â_R‖², what the randomised fit itself sees.
+    pub fitted_rss: Option<Summary>,
+}
+
+impl LevelResult {
+    pub(super) fn complete(&self) -> bool {
+        let f = &self.figures;
+        [f.condition, f.log10_determinant, f.bias_norm_squared, f.rss, self.fitted_rss].iter().all(Option::is_some)
+    }
+}
+
+/// A regularised estimate with one criterion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReferenceChoice {
+    pub criterion: Criterion,
+    /// λ* of the spectral schemes, k of ridge; `None` where nothing was regularised.
+    pub lambda_star: Option<Summary>,
+    pub figures: Figures,
+}
+
+/// A way of regularising, with every criterion that has an answer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// L; `None` for ridge.
+    pub count: Option<usize>,
+    pub choices: Vec<ReferenceChoice>,
+}
+
+/// The level of least median ‖A − Â_R‖².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Optimum {
+    pub level: f64,
+    /// Median ‖A − Â‖² of least squares over that of this level.
+    pub error_ratio: f64,
+    /// cond(XᵀX) over the median cond(X̃ᵀX̃) of this level.
+    pub condition_ratio: Option<f64>,
+}
+
+pub(super) fn optimum(levels: &[LevelResult], least_squares: &Figures) -> Option<Optimum> {
+    let median = |summary: Option<Summary>| summary.map(|s| s.median);
+    let (best, error) = levels
+        .iter()
+        .filter_map(|level| median(level.figures.bias_norm_squared).map(|error| (level, error)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?).filter(|r| r.is_finite());
+    Some(Optimum {
+        level: best.level,
+        error_ratio: ratio(median(least_squares.bias_norm_squared), Some(error))?,
+        condition_ratio: ratio(median(least_squares.condition), median(best.figures.condition)),
+    })
+}

@@ -1,0 +1,159 @@
+//! What a study is run with, checked.
+
+use crate::estimation::error::Faults;
+
+/// Products `levels · repetitions · rows · columns²` that a study may take.
+pub const MOST_WORK: usize = 300_000_000;
+/// Most repetitions and most levels.
+pub const MOST_REPETITIONS: usize = 10_000;
+pub const MOST_LEVELS: usize = 200;
+
+/// Columns in which norms, eigenvalues and λ* are understood.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ColumnScaling {
+    /// As they are: the paper's.
+    #[default]
+    None,
+    /// Divided by their lengths, coefficients multiplied by them.
+    UnitLength,
+}
+
+/// What was asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup {
+    /// Rows of X.
+    pub x: Vec<Vec<f64>>,
+    /// A.
+    pub coefficients: Vec<f64>,
+    /// σ of a height.
+    pub noise_sigma: f64,
+    /// k, in the order of the answer.
+    pub levels: Vec<f64>,
+    pub repetitions: usize,
+    pub seed: u64,
+    pub scaling: ColumnScaling,
+}
+
+/// A checked setup, in the columns in which it is computed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Study {
+    /// Row by row.
+    pub(super) x: Vec<f64>,
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    pub(super) coefficients: Vec<f64>,
+    /// σ_signal of each column.
+    pub(super) deviation: Vec<f64>,
+    pub(super) noise_sigma: f64,
+    pub(super) levels: Vec<f64>,
+    pub(super) repetitions: usize,
+    pub(super) seed: u64,
+}
+
+impl Study {
+    /// Checks everything; faults have the pointers of a request's fields.
+    pub fn new(setup: Setup) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        let (rows, columns) = (setup.x.len(), setup.x.first().map_or(0, Vec::len));
+        if rows == 0 || columns == 0 {
+            faults.push("/x", "the matrix is empty");
+        }
+        for (i, row) in setup.x.iter().enumerate().filter(|(_, row)| row.len() != columns) {
+            faults.push(format!("/x/{i}"), format!("{} entries, but the first row has {columns}", row.len()));
+        }
+        if rows < columns {
+            faults.push("/x", format!("{columns} coefficients cannot be told from {rows} rows"));
+        }
+        if setup.coefficients.len() != columns {
+            faults.push(
+                "/coefficients",
+                format!("{} entries, but the matrix has {columns} columns", setup.coefficients.len()),
+            );
+        }
+        if !(setup.noise_sigma >= 0.0 && setup.noise_sigma.is_finite()) {
+            faults.push("/noise_sigma", format!("{} is not a deviation: 0 or more", setup.noise_sigma));
+        }
+        if setup.levels.is_empty() || setup.levels.len() > MOST_LEVELS {
+            faults.push("/levels", format!("{} levels; 1 to {MOST_LEVELS} can be asked for", setup.levels.len()));
+        }
+        for (i, level) in setup.levels.iter().enumerate().filter(|(_, k)| !(**k >= 0.0 && k.is_finite())) {
+            faults.push(format!("/levels/{i}"), format!("{level} is not a ratio of deviations: 0 or more"));
+        }
+        if setup.repetitions == 0 || setup.repetitions > MOST_REPETITIONS {
+            faults.push(
+                "/repetitions",
+                format!("{} repetitions; 1 to {MOST_REPETITIONS} can be asked for", setup.repetitions),
+            );
+        }
+        let work =
+            [setup.repetitions, rows, columns, columns].into_iter().fold(setup.levels.len(), usize::saturating_mul);
+        if faults.is_empty() && work > MOST_WORK {
+            faults.push(
+                "/repetitions",
+                format!(
+                    "{} levels × {} repetitions × {rows} rows × {columns}² columns are {work}, more than the {MOST_WORK} \
+                     that a study may take",
+                    setup.levels.len(),
+                    setup.repetitions
+                ),
+            );
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let mut study = Study {
+            x: setup.x.concat(),
+            rows,
+            columns,
+            coefficients: setup.coefficients,
+            deviation: Vec::new(),
+            noise_sigma: setup.noise_sigma,
+            levels: setup.levels,
+            repetitions: setup.repetitions,
+            seed: setup.seed,
+        };
+        if setup.scaling == ColumnScaling::UnitLength {
+            study.divide_by_lengths();
+        }
+        study.deviation = (0..columns).map(|j| study.deviation_of(j)).collect();
+        let range = 1e-140..1e140;
+        for (j, coefficient) in study.coefficients.iter_mut().enumerate() {
+            let largest = study.x.iter().skip(j).step_by(columns).map(|x| x.abs()).fold(0.0, f64::max);
+            if !coefficient.is_finite() || coefficient.abs() > 1e140 || (largest > 0.0 && !range.contains(&largest)) {
+                faults.push(
+                    "/x",
+                    format!("squares in column {j} leave the range of double precision: choose another unit"),
+                );
+            }
+        }
+        faults.into_result(study)
+    }
+
+    fn column(&self, j: usize) -> impl Iterator<Item = f64> {
+        self.x.iter().skip(j).step_by(self.columns).copied()
+    }
+
+    fn divide_by_lengths(&mut self) {
+        for j in 0..self.columns {
+            let largest = self.column(j).map(f64::abs).fold(0.0, f64::max);
+            if largest > 0.0 {
+                let length = largest * self.column(j).map(|x| (x / largest).powi(2)).sum::<f64>().sqrt();
+                self.x.iter_mut().skip(j).step_by(self.columns).for_each(|x| *x /= length);
+                self.coefficients[j] *= length;
+            }
+        }
+    }
+
+    /// √mean((x − x̄)²); exactly 0 for a column that does not vary.
+    fn deviation_of(&self, j: usize) -> f64 {
+        let mut column = self.column(j);
+        let first = column.next().unwrap_or(0.0);
+        if column.all(|x| x == first) {
+            return 0.0;
+        }
+        let m = self.rows as f64;
+        // about the first entry, so that a small spread on a large level keeps its digits
+        let mean = self.column(j).map(|x| (x - first) / m).sum::<f64>();
+        (self.column(j).map(|x| (x - first - mean).powi(2)).sum::<f64>() / m).sqrt()
+    }
+}

@@ -1,0 +1,214 @@
+//! The study against plain normal equations, and laws that its figures obey.
+
+use super::*;
+use crate::numerics::Dd;
+
+fn setup() -> Setup {
+    let x = (0..20)
+        .map(|i| {
+            let t = 0.5 + 0.1 * f64::from(i);
+            vec![1.0, t, t * t]
+        })
+        .collect();
+    Setup {
+        x,
+        coefficients: vec![1.0, -2.0, 0.5],
+        noise_sigma: 0.1,
+        levels: vec![0.0, 0.01, 0.3],
+        repetitions: 40,
+        seed: 11,
+        scaling: ColumnScaling::None,
+    }
+}
+
+fn study(change: impl FnOnce(&mut Setup)) -> Study {
+    let mut setup = setup();
+    change(&mut setup);
+    Study::new(setup).unwrap()
+}
+
+/// (XᵀX)⁻¹Xᵀy and what belongs to it, in double-double by elimination.
+struct Plain {
+    a: Vec<f64>,
+    determinant: f64,
+}
+
+fn plain(x: &[Vec<f64>], y: &[f64]) -> Plain {
+    let n = x[0].len();
+    let dot = |f: &dyn Fn(usize) -> f64, g: &dyn Fn(usize) -> f64| {
+        (0..x.len()).fold(Dd::ZERO, |sum, i| sum + Dd::product(f(i), g(i)))
+    };
+    let mut a: Vec<Vec<Dd>> = (0..n)
+        .map(|i| {
+            let mut row: Vec<Dd> = (0..n).map(|j| dot(&|k| x[k][i], &|k| x[k][j])).collect();
+            row.push(dot(&|k| x[k][i], &|k| y[k]));
+            row
+        })
+        .collect();
+    let mut determinant = Dd::ONE;
+    for k in 0..n {
+        let pivot = a[k].clone();
+        determinant *= pivot[k];
+        for (i, row) in a.iter_mut().enumerate().filter(|(i, _)| *i != k) {
+            let factor = row[k] / pivot[k];
+            row.iter_mut().zip(&pivot).for_each(|(r, p)| *r -= factor * *p);
+            assert!(i != k);
+        }
+    }
+    Plain { a: (0..n).map(|i| (a[i][n] / a[i][i]).to_f64()).collect(), determinant: determinant.to_f64() }
+}
+
+/// One repetition, written out: the same draws, the estimate as a difference of vectors.
+#[test]
+fn a_level_is_what_it_is_defined_as() {
+    let study = study(|s| (s.levels, s.repetitions) = (vec![0.2], 1));
+    let result = run(&study).unwrap();
+    let mut normals = normal::Normals::new(11, 0);
+    let e: Vec<f64> = normals.take(20).iter().map(|g| 0.1 * g).collect();
+    let g = normals.take(60);
+    let setup = setup();
+    let (mean, m) = (|j: usize| setup.x.iter().map(|row| row[j]).sum::<f64>() / 20.0, 20.0);
+    let deviation: Vec<f64> =
+        (0..3).map(|j| (setup.x.iter().map(|row| (row[j] - mean(j)).powi(2)).sum::<f64>() / m).sqrt()).collect();
+    let randomised: Vec<Vec<f64>> = (0..20)
+        .map(|i| (0..3).map(|j| setup.x[i][j] + if j == 0 { 0.0 } else { 0.2 * deviation[j] * g[3 * i + j] }).collect())
+        .collect();
+    let predict = |x: &[Vec<f64>], a: &[f64]| -> Vec<f64> {
+        x.iter().map(|row| row.iter().zip(a).map(|(x, a)| x * a).sum()).collect()
+    };
+    let y: Vec<f64> = predict(&setup.x, &setup.coefficients).iter().zip(&e).map(|(y, e)| y + e).collect();
+    let solved = plain(&randomised, &y);
+    let close = |got: Option<Summary>, want: f64| {
+        let got = got.unwrap().median;
+        assert!((got - want).abs() <= 1e-9 * want.abs(), "{got} {want}");
+    };
+    let figures = &result.levels[0].figures;
+    let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    close(figures.bias_norm_squared, squares(&solved.a, &setup.coefficients));
+    close(figures.rss, squares(&y, &predict(&setup.x, &solved.a)));
+    close(result.levels[0].fitted_rss, squares(&y, &predict(&randomised, &solved.a)));
+    close(figures.log10_determinant, solved.determinant.log10());
+    let least_squares = plain(&setup.x, &y);
+    let reference = &result.references.least_squares;
+    close(reference.bias_norm_squared, squares(&least_squares.a, &setup.coefficients));
+    close(reference.rss, squares(&y, &predict(&setup.x, &least_squares.a)));
+    close(reference.log10_determinant, least_squares.determinant.log10());
+    // ridge with k: (XᵀX + kI) a = Xᵀy is least squares with √k I below
+    for choice in &result.references.ridge.choices {
+        let k = choice.lambda_star.unwrap().median;
+        let mut below = setup.x.clone();
+        (0..3).for_each(|j| below.push((0..3).map(|i| if i == j { k.sqrt() } else { 0.0 }).collect()));
+        let mut z = y.clone();
+        z.extend([0.0; 3]);
+        let ridge = plain(&below, &z);
+        close(choice.figures.bias_norm_squared, squares(&ridge.a, &setup.coefficients));
+        close(choice.figures.rss, squares(&y, &predict(&setup.x, &ridge.a)));
+        close(choice.figures.log10_determinant, ridge.determinant.log10());
+    }
+    assert_eq!(result.references.ridge.choices.len(), 4, "every criterion but min_condition");
+}
+
+#[test]
+fn level_0_is_least_squares() {
+    let result = run(&study(|_| ())).unwrap();
+    let (level, reference) = (&result.levels[0].figures, &result.references.least_squares);
+    for (a, b) in [
+        (level.condition, reference.condition),
+        (level.log10_determinant, reference.log10_determinant),
+        (level.bias_norm_squared, reference.bias_norm_squared),
+        (level.rss, reference.rss),
+    ] {
+        let (a, b) = (a.unwrap(), b.unwrap());
+        assert!(
+            [(a.median, b.median), (a.q1, b.q1), (a.q3, b.q3)].iter().all(|(a, b)| (a - b).abs() <= 1e-8 * b.abs())
+        );
+    }
+}
+
+#[test]
+fn equal_seeds_give_equal_studies_whatever_the_threads() {
+    let result = run(&study(|_| ())).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert_eq!(pool.install(|| run(&study(|_| ())).unwrap()), result);
+    assert_ne!(run(&study(|s| s.seed = 12)).unwrap(), result);
+    // further levels and repetitions do not change what the others draw
+    let fewer = run(&study(|s| s.levels = vec![0.3])).unwrap();
+    assert_eq!(fewer.levels[0], result.levels[2]);
+}
+
+/// Columns so close that doubles cannot hold their difference from dependence to any digit.
+#[test]
+fn near_dependence_keeps_its_digits() {
+    let x: Vec<Vec<f64>> = (0..12)
+        .map(|i| {
+            let t = f64::from(i) - 5.5;
+            vec![t, t + 1e-9 * f64::from(i % 3 - 1)]
+        })
+        .collect();
+    let a = vec![1.0, 1.0];
+    let result = run(&study(|s| {
+        (s.x, s.coefficients, s.levels, s.repetitions) = (x.clone(), a.clone(), vec![0.0], 3);
+    }))
+    .unwrap();
+    // in double-double: det and trace of XᵀX
+    let dot = |i: usize, j: usize| x.iter().fold(Dd::ZERO, |sum, row| sum + Dd::product(row[i], row[j]));
+    let determinant = (dot(0, 0) * dot(1, 1) - dot(0, 1) * dot(0, 1)).to_f64();
+    let trace = (dot(0, 0) + dot(1, 1)).to_f64();
+    let condition = trace * trace / determinant;
+    let got = result.levels[0].figures.condition.unwrap().median;
+    assert!((got / condition - 1.0).abs() < 1e-9, "{got:e} {condition:e}");
+    let base = result.references.least_squares.condition.unwrap().median;
+    assert!((base / condition - 1.0).abs() < 1e-9, "{base:e} {condition:e}");
+    let (level, reference) = (&result.levels[0].figures, &result.references.least_squares);
+    let (p, q) = (level.bias_norm_squared.unwrap().median, reference.bias_norm_squared.unwrap().median);
+    assert!((p / q - 1.0).abs() < 1e-8, "{p:e} {q:e}");
+    assert!(result.along_smallest.unwrap() < 1e-8 && result.smallest_correlation.unwrap() > 0.999_999);
+}
+
+#[test]
+fn dependent_columns_are_told_not_invented() {
+    let result = run(&study(|s| s.x.iter_mut().for_each(|row| row[2] = 2.0 * row[1]))).unwrap();
+    assert!(result.references.spectral_exact.is_none() && result.references.least_squares.condition.is_none());
+    assert!(result.levels[0].figures.condition.is_none() && result.levels[2].figures.condition.is_some());
+    assert!(result.references.least_squares.bias_norm_squared.is_some());
+    let codes: Vec<_> = result.warnings.iter().map(|w| w.code).collect();
+    assert_eq!(codes, ["dependent_columns", "rank_deficient"]);
+}
+
+#[test]
+fn unit_length_takes_units_away() {
+    let scaled = |factor: f64| {
+        run(&study(|s| {
+            s.scaling = ColumnScaling::UnitLength;
+            s.x.iter_mut().for_each(|row| row[2] *= factor);
+            s.coefficients[2] /= factor;
+        }))
+        .unwrap()
+    };
+    let (a, b) = (scaled(1.0), scaled(1024.0));
+    let median = |r: &StudyResult| r.levels[2].figures.bias_norm_squared.unwrap().median;
+    assert!((median(&a) / median(&b) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn impossible_studies_are_refused_by_field() {
+    type Change = fn(&mut Setup);
+    let cases: [(Change, &str); 10] = [
+        (|s| s.x.clear(), "/x"),
+        (|s| s.x[4] = vec![1.0], "/x/4"),
+        (|s| s.x.truncate(2), "/x"),
+        (|s| s.coefficients = vec![1.0], "/coefficients"),
+        (|s| s.noise_sigma = -1.0, "/noise_sigma"),
+        (|s| s.levels.clear(), "/levels"),
+        (|s| s.levels[1] = -0.1, "/levels/1"),
+        (|s| s.repetitions = 0, "/repetitions"),
+        (|s| s.repetitions = 10_001, "/repetitions"),
+        (|s| (s.repetitions, s.x) = (10_000, vec![vec![1.0, 2.0, 3.0]; 1200]), "/repetitions"),
+    ];
+    for (change, pointer) in cases {
+        let mut setup = setup();
+        change(&mut setup);
+        let faults = Study::new(setup).unwrap_err();
+        assert_eq!(faults.list()[0].pointer, pointer);
+    }
+}

@@ -1,0 +1,30 @@
+//! `POST /v1/studies/randomization`: numerical experiments; nothing is stored.
+
+use axum::{extract::State, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::{body::Payload, fits::json, state::AppState};
+use crate::api::{
+    problem::Problem,
+    study::{self, RandomizationRequest},
+    study_result::RandomizationResult,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(study_randomization))
+}
+
+/// Randomises a measurement matrix over a range of levels and compares with regularised estimates; stores nothing.
+#[utoipa::path(
+    post, path = "/v1/studies/randomization", operation_id = "study_randomization", tag = "studies",
+    request_body(content = RandomizationRequest, description = "What is randomised, and how."),
+    responses((status = 200, description = "Medians and quartiles by level, and the references.", body = RandomizationResult))
+)]
+async fn study_randomization(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let limit = state.settings.body_limit;
+    let answer = state
+        .pool
+        .run(move || study::answer(&payload.into_json(limit)?)?.to_json().map_err(Problem::internal))
+        .await??;
+    Ok(json(answer))
+}
