@@ -4,7 +4,7 @@
 //! the tests read every text into it and write it again to the same bytes. Each record is taken apart completely, so a field
 //! that is added to the domain's result and not written here does not compile.
 //!
-//! That numbers are finite has been looked at by the fit ([`crate::estimation::sound`]); the writer only refuses to write one
+//! That numbers are finite has been looked at by the fit (`estimation::sound`); the writer only refuses to write one
 //! that is not.
 
 use std::sync::Arc;

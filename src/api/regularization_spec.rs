@@ -86,7 +86,7 @@ pub struct TikhonovRegularization {
     /// k.
     #[schema(minimum = 0, maximum = 3)]
     pub order: usize,
-    /// [w_u, w_v] for a surface, [w] for a curve or a linear model; none negative, one positive. Default all 1.
+    /// `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; none negative, one positive. Default all 1.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1, max_items = 2)]
     pub weights: Option<Vec<f64>>,

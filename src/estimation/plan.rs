@@ -99,10 +99,13 @@ fn same(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
-/// The plans made last, the latest used one first. Clones share them.
+/// The latest used one first.
+type Kept = Vec<(Key, Arc<Plan>)>;
+
+/// The plans made last. Clones share them.
 #[derive(Clone, Default)]
 pub struct Plans {
-    kept: Arc<Mutex<Vec<(Key, Arc<Plan>)>>>,
+    kept: Arc<Mutex<Kept>>,
 }
 
 impl std::fmt::Debug for Plans {

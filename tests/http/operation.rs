@@ -53,7 +53,8 @@ async fn metrics_count_requests_by_route_and_status() {
         r#"path="unmatched",status="404""#,
         r#"flankfit_http_request_duration_seconds_bucket{method="POST",path="/v1/fits",status="200""#,
         r#"flankfit_fit_duration_seconds_bucket{size="le_100""#,
-        "flankfit_fit_queue_depth 0",
+        // other tests of this process may have fits waiting
+        "\nflankfit_fit_queue_depth ",
     ] {
         assert!(answer.text.contains(line), "{line}\n{}", answer.text);
     }

@@ -1,14 +1,14 @@
 //! Filters of the nodes before a fit: nodes in, nodes out, and what that did.
 //!
 //! Measured flanks carry peaks and roughness. Filters take them away before the model is fitted, in the order asked
-//! for: [`hampel`] finds peaks, [`gaussian`] (ISO 16610-21 and -31) and [`spline`] (ISO 16610-22) keep the long waves. Cut-offs are
+//! for: `hampel` finds peaks, `gaussian` (ISO 16610-21 and -31) and `spline` (ISO 16610-22) keep the long waves. Cut-offs are
 //! in the unit of the axis; the result of a Gaussian or spline filter is the low-pass part (waviness and form).
 //!
 //! Conventions: filters see heights only. A node that is missing (null, marked invalid, of weight 0, removed by
 //! an earlier filter) has no weight under any window and stays missing; other node weights say how certain a height is
 //! in the fit, and do not enter here. The nodes stored are those posted: filters belong to what is asked of a fit.
 //!
-//! The paper (section 4) warns that filtering raises collinearity; [`columns`] says by how much.
+//! The paper (section 4) warns that filtering raises collinearity; `columns` says by how much.
 
 pub mod columns;
 mod gaussian;

@@ -1,4 +1,4 @@
-//! What filters a caller may ask for, as plain values; ranges were checked at the door, [`super::Plan`] checks the
+//! What filters a caller may ask for, as plain values; ranges were checked at the door, applying them checks the
 //! rest against the nodes.
 
 /// One filter; filters are applied in the order asked for.

@@ -13,7 +13,7 @@
 //!
 //! *Without cancellation.* `D = A − Â_R` solves `X̃ D ≈ (X̃ − X) A − e`, so it is computed itself, never as a difference of two
 //! estimates; arithmetic is of twice the precision where X̃ is so near to dependence that doubles would not do.
-//! *Reproducible.* Repetition r draws from stream r of the seed ([`normal`]): first e, then the changes of X row by row, the
+//! *Reproducible.* Repetition r draws from stream r of the seed (`normal`): first e, then the changes of X row by row, the
 //! same for every level. Repetitions are computed in parallel and gathered in order.
 
 mod measured;
@@ -34,7 +34,7 @@ pub use self::{
 use self::{references::Base, repetition::Outcome};
 use super::{error::FitError, result::Warning};
 
-/// Runs a study. Processor work, bounded by [`setup::MOST_WORK`].
+/// Runs a study. Processor work, bounded by `setup::MOST_WORK`.
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
     let base = Base::new(study)?;
     let outcomes: Vec<Outcome> = (0..study.repetitions as u64)
