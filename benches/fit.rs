@@ -15,11 +15,16 @@ fn main() {
 const SHAPES: [(usize, usize); 4] = [(5, 9), (25, 40), (100, 100), (1000, 1000)];
 const DEGREES: [usize; 3] = [2, 3, 5];
 
-static CASES: [((usize, usize), usize); 12] = {
-    let mut cases = [((0, 0), 0); 12];
-    let mut i = 0;
-    while i < cases.len() {
-        cases[i] = (SHAPES[i / DEGREES.len()], DEGREES[i % DEGREES.len()]);
+/// All of them but 45 nodes at (5,5): five rows do not determine degree 5.
+static CASES: [((usize, usize), usize); 11] = {
+    let mut cases = [((0, 0), 0); 11];
+    let (mut i, mut filled) = (0, 0);
+    while i < SHAPES.len() * DEGREES.len() {
+        let (shape, degree) = (SHAPES[i / DEGREES.len()], DEGREES[i % DEGREES.len()]);
+        if shape.0 > degree {
+            cases[filled] = (shape, degree);
+            filled += 1;
+        }
         i += 1;
     }
     cases

@@ -203,8 +203,11 @@ pub fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warnin
         && here > there * (1.0 + 1e-9)
     {
         let factor = here / there;
-        let factor =
-            if factor.is_finite() { format!("{factor:.3e} times") } else { "infinitely many times".to_owned() };
+        let factor = match factor {
+            _ if factor < 1e4 => format!("{factor:.2} times"),
+            _ if factor.is_finite() => format!("{factor:.1e} times"),
+            _ => "infinitely many times".to_owned(),
+        };
         warnings.push(Warning {
             code: "worse_than_least_squares",
             message: format!(
