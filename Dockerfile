@@ -13,7 +13,7 @@ COPY .cargo .cargo
 RUN mkdir -p src benches \
  && echo 'fn main() {}' > src/main.rs \
  && touch src/lib.rs \
- && for bench in fit http store; do echo 'fn main() {}' > benches/$bench.rs; done \
+ && for bench in $(sed -n '/^\[\[bench\]\]$/ { n; s/^name = "\(.*\)"$/\1/p }' Cargo.toml); do echo 'fn main() {}' > benches/$bench.rs; done \
  && cargo build --release --locked
 
 # Then the program. The sources may be older than the empty ones that were just compiled, and cargo goes by time.

@@ -57,7 +57,8 @@ pub fn over(shape: (usize, usize), z: &[f64], present: &[bool], window: usize, t
     (0..nu)
         .into_par_iter()
         .flat_map_iter(|i| {
-            let mut here = Vec::with_capacity(window * window);
+            // no window holds more than the grid, however large it was asked for
+            let mut here = Vec::with_capacity(window.min(nu) * window.min(nv));
             let found: Vec<Peak> = (0..nv)
                 .filter(|j| present[i * nv + j])
                 .filter_map(|j| {

@@ -168,7 +168,9 @@ pub fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults> {
         distances.extend(moved);
         let largest = distances.iter().copied().fold(0.0, f64::max);
         let scale = if largest > 0.0 { largest } else { 1.0 };
-        let mean_square = distances.iter().map(|d| (d / scale).powi(2)).sum::<f64>() / counted.max(1) as f64;
+        // from 0: the sum of nothing is −0
+        let squares = distances.iter().fold(0.0, |sum, d| sum + (d / scale).powi(2));
+        let mean_square = squares / counted.max(1) as f64;
         reports.push(FilterReport {
             filter: *filter,
             changed: distances.len(),

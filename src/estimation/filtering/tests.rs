@@ -230,6 +230,27 @@ fn missing_nodes_have_no_say_and_stay_missing() {
     }
 }
 
+/// A window is as large as it is asked for, but holds no more than the grid and takes no more room.
+#[test]
+fn windows_beyond_the_grid_are_the_whole_grid() {
+    let (u, v) = (axis(12, 1.0), axis(9, 1.0));
+    let z: Vec<f64> = (0..108).map(|i| if i == 40 { 9.0 } else { 0.01 * (i as f64 * 1.3).sin() }).collect();
+    let grid = Nodes::grid(u, v, z, None, None).unwrap();
+    let peaks = |window| {
+        let filter = Filter::Hampel(Hampel { window, threshold: 6.0, action: Action::Replace, axis: None });
+        let report = steps::apply(&grid, &[filter]).unwrap().reports.remove(0);
+        assert_eq!(report.peaks.as_deref(), Some(&[40][..]), "{window}");
+        report
+    };
+    let whole = peaks(25);
+    for window in [10_000_001, (1 << 32) + 1, usize::MAX] {
+        assert_eq!(peaks(window).max_change, whole.max_change);
+    }
+    let nothing = Filter::Hampel(Hampel { window: 3, threshold: 1e300, action: Action::Replace, axis: None });
+    let untouched = steps::apply(&grid, &[nothing]).unwrap().reports.remove(0);
+    assert!(untouched.rms_change == 0.0 && untouched.rms_change.is_sign_positive());
+}
+
 #[test]
 fn peaks_are_replaced_or_removed() {
     let x = axis(30, 1.0);
