@@ -16,7 +16,7 @@ use nalgebra::DMatrix;
 
 use super::{
     accumulate::Row,
-    admission::within_range,
+    admission::{self, within_range},
     blocks::Form,
     design::{self, Axis, Basis, Boxes, Design},
     digits,
@@ -126,6 +126,7 @@ impl Recursive {
                 "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
             ));
         }
+        sums.columns_within_range()?;
         self.sums = Some(sums);
         Ok(())
     }
@@ -410,6 +411,21 @@ impl Sums {
             largest: self.largest[0],
             largest_plain: self.largest[1],
         }
+    }
+
+    /// Whether every later fit can take the caller's columns; a block that spoils them is refused, since it could not be
+    /// taken back.
+    fn columns_within_range(&self) -> Result<(), Faults> {
+        let beyond = || Faults::one("/nodes", "powers of these numbers leave the range of double precision");
+        let change = self.design.change_of_basis();
+        if !change.iter().all(|x| x.is_finite()) {
+            return Err(beyond());
+        }
+        let caller = triangular::multiply_upper(&self.triangle.r(), &change);
+        admission::columns_within_range(&self.design, &caller).map_err(|error| match error {
+            FitError::Invalid(faults) => faults,
+            _ => beyond(),
+        })
     }
 
     fn factor(&self, design: &Design, heights: &Heights) -> Result<Factor, FitError> {

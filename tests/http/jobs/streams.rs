@@ -145,6 +145,23 @@ async fn blocks_count_once_and_in_turn() {
     app.stop().await;
 }
 
+/// Nodes that no later fit could take would spoil the stream for ever: their block is refused and takes no turn.
+#[tokio::test]
+async fn numbers_whose_powers_are_no_doubles_are_refused_at_once() {
+    let mut app = TestApp::start().await;
+    let spec = json!({"model": {"type": "polynomial", "degree": [2, 2]}});
+    let stream = app.stream(&app.job().await, &spec).await;
+    let path = format!("{stream}/nodes");
+    for (u, weight) in [(1e200, 1.0), (1e120, 1.0), (31.0, 1e300)] {
+        let nodes = json!({"type": "scattered", "u": [u], "v": [1.0], "z": [1.0], "weight": [weight]});
+        let answer = app.post(&path, &json!({"sequence": 1, "nodes": nodes})).await;
+        assert_eq!(answer.problem(422, "invalid_request"), ["/nodes"], "{u} {weight}");
+    }
+    app.post(&path, &block(1, 0..20)).await.expect(200);
+    assert_eq!(app.get(&stream).await.expect(200).json()["node_count"], 20);
+    app.stop().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn of_two_clients_with_the_same_number_one_counts() {
     let mut app = TestApp::start().await;
