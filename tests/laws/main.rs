@@ -27,5 +27,6 @@ mod shrinkage;
 mod simulation;
 mod spectral;
 mod statistics;
+mod surfaces;
 mod tikhonov;
 mod units;
