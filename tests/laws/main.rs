@@ -15,6 +15,7 @@ mod hard;
 mod large;
 mod least_condition;
 mod nodes;
+mod opening;
 mod penalised;
 mod perturbation;
 mod plans;
