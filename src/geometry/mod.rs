@@ -8,8 +8,10 @@ pub mod b_spline;
 pub mod curve;
 pub mod mapping;
 pub mod polynomial;
+pub mod rational;
 pub mod space;
 pub mod surface;
 
 pub use b_spline::{BSplineBasis, KnotFault};
 pub use mapping::Mapping;
+pub use rational::WeightNet;
