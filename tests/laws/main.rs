@@ -16,6 +16,7 @@ mod large;
 mod least_condition;
 mod near;
 mod nodes;
+mod opening;
 mod penalised;
 mod perturbation;
 mod plans;
