@@ -7,6 +7,7 @@
 pub mod b_spline;
 pub mod curve;
 pub mod mapping;
+pub(crate) mod polar;
 pub mod polynomial;
 pub mod space;
 pub mod surface;
