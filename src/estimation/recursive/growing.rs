@@ -19,9 +19,9 @@ use crate::{
 };
 
 impl Sums {
-    /// Lets the working box grow where nodes fall outside of it and the caller fixed no domain.
-    pub fn make_room(&mut self, sample: &Sample, spec: &FitSpec) -> Result<(), Faults> {
-        let Model::Polynomial { .. } = &spec.model else { return Ok(()) };
+    /// Lets the working box grow where nodes fall outside of it and the caller fixed no domain; says whether it did.
+    pub fn make_room(&mut self, sample: &Sample, spec: &FitSpec) -> Result<bool, Faults> {
+        let Model::Polynomial { .. } = &spec.model else { return Ok(false) };
         let domain = spec.domain.unwrap_or_default();
         let (u, v) = design::bounding_box(sample);
         let old = self.boxes;
@@ -35,12 +35,12 @@ impl Sums {
         let surface = self.form == Form::Surface;
         let new = (grown(old.0, u, domain.u.is_some()), grown(old.1, v, domain.v.is_some() || !surface));
         if new == old {
-            return Ok(());
+            return Ok(false);
         }
         if ![new.0, new.1].as_flattened().iter().all(|x| x.is_finite()) {
             return Err(Faults::one("/nodes", "these abscissae leave the range of double precision"));
         }
-        let Basis::Product { u: axis_u, v: axis_v } = &self.design.basis else { return Ok(()) };
+        let Basis::Product { u: axis_u, v: axis_v } = &self.design.basis else { return Ok(false) };
         let (tu, tv) = (rebased(axis_u, old.0, new.0), rebased(axis_v, old.1, new.1));
         let n = self.design.size();
         let terms = &self.design.terms;
@@ -52,7 +52,7 @@ impl Sums {
         self.ones = (0..n).map(|j| (0..=j).fold(Dd::ZERO, |sum, i| sum + change[(i, j)] * self.ones[i])).collect();
         self.boxes = new;
         self.design = met_at(design::product_on(surface, &spec.model, new, new), "/nodes/type")?;
-        Ok(())
+        Ok(true)
     }
 }
 

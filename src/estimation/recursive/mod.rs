@@ -11,6 +11,7 @@
 //! The working basis must be chosen before the nodes are known. Where the caller gives a domain it lives there; else, for raw
 //! powers, on a box that grows with the nodes.
 
+mod caller_row;
 mod growing;
 mod kept;
 mod opening;
@@ -68,6 +69,8 @@ impl Recursive {
         if sample.count() == 0 {
             return Err(Faults::one(nodes.heights_pointer(), "every node is missing or of weight 0"));
         }
+        // the long look at the columns costs O(n³): it is for the first nodes on a box, and for nodes far from 1
+        let mut unusual = self.sums.is_none();
         let mut sums = match &self.sums {
             Some(sums) => {
                 sums.form.check(nodes)?;
@@ -82,7 +85,7 @@ impl Recursive {
             let surface = sums.form == Form::Surface;
             design::checked_domain(nodes, &sample, surface, self.spec.domain, design::bounding_box(&sample))?;
             design::within_knots(&sums.design, nodes, &sample)?;
-            sums.make_room(&sample, &self.spec)?;
+            unusual |= sums.make_room(&sample, &self.spec)?;
         }
         sums.add(&sample, self.forgetting, self.spec.node_uncertainty.is_some());
         if !sums.is_finite() {
@@ -91,7 +94,9 @@ impl Recursive {
                 "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
             ));
         }
-        sums.columns_within_range()?;
+        if unusual || !sums.are_plain(&sample) {
+            sums.columns_within_range()?;
+        }
         self.sums = Some(sums);
         Ok(())
     }

@@ -1,10 +1,11 @@
 //! What is kept of the nodes, and how one is added.
 
+use super::caller_row::CallerRow;
 use crate::{
     estimation::{
         accumulate::Row,
         blocks::Form,
-        design::{Axis, Basis, Boxes, Design},
+        design::{Boxes, Design},
         digits,
         sample::Sample,
         seen::Seen,
@@ -72,7 +73,7 @@ impl Sums {
         let n = self.design.size();
         let mut row = Row::<Dd>::new(&self.design);
         let mut x = vec![Dd::ZERO; n];
-        let mut slope = slopes.then(|| Slopes::new(&self.design));
+        let mut slope = slopes.then(|| CallerRow::new(&self.design));
         for k in 0..sample.count() {
             if forgetting < 1.0 {
                 self.triangle.scale(root_fading, fading);
@@ -95,7 +96,7 @@ impl Sums {
             self.largest[0] = self.largest[0].max(root.to_f64() * z.abs());
             self.largest[1] = self.largest[1].max(z.abs());
             if let Some(slope) = &mut slope {
-                slope.add(&self.design, sample, k, &mut self.seen.slopes);
+                slope.add_slopes(&self.design, sample, k, &mut self.seen.slopes);
             }
             self.look_at(sample, k, root.to_f64());
         }
@@ -120,38 +121,6 @@ impl Sums {
             if !digits::exact(x) {
                 seen.rounded_columns[j] = seen.rounded_columns[j].max(root * x.abs());
             }
-        }
-    }
-}
-
-/// Slopes of the caller's columns at a node.
-struct Slopes {
-    u: [Vec<f64>; 2],
-    v: [Vec<f64>; 2],
-}
-
-impl Slopes {
-    fn new(design: &Design) -> Self {
-        let zeros = |axis: &Axis| [vec![0.0; axis.size()], vec![0.0; axis.size()]];
-        match &design.basis {
-            Basis::Product { u, v } => Slopes { u: zeros(u), v: zeros(v) },
-            Basis::Columns { .. } => Slopes { u: Default::default(), v: Default::default() },
-        }
-    }
-
-    /// Adds `w ((∂x/∂u)² + (∂x/∂v)²)` of every column (w for entries that are posted themselves).
-    fn add(&mut self, design: &Design, sample: &Sample, k: usize, sums: &mut [f64]) {
-        let weight = sample.w(k);
-        let Basis::Product { u, v } = &design.basis else {
-            sums.iter_mut().for_each(|sum| *sum += weight);
-            return;
-        };
-        let (x, y) = sample.place(k);
-        let ([fu, du], [fv, dv]) = (&mut self.u, &mut self.v);
-        u.caller_row(x, fu, du);
-        v.caller_row(y, fv, dv);
-        for (sum, &(i, j)) in sums.iter_mut().zip(&design.terms) {
-            *sum += weight * ((du[i] * fv[j]).powi(2) + (fu[i] * dv[j]).powi(2));
         }
     }
 }

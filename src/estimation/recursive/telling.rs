@@ -1,6 +1,6 @@
 //! From what is kept to what a fit goes on with: design, heights, factor.
 
-use super::sums::Sums;
+use super::{caller_row::CallerRow, sums::Sums};
 use crate::{
     estimation::{
         admission,
@@ -10,6 +10,7 @@ use crate::{
         factor::{Factor, scaled_condition},
         residuals::Heights,
         result::Arithmetic,
+        sample::Sample,
         spec::{Domain, FitSpec},
     },
     numerics::{Dd, Real, triangular},
@@ -43,6 +44,12 @@ impl Sums {
             largest: self.largest[0],
             largest_plain: self.largest[1],
         }
+    }
+
+    /// Whether a look at the nodes alone shows that the caller's columns stay within range. O(n) a node.
+    pub fn are_plain(&self, sample: &Sample) -> bool {
+        let mut row = CallerRow::new(&self.design);
+        (0..sample.count()).all(|k| row.is_plain(&self.design, sample, k))
     }
 
     /// Whether every later fit can take the caller's columns; a block that spoils them is refused, since it could not be
