@@ -9,6 +9,8 @@
 //! Conventions: matrices are column-major `nalgebra::DMatrix`; triangular factors are upper; singular values ascend.
 //! Every result is a fixed sequence of operations: equal input gives equal bits.
 
+pub mod banded;
+pub mod condition;
 pub mod dd;
 pub mod givens;
 pub mod jacobi;
@@ -23,6 +25,7 @@ pub mod triangular;
 mod vector;
 pub mod wide;
 
+pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;
 pub use givens::Triangle;
 pub use jacobi::{Svd, svd, svd_dd};

@@ -17,4 +17,5 @@ mod ridge;
 mod robust;
 mod shrinkage;
 mod spectral;
+mod surfaces;
 mod tensor;

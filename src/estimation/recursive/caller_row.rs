@@ -2,6 +2,7 @@
 
 use crate::estimation::{
     design::{Axis, Basis, Design},
+    perturbation,
     sample::Sample,
 };
 
@@ -36,15 +37,13 @@ impl CallerRow {
         };
         self.at(u, v, sample.place(k));
         let ([fu, du], [fv, dv]) = (&self.u, &self.v);
-        for (sum, &(i, j)) in sums.iter_mut().zip(&design.terms) {
-            *sum += weight * ((du[i] * fv[j]).powi(2) + (fu[i] * dv[j]).powi(2));
-        }
+        perturbation::add_slopes(design, weight, [fu, du], [fv, dv], sums);
     }
 
     /// Whether every column is 0 at node `k` or far from where squares leave the range of double precision: so far that no number
     /// of such nodes gets there.
     pub fn is_plain(&mut self, design: &Design, sample: &Sample, k: usize) -> bool {
-        const PLAIN: std::ops::Range<f64> = 1e-135..1e135;
+        const PLAIN: std::ops::Range<f64> = 1e-130..1e130;
         let root = sample.w(k).sqrt();
         let plain = |x: f64| x == 0.0 || PLAIN.contains(&(root * x.abs()));
         match &design.basis {

@@ -6,9 +6,15 @@
 //! Parameters outside the domain are the caller's mistake and are refused at the door; here the end piece goes on.
 
 pub mod b_spline;
+pub mod fault;
+pub mod knots;
+pub mod parametrization;
+pub mod refine;
 pub mod shape;
 
 pub use b_spline::BSplineCurve;
+pub use fault::{CurveFault, Part};
+pub use parametrization::Parametrization;
 pub use shape::CurveShape;
 
 use super::space::{Dimension, Vector};
