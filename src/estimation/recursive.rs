@@ -25,6 +25,7 @@ use super::{
     factor::{Factor, scaled_condition},
     fit::report,
     nodes::Nodes,
+    perturbation,
     regularized::suited,
     residuals::{Heights, Place},
     result::{Arithmetic, FitResult, Warning},
@@ -632,9 +633,7 @@ impl Slopes {
         let ([fu, du], [fv, dv]) = (&mut self.u, &mut self.v);
         u.caller_row(x, fu, du);
         v.caller_row(y, fv, dv);
-        for (sum, &(i, j)) in sums.iter_mut().zip(&design.terms) {
-            *sum += weight * ((du[i] * fv[j]).powi(2) + (fu[i] * dv[j]).powi(2));
-        }
+        perturbation::add_slopes(design, weight, [fu, du], [fv, dv], sums);
     }
 }
 

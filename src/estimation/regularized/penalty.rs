@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Context;
+use super::{Context, rational_penalty};
 use crate::{
     estimation::{
         design::{Axis, Basis, Design},
@@ -71,6 +71,9 @@ pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults
     let weights = weights(asked, design);
     let l = match &design.basis {
         Basis::Columns { scale } => differences(&context.columns.kept, scale, order, weights.iter().sum()),
+        Basis::Product { u, v } if let Some(net) = &design.rational => {
+            rational_penalty::factor([u, v], net, &weights, order)
+        }
         Basis::Product { u, v } => {
             let domain = design.domain.unwrap_or_default();
             let (on_u, on_v) = (domain.u.unwrap_or([0.0; 2]), domain.v);
