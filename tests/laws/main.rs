@@ -14,6 +14,7 @@ mod extremes;
 mod hard;
 mod large;
 mod least_condition;
+mod near;
 mod nodes;
 mod opening;
 mod penalised;

@@ -8,6 +8,7 @@ mod oracle;
 mod answers;
 mod b_spline;
 mod collinearity;
+mod curves;
 mod filip;
 mod folder;
 mod nist;

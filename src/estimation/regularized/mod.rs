@@ -15,6 +15,7 @@ mod oblique;
 mod oblique_choice;
 mod pair;
 mod penalty;
+mod rational_penalty;
 mod scan;
 mod shrink;
 pub mod spec;

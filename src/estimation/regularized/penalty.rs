@@ -7,14 +7,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Context;
+use super::{Context, rational_penalty};
 use crate::{
     estimation::{
         design::{Axis, Basis, Design},
         error::Faults,
         spec::{Scaling, Tikhonov},
     },
-    geometry::polynomial,
+    geometry::{WeightNet, polynomial},
     numerics::{Dd, Real, qr, quadrature::gauss_legendre},
 };
 
@@ -43,8 +43,13 @@ pub fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -
             "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order",
         )),
         Basis::Product { u, v } => {
-            let rough = [u, v].into_iter().zip(&weights).any(|(axis, weight)| *weight > 0.0 && degree(axis) >= order);
-            if rough {
+            let varies = design.rational.as_ref().map_or([false; 2], WeightNet::varies);
+            let rough = |(axis, rational): (&Axis, bool)| match degree(axis) {
+                0 => order == 0,
+                // quotients have derivatives of every order
+                degree => degree >= order || rational,
+            };
+            if [u, v].into_iter().zip(varies).zip(&weights).any(|(axis, weight)| *weight > 0.0 && rough(axis)) {
                 return Ok(());
             }
             Err(Faults::one(
@@ -71,6 +76,9 @@ pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults
     let weights = weights(asked, design);
     let l = match &design.basis {
         Basis::Columns { scale } => differences(&context.columns.kept, scale, order, weights.iter().sum()),
+        Basis::Product { u, v } if let Some(net) = &design.rational => {
+            rational_penalty::factor([u, v], net, &weights, order)
+        }
         Basis::Product { u, v } => {
             let domain = design.domain.unwrap_or_default();
             let (on_u, on_v) = (domain.u.unwrap_or([0.0; 2]), domain.v);

@@ -65,6 +65,8 @@ pub enum CurveFault {
     Singular { index: usize },
     #[error("the place {value} is not within the domain [{low}, {high}]")]
     OutOfDomain { value: f64, low: f64, high: f64 },
+    #[error("node {node} (at {value}) is not within the domain [{low}, {high}] of the knots")]
+    NodeOutOfDomain { node: usize, value: f64, low: f64, high: f64 },
     #[error("coefficient {index} of the curve is beyond the range of a double")]
     NotRepresentable { index: usize },
     #[error(
@@ -90,7 +92,7 @@ impl CurveFault {
             DegreeAboveNodes { .. } | Degree { .. } => Some(Part::Degree),
             Knots(_) | SchoenbergWhitney { .. } => Some(Part::Knots),
             Controls(_) => Some(Part::Controls),
-            OutOfDomain { .. } => Some(Part::X),
+            OutOfDomain { .. } | NodeOutOfDomain { .. } => Some(Part::X),
             Singular { .. } | NotRepresentable { .. } | Unstable { .. } => None,
         }
     }
@@ -103,7 +105,7 @@ impl CurveFault {
                 vec![*index]
             }
             DerivativeNotFinite { node, order } => vec![*node, *order],
-            TooManyDerivatives { node, .. } => vec![*node],
+            TooManyDerivatives { node, .. } | NodeOutOfDomain { node, .. } => vec![*node],
             Knots(fault) => fault.index().into_iter().collect(),
             SchoenbergWhitney { knot, .. } => vec![*knot],
             Controls(fault) => fault.index().into_iter().collect(),
