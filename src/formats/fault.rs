@@ -11,6 +11,22 @@ pub enum ExportFault {
     Weight { shape: usize, index: usize, value: f64 },
     #[error("shape {shape} leaves the range of doubles on its way to the file")]
     NotFinite { shape: usize },
+    #[error("{given} parameters along one direction make no faces; at least 2 are needed")]
+    FewParameters { given: usize },
+    #[error("parameter {index} ({value}) does not lie above the one before it ({before})")]
+    Descending { index: usize, value: f64, before: f64 },
+    #[error("{wanted} nodes are more than {most}")]
+    TooManyNodes { wanted: usize, most: usize },
+    #[error("the place at the parameters {at:?} leaves the range of doubles")]
+    NoPlace { at: [f64; 2] },
+    #[error("the tolerance {tolerance} is not a length that nodes can be compared by")]
+    Tolerance { tolerance: f64 },
+    #[error("the field {name} has {given} values for {wanted} nodes")]
+    FieldLength { name: String, given: usize, wanted: usize },
+    #[error("value {index} of the field {name} is not finite")]
+    FieldValue { name: String, index: usize },
+    #[error("node {index} leaves the range of the file's numbers")]
+    NodeRange { index: usize },
     #[error("the file would have {lines} lines; this format numbers at most {most}")]
     TooLong { lines: usize, most: usize },
 }

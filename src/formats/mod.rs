@@ -8,13 +8,22 @@
 mod axis;
 pub mod cad;
 pub mod fault;
+pub mod fe_mesh;
 pub mod iges;
 pub mod label;
 mod number;
+pub mod obj;
 mod polar;
+pub mod quad_mesh;
+pub mod sampling;
 pub mod step;
+pub mod stl;
 mod text;
+pub mod vtk;
 
 pub use cad::{CadShape, NamedShape};
 pub use fault::ExportFault;
 pub use label::{Label, Moment};
+pub use obj::{NamedLine, NamedMesh};
+pub use quad_mesh::{Face, QuadMesh};
+pub use sampling::SurfaceSample;

@@ -27,6 +27,17 @@ pub(super) fn iges_real(x: f64) -> String {
     }
 }
 
+/// A real number in at most `width` characters (15 or more), rounded to as many digits as that leaves.
+pub(super) fn real_within(x: f64, width: usize) -> String {
+    let plain = real(x);
+    if plain.len() <= width {
+        return plain;
+    }
+    let shorter = (1..17).rev().map(|digits| format!("{x:.digits$E}")).find(|text| text.len() <= width);
+    // a digit, a point, another, E and four characters of exponent always fit
+    shorter.unwrap_or(plain)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,6 +58,10 @@ mod tests {
             prop_assert_eq!(real(x).parse::<f64>().unwrap().to_bits(), x.to_bits());
             prop_assert_eq!(iges_real(x).replace('D', "E").parse::<f64>().unwrap().to_bits(), x.to_bits());
             prop_assert!(iges_real(x).len() <= 25 && real(x).contains('.'));
+            let short = real_within(x, 20);
+            prop_assert!(short.len() <= 20 && short.contains('.'));
+            let gap = (short.parse::<f64>().unwrap() - x).abs();
+            prop_assert!(gap <= 1e-12 * x.abs() || !x.is_normal(), "{short} {x:e}");
         }
     }
 }

@@ -31,5 +31,6 @@ mod simulation;
 mod spectral;
 mod statistics;
 mod surfaces;
+mod surfaces_grid;
 mod tikhonov;
 mod units;
