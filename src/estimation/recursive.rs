@@ -31,6 +31,7 @@ use super::{
     seen::Seen,
     spec::{Degree, Domain, Estimator, FitSpec, Knots, Model, PolynomialBasis},
     state::{Numbers, State},
+    words::Shown,
 };
 use crate::{
     geometry::{Mapping, polynomial, polynomial::Family},
@@ -73,7 +74,7 @@ impl Recursive {
     pub fn new(spec: &FitSpec, forgetting: f64) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if !(forgetting > 0.0 && forgetting <= 1.0) {
-            faults.push("/forgetting_factor", format!("{forgetting} is not in (0, 1]"));
+            faults.push("/forgetting_factor", format!("{} is not in (0, 1]", Shown(forgetting)));
         }
         if spec.estimator != Estimator::LeastSquares {
             faults.push("/estimator/type", "a stream is estimated by least squares; refit its iteration with others");
@@ -162,7 +163,7 @@ impl Recursive {
                 message: format!(
                     "with a forgetting factor of {} the weights of all {} nodes add up to {:.6}; weights are relative 1/σ², so \
                      sigma is that of the newest node, older ones counting as noisier",
-                    self.forgetting, sums.seen.count, heights.weight
+                    Shown(self.forgetting), sums.seen.count, heights.weight
                 ),
             });
         }
@@ -216,7 +217,10 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
         if let Some([low, high]) = range
             && !(low < high && (high - low).is_finite())
         {
-            faults.push(format!("/domain/{name}"), format!("[{low}, {high}] is not a range from low to high"));
+            faults.push(
+                format!("/domain/{name}"),
+                format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)),
+            );
         }
     }
     if needs_domain(&spec.model) {

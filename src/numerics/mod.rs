@@ -22,6 +22,7 @@ pub mod sums;
 pub mod triangular;
 mod vector;
 pub mod wide;
+pub mod words;
 
 pub use dd::Dd;
 pub use givens::Triangle;

@@ -13,3 +13,4 @@ mod mutations;
 mod operation;
 mod regularization;
 mod studies;
+mod wording;

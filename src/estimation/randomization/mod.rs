@@ -32,7 +32,7 @@ pub use self::{
 };
 
 use self::{references::Base, repetition::Outcome};
-use super::{error::FitError, result::Warning};
+use super::{error::FitError, result::Warning, words::Shown};
 
 /// Runs a study. Processor work, bounded by `setup::MOST_WORK`.
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
@@ -60,7 +60,7 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
             }
         })
         .collect();
-    let lost: Vec<String> = levels.iter().filter(|l| !l.complete()).map(|l| l.level.to_string()).collect();
+    let lost: Vec<String> = levels.iter().filter(|l| !l.complete()).map(|l| Shown(l.level).to_string()).collect();
     if !lost.is_empty() {
         warnings.push(Warning {
             code: "dependent_columns",

@@ -1,6 +1,9 @@
 //! What a study is run with, checked.
 
-use crate::estimation::error::Faults;
+use crate::estimation::{
+    error::Faults,
+    words::{Shown, counted, entries},
+};
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.
 pub const MOST_WORK: usize = 300_000_000;
@@ -59,25 +62,29 @@ impl Study {
             faults.push("/x", "the matrix is empty");
         }
         for (i, row) in setup.x.iter().enumerate().filter(|(_, row)| row.len() != columns) {
-            faults.push(format!("/x/{i}"), format!("{} entries, but the first row has {columns}", row.len()));
+            faults.push(format!("/x/{i}"), format!("{}, but the first row has {columns}", entries(row.len())));
         }
         if rows < columns {
-            faults.push("/x", format!("{columns} coefficients cannot be told from {rows} rows"));
+            faults.push("/x", format!("{columns} coefficients cannot be told from {}", counted(rows, "row", "rows")));
         }
         if setup.coefficients.len() != columns {
             faults.push(
                 "/coefficients",
-                format!("{} entries, but the matrix has {columns} columns", setup.coefficients.len()),
+                format!(
+                    "{}, but the matrix has {}",
+                    entries(setup.coefficients.len()),
+                    counted(columns, "column", "columns")
+                ),
             );
         }
         if !(setup.noise_sigma >= 0.0 && setup.noise_sigma.is_finite()) {
-            faults.push("/noise_sigma", format!("{} is not a deviation: 0 or more", setup.noise_sigma));
+            faults.push("/noise_sigma", format!("{} is not a deviation: 0 or more", Shown(setup.noise_sigma)));
         }
         if setup.levels.is_empty() || setup.levels.len() > MOST_LEVELS {
             faults.push("/levels", format!("{} levels; 1 to {MOST_LEVELS} can be asked for", setup.levels.len()));
         }
         for (i, level) in setup.levels.iter().enumerate().filter(|(_, k)| !(**k >= 0.0 && k.is_finite())) {
-            faults.push(format!("/levels/{i}"), format!("{level} is not a ratio of deviations: 0 or more"));
+            faults.push(format!("/levels/{i}"), format!("{} is not a ratio of deviations: 0 or more", Shown(*level)));
         }
         if setup.repetitions == 0 || setup.repetitions > MOST_REPETITIONS {
             faults.push(

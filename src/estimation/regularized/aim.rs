@@ -17,7 +17,10 @@ use crate::{
         filter::Filtered,
         result::{Choice, RegularizationKind, RegularizationReport, Warning},
     },
-    numerics::{Dd, Real},
+    numerics::{
+        Dd, Real,
+        words::{counted, entries},
+    },
 };
 
 /// The target, in every coordinate that is needed.
@@ -50,7 +53,11 @@ impl<'a> Aim<'a> {
         {
             return Err(Faults::one(
                 "/regularization/target",
-                format!("{} entries; the model has {n} coefficients, in the order of the answer", target.len()),
+                format!(
+                    "{}; the model has {}, in the order of the answer",
+                    entries(target.len()),
+                    counted(n, "coefficient", "coefficients")
+                ),
             )
             .into());
         }

@@ -15,7 +15,11 @@ use crate::{
         spec::Tikhonov,
     },
     geometry::polynomial,
-    numerics::{Dd, Real, qr, quadrature::gauss_legendre},
+    numerics::{
+        Dd, Real, qr,
+        quadrature::gauss_legendre,
+        words::{Shown, counted},
+    },
 };
 
 /// Orders of derivatives that a penalty may have.
@@ -81,11 +85,14 @@ fn weights(asked: &Tikhonov, surface: bool) -> Result<Vec<f64>, Faults> {
     let Some(weights) = &asked.weights else { return Ok(vec![1.0; axes]) };
     if weights.len() != axes {
         let what = if surface { "a surface takes two, [w_u, w_v]" } else { "a curve or a linear model takes one" };
-        return Err(Faults::one("/regularization/weights", format!("{} weights; {what}", weights.len())));
+        return Err(Faults::one(
+            "/regularization/weights",
+            format!("{}; {what}", counted(weights.len(), "weight", "weights")),
+        ));
     }
     let mut faults = Faults::default();
     for (i, weight) in weights.iter().enumerate().filter(|(_, w)| **w < 0.0 || !w.is_finite()) {
-        faults.push(format!("/regularization/weights/{i}"), format!("{weight} is negative or not finite"));
+        faults.push(format!("/regularization/weights/{i}"), format!("{} is negative or not finite", Shown(*weight)));
     }
     if weights.iter().all(|w| *w == 0.0) {
         faults.push("/regularization/weights", "at least one weight must be greater than 0");
@@ -98,7 +105,11 @@ fn differences(kept: &[usize], scale: &[f64], order: usize, weight: f64) -> Resu
     if order >= kept.len() {
         return Err(Faults::one(
             "/regularization/order",
-            format!("{} coefficients have no differences of order {order}", kept.len()),
+            format!(
+                "differences of order {order} need at least {} coefficients; there {}",
+                order + 1,
+                if kept.len() == 1 { "is 1".to_owned() } else { format!("are {}", kept.len()) }
+            ),
         ));
     }
     let mut signs = vec![1.0];
