@@ -93,6 +93,13 @@ impl BSplineBasis {
         (self.knots[self.degree], self.knots[self.size()])
     }
 
+    /// The knots within the domain, both ends included, each once.
+    pub fn distinct_knots(&self) -> Vec<f64> {
+        let mut knots = self.knots[self.degree..=self.size()].to_vec();
+        knots.dedup();
+        knots
+    }
+
     /// The span `s` with `k_s ≤ x < k_{s+1}`, the last one closed on the right.
     fn span(&self, x: f64) -> usize {
         let n = self.size();

@@ -1,11 +1,15 @@
-//! Bases on an axis: polynomials and B-splines, their values, derivatives and changes of basis.
+//! Bases on an axis (polynomials and B-splines: values, derivatives, changes of basis), and the curves and surfaces of the
+//! paper's section 2 that are made of them.
 //!
-//! Everything is generic over [`crate::numerics::Real`], so that the same code answers in double and in
+//! Bases are generic over [`crate::numerics::Real`], so that the same code answers in double and in
 //! double-double precision.
 
 pub mod b_spline;
+pub mod curve;
 pub mod mapping;
 pub mod polynomial;
+pub mod space;
+pub mod surface;
 
 pub use b_spline::{BSplineBasis, KnotFault};
 pub use mapping::Mapping;

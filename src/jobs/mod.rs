@@ -21,6 +21,8 @@ mod page;
 mod replay;
 mod repository;
 mod service;
+mod shape;
+mod shapes;
 mod stream;
 mod streams;
 
@@ -36,4 +38,5 @@ pub use page::{Cursor, Page, PageRequest};
 pub use replay::{Difference, Replay};
 pub use repository::{Precondition, Repository, RepositoryError, RepositoryFuture, Stored, What};
 pub use service::{Jobs, Keyed};
+pub use shape::{Shape, ShapeDraft, ShapeKind, ShapeSummary};
 pub use stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState};

@@ -12,6 +12,7 @@ use super::{
     iteration::{Choice, Iteration, NewIteration, Ruling, Trace},
     job::{Job, JobPatch},
     page::{Page, PageRequest},
+    shape::{Shape, ShapeSummary},
     stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
 };
 use crate::estimation::Nodes;
@@ -23,6 +24,7 @@ pub enum What {
     Iteration,
     Fit,
     Stream,
+    Shape,
 }
 
 /// Why the store did not do what it was asked.
@@ -132,6 +134,17 @@ pub trait Repository: Send + Sync + 'static {
     ) -> RepositoryFuture<'_, Stored>;
     /// Records the ruling, unless the latest one says the same.
     fn rule(&self, job: Uuid, number: u32, ruling: Ruling, precondition: Precondition) -> RepositoryFuture<'_, Stored>;
+
+    fn insert_shape(
+        &self,
+        job: Uuid,
+        number: u32,
+        shape: Arc<Shape>,
+        receipt: Option<Receipt>,
+    ) -> RepositoryFuture<'_, Stored>;
+    fn shape(&self, job: Uuid, number: u32, id: Uuid) -> RepositoryFuture<'_, Shape>;
+    /// Oldest first.
+    fn shapes(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<ShapeSummary>>;
 
     fn insert_stream(&self, stream: Arc<NewStream>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
     fn stream(&self, id: Uuid) -> RepositoryFuture<'_, Stream>;

@@ -20,6 +20,7 @@ mod open;
 mod read;
 mod repository;
 mod rows;
+mod shapes;
 mod streams;
 mod time;
 mod write;

@@ -38,10 +38,7 @@ pub async fn jobs(db: &SqlitePool, page: PageRequest) -> Read<Page<Job>> {
         .fetch_all(db)
         .await
         .map_err(sql)?;
-    let limit = usize::try_from(page.limit).unwrap_or(usize::MAX);
-    let items = rows.iter().take(limit).map(rows::job).collect::<Read<Vec<_>>>()?;
-    let next = if rows.len() > limit { items.last().map(|job| Cursor(job.id)) } else { None };
-    Ok(Page { items, next })
+    Ok(Page::of(rows.iter().map(rows::job).collect::<Read<Vec<_>>>()?, page.limit, |job| job.id))
 }
 
 pub async fn iteration(db: &SqlitePool, job: Uuid, number: u32) -> Read<Iteration> {
@@ -111,16 +108,7 @@ pub async fn nodes(db: &SqlitePool, job: Uuid, number: u32) -> Read<Nodes> {
 
 pub async fn fit(db: &SqlitePool, job: Uuid, number: u32, fit: Uuid) -> Read<FitRecord> {
     let mut db = db.begin().await.map_err(sql)?;
-    let seq: Option<i64> =
-        sqlx::query("SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = ?")
-            .bind(job)
-            .bind(number)
-            .fetch_optional(&mut *db)
-            .await
-            .map_err(sql)?
-            .map(|row| get(&row, 0))
-            .transpose()?;
-    let Some(seq) = seq else { return Err(which_is_missing(&mut db, job).await) };
+    let seq = iteration_seq(&mut db, job, number).await?;
     let row = sqlx::query("SELECT id, reason, created_at, spec, result FROM fits WHERE iteration = ? AND id = ?")
         .bind(seq)
         .bind(fit)
@@ -250,6 +238,21 @@ fn read_ruling(row: &SqliteRow, at: usize) -> Read<Ruling> {
 }
 
 /// Whether the job or only its iteration does not exist.
+/// The row of an iteration.
+pub async fn iteration_seq(db: &mut SqliteConnection, job: Uuid, number: u32) -> Read<i64> {
+    let row =
+        sqlx::query("SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = ?")
+            .bind(job)
+            .bind(number)
+            .fetch_optional(&mut *db)
+            .await
+            .map_err(sql)?;
+    match row {
+        Some(row) => get(&row, 0),
+        None => Err(which_is_missing(db, job).await),
+    }
+}
+
 async fn which_is_missing(db: &mut SqliteConnection, job: Uuid) -> RepositoryError {
     match sqlx::query("SELECT 1 FROM jobs WHERE id = ?").bind(job).fetch_optional(db).await {
         Ok(Some(_)) => RepositoryError::NotFound(What::Iteration),
@@ -259,6 +262,6 @@ async fn which_is_missing(db: &mut SqliteConnection, job: Uuid) -> RepositoryErr
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "the form that map_err takes")]
-fn sql(error: sqlx::Error) -> RepositoryError {
+pub fn sql(error: sqlx::Error) -> RepositoryError {
     failure(&error)
 }

@@ -11,7 +11,7 @@ use super::{
     bulk::Incoming,
     error::OpenError,
     open::{self, StoreSettings},
-    read,
+    read, shapes,
     streams::{self, IncomingBlock, IncomingFinish},
     writer::{Message, Outcome, Request, Work, Writer},
 };
@@ -21,7 +21,7 @@ use crate::{
     jobs::{
         Answer, Block, Choice, FinishedStream, FitRecord, Iteration, Job, JobEvent, JobPatch, NewBlock, NewFit,
         NewIteration, NewStream, Page, PageRequest, Precondition, Receipt, Repository, RepositoryError,
-        RepositoryFuture, Ruling, Stored, Stream, StreamState, Trace,
+        RepositoryFuture, Ruling, Shape, ShapeSummary, Stored, Stream, StreamState, Trace,
     },
     telemetry,
 };
@@ -185,6 +185,24 @@ impl Repository for Store {
 
     fn rule(&self, job: Uuid, number: u32, ruling: Ruling, precondition: Precondition) -> RepositoryFuture<'_, Stored> {
         self.write_stored(Work::Rule { job, number, ruling, precondition })
+    }
+
+    fn insert_shape(
+        &self,
+        job: Uuid,
+        number: u32,
+        shape: Arc<Shape>,
+        receipt: Option<Receipt>,
+    ) -> RepositoryFuture<'_, Stored> {
+        self.write_stored(Work::InsertShape { job, number, shape, receipt })
+    }
+
+    fn shape(&self, job: Uuid, number: u32, id: Uuid) -> RepositoryFuture<'_, Shape> {
+        self.read(shapes::shape(&self.readers, job, number, id))
+    }
+
+    fn shapes(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<ShapeSummary>> {
+        self.read(shapes::list(&self.readers, job, number, page))
     }
 
     fn insert_stream(&self, stream: Arc<NewStream>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored> {

@@ -34,7 +34,7 @@ impl From<RepositoryError> for WriteError {
     }
 }
 
-type Written<T> = Result<T, WriteError>;
+pub type Written<T> = Result<T, WriteError>;
 
 pub async fn insert_job(db: &mut SqliteConnection, job: &Job, receipt: Option<&Receipt>) -> Written<Stored> {
     refuse_taken_key(db, receipt).await?;
@@ -263,12 +263,12 @@ async fn job(db: &mut SqliteConnection, id: Uuid) -> Written<(i64, Job)> {
 }
 
 /// Where an iteration is, and its version.
-struct Place {
-    seq: i64,
-    version: u64,
+pub struct Place {
+    pub seq: i64,
+    pub version: u64,
 }
 
-async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Written<Place> {
+pub async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Written<Place> {
     let row = sqlx::query(
         "SELECT i.seq,
                 (SELECT count(*) FROM fits WHERE iteration = i.seq)

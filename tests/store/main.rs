@@ -7,6 +7,7 @@ mod migrations;
 mod paging;
 mod power_loss;
 mod schema;
+mod shapes;
 mod streams;
 mod support;
 mod trace;

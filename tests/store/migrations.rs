@@ -17,6 +17,7 @@ const RELEASED: &[(i64, &str)] = &[
     (4, "83c8825463adfe444dc32bf19310c8be"),
     (5, "e975cea658e1b38e68d8d0127aec2066"),
     (6, "cc6dd44b14efd171f405d92408b60853"),
+    (7, "c999530a59e8244e36cabdf414b202a5"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

@@ -11,7 +11,10 @@ use std::{
 
 use flankfit::{
     estimation::Nodes,
-    jobs::{Computed, Figures, Ids, Job, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, Repository, Stored},
+    jobs::{
+        Computed, Figures, Ids, Job, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, Repository, Shape,
+        ShapeDraft, ShapeKind, Stored,
+    },
     store::{Store, StoreSettings},
 };
 use jiff::{SignedDuration, Timestamp};
@@ -104,6 +107,23 @@ impl Place {
             reason: None,
             created_at: self.now(),
         }
+    }
+
+    pub fn shape(&self, kind: ShapeKind, method: &str) -> Arc<Shape> {
+        let draft = ShapeDraft {
+            kind,
+            method: method.to_owned(),
+            request: Arc::from(format!(r#"{{"method":{{"type":"{method}"}}}}"#)),
+            result: Arc::from(r#"{"domain":[0,1]}"#),
+        };
+        Arc::new(Shape { id: self.id(), created_at: self.now(), draft })
+    }
+
+    /// A curve of the job's first iteration.
+    pub async fn stored_shape(&self, store: &Store, job: Uuid) -> Arc<Shape> {
+        let shape = self.shape(ShapeKind::Curve, "lagrange");
+        store.insert_shape(job, 1, shape.clone(), None).await.unwrap();
+        shape
     }
 
     pub fn iteration(&self, job: Uuid) -> Arc<NewIteration> {

@@ -1,0 +1,87 @@
+//! What curves and surfaces have in common: points, how many coordinates count, and why a shape is refused.
+
+use nalgebra::Vector3;
+
+/// A point or a derivative; coordinates beyond the shape's [`Dimension`] are 0.
+pub type Vector = Vector3<f64>;
+
+/// The highest degree of a B-spline or Bézier curve or surface. More neither an eye nor a machine could follow.
+pub const HIGHEST_DEGREE: usize = 25;
+
+/// How many coordinates the values of a shape have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Dimension {
+    /// One number over the parameters: y(x) or z(u, v). Its place in space has the parameters as further coordinates.
+    Graph = 1,
+    /// Points (x, y).
+    Plane = 2,
+    /// Points (x, y, z).
+    Space = 3,
+}
+
+impl Dimension {
+    /// The dimension of points with `count` coordinates.
+    pub fn of(count: usize) -> Option<Self> {
+        match count {
+            1 => Some(Dimension::Graph),
+            2 => Some(Dimension::Plane),
+            3 => Some(Dimension::Space),
+            _ => None,
+        }
+    }
+
+    /// How many coordinates count.
+    pub fn count(self) -> usize {
+        self as usize
+    }
+
+    /// Whether the values are points rather than numbers over the parameters.
+    pub fn is_parametric(self) -> bool {
+        self != Dimension::Graph
+    }
+}
+
+/// Why control points and weights are refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ControlFault {
+    #[error("degree {degree} is above {HIGHEST_DEGREE}, the highest that curves and surfaces have here")]
+    Degree { degree: usize },
+    #[error("{given} control points do not match knots and degree, which ask for {wanted}")]
+    Count { given: usize, wanted: usize },
+    #[error("control point {index} is not finite")]
+    NotFinite { index: usize },
+    #[error("{given} weights for {wanted} control points")]
+    WeightCount { given: usize, wanted: usize },
+    #[error("weight {index} ({value:e}) is not a finite number ≥ 0")]
+    Weight { index: usize, value: f64 },
+    #[error("the weights around parameter {place:e} are all 0, so that no point is defined there")]
+    NoWeight { place: f64 },
+}
+
+impl ControlFault {
+    /// Which control point or weight is at fault, where it is one.
+    pub fn index(&self) -> Option<usize> {
+        match self {
+            ControlFault::NotFinite { index } | ControlFault::Weight { index, .. } => Some(*index),
+            _ => None,
+        }
+    }
+}
+
+/// Checks control points and weights against the number that knots ask for.
+pub(super) fn check_controls(points: &[Vector], weights: Option<&[f64]>, wanted: usize) -> Result<(), ControlFault> {
+    if points.len() != wanted {
+        return Err(ControlFault::Count { given: points.len(), wanted });
+    }
+    if let Some(index) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+        return Err(ControlFault::NotFinite { index });
+    }
+    let Some(weights) = weights else { return Ok(()) };
+    if weights.len() != wanted {
+        return Err(ControlFault::WeightCount { given: weights.len(), wanted });
+    }
+    match weights.iter().position(|w| !(w.is_finite() && *w >= 0.0)) {
+        Some(index) => Err(ControlFault::Weight { index, value: weights[index] }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,62 @@
+//! Surfaces: z(u, v) over two axes, or points of space over two parameters (sections 2.1 and 2.2 of the paper).
+//!
+//! A surface is anything that can tell its domain and its jet: value and derivatives to order 2. What follows from these alone
+//! (normal, fundamental forms, curvatures, the closest point, area) is written once, for every surface.
+//!
+//! Parameters outside the domain are the caller's mistake and are refused at the door; here the border patch goes on.
+
+pub mod b_spline;
+pub mod shape;
+
+pub use b_spline::BSplineSurface;
+pub use shape::SurfaceShape;
+
+use super::space::{Dimension, Vector};
+
+/// Value and derivatives at one pair of parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceJet {
+    pub value: Vector,
+    pub u: Vector,
+    pub v: Vector,
+    pub uu: Vector,
+    pub uv: Vector,
+    pub vv: Vector,
+}
+
+/// A surface over two parameters.
+pub trait Surface {
+    /// [`Dimension::Graph`] or [`Dimension::Space`].
+    fn dimension(&self) -> Dimension;
+
+    /// The ranges of u and of v, low < high each.
+    fn domain(&self) -> [[f64; 2]; 2];
+
+    /// Value and derivatives to order 2. At a break the piece to the right counts, at the end of the domain the last one.
+    fn jet(&self, u: f64, v: f64) -> SurfaceJet;
+
+    /// For u and for v: the places, both ends included and ascending, between which the surface is infinitely smooth.
+    fn breaks(&self) -> [Vec<f64>; 2];
+
+    /// The point or number at (u, v).
+    fn value(&self, u: f64, v: f64) -> Vector {
+        self.jet(u, v).value
+    }
+
+    /// The jet of the surface's place in space: (u, v, z(u, v)) for a graph, else the jet itself.
+    fn place(&self, u: f64, v: f64) -> SurfaceJet {
+        let jet = self.jet(u, v);
+        if self.dimension().is_parametric() {
+            return jet;
+        }
+        let raised = |x: f64, y: f64, z: &Vector| Vector::new(x, y, z.x);
+        SurfaceJet {
+            value: raised(u, v, &jet.value),
+            u: raised(1.0, 0.0, &jet.u),
+            v: raised(0.0, 1.0, &jet.v),
+            uu: raised(0.0, 0.0, &jet.uu),
+            uv: raised(0.0, 0.0, &jet.uv),
+            vv: raised(0.0, 0.0, &jet.vv),
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! Any surface of the service, as one value that can be kept, written down and evaluated.
+
+use super::{BSplineSurface, Surface, SurfaceJet};
+use crate::geometry::space::{Dimension, Vector};
+
+/// One of the representations that a surface can be built of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SurfaceShape {
+    /// B-spline, or NURBS where it has weights.
+    BSpline(BSplineSurface),
+}
+
+impl SurfaceShape {
+    fn surface(&self) -> &dyn Surface {
+        match self {
+            SurfaceShape::BSpline(surface) => surface,
+        }
+    }
+}
+
+impl Surface for SurfaceShape {
+    fn dimension(&self) -> Dimension {
+        self.surface().dimension()
+    }
+
+    fn domain(&self) -> [[f64; 2]; 2] {
+        self.surface().domain()
+    }
+
+    fn jet(&self, u: f64, v: f64) -> SurfaceJet {
+        self.surface().jet(u, v)
+    }
+
+    fn value(&self, u: f64, v: f64) -> Vector {
+        self.surface().value(u, v)
+    }
+
+    fn breaks(&self) -> [Vec<f64>; 2] {
+        self.surface().breaks()
+    }
+}
