@@ -71,7 +71,15 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
         });
     }
     let references = base.references(&outcomes, &mut warnings);
-    let optimum = result::optimum(&levels, &references.least_squares);
+    let optimum = if study.noise_sigma > 0.0 {
+        result::optimum(&levels, &references.least_squares)
+    } else {
+        warnings.push(Warning {
+            code: "no_noise",
+            message: "without noise least squares is exact, and nothing that randomising does can be better: there is no optimum".into(),
+        });
+        None
+    };
     Ok(StudyResult {
         eigenvalues: base.lambda().to_vec(),
         smallest_correlation: base.correlation.map(|c| c[0]),
