@@ -69,11 +69,11 @@ fn cubic(bencher: Bencher, name: &str) {
 /// 64 B-splines.
 #[divan::bench(args = NAMES, max_time = 3)]
 fn splines(bencher: Bencher, name: &str) {
-    run(bencher, Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(5) }, 64, name);
+    run(bencher, Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(5), weights: None }, 64, name);
 }
 
 /// 225 B-splines.
 #[divan::bench(args = ["spectral", "tikhonov"], max_time = 6, sample_count = 3, sample_size = 1)]
 fn many_splines(bencher: Bencher, name: &str) {
-    run(bencher, Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(12) }, 225, name);
+    run(bencher, Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(12), weights: None }, 225, name);
 }

@@ -43,6 +43,7 @@ const SERVICE: &[&str] = &[
 const RULES: &[Rule] = &[
     Rule { room: "numerics", rooms: &[], foreign: SERVICE },
     Rule { room: "geometry", rooms: &["numerics"], foreign: SERVICE },
+    Rule { room: "formats", rooms: &["geometry", "numerics"], foreign: SERVICE },
     Rule { room: "estimation", rooms: &["geometry", "numerics"], foreign: SERVICE },
     Rule {
         room: "api",

@@ -61,7 +61,7 @@ fn model(model: &spec::Model) -> ModelBody {
                 spec::Terms::Total => TermsName::Total,
             }),
         }),
-        spec::Model::BSpline { degree, knots } => {
+        spec::Model::BSpline { degree, knots, .. } => {
             let clean = |knots: &[f64]| knots.iter().copied().map(unsigned_zero).collect::<Vec<_>>();
             let (knots, spans) = match knots {
                 spec::Knots::Curve(knots) => (Some(KnotsBody::Curve(clean(knots))), None),

@@ -100,6 +100,10 @@ impl<T: Real> Row<T> {
                         self.values.push(self.u[i] * self.v[j]);
                     }
                 }
+                if let Some(net) = &design.rational {
+                    let whole = net.sum(&self.u, &self.v);
+                    self.values.iter_mut().for_each(|value| *value = *value / whole);
+                }
             }
         }
     }

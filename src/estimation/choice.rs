@@ -45,22 +45,25 @@ pub fn rule(
             let largest = lambda[lambda.len() - 1];
             let count = match count {
                 Count::Auto => lambda.iter().filter(|l| largest / **l > *condition_limit).count().min(lambda.len() - 1),
-                Count::Given(count) if *count < lambda.len() => *count,
-                Count::Given(count) => {
-                    return Err(Faults::one(
-                        "/regularization/count",
-                        format!(
-                            "{count} of {} eigenvalues: the largest one cannot be regularised, so at most {}",
-                            lambda.len(),
-                            lambda.len() - 1
-                        ),
-                    )
-                    .into());
-                }
+                Count::Given(count) => checked_count(*count, lambda.len())?,
             };
             Ok((RegularizationKind::Spectral, Rule::Spectral { scheme: *scheme, count }, Some(*lambda_star)))
         }
     }
+}
+
+/// A number of eigenvalues to be regularised, out of `all`.
+pub fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
+    if count < all {
+        return Ok(count);
+    }
+    Err(Faults::one(
+        "/regularization/count",
+        format!(
+            "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {}",
+            all.saturating_sub(1)
+        ),
+    ))
 }
 
 /// Decides for `problem` with coefficients `a` along its directions; `weight` is Σw, for the root mean squares.

@@ -57,7 +57,7 @@ fn columns(nodes: &Nodes, model: &Model) -> usize {
             let (p, q) = each(*degree);
             product(p.saturating_add(1), q.saturating_add(1))
         }
-        Model::BSpline { degree, knots } => {
+        Model::BSpline { degree, knots, .. } => {
             let (p, q) = each(*degree);
             match knots {
                 Knots::Curve(knots) => knots.len(),
@@ -93,7 +93,8 @@ mod tests {
         assert!(!is_short(&grid(2, 2), &huge));
         let curve = Nodes::curve(vec![0.0; 1000], vec![0.0; 1000], None).unwrap();
         assert!(is_short(&curve, &polynomial(Degree::Each(10, 50))));
-        let splines = |spans| FitSpec::new(Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(spans) });
+        let splines =
+            |spans| FitSpec::new(Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(spans), weights: None });
         assert!(is_short(&grid(5, 9), &splines(2)));
         assert!(!is_short(&grid(5, 9), &splines(3)));
         assert!(!is_short(&curve, &FitSpec::new(Model::Linear)));

@@ -15,7 +15,7 @@ use super::{
     spec::{Degree, Domain, FitSpec, Knots, Model, PolynomialBasis, Terms},
 };
 use crate::{
-    geometry::{BSplineBasis, KnotFault, Mapping, polynomial, polynomial::Family},
+    geometry::{BSplineBasis, KnotFault, Mapping, WeightNet, polynomial, polynomial::Family, rational::WeightFault},
     numerics::{Dd, Real, words::Shown},
 };
 
@@ -35,6 +35,8 @@ pub struct Design {
     /// Whether the constant lies in the span of the columns, where that is known beforehand.
     pub constant_in_span: Option<bool>,
     pub domain: Option<Domain>,
+    /// Weights of NURBS: working functions are then `NᵢNⱼ / W`, the caller's `wᵢⱼ` times those.
+    pub rational: Option<WeightNet>,
 }
 
 /// The working basis.
@@ -115,7 +117,8 @@ impl Design {
     /// Whether coefficients are all products of the two axes' functions.
     pub fn is_full_product(&self) -> bool {
         match &self.basis {
-            Basis::Product { u, v } => self.terms.len() == u.size() * v.size(),
+            // a denominator that is no product of functions of u and v does not separate
+            Basis::Product { u, v } => self.terms.len() == u.size() * v.size() && self.rational.is_none(),
             Basis::Columns { .. } => false,
         }
     }
@@ -123,6 +126,10 @@ impl Design {
     /// `T`, n×n upper triangular (diagonal for posted columns).
     pub fn change_of_basis(&self) -> DMatrix<Dd> {
         let n = self.size();
+        if let Some(net) = &self.rational {
+            let weights = net.weights();
+            return DMatrix::from_fn(n, n, |i, j| if i == j { Dd::from(weights[i]) } else { Dd::ZERO });
+        }
         match &self.basis {
             Basis::Product { u, v } => {
                 let (tu, tv) = (u.change(), v.change());
@@ -197,6 +204,7 @@ pub fn of_columns(scale: Vec<f64>, constants: &[usize], names: Option<&[String]>
         constant: if constants.len() == 1 { Some(constants[0]) } else { None },
         constant_in_span: if constants.is_empty() { None } else { Some(true) },
         domain: None,
+        rational: None,
     }
 }
 
@@ -246,6 +254,7 @@ pub fn product_on(
     if p.saturating_add(1).saturating_mul(q.saturating_add(1)) > 4 * MOST_COEFFICIENTS * MOST_COEFFICIENTS {
         too_many(usize::MAX, "/model/degree")?;
     }
+    let mut rational = None;
     let (u, v, total, letter) = match model {
         Model::Polynomial { basis, terms, .. } => {
             if *terms == Terms::Total && surface && p != q {
@@ -268,9 +277,12 @@ pub fn product_on(
             let total = (*terms == Terms::Total).then_some(p);
             (axis(domain_u, box_u, p), axis(domain_v, box_v, q), total, letter)
         }
-        Model::BSpline { knots, .. } => {
+        Model::BSpline { knots, weights, .. } => {
             let (u, v) = splines(knots, (p, q), surface, (domain_u, domain_v))?;
-            (u, v, None, Some('B'))
+            if let Some(weights) = weights {
+                rational = Some(weight_net(weights, (u.size(), v.size()), surface)?);
+            }
+            (u, v, None, Some(if rational.is_some() { 'R' } else { 'B' }))
         }
         Model::Linear => return Err(Faults::one("/model/type", "`linear` is for nodes of type `matrix`")),
     };
@@ -278,12 +290,12 @@ pub fn product_on(
         Some(d) if surface => d.saturating_add(1).saturating_mul(d.saturating_add(2)) / 2,
         _ => u.size().saturating_mul(v.size()),
     };
-    too_many(count, if letter == Some('B') { "/model/knots" } else { "/model/degree" })?;
+    let spline = matches!(letter, Some('B' | 'R'));
+    too_many(count, if spline { "/model/knots" } else { "/model/degree" })?;
     let terms: Vec<(usize, usize)> = (0..u.size())
         .flat_map(|i| (0..v.size()).map(move |j| (i, j)))
         .filter(|(i, j)| total.is_none_or(|d| i + j <= d))
         .collect();
-    let spline = letter == Some('B');
     Ok(Design {
         labels: terms.iter().map(|&term| label(term, letter, surface)).collect(),
         keys: terms
@@ -298,6 +310,7 @@ pub fn product_on(
         constant: (!spline).then_some(0),
         constant_in_span: Some(true),
         domain: Some(Domain { u: Some(domain_u), v: surface.then_some(domain_v) }),
+        rational,
     })
 }
 
@@ -422,6 +435,20 @@ fn splines(
     Ok((Axis::Spline(u), v.map_or_else(flat, Axis::Spline)))
 }
 
+fn weight_net(weights: &[f64], (rows, columns): (usize, usize), surface: bool) -> Result<WeightNet, Faults> {
+    too_many(rows.saturating_mul(columns), "/model/knots")?;
+    WeightNet::new(weights.to_vec(), rows, columns).map_err(|fault| {
+        let pointer = match &fault {
+            WeightFault::NotPositive { index, .. } if surface => {
+                format!("/model/weights/{}/{}", index / columns, index % columns)
+            }
+            WeightFault::NotPositive { index, .. } => format!("/model/weights/{index}"),
+            WeightFault::Count { .. } | WeightFault::Apart { .. } => "/model/weights".to_owned(),
+        };
+        Faults::one(pointer, fault.to_string())
+    })
+}
+
 /// No node may lie beyond the knots.
 pub fn within_knots(design: &Design, nodes: &Nodes, sample: &Sample) -> Result<(), Faults> {
     let Basis::Product { u, v } = &design.basis else { return Ok(()) };
@@ -434,11 +461,15 @@ pub fn within_knots(design: &Design, nodes: &Nodes, sample: &Sample) -> Result<(
     faults.into_result(())
 }
 
-/// A readable name: `u^2*v`, `T2(u)*T1(v)`, `B3(u)*B0(v)`; curves are written in x.
+/// A readable name: `u^2*v`, `T2(u)*T1(v)`, `B3(u)*B0(v)`, `R3,0(u,v)`; curves are written in x.
 fn label((i, j): (usize, usize), letter: Option<char>, surface: bool) -> String {
+    if letter == Some('R') && surface {
+        // a rational function of two parameters is no product
+        return format!("R{i},{j}(u,v)");
+    }
     let mut name = String::with_capacity(16);
     let mut factor = |power: usize, axis: &str| {
-        if power == 0 && letter != Some('B') {
+        if power == 0 && !matches!(letter, Some('B' | 'R')) {
             return;
         }
         if !name.is_empty() {

@@ -133,7 +133,9 @@ fn of_product(
 ) -> (f64, f64) {
     let (slope_u, slope_v) = largest_slopes(fit, (u, v), places);
     let moved = (slope_u * largest_u).hypot(slope_v * largest_v);
-    let bend = (markov(u) * largest_u).hypot(markov(v) * largest_v);
+    // a rational function bends with its denominator too
+    let bent = fit.design.rational.as_ref().map_or(1.0, |net| 1.0 + net.spread());
+    let bend = bent * (markov(u) * largest_u).hypot(markov(v) * largest_v);
     (ROUNDING * moved, ROUNDING * bend * fit.max_residual)
 }
 
@@ -181,6 +183,15 @@ fn largest_slopes(fit: &Fitted, (u, v): (&Axis, &Axis), places: impl Iterator<It
         working_row(u, x, &mut fu, &mut du);
         working_row(v, y, &mut fv, &mut dv);
         let (mut along_u, mut along_v) = (0.0, 0.0);
+        if let Some(net) = &fit.design.rational {
+            net.slopes([&fu, &du], [&fv, &dv], |column, slope_u, slope_v| {
+                along_u += fit.working[column].to_f64() * slope_u;
+                along_v += fit.working[column].to_f64() * slope_v;
+            });
+            slope_u = slope_u.max(f64::abs(along_u));
+            slope_v = slope_v.max(f64::abs(along_v));
+            continue;
+        }
         for j in 0..q {
             for i in 0..p {
                 along_u += table[(i, j)] * du[i] * fv[j];

@@ -21,6 +21,7 @@ pub mod filtering;
 pub mod fit;
 mod frame;
 mod lambda_star;
+pub mod near;
 pub mod nodes;
 mod normal;
 mod perturbation;

@@ -76,11 +76,23 @@ pub fn slopes(design: &Design, sample: &Sample) -> Vec<f64> {
                 let (x, y) = sample.place(k);
                 u.caller_row(x, &mut fu, &mut du);
                 v.caller_row(y, &mut fv, &mut dv);
-                for (sum, &(i, j)) in sums.iter_mut().zip(&design.terms) {
-                    *sum += sample.w(k) * ((du[i] * fv[j]).powi(2) + (fu[i] * dv[j]).powi(2));
-                }
+                add_slopes(design, sample.w(k), [&fu, &du], [&fv, &dv], &mut sums);
             }
         }
     }
     sums
+}
+
+/// Adds `weight ((∂x/∂u)² + (∂x/∂v)²)` of every column; `u` and `v` hold values and slopes of the caller's functions.
+pub fn add_slopes(design: &Design, weight: f64, u: [&[f64]; 2], v: [&[f64]; 2], sums: &mut [f64]) {
+    if let Some(net) = &design.rational {
+        let weights = net.weights();
+        net.slopes(u, v, |column, along_u, along_v| {
+            sums[column] += weight * weights[column].powi(2) * (along_u * along_u + along_v * along_v);
+        });
+        return;
+    }
+    for (sum, &(i, j)) in sums.iter_mut().zip(&design.terms) {
+        *sum += weight * ((u[1][i] * v[0][j]).powi(2) + (u[0][i] * v[1][j]).powi(2));
+    }
 }

@@ -25,6 +25,8 @@ use super::{
     factor::{Factor, scaled_condition},
     fit::report,
     nodes::Nodes,
+    perturbation,
+    regularized::suited,
     residuals::{Heights, Place},
     result::{Arithmetic, FitResult, Warning},
     sample::Sample,
@@ -69,8 +71,8 @@ pub(super) struct Sums {
 impl Recursive {
     /// An estimate of `spec` before the first node; `forgetting` in (0, 1].
     ///
-    /// Refuses what cannot be known node by node: estimators other than least squares, and mapped bases or equal spans
-    /// without a domain.
+    /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped bases or equal spans
+    /// without a domain), and what the model rules out whatever the nodes will be.
     pub fn new(spec: &FitSpec, forgetting: f64) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if !(forgetting > 0.0 && forgetting <= 1.0) {
@@ -79,14 +81,13 @@ impl Recursive {
         if spec.estimator != Estimator::LeastSquares {
             faults.push("/estimator/type", "a stream is estimated by least squares; refit its iteration with others");
         }
+        if !spec.filters.is_empty() {
+            faults.push("/filters", "a stream has no neighbours to filter by; refit its iteration with filters");
+        }
         check_domain(spec, &mut faults);
-        let faults = faults.into_result(());
-        faults?;
+        faults.into_result(())?;
         if spec.model != Model::Linear {
-            // degrees, knots and limits; the boxes only have to be some
-            let domain = spec.domain.unwrap_or_default();
-            let boxes = (domain.u.unwrap_or([-1.0, 1.0]), domain.v.unwrap_or([-1.0, 1.0]));
-            design::product_on(is_surface(spec).unwrap_or(false), &spec.model, boxes, boxes)?;
+            check_model(spec)?;
         }
         Ok(Recursive { spec: spec.clone(), forgetting, sums: None })
     }
@@ -234,6 +235,31 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
     }
 }
 
+/// Degrees, knots, limits, and a regularisation for so many coefficients. Where the first block is to tell a curve from a
+/// surface, one of them must be possible.
+fn check_model(spec: &FitSpec) -> Result<(), Faults> {
+    // the boxes only have to be some
+    let domain = spec.domain.unwrap_or_default();
+    let boxes = (domain.u.unwrap_or([-1.0, 1.0]), domain.v.unwrap_or([-1.0, 1.0]));
+    let check = |surface| suited(&design::product_on(surface, &spec.model, boxes, boxes)?, spec);
+    if let Some(surface) = is_surface(spec) {
+        return check(surface);
+    }
+    match (check(false), check(true)) {
+        (Err(curve), Err(surface)) if curve == surface => Err(curve),
+        (Err(curve), Err(surface)) => {
+            let mut both = Faults::default();
+            for (what, faults) in [("a curve", curve), ("a surface", surface)] {
+                for Fault { pointer, detail } in faults.list() {
+                    both.push(pointer, format!("for {what}: {detail}"));
+                }
+            }
+            Err(both)
+        }
+        _ => Ok(()),
+    }
+}
+
 impl Sums {
     fn new(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Self, Faults> {
         let form = Form::of(nodes);
@@ -262,11 +288,12 @@ impl Sums {
                     domain.u.unwrap_or_else(|| roomy(u)),
                     if surface { domain.v.unwrap_or_else(|| roomy(v)) } else { [0.0; 2] },
                 );
-                (model_faults(design::product_on(surface, model, boxes, boxes))?, boxes)
+                (model_faults(design::product_on(surface, model, boxes, boxes), "/nodes/type")?, boxes)
             }
         };
         let n = design.size();
         let matrix = matches!(form, Form::Matrix { .. });
+        model_faults(suited(&design, spec), if matrix { "/nodes/x" } else { "/nodes/type" })?;
         Ok(Sums {
             boxes,
             triangle: Triangle::new(n),
@@ -327,7 +354,7 @@ impl Sums {
         self.triangle.set_r(&triangular::multiply_upper(&self.triangle.r(), &change));
         self.ones = (0..n).map(|j| (0..=j).fold(Dd::ZERO, |sum, i| sum + change[(i, j)] * self.ones[i])).collect();
         self.boxes = new;
-        self.design = model_faults(design::product_on(surface, &spec.model, new, new))?;
+        self.design = model_faults(design::product_on(surface, &spec.model, new, new), "/nodes/type")?;
         Ok(())
     }
 
@@ -546,12 +573,12 @@ impl Sums {
     }
 }
 
-/// Faults of the stream's own model, met when its first block tells what the nodes are.
-fn model_faults<T>(result: Result<T, Faults>) -> Result<T, Faults> {
+/// Faults of the stream's own model, met when its first block tells what the nodes are: at the `place` that told it.
+fn model_faults<T>(result: Result<T, Faults>, place: &str) -> Result<T, Faults> {
     result.map_err(|faults| {
         let mut told = Faults::default();
         for Fault { pointer, detail } in faults.list() {
-            told.push("/nodes/type", format!("the stream's {pointer} does not suit these nodes: {detail}"));
+            told.push(place, format!("the stream's {pointer} does not suit these nodes: {detail}"));
         }
         told
     })
@@ -610,9 +637,7 @@ impl Slopes {
         let ([fu, du], [fv, dv]) = (&mut self.u, &mut self.v);
         u.caller_row(x, fu, du);
         v.caller_row(y, fv, dv);
-        for (sum, &(i, j)) in sums.iter_mut().zip(&design.terms) {
-            *sum += weight * ((du[i] * fv[j]).powi(2) + (fu[i] * dv[j]).powi(2));
-        }
+        perturbation::add_slopes(design, weight, [fu, du], [fv, dv], sums);
     }
 }
 

@@ -7,7 +7,7 @@
 use nalgebra::DMatrix;
 
 use super::{
-    design::Design,
+    design::{Basis, Design},
     error::{Faults, FitError},
     factor::Factor,
     spec::Scaling,
@@ -82,16 +82,34 @@ fn positive(length: Dd) -> Dd {
     if length > Dd::ZERO { length } else { Dd::ONE }
 }
 
-fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<ScaledColumns, FitError> {
-    let n = caller.ncols();
-    let index = design.constant.ok_or_else(|| {
-        Faults::one("/scaling", "`standardized` needs exactly one constant column or term, which it leaves unpenalised")
-    })?;
-    if n < 2 {
-        return Err(
-            Faults::one("/scaling", "`standardized` leaves nothing to analyse: the constant is the only term").into()
-        );
+/// How many scaled columns there will be. Refuses what a model with its number of columns rules out; whether a posted column
+/// is constant, the nodes have to tell.
+pub fn size(design: &Design, scaling: Scaling) -> Result<usize, Faults> {
+    let n = design.size();
+    match scaling {
+        Scaling::None | Scaling::UnitLength => Ok(n),
+        Scaling::Standardized => {
+            if matches!(design.basis, Basis::Product { .. }) {
+                constant_of(design)?;
+            }
+            match n {
+                0 | 1 => Err(Faults::one("/scaling", "`standardized` leaves one column aside, and there is no other")),
+                n => Ok(n - 1),
+            }
+        }
     }
+}
+
+fn constant_of(design: &Design) -> Result<usize, Faults> {
+    design.constant.ok_or_else(|| {
+        Faults::one("/scaling", "`standardized` needs exactly one constant column or term, which it leaves unpenalised")
+    })
+}
+
+fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<ScaledColumns, FitError> {
+    size(design, Scaling::Standardized)?;
+    let index = constant_of(design)?;
+    let n = caller.ncols();
     let kept: Vec<usize> = (0..n).filter(|&j| j != index).collect();
     let own = length_squared(caller, index);
     let mut matrix = DMatrix::from_element(n, n - 1, Dd::ZERO);

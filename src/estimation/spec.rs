@@ -52,6 +52,8 @@ pub enum Model {
     BSpline {
         degree: Degree,
         knots: Knots,
+        /// Of NURBS: one weight > 0 per control point (for a surface v running fastest). They are given, not fitted.
+        weights: Option<Vec<f64>>,
     },
     /// The columns of a measurement matrix as they are.
     Linear,

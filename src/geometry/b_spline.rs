@@ -101,7 +101,7 @@ impl BSplineBasis {
     }
 
     /// The span `s` with `k_s ≤ x < k_{s+1}`, the last one closed on the right.
-    fn span(&self, x: f64) -> usize {
+    pub(crate) fn span(&self, x: f64) -> usize {
         let n = self.size();
         if x >= self.knots[n] {
             // the last span that has a width

@@ -9,6 +9,8 @@
 //! Conventions: matrices are column-major `nalgebra::DMatrix`; triangular factors are upper; singular values ascend.
 //! Every result is a fixed sequence of operations: equal input gives equal bits.
 
+pub mod banded;
+pub mod condition;
 pub mod dd;
 pub mod givens;
 pub mod jacobi;
@@ -24,6 +26,7 @@ mod vector;
 pub mod wide;
 pub mod words;
 
+pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;
 pub use givens::Triangle;
 pub use jacobi::{Svd, svd, svd_dd};

@@ -86,7 +86,7 @@ proptest! {
         let x = surface([Basis::BSpline(&in_u), Basis::BSpline(&in_v)], [p, q], &data.nodes, |_, _| true);
         let exact = least_squares(&x, &vector(&data.z));
         let knots = Knots::Surface(in_u.clone(), in_v.clone());
-        let spec = plain(FitSpec::new(Model::BSpline { degree: Degree::Each(p, q), knots }));
+        let spec = plain(FitSpec::new(Model::BSpline { degree: Degree::Each(p, q), knots, weights: None }));
         for nodes in [data.scattered(), data.grid()] {
             let result = fit(&nodes, &spec);
             let indices: Vec<Vec<usize>> = (0..p + 2).flat_map(|i| (0..q + 2).map(move |j| vec![i, j])).collect();
@@ -109,7 +109,7 @@ proptest! {
         let inner: Vec<f64> = (1..spans).map(|i| low + (high - low) * i as f64 / spans as f64).collect();
         let knots = Knots::Curve([vec![low; degree + 1], inner, vec![high; degree + 1]].concat());
         let nodes = Nodes::curve(x, data.z, None).expect("checked nodes");
-        let of = |knots| plain(FitSpec::new(Model::BSpline { degree: Degree::Both(degree), knots }));
+        let of = |knots| plain(FitSpec::new(Model::BSpline { degree: Degree::Both(degree), knots, weights: None }));
         let (one, two) = (fit(&nodes, &of(knots)), fit(&nodes, &of(Knots::Spans(spans))));
         for (a, b) in one.coefficients.iter().zip(&two.coefficients) {
             assert_close(&a.term, a.value, b.value, 1e-10, 1e-12);

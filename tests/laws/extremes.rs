@@ -76,7 +76,7 @@ fn model(random: &mut Random, nodes: &Nodes) -> Model {
     let degree = if surface && random.below(2) == 0 { Degree::Each(p, q) } else { Degree::Both(p) };
     if random.below(4) == 0 {
         let spans = 1 + random.below(3);
-        return Model::BSpline { degree, knots: Knots::Spans(spans) };
+        return Model::BSpline { degree, knots: Knots::Spans(spans), weights: None };
     }
     let basis = [PolynomialBasis::Monomial, PolynomialBasis::Chebyshev, PolynomialBasis::Legendre][random.below(3)];
     let total = matches!(degree, Degree::Both(_)) && random.below(3) == 0;

@@ -101,7 +101,7 @@ fn nearly_empty_spans() {
         x.push(place);
         let y: Vec<f64> = x.iter().map(|x| (1.3 * x).sin() + 1e-3 * random.normal()).collect();
         let nodes = Nodes::curve(x.clone(), y.clone(), None).expect("checked nodes");
-        let model = Model::BSpline { degree: Degree::Both(3), knots: Knots::Curve(knots.to_vec()) };
+        let model = Model::BSpline { degree: Degree::Both(3), knots: Knots::Curve(knots.to_vec()), weights: None };
         let columns = curve(Basis::BSpline(&knots), 3, &x);
         check(&format!("node at {place}"), &fit(&nodes, &plain(model, Scaling::None)), &columns, &vector(&y), 9.0);
         x.pop();

@@ -12,7 +12,7 @@ fn spec(kind: usize) -> FitSpec {
         0 => polynomial(PolynomialBasis::Monomial, Degree::Both(2)),
         1 => polynomial(PolynomialBasis::Chebyshev, Degree::Each(3, 1)),
         2 => polynomial(PolynomialBasis::Monomial, Degree::Each(1, 3)),
-        _ => Model::BSpline { degree: Degree::Both(2), knots: Knots::SpansEach(1, 2) },
+        _ => Model::BSpline { degree: Degree::Both(2), knots: Knots::SpansEach(1, 2), weights: None },
     });
     match kind / 4 % 4 {
         0 => {}

@@ -122,7 +122,7 @@ fn specs() -> Vec<FitSpec> {
         FitSpec {
             domain,
             regularization: Regularization::None,
-            ..FitSpec::new(Model::BSpline { degree: Degree::Both(2), knots: Knots::Spans(2) })
+            ..FitSpec::new(Model::BSpline { degree: Degree::Both(2), knots: Knots::Spans(2), weights: None })
         },
     ]
 }

@@ -220,7 +220,7 @@ fn the_grand_mean_is_not_shrunk() {
 
 #[test]
 fn what_cannot_be_shrunk_is_refused() {
-    let problem = Problem::graded(3, 3, 5, 2.0);
+    let problem = Problem::graded(3, 4, 5, 2.0);
     let nodes = problem.nodes();
     let pointer = |regularization| match try_fit(&nodes, &FitSpec { regularization, ..linear() }) {
         Err(FitError::Invalid(faults)) => faults.list()[0].pointer.clone(),
@@ -228,11 +228,11 @@ fn what_cannot_be_shrunk_is_refused() {
     };
     assert_eq!(pointer(attraction(&[1.0, 2.0], by(Criterion::Optimal))), "/regularization/target");
     assert_eq!(
-        pointer(attraction(&[1.0, 2.0, 3.0], by(Criterion::MinCondition))),
+        pointer(attraction(&[1.0, 2.0, 3.0, 4.0], by(Criterion::MinCondition))),
         "/regularization/parameter/criterion"
     );
     let stein = |factor, target| Regularization::JamesStein(JamesStein { factor, positive_part: true, target });
-    assert_eq!(pointer(stein(ShrinkageFactor::JamesStein, Some(vec![0.0; 4]))), "/regularization/target");
+    assert_eq!(pointer(stein(ShrinkageFactor::JamesStein, Some(vec![0.0; 3]))), "/regularization/target");
     // random columns cannot make a constant
     assert_eq!(pointer(stein(ShrinkageFactor::EfronMorris, None)), "/regularization/variant");
     let two = Problem::graded(3, 2, 5, 2.0);

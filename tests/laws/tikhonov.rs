@@ -172,7 +172,11 @@ fn b_splines() {
         for lambda in [1e-4, 0.1, 30.0] {
             let spec = FitSpec {
                 regularization: tikhonov(order, &[1.0], Parameter::Fixed(lambda)),
-                ..FitSpec::new(Model::BSpline { degree: Degree::Both(3), knots: Knots::Curve(knots.to_vec()) })
+                ..FitSpec::new(Model::BSpline {
+                    degree: Degree::Both(3),
+                    knots: Knots::Curve(knots.to_vec()),
+                    weights: None,
+                })
             };
             let result = fit(&nodes, &spec);
             let moments: Vec<Big> = (0..n).map(|j| dot(&column(&design, j), &vector(&y))).collect();
@@ -195,7 +199,7 @@ fn a_single_span_is_a_polynomial() {
     let nodes = Nodes::curve(x, y, None).expect("checked nodes");
     for criterion in [Criterion::Gcv, Criterion::Discrepancy, Criterion::LCurve] {
         let regularization = tikhonov(2, &[1.0], by(criterion));
-        let spline = Model::BSpline { degree: Degree::Both(5), knots: Knots::Spans(1) };
+        let spline = Model::BSpline { degree: Degree::Both(5), knots: Knots::Spans(1), weights: None };
         let one = fit(&nodes, &FitSpec { regularization: regularization.clone(), ..FitSpec::new(spline) });
         let basis = PolynomialBasis::Chebyshev;
         let two = fit(&nodes, &FitSpec { regularization, ..polynomial(Degree::Both(5), basis) });
@@ -240,7 +244,7 @@ fn gaps_are_bridged() {
     let x: Vec<f64> = (0..24).map(|i| f64::from(i) * 0.1 + if i >= 12 { 6.0 } else { 0.0 }).collect();
     let y: Vec<f64> = x.iter().map(|x| 2.0 - 0.5 * x).collect();
     let nodes = Nodes::curve(x, y, None).expect("checked nodes");
-    let model = Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(12) };
+    let model = Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(12), weights: None };
     let of = |order, parameter| FitSpec {
         regularization: tikhonov(order, &[1.0], parameter),
         noise_sigma: Some(0.01),

@@ -13,7 +13,7 @@ fn curve(name: &str) {
     let degree = file["degree"].as_u64().expect("a degree") as usize;
     let weight = (!file["weights"].is_null()).then(|| numbers(&file["weights"]));
     let nodes = Nodes::curve(x.clone(), y.clone(), weight.clone()).expect("checked nodes");
-    let model = Model::BSpline { degree: Degree::Both(degree), knots: Knots::Curve(knots.clone()) };
+    let model = Model::BSpline { degree: Degree::Both(degree), knots: Knots::Curve(knots.clone()), weights: None };
     let include = Include { residuals: true, ..Include::default() };
     let result = answer(&nodes, &FitSpec { include, ..plain(model) });
     at_least(name, &values(&result), &decimals(&file["coef_dec"]), 13.0);
@@ -59,7 +59,7 @@ fn bicubic_on_a_grid() {
     let axis = |k: usize| places.iter().map(|p| p[k]).collect::<Vec<f64>>();
     let truth: Vec<Big> = file["coef_dec"].as_array().expect("rows").iter().flat_map(decimals).collect();
     let exact = exact_of(&surface([Basis::BSpline(&in_u), Basis::BSpline(&in_v)], [3, 3], &places, |_, _| true), &z);
-    let model = Model::BSpline { degree: Degree::Each(3, 3), knots: Knots::Surface(in_u, in_v) };
+    let model = Model::BSpline { degree: Degree::Each(3, 3), knots: Knots::Surface(in_u, in_v), weights: None };
     let grid = Nodes::grid(u, v, z.clone(), None, None).expect("checked nodes");
     let scattered = Nodes::scattered(axis(0), axis(1), z, None).expect("checked nodes");
     for (name, nodes) in [("bicubic grid", grid), ("bicubic scattered", scattered)] {

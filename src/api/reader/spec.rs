@@ -125,7 +125,7 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
                     return None;
                 }
             };
-            Some(spec::Model::BSpline { degree: degree(model.degree), knots })
+            Some(spec::Model::BSpline { degree: degree(model.degree), knots, weights: None })
         }
         "linear" => read_part::<LinearModel>(slice, "/model", faults).map(|_| spec::Model::Linear),
         other => {

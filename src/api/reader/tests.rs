@@ -432,12 +432,13 @@ proptest! {
                         basis: spec::PolynomialBasis::Legendre,
                         terms: spec::Terms::Total,
                     },
-                    Model::BSpline { degree: spec::Degree::Both(3), knots: spec::Knots::SpansEach(2, 5) },
-                    Model::BSpline { degree: spec::Degree::Both(1), knots: spec::Knots::Curve(vec![0.0, 0.1, value]) },
+                    Model::BSpline { degree: spec::Degree::Both(3), knots: spec::Knots::SpansEach(2, 5), weights: None },
+                    Model::BSpline { degree: spec::Degree::Both(1), knots: spec::Knots::Curve(vec![0.0, 0.1, value]), weights: None },
                     Model::BSpline {
                         degree: spec::Degree::Both(1),
                         knots: spec::Knots::Surface(vec![0.0, value], vec![-value, 0.3]),
-                    },
+ weights: None,
+},
                 ][model]
                     .clone(),
             )

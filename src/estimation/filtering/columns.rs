@@ -118,6 +118,9 @@ fn along_axes(nodes: &Nodes, sample: &Sample, design: &Design, steps: &[Step]) -
     let (Nodes::Grid(grid), Basis::Product { u, v }, true) = (nodes, &design.basis, sample.separates()) else {
         return None;
     };
+    if design.rational.is_some() {
+        return None;
+    }
     let single: Vec<(FilterAxis, Step)> = steps.iter().map(Step::along_axis).collect::<Option<_>>()?;
     let factor = |axis: &Axis, x: &[f64], which: FilterAxis| {
         let mut columns = vec![vec![0.0; x.len()]; axis.size()];

@@ -17,10 +17,7 @@ use crate::{
         filter::Filtered,
         result::{Choice, RegularizationKind, RegularizationReport, Warning},
     },
-    numerics::{
-        Dd, Real,
-        words::{counted, entries},
-    },
+    numerics::{Dd, Real},
 };
 
 /// The target, in every coordinate that is needed.
@@ -45,22 +42,9 @@ struct Constant {
 }
 
 impl<'a> Aim<'a> {
-    /// A vector of the caller, 0 where none is given.
-    pub fn at(context: &'a Context<'a>, target: Option<&[f64]>, warnings: &mut Vec<Warning>) -> Result<Self, FitError> {
+    /// A vector of the caller (as long as there are coefficients), 0 where none is given.
+    pub fn at(context: &'a Context<'a>, target: Option<&[f64]>, warnings: &mut Vec<Warning>) -> Self {
         let n = context.place.design.size();
-        if let Some(target) = target
-            && target.len() != n
-        {
-            return Err(Faults::one(
-                "/regularization/target",
-                format!(
-                    "{}; the model has {}, in the order of the answer",
-                    entries(target.len()),
-                    counted(n, "coefficient", "coefficients")
-                ),
-            )
-            .into());
-        }
         let given = |j: usize| target.map_or(0.0, |t| t[j]);
         if let Some(constant) = &context.columns.constant
             && given(constant.index) != 0.0
@@ -71,13 +55,13 @@ impl<'a> Aim<'a> {
                     .into(),
             });
         }
-        Ok(Self::with((0..n).map(|j| Dd::from(given(j))).collect(), None, context))
+        Self::with((0..n).map(|j| Dd::from(given(j))).collect(), None, context)
     }
 
     /// The grand mean of the heights; of standardised columns it is what the unpenalised constant does anyway.
     pub fn at_the_mean(context: &'a Context<'a>, warnings: &mut Vec<Warning>) -> Result<Self, FitError> {
         if context.columns.constant.is_some() {
-            return Self::at(context, None, warnings);
+            return Ok(Self::at(context, None, warnings));
         }
         let Some(constant) = Constant::new(context) else {
             return Err(Faults::one(

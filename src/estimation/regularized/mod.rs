@@ -15,15 +15,18 @@ mod oblique;
 mod oblique_choice;
 mod pair;
 mod penalty;
+mod rational_penalty;
 mod scan;
 mod shrink;
 pub mod spec;
 mod spectral;
+mod suited;
 mod tikhonov;
 mod trace;
 mod truncated;
 
 pub use classical::ridge_parameter;
+pub use suited::suited;
 
 use super::{
     error::FitError,
@@ -133,6 +136,7 @@ pub struct Applied {
 
 /// Applies what the spec asks for.
 pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+    suited(context.place.design, context.spec)?;
     match &context.spec.regularization {
         Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. } => {
             spectral::apply(context, warnings)

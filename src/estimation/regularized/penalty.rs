@@ -7,12 +7,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Context;
+use super::{Context, rational_penalty};
 use crate::{
     estimation::{
-        design::{Axis, Basis},
+        design::{Axis, Basis, Design},
         error::Faults,
-        spec::Tikhonov,
+        spec::{Scaling, Tikhonov},
     },
     geometry::polynomial,
     numerics::{
@@ -28,23 +28,60 @@ pub const HIGHEST_ORDER: usize = 3;
 /// Entries of L are squared.
 const RANGE: std::ops::Range<f64> = 1e-140..1e140;
 
-/// L: as many columns as working coefficients; refuses what has no roughness.
-pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults> {
-    let design = context.place.design;
+/// Refuses a penalty that the model has no roughness for; of `size` scaled columns.
+pub fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -> Result<(), Faults> {
     let order = asked.order;
     if order > HIGHEST_ORDER {
         return Err(Faults::one("/regularization/order", format!("{order} is not one of 0 to {HIGHEST_ORDER}")));
     }
-    let surface = design.domain.is_some_and(|domain| domain.v.is_some());
-    let weights = weights(asked, surface)?;
-    if order == 0 && context.columns.constant.is_some() && matches!(design.basis, Basis::Product { .. }) {
-        return Err(Faults::one(
+    let weights = weights(asked, design);
+    check_weights(&weights, is_surface(design))?;
+    match &design.basis {
+        Basis::Columns { .. } if order >= size => Err(Faults::one(
+            "/regularization/order",
+            format!(
+                "differences of order {order} need at least {} coefficients; there {}",
+                order + 1,
+                if size == 1 { "is 1".to_owned() } else { format!("are {size}") }
+            ),
+        )),
+        Basis::Columns { .. } => Ok(()),
+        Basis::Product { .. } if order == 0 && scaling == Scaling::Standardized => Err(Faults::one(
             "/regularization/order",
             "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order",
-        ));
+        )),
+        Basis::Product { u, v } => {
+            let rough = [u, v].into_iter().zip(&weights).any(|(axis, weight)| *weight > 0.0 && degree(axis) >= order);
+            if rough {
+                return Ok(());
+            }
+            Err(Faults::one(
+                "/regularization/order",
+                format!(
+                    "derivatives of order {order} vanish for every function of this model: nothing would be penalised"
+                ),
+            ))
+        }
     }
+}
+
+fn degree(axis: &Axis) -> usize {
+    match axis {
+        Axis::Polynomial { size, .. } => size.saturating_sub(1),
+        Axis::Spline(basis) => basis.degree(),
+    }
+}
+
+/// L: as many columns as working coefficients. `asked` has been checked.
+pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults> {
+    let design = context.place.design;
+    let order = asked.order;
+    let weights = weights(asked, design);
     let l = match &design.basis {
-        Basis::Columns { scale } => differences(&context.columns.kept, scale, order, weights[0])?,
+        Basis::Columns { scale } => differences(&context.columns.kept, scale, order, weights.iter().sum()),
+        Basis::Product { u, v } if let Some(net) = &design.rational => {
+            rational_penalty::factor([u, v], net, &weights, order)
+        }
         Basis::Product { u, v } => {
             let domain = design.domain.unwrap_or_default();
             let (on_u, on_v) = (domain.u.unwrap_or([0.0; 2]), domain.v);
@@ -64,12 +101,6 @@ pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults
         }
     };
     let largest = l.iter().map(|x| x.to_f64().abs()).fold(0.0, |a: f64, x| if x > a || x.is_nan() { x } else { a });
-    if largest == 0.0 {
-        return Err(Faults::one(
-            "/regularization/order",
-            format!("derivatives of order {order} vanish for every function of this model: nothing would be penalised"),
-        ));
-    }
     if !RANGE.contains(&largest) {
         return Err(Faults::one(
             "/regularization/weights",
@@ -79,11 +110,18 @@ pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults
     Ok(l)
 }
 
-/// The weights, one for each axis.
-fn weights(asked: &Tikhonov, surface: bool) -> Result<Vec<f64>, Faults> {
-    let axes = if surface { 2 } else { 1 };
-    let Some(weights) = &asked.weights else { return Ok(vec![1.0; axes]) };
-    if weights.len() != axes {
+fn is_surface(design: &Design) -> bool {
+    design.domain.is_some_and(|domain| domain.v.is_some())
+}
+
+/// The weights, by default 1 for each axis.
+fn weights(asked: &Tikhonov, design: &Design) -> Vec<f64> {
+    asked.weights.clone().unwrap_or_else(|| vec![1.0; if is_surface(design) { 2 } else { 1 }])
+}
+
+/// One for each axis, none negative, one positive.
+fn check_weights(weights: &[f64], surface: bool) -> Result<(), Faults> {
+    if weights.len() != if surface { 2 } else { 1 } {
         let what = if surface { "a surface takes two, [w_u, w_v]" } else { "a curve or a linear model takes one" };
         return Err(Faults::one(
             "/regularization/weights",
@@ -97,35 +135,25 @@ fn weights(asked: &Tikhonov, surface: bool) -> Result<Vec<f64>, Faults> {
     if weights.iter().all(|w| *w == 0.0) {
         faults.push("/regularization/weights", "at least one weight must be greater than 0");
     }
-    faults.into_result(weights.clone())
+    faults.into_result(())
 }
 
 /// `√w Δᵏ` on the caller's coefficients of the kept columns, in working coefficients (which are `scale` times those).
-fn differences(kept: &[usize], scale: &[f64], order: usize, weight: f64) -> Result<DMatrix<Dd>, Faults> {
-    if order >= kept.len() {
-        return Err(Faults::one(
-            "/regularization/order",
-            format!(
-                "differences of order {order} need at least {} coefficients; there {}",
-                order + 1,
-                if kept.len() == 1 { "is 1".to_owned() } else { format!("are {}", kept.len()) }
-            ),
-        ));
-    }
+fn differences(kept: &[usize], scale: &[f64], order: usize, weight: f64) -> DMatrix<Dd> {
     let mut signs = vec![1.0];
     for _ in 0..order {
         let next = |i: usize| if i == 0 { 0.0 } else { signs[i - 1] } - signs.get(i).copied().unwrap_or(0.0);
         signs = (0..=signs.len()).map(next).collect();
     }
     let root = Dd::from(weight).sqrt();
-    let mut l = DMatrix::from_element(kept.len() - order, scale.len(), Dd::ZERO);
+    let mut l = DMatrix::from_element(kept.len().saturating_sub(order), scale.len(), Dd::ZERO);
     for row in 0..l.nrows() {
         for (i, sign) in signs.iter().enumerate() {
             let j = kept[row + i];
             l[(row, j)] = root.mul_f64(*sign) / scale[j];
         }
     }
-    Ok(l)
+    l
 }
 
 /// A square factor of `∫ φ⁽ᵏ⁾ φ⁽ᵏ⁾ᵀ dx` on one axis; without a domain the axis is the single function 1 of a curve.

@@ -15,20 +15,25 @@ use crate::estimation::{
     spec::{Attraction, Criterion, JamesStein, Parameter, ShrinkageFactor},
 };
 
+/// Refuses to shrink fewer directions than pay for their factor.
+pub fn check_directions(p: usize) -> Result<(), Faults> {
+    if p >= 3 {
+        return Ok(());
+    }
+    Err(Faults::one(
+        "/regularization/type",
+        format!("James–Stein needs three directions to shrink; there are {p} here (the grand mean takes one)"),
+    ))
+}
+
 /// Shrinks by the factor that the data give.
 pub fn james_stein(context: &Context, asked: &JamesStein, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let aim = match (asked.factor, &asked.target) {
         (ShrinkageFactor::EfronMorris, None) => Aim::at_the_mean(context, warnings)?,
-        (_, target) => Aim::at(context, target.as_deref(), warnings)?,
+        (_, target) => Aim::at(context, target.as_deref(), warnings),
     };
     let p = aim.directions();
-    if p < 3 {
-        return Err(Faults::one(
-            "/regularization/type",
-            format!("James–Stein needs three directions to shrink; there are {p} here (the grand mean takes one)"),
-        )
-        .into());
-    }
+    check_directions(p)?;
     context.warn_of_missing("James–Stein", false, warnings);
     let variance = match (context.spec.noise_sigma, asked.factor) {
         (None, ShrinkageFactor::JamesStein | ShrinkageFactor::EfronMorris) => {
@@ -79,7 +84,7 @@ impl Drawn {
 
 /// Draws Â to the target with the weight asked for.
 pub fn attraction(context: &Context, asked: &Attraction, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
-    let aim = Aim::at(context, Some(&asked.target), warnings)?;
+    let aim = Aim::at(context, Some(&asked.target), warnings);
     context.warn_of_missing("attraction", true, warnings);
     // seen from T, every direction of X(Â − T) is alike: the sums of ridge with eigenvalue 1
     let lambda = vec![1.0; aim.directions()];

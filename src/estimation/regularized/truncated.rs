@@ -13,18 +13,20 @@ use crate::estimation::{
     result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
 };
 
+/// Refuses to keep none, or more than `there` are.
+pub fn check_rank(rank: usize, there: usize, what: &str) -> Result<(), Faults> {
+    if (1..=there).contains(&rank) {
+        return Ok(());
+    }
+    let detail = format!("{rank} of {there} {what} in the scaled columns: at least 1, at most all");
+    Err(Faults::one("/regularization/rank", detail))
+}
+
 /// Keeps the `rank` largest singular values.
 pub fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, spectrum, columns, least_squares, place, .. } = *context;
     let n = spectrum.lambda.len();
-    if rank == 0 || rank > spectrum.rank {
-        let told = if spectrum.full_rank() { "directions" } else { "singular values told from 0" };
-        return Err(Faults::one(
-            "/regularization/rank",
-            format!("{rank} of {} {told} in the scaled columns: at least 1, at most all", spectrum.rank),
-        )
-        .into());
-    }
+    check_rank(rank, spectrum.rank, "singular values told from 0")?;
     let dropped = n - rank;
     let filtered: Vec<Filtered> = (0..n)
         .map(|i| match i < dropped {

@@ -13,4 +13,5 @@ mod life;
 mod refusals;
 mod socket;
 mod stream_kill;
+mod stream_opening;
 mod streams;

@@ -1,0 +1,50 @@
+//! From a fit of B-splines or NURBS to the curve or surface that it is.
+//!
+//! Coefficients of a fit are reported in the caller's functions whatever the scaling was, so they are the control points of a graph
+//! y(x) or z(u, v) as they stand.
+
+use crate::{
+    estimation::{
+        design::{Axis, Basis, product_on},
+        result::FitResult,
+        spec::{FitSpec, Model},
+    },
+    geometry::{
+        curve::{BSplineCurve, CurveShape},
+        space::{Dimension, Vector},
+        surface::{BSplineSurface, SurfaceShape},
+    },
+};
+
+/// A fitted curve or surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    Curve(CurveShape),
+    Surface(SurfaceShape),
+}
+
+/// The graph that `result`, a fit of `spec`, stands for; `None` for models that are no B-splines, and for degrees beyond those that
+/// curves and surfaces have.
+pub fn shape_of(spec: &FitSpec, result: &FitResult) -> Option<Shape> {
+    let Model::BSpline { weights, .. } = &spec.model else { return None };
+    let domain = result.domain?;
+    let (u, surface) = (domain.u?, domain.v.is_some());
+    let domains = (u, domain.v.unwrap_or([0.0; 2]));
+    let design = product_on(surface, &spec.model, domains, domains).ok()?;
+    if design.size() != result.coefficients.len() {
+        return None;
+    }
+    let controls = result.coefficients.iter().map(|c| Vector::new(c.value, 0.0, 0.0)).collect();
+    let weights = weights.clone();
+    match design.basis {
+        Basis::Product { u: Axis::Spline(u), v: Axis::Spline(v) } if surface => {
+            let surface = BSplineSurface::new([u, v], Dimension::Graph, controls, weights).ok()?;
+            Some(Shape::Surface(SurfaceShape::BSpline(surface)))
+        }
+        Basis::Product { u: Axis::Spline(basis), .. } if !surface => {
+            let curve = BSplineCurve::new(basis, Dimension::Graph, controls, weights).ok()?;
+            Some(Shape::Curve(CurveShape::BSpline(curve)))
+        }
+        _ => None,
+    }
+}
