@@ -19,7 +19,7 @@ use super::{
     text::{LongText, Moment, ShortText},
 };
 use crate::{
-    estimation::{Faults, Nodes, Recursive},
+    estimation::{Faults, Nodes, Recursive, near},
     jobs::{NewStream, Stream, StreamDraft},
 };
 
@@ -207,7 +207,9 @@ pub fn tell(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Told, Probl
         }
         Err(error) => return Ok(waiting(error.into())),
     };
-    let text = fit_text::write(&result, &canonical::hexadecimal(input_sha256)).map_err(Problem::internal)?;
+    let shape = near::shape_of(estimate.spec(), &result);
+    let text =
+        fit_text::write(&result, shape.as_ref(), &canonical::hexadecimal(input_sha256)).map_err(Problem::internal)?;
     Ok(Told::Result(String::from_utf8(text).map_err(Problem::internal)?))
 }
 

@@ -11,6 +11,7 @@ mod csv;
 mod cursor;
 mod decimal;
 mod estimator;
+mod fields;
 mod filters;
 mod nodes;
 mod numbers;
@@ -22,6 +23,12 @@ mod tests;
 
 /// Nodes from a table with a header.
 pub use self::csv::read as read_csv;
+/// For the parts of other requests.
+pub(in crate::api) use self::{
+    fields::{Fields, read_numbers, read_rows},
+    request::read_part,
+    spec::{RawSpec, SPEC_KEYS, read_tag, unknown_type},
+};
 
 use serde::de::DeserializeOwned;
 

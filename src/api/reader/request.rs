@@ -140,7 +140,7 @@ pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, ReadError> {
     read_part(text, "", &mut faults).ok_or(ReadError::Invalid(faults))
 }
 
-fn malformed(text: &[u8], syntax: &Syntax) -> ReadError {
+pub fn malformed(text: &[u8], syntax: &Syntax) -> ReadError {
     let (line, column) = place(text, syntax.at);
     ReadError::Malformed { detail: format!("Line {line}, column {column}: {}.", syntax.what) }
 }

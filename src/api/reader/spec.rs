@@ -31,16 +31,23 @@ pub struct RawSpec<'a> {
 impl RawSpec<'_> {
     /// The spec, when none of its parts has a fault.
     pub fn check(&self, faults: &mut Faults) -> Option<FitSpec> {
-        let before = faults.count();
-        let [model, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include, filters] =
-            self.slices;
-        let model = match model {
+        let model = match self.slices[0] {
             Some(slice) => read_model(slice, faults),
             None => {
                 faults.push("/model", "missing");
                 None
             }
         };
+        // The rest is looked at in any case: all faults are told at once.
+        let rest = self.beside(model.clone().unwrap_or(spec::Model::Linear), faults);
+        model.and(rest)
+    }
+
+    /// The spec of `model`, when none of the other parts has a fault.
+    pub fn beside(&self, model: spec::Model, faults: &mut Faults) -> Option<FitSpec> {
+        let before = faults.count();
+        let [_, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include, filters] =
+            self.slices;
         let scaling = scaling.and_then(|slice| read_part(slice, "/scaling", faults)).map(|name| match name {
             ScalingName::UnitLength => spec::Scaling::UnitLength,
             ScalingName::None => spec::Scaling::None,
@@ -67,7 +74,7 @@ impl RawSpec<'_> {
             node_uncertainty,
             include: include.unwrap_or_default(),
             filters: filters.unwrap_or_default(),
-            ..FitSpec::new(model?)
+            ..FitSpec::new(model)
         })
     }
 }
@@ -79,11 +86,11 @@ struct Tag {
     kind: String,
 }
 
-pub(super) fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
+pub fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
     read_part::<Tag>(slice, pointer, faults).map(|tag| tag.kind)
 }
 
-pub(super) fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
+pub fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
     let got: String = got.chars().take(64).collect();
     faults.push(format!("{pointer}/type"), format!("`{got}` is not offered by this version; {known}"));
 }
@@ -121,7 +128,12 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
                     return None;
                 }
             };
-            Some(spec::Model::BSpline { degree: degree(model.degree), knots, weights: None })
+            let weights = match model.weights {
+                None => None,
+                Some(WeightsBody::Curve(weights)) => Some(weights),
+                Some(WeightsBody::Surface(rows)) => Some(flat_weights(&rows, faults)?),
+            };
+            Some(spec::Model::BSpline { degree: degree(model.degree), knots, weights })
         }
         "linear" => read_part::<LinearModel>(slice, "/model", faults).map(|_| spec::Model::Linear),
         other => {
@@ -129,6 +141,16 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
             None
         }
     }
+}
+
+/// Rows of one length, end to end.
+fn flat_weights(rows: &[Vec<f64>], faults: &mut Faults) -> Option<Vec<f64>> {
+    let before = faults.count();
+    let columns = rows.first().map_or(0, Vec::len);
+    for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
+        faults.push(format!("/model/weights/{i}"), format!("{} weights, where the first row has {columns}", row.len()));
+    }
+    (faults.count() == before).then(|| rows.concat())
 }
 
 fn degree(degree: DegreeBody) -> spec::Degree {

@@ -53,6 +53,11 @@ impl Recursive {
         Ok(Recursive { spec: spec.clone(), forgetting, sums: None })
     }
 
+    /// What is fitted.
+    pub fn spec(&self) -> &FitSpec {
+        &self.spec
+    }
+
     /// Counted nodes so far.
     pub fn count(&self) -> usize {
         self.sums.as_ref().map_or(0, |sums| sums.seen.count)
