@@ -36,6 +36,7 @@ mod sample;
 mod scaled;
 mod seen;
 mod separable;
+pub mod smoothing;
 pub(crate) mod sound;
 pub mod spec;
 mod spectrum;

@@ -15,6 +15,7 @@ mod hard;
 mod large;
 mod least_condition;
 mod near;
+mod near_smoothing;
 mod nodes;
 mod opening;
 mod penalised;
