@@ -4,6 +4,7 @@
 
 mod accumulate;
 mod admission;
+mod banded;
 mod bias;
 pub mod blocks;
 mod choice;
@@ -43,6 +44,7 @@ mod spectrum;
 pub mod state;
 mod tile;
 
+pub use banded::weight::Trace;
 pub use cost::is_short;
 pub use error::{Fault, Faults, FitError};
 pub use filtering::{fit, fit_remembering};

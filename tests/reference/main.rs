@@ -10,6 +10,7 @@ mod b_spline;
 mod collinearity;
 mod filip;
 mod folder;
+mod near;
 mod nist;
 mod oracle_check;
 mod recursive;
