@@ -80,6 +80,9 @@ pub enum MeshFault {
     Patchwork(#[from] PatchworkFault),
 }
 
+/// Where curves stand, the curves, and the places along them.
+type Family<'a> = (&'a [f64], &'a [Option<CurveShape>], &'a [f64]);
+
 impl CurveMesh {
     /// Fills every mesh; curves that cross agree to `tolerance` in their coordinates.
     pub fn fill(&self, fill: Fill, tolerance: f64) -> Result<Filled, MeshFault> {
@@ -135,7 +138,7 @@ impl CurveMesh {
         Ok(Filled { patchwork, gap, deviation: worst })
     }
 
-    fn families(&self) -> [(&[f64], &[Option<CurveShape>], &[f64]); 2] {
+    fn families(&self) -> [Family<'_>; 2] {
         [(&self.us, &self.over_v, &self.vs), (&self.vs, &self.over_u, &self.us)]
     }
 
