@@ -244,7 +244,7 @@ impl Maker {
                 converged: self.below(2) == 1,
                 iterations: self.below(1_000),
                 tolerance_reached: self.maybe(),
-                scale: self.number(),
+                scale: self.maybe(),
                 dispersion: self.maybe(),
                 objective: self.number(),
                 weights: self.numbers(),

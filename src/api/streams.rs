@@ -19,7 +19,7 @@ use super::{
     text::{LongText, Moment, ShortText},
 };
 use crate::{
-    estimation::{Faults, Nodes, Recursive, near},
+    estimation::{Faults, Nodes, Recursive, near, words::counted},
     jobs::{NewStream, Stream, StreamDraft},
 };
 
@@ -200,7 +200,11 @@ pub fn tell(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Told, Probl
         Ok(Some(result)) => result,
         Ok(None) => {
             let message = match estimate.size() {
-                Some(n) => format!("{} counted nodes so far, fewer than the {n} coefficients", estimate.count()),
+                Some(n) => format!(
+                    "{} so far, fewer than the {}",
+                    counted(estimate.count(), "counted node", "counted nodes"),
+                    counted(n, "coefficient", "coefficients")
+                ),
                 None => "no nodes so far".to_owned(),
             };
             return Ok(Told::Waiting { code: "too_few_nodes".into(), message });

@@ -63,6 +63,39 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
     }
 }
 
+/// Several heights over the same places with the same weights (the coordinates of a curve): bit for bit what [`fit`] answers for each,
+/// but the columns are analysed once.
+pub(super) fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitResult>, FitError> {
+    let mut analysed: Option<(Design, Frame)> = None;
+    let mut results = Vec::with_capacity(nodes.len());
+    for nodes in nodes {
+        let sample = Sample::new(nodes);
+        let heights = Heights::new(&sample);
+        let evidence = Evidence::Posted { sample: &sample, nodes };
+        let given = match analysed.take() {
+            Some((design, frame)) => (design, Some(frame)),
+            None => (Design::new(nodes, &sample, spec)?, None),
+        };
+        within_range(nodes.heights_pointer(), &heights)?;
+        let factor = Factor::new(&given.0, &sample)?;
+        let (design, frame) = match given {
+            (design, Some(frame)) => (design, frame),
+            (design, None) => {
+                let frame = Frame::new(&design, &factor, spec, heights.weight)?;
+                (design, frame)
+            }
+        };
+        let place = Place { design: &design, factor: &factor, heights: heights.about_zero, evidence };
+        let measured = Measured { place: &place, sample: &sample, heights: &heights };
+        results.push(match robust::estimate(&spec.estimator, &measured)? {
+            None => conclude(&place, &heights, spec, &frame, None)?,
+            Some(robust) => conclude_robust(&place, &sample, nodes, &heights, spec, &frame, &robust)?,
+        });
+        analysed = Some((design, frame));
+    }
+    Ok(results)
+}
+
 /// A robust estimate goes on as the least-squares problem that it solves, plain least squares beside it; `place` and
 /// `frame` are of the posted nodes.
 fn conclude_robust(
@@ -147,6 +180,7 @@ fn conclude(
     warnings.extend(frame.warnings.iter().cloned());
     let spectrum_report = spectrum_report(&spectrum, columns, applied.spectrum);
     let bounded = applied.after.is_some();
+    let mut vanishing = false;
     let perturbation = spec.node_uncertainty.map(|uncertainty| {
         let before = perturbation::Estimate {
             condition: spectrum_report.condition,
@@ -163,11 +197,19 @@ fn conclude(
             });
             perturbation::Estimate { condition: None, largest: 0.0, norm: 0.0 }
         });
+        vanishing = before.norm == 0.0 || (bounded && after.norm == 0.0);
         let rss = least_squares.rss;
         let slopes = place.evidence.slopes(design, columns);
         perturbation::report(slopes, weight, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
     });
-    if let Some(p) = &perturbation
+    if vanishing {
+        warnings.push(Warning {
+            code: "no_relative_error",
+            message:
+                "the coefficients are all 0: bounds on their relative error divide by their length, so there are none"
+                    .into(),
+        });
+    } else if let Some(p) = &perturbation
         && (p.least_squares.square_bound.is_none() || (bounded && p.regularized.square_bound.is_none()))
     {
         warnings.push(Warning {

@@ -2,10 +2,14 @@
 
 use serde::Deserialize;
 
-use super::{estimator::read_estimator, regularization::read_regularization, request::read_part};
+use super::{
+    estimator::read_estimator,
+    regularization::read_regularization,
+    request::{read_object, read_part},
+};
 use crate::{
     api::fit_spec::*,
-    estimation::{Faults, FitSpec, spec},
+    estimation::{Faults, FitSpec, spec, words::Shown},
 };
 
 /// The keys of a spec at the top level of a request.
@@ -87,7 +91,7 @@ struct Tag {
 }
 
 pub fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
-    read_part::<Tag>(slice, pointer, faults).map(|tag| tag.kind)
+    read_object::<Tag>(slice, pointer, faults).map(|tag| tag.kind)
 }
 
 pub fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
@@ -161,12 +165,15 @@ fn degree(degree: DegreeBody) -> spec::Degree {
 }
 
 fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {
-    let body: DomainBody = read_part(slice, "/domain", faults)?;
+    let body: DomainBody = read_object(slice, "/domain", faults)?;
     for (key, ends) in [("u", body.u), ("v", body.v)] {
         if let Some([low, high]) = ends
             && low > high
         {
-            faults.push(format!("/domain/{key}"), format!("{low} is greater than {high}; write [min, max]"));
+            faults.push(
+                format!("/domain/{key}"),
+                format!("{} is greater than {}; write [min, max]", Shown(low), Shown(high)),
+            );
         }
     }
     let interval = |ends: [f64; 2]| ends.map(unsigned_zero);
@@ -176,16 +183,16 @@ fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {
 fn positive(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<f64> {
     let value: f64 = read_part(slice, pointer, faults)?;
     if value <= 0.0 {
-        faults.push(pointer, format!("{value} is not greater than 0"));
+        faults.push(pointer, format!("{} is not greater than 0", Shown(value)));
     }
     Some(value)
 }
 
 fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncertainty> {
-    let body: NodeUncertaintyBody = read_part(slice, "/node_uncertainty", faults)?;
+    let body: NodeUncertaintyBody = read_object(slice, "/node_uncertainty", faults)?;
     for (key, value) in [("position", body.position), ("height", body.height)] {
         if value < 0.0 {
-            faults.push(format!("/node_uncertainty/{key}"), format!("{value} is negative"));
+            faults.push(format!("/node_uncertainty/{key}"), format!("{} is negative", Shown(value)));
         }
     }
     Some(spec::NodeUncertainty { position: body.position, height: body.height })

@@ -33,6 +33,7 @@ use super::{
     sample::Sample,
     spec::FitSpec,
     state::State,
+    words::Shown,
 };
 
 /// An estimate that nodes are added to.
@@ -137,7 +138,7 @@ impl Recursive {
                 message: format!(
                     "with a forgetting factor of {} the weights of all {} nodes add up to {:.6}; weights are relative 1/σ², so \
                      sigma is that of the newest node, older ones counting as noisier",
-                    self.forgetting, sums.seen.count, heights.weight
+                    Shown(self.forgetting), sums.seen.count, heights.weight
                 ),
             });
         }
