@@ -5,6 +5,7 @@ pub mod app;
 pub mod cli;
 pub mod config;
 pub mod estimation;
+pub mod formats;
 pub mod geometry;
 pub mod http;
 pub mod jobs;

@@ -43,10 +43,11 @@ const SERVICE: &[&str] = &[
 const RULES: &[Rule] = &[
     Rule { room: "numerics", rooms: &[], foreign: SERVICE },
     Rule { room: "geometry", rooms: &["numerics"], foreign: SERVICE },
+    Rule { room: "formats", rooms: &["geometry", "numerics"], foreign: SERVICE },
     Rule { room: "estimation", rooms: &["geometry", "numerics"], foreign: SERVICE },
     Rule {
         room: "api",
-        rooms: &["estimation", "jobs", "telemetry"],
+        rooms: &["estimation", "formats", "geometry", "jobs", "numerics", "telemetry"],
         foreign: &["axum", "clap", "metrics", "nalgebra", "sqlx", "tokio", "tower", "tower_http", "utoipa_axum"],
     },
     Rule {

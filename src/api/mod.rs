@@ -3,6 +3,7 @@
 //! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the command line use it too.
 
 pub mod canonical;
+pub mod criteria;
 pub mod estimator_spec;
 pub mod events;
 pub mod examples;
@@ -31,6 +32,7 @@ pub mod regularization_result;
 pub mod regularization_spec;
 pub mod robust_result;
 pub mod service;
+pub mod shapes;
 pub mod stream_state;
 pub mod streams;
 pub mod study;

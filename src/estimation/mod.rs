@@ -45,6 +45,7 @@ pub mod state;
 mod tile;
 
 pub use banded::weight::Trace;
+pub use crate::numerics::words;
 pub use cost::is_short;
 pub use error::{Fault, Faults, FitError};
 pub use filtering::{fit, fit_remembering};

@@ -58,6 +58,12 @@ impl<T: Real> Banded<T> {
         self.entries[self.at(row, column)]
     }
 
+    /// The matrix with every entry turned into a number of another type.
+    pub fn map<U: Real>(&self, convert: impl Fn(T) -> U) -> Banded<U> {
+        let entries = self.entries.iter().map(|x| convert(*x)).collect();
+        Banded { size: self.size, lower: self.lower, upper: self.upper, entries }
+    }
+
     /// The columns that a row reaches.
     fn reach(&self, row: usize) -> std::ops::Range<usize> {
         row.saturating_sub(self.lower)..(row + self.upper + 1).min(self.size)

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     api::fit_spec::*,
-    estimation::{Faults, spec},
+    estimation::{Faults, spec, words::Shown},
 };
 
 /// The regularisation, with the contract's defaults and ranges.
@@ -18,7 +18,8 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
             let body: SpectralRegularization = read_part(slice, AT, faults)?;
             let condition_limit = body.condition_limit.unwrap_or(spec::DEFAULT_CONDITION_LIMIT);
             if condition_limit <= 1.0 {
-                faults.push(format!("{AT}/condition_limit"), format!("{condition_limit} is not greater than 1"));
+                faults
+                    .push(format!("{AT}/condition_limit"), format!("{} is not greater than 1", Shown(condition_limit)));
             }
             let lambda_star = parameter(body.lambda_star, &format!("{AT}/lambda_star"), &[], faults)?;
             Some(spec::Regularization::Spectral {
@@ -43,7 +44,7 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
             }
             let weights = body.weights.as_deref().unwrap_or(&[1.0]);
             for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight < 0.0) {
-                faults.push(format!("{AT}/weights/{i}"), format!("{weight} is negative"));
+                faults.push(format!("{AT}/weights/{i}"), format!("{} is negative", Shown(*weight)));
             }
             if weights.len() > 2 || weights.iter().all(|weight| *weight == 0.0) {
                 faults.push(format!("{AT}/weights"), "one weight for each axis, at least one greater than 0");
@@ -113,26 +114,15 @@ fn parameter(
     faults: &mut Faults,
 ) -> Option<spec::Parameter> {
     let Some(body) = body else { return Some(spec::Parameter::Criterion(spec::Criterion::MinMse)) };
-    let criterion = match body.criterion {
-        CriterionName::Fixed => {
-            let Some(value) = body.value else {
-                faults.push(format!("{pointer}/value"), "missing; the criterion `fixed` needs it");
-                return None;
-            };
-            if value <= 0.0 {
-                faults.push(format!("{pointer}/value"), format!("{value} is not greater than 0"));
-            }
-            return Some(spec::Parameter::Fixed(value));
+    let Some(criterion) = body.criterion.criterion() else {
+        let Some(value) = body.value else {
+            faults.push(format!("{pointer}/value"), "missing; the criterion `fixed` needs it");
+            return None;
+        };
+        if value <= 0.0 {
+            faults.push(format!("{pointer}/value"), format!("{} is not greater than 0", Shown(value)));
         }
-        CriterionName::MinMse => spec::Criterion::MinMse,
-        CriterionName::MinCondition => spec::Criterion::MinCondition,
-        CriterionName::Gcv => spec::Criterion::Gcv,
-        CriterionName::Discrepancy => spec::Criterion::Discrepancy,
-        CriterionName::LCurve => spec::Criterion::LCurve,
-        CriterionName::Hkb => spec::Criterion::Hkb,
-        CriterionName::Hkb1975 => spec::Criterion::Hkb1975,
-        CriterionName::LawlessWang => spec::Criterion::LawlessWang,
-        CriterionName::Optimal => spec::Criterion::Optimal,
+        return Some(spec::Parameter::Fixed(value));
     };
     if !spec::Criterion::ALL.contains(&criterion) && !own.contains(&criterion) {
         faults.push(

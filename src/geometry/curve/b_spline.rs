@@ -93,6 +93,20 @@ impl Curve for BSplineCurve {
     fn breaks(&self) -> Vec<f64> {
         self.basis.distinct_knots()
     }
+
+    fn value(&self, t: f64) -> Vector {
+        let mut values = [0.0; HIGHEST_DEGREE + 1];
+        let values = &mut values[..=self.basis.degree()];
+        let first = self.basis.values(t, values);
+        let points = values.iter().zip(&self.control_points[first..]);
+        let Some(weights) = &self.weights else {
+            return points.fold(Vector::zeros(), |sum, (n, p)| sum + p * *n);
+        };
+        let weighted = points.zip(&weights[first..]);
+        let (point, weight) =
+            weighted.fold((Vector::zeros(), 0.0), |(sum, total), ((n, p), w)| (sum + p * (w * n), total + w * n));
+        point / weight
+    }
 }
 
 /// Derivatives of P / w by Leibniz' rule: `(P/w)⁽ᵏ⁾ = (P⁽ᵏ⁾ − Σ binomial(k, i) w⁽ⁱ⁾ (P/w)⁽ᵏ⁻ⁱ⁾) / w`.

@@ -6,16 +6,43 @@
 //! Parameters outside the domain are the caller's mistake and are refused at the door; here the end piece goes on.
 
 pub mod b_spline;
+pub mod barycentric;
+mod bernstein;
+pub mod closest;
+pub mod condition;
+pub mod construct;
+pub mod cubic_hermite;
+pub mod cubic_spline;
 pub mod fault;
+pub mod interpolate;
 pub mod knots;
+pub mod lebesgue;
+pub mod measure;
+pub mod newton;
+pub mod overshoot;
 pub mod parametrization;
+pub mod piecewise;
+pub mod polynomial;
 pub mod refine;
 pub mod shape;
+mod spline_system;
+pub mod stability;
+mod tangents;
+pub mod to_b_spline;
 
 pub use b_spline::BSplineCurve;
+pub use closest::{Closest, ClosestPoint};
+pub use construct::{Constructed, Method, Points, through};
+pub use cubic_hermite::{Tangents, cubic_hermite};
+pub use cubic_spline::{End, Ends, cubic_spline};
 pub use fault::{CurveFault, Part};
+pub use interpolate::{Collocation, KnotChoice, interpolate};
+pub use measure::{ArcLength, Bending, arc_length, bending};
 pub use parametrization::Parametrization;
+pub use piecewise::PiecewisePolynomial;
+pub use polynomial::Polynomial;
 pub use shape::CurveShape;
+pub use stability::{Absence, Stability};
 
 use super::space::{Dimension, Vector};
 

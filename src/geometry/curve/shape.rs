@@ -1,19 +1,25 @@
 //! Any curve of the service, as one value that can be kept, written down and evaluated.
 
-use super::{BSplineCurve, Curve, CurveJet};
-use crate::geometry::space::Dimension;
+use super::{BSplineCurve, Curve, CurveJet, PiecewisePolynomial, Polynomial};
+use crate::geometry::space::{Dimension, Vector};
 
 /// One of the representations that a curve can be built of.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CurveShape {
     /// B-spline, or NURBS where it has weights.
     BSpline(BSplineCurve),
+    /// Cubic Hermite curve or cubic spline, or any other curve of polynomial pieces.
+    PiecewisePolynomial(PiecewisePolynomial),
+    /// One polynomial over the whole domain.
+    Polynomial(Polynomial),
 }
 
 impl CurveShape {
     fn curve(&self) -> &dyn Curve {
         match self {
             CurveShape::BSpline(curve) => curve,
+            CurveShape::PiecewisePolynomial(curve) => curve,
+            CurveShape::Polynomial(curve) => curve,
         }
     }
 }
@@ -33,5 +39,9 @@ impl Curve for CurveShape {
 
     fn breaks(&self) -> Vec<f64> {
         self.curve().breaks()
+    }
+
+    fn value(&self, t: f64) -> Vector {
+        self.curve().value(t)
     }
 }

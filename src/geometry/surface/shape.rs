@@ -1,6 +1,6 @@
 //! Any surface of the service, as one value that can be kept, written down and evaluated.
 
-use super::{BSplineSurface, Surface, SurfaceJet};
+use super::{BSplineSurface, BezierSurface, CoonsPatch, GregoryPatch, Surface, SurfaceJet};
 use crate::geometry::space::{Dimension, Vector};
 
 /// One of the representations that a surface can be built of.
@@ -8,12 +8,22 @@ use crate::geometry::space::{Dimension, Vector};
 pub enum SurfaceShape {
     /// B-spline, or NURBS where it has weights.
     BSpline(BSplineSurface),
+    /// Tensor Bézier patch, rational where it has weights.
+    Bezier(BezierSurface),
+    /// Coons patch, bicubically blended where it has cross derivatives.
+    Coons(Box<CoonsPatch>),
+    /// Rational bicubic patch of 20 control points.
+    Gregory(Box<GregoryPatch>),
 }
 
 impl SurfaceShape {
-    fn surface(&self) -> &dyn Surface {
+    /// The surface behind the name.
+    pub fn surface(&self) -> &dyn Surface {
         match self {
             SurfaceShape::BSpline(surface) => surface,
+            SurfaceShape::Bezier(surface) => surface,
+            SurfaceShape::Coons(surface) => surface.as_ref(),
+            SurfaceShape::Gregory(surface) => surface.as_ref(),
         }
     }
 }
