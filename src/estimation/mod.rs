@@ -44,8 +44,8 @@ mod spectrum;
 pub mod state;
 mod tile;
 
-pub use banded::weight::Trace;
 pub use crate::numerics::words;
+pub use banded::weight::Trace;
 pub use cost::is_short;
 pub use error::{Fault, Faults, FitError};
 pub use filtering::{fit, fit_remembering};
