@@ -34,5 +34,7 @@ mod spectral;
 mod statistics;
 mod surfaces;
 mod surfaces_grid;
+mod surfaces_measure;
+mod surfaces_mesh;
 mod tikhonov;
 mod units;
