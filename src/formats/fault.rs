@@ -27,6 +27,8 @@ pub enum ExportFault {
     FieldValue { name: String, index: usize },
     #[error("node {index} leaves the range of the file's numbers")]
     NodeRange { index: usize },
+    #[error("no B-spline comes nearer than {deviation:e} to a patch, more than {tolerance:e}")]
+    Deviation { deviation: f64, tolerance: f64 },
     #[error("the file would have {lines} lines; this format numbers at most {most}")]
     TooLong { lines: usize, most: usize },
 }

@@ -26,6 +26,11 @@ impl Moment {
         valid.then_some(Moment { year, month: month as u8, day: day as u8, hour, minute, second })
     }
 
+    /// The first moment of 1970, for a time that no calendar shows.
+    pub fn epoch() -> Self {
+        Moment { year: 1970, month: 1, day: 1, hour: 0, minute: 0, second: 0 }
+    }
+
     /// `2026-11-21T16:05:09Z`.
     pub fn iso_8601(&self) -> String {
         let Moment { year, month, day, hour, minute, second } = self;

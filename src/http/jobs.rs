@@ -5,8 +5,6 @@ use axum::{
     http::StatusCode,
     response::{IntoResponse, Response},
 };
-use serde::Deserialize;
-use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
@@ -15,6 +13,7 @@ use super::{
     conditional::{IfMatch, etag, set_etag},
     extract::{JsonOf, PathOf, QueryOf},
     idempotency::{IdempotencyKey, once},
+    paging::PageQuery,
     state::AppState,
 };
 use crate::{
@@ -23,8 +22,7 @@ use crate::{
         problem::Problem,
         reader,
     },
-    estimation::Faults,
-    jobs::{Answer, Cursor, Job, PageRequest, Stored},
+    jobs::{Answer, Job, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -62,37 +60,6 @@ fn created(job: &Job, stored: Stored) -> Answer {
         etag: Some(etag(stored.version)),
         // A job holds texts and times only, which can always be written.
         body: serde_json::to_vec(&JobBody::from(job.clone())).unwrap_or_default(),
-    }
-}
-
-/// Which part of a list is wanted.
-#[derive(Clone, Debug, Deserialize, IntoParams)]
-#[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
-struct PageQuery {
-    /// Most items on a page.
-    #[param(value_type = Option<u32>, minimum = 1, maximum = 200, default = 50)]
-    limit: Option<String>,
-    /// `next_cursor` of the page before.
-    cursor: Option<String>,
-}
-
-impl PageQuery {
-    fn check(self) -> Result<PageRequest, Problem> {
-        let mut faults = Faults::default();
-        let limit = match self.limit.as_deref() {
-            None => PageRequest::DEFAULT_LIMIT,
-            // 0 is refused with what is no number
-            Some(text) => text.parse().unwrap_or(0),
-        };
-        if !(1..=PageRequest::MOST).contains(&limit) {
-            faults.push("/limit", format!("it must be a whole number from 1 to {}", PageRequest::MOST));
-        }
-        let after = self.cursor.map(|text| Cursor::decode(&text));
-        if after == Some(None) {
-            faults.push("/cursor", "not a cursor that was answered as `next_cursor`");
-        }
-        faults.into_result(PageRequest { limit, after: after.flatten() }).map_err(Problem::invalid)
     }
 }
 

@@ -37,6 +37,8 @@ use crate::api::{
     tags(
         (name = "fits", description = "Fits of node sets; nothing is stored."),
         (name = "studies", description = "Numerical experiments; nothing is stored."),
+        (name = "curves", description = "Curves through or near points; nothing is stored."),
+        (name = "surfaces", description = "Surfaces through or near nodes and between borders; nothing is stored."),
         (name = "jobs", description = "Gear jobs."),
         (name = "iterations", description = "Iterations of a job: nodes, fits, λ* choices, decisions, and the trace of them all."),
         (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an iteration in the end."),

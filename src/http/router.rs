@@ -6,8 +6,8 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
 use super::{
-    events, fits, iterations, job_fits, jobs, meta, observe, openapi::Contract, state::AppState, stream_socket,
-    streams, studies, trace,
+    curves, events, fits, iterations, job_fits, jobs, meta, observe, openapi::Contract, shapes, state::AppState,
+    stream_socket, streams, studies, surfaces, trace,
 };
 use crate::api::problem::{Problem, ProblemCode};
 
@@ -16,9 +16,12 @@ pub fn groups() -> OpenApiRouter<AppState> {
     OpenApiRouter::with_openapi(Contract::openapi())
         .merge(fits::group())
         .merge(studies::group())
+        .merge(curves::group())
+        .merge(surfaces::group())
         .merge(jobs::group())
         .merge(iterations::group())
         .merge(job_fits::group())
+        .merge(shapes::group())
         .merge(trace::group())
         .merge(events::group())
         .merge(streams::group())

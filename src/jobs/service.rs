@@ -5,6 +5,7 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
+use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
@@ -64,6 +65,11 @@ impl Jobs {
     /// The store beneath, for what is not about jobs (readiness, kept answers).
     pub fn repository(&self) -> &Arc<dyn Repository> {
         &self.repository
+    }
+
+    /// The time that whatever is written now carries.
+    pub fn now(&self) -> Timestamp {
+        self.clock.now()
     }
 
     pub async fn create_job(&self, draft: JobDraft, keyed: Option<Keyed<Job>>) -> Result<Arc<Job>, RepositoryError> {

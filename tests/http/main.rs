@@ -13,5 +13,6 @@ mod jobs;
 mod mutations;
 mod operation;
 mod regularization;
+mod shapes;
 mod studies;
 mod wording;

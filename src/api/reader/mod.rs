@@ -28,6 +28,7 @@ pub use self::csv::read as read_csv;
 /// For the parts of other requests.
 pub(in crate::api) use self::{
     fields::{Fields, read_numbers, read_rows},
+    regularization::parameter,
     request::read_part,
     spec::{RawSpec, SPEC_KEYS, read_tag, unknown_type},
 };

@@ -107,7 +107,7 @@ fn james_stein(body: JamesSteinRegularization, faults: &mut Faults) -> Option<sp
 }
 
 /// The parameter; beside the criteria for all, those of `own` are taken.
-fn parameter(
+pub fn parameter(
     body: Option<ParameterBody>,
     pointer: &str,
     own: &[spec::Criterion],

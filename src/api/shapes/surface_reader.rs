@@ -1,5 +1,7 @@
 //! Surfaces of requests: wire parts to checked surfaces.
 
+use serde_json::value::RawValue;
+
 use super::{
     curve_shape::read_curve,
     fault::{control_fault, knot_fault},
@@ -10,7 +12,7 @@ use super::{
 use crate::{
     api::{
         fit_spec::{DegreeBody, DomainBody},
-        reader::{Fields, read_part, read_tag, unknown_type},
+        reader::{Fields, read_numbers, read_part, read_tag, unknown_type},
     },
     estimation::Faults,
     geometry::{
@@ -18,11 +20,12 @@ use crate::{
         curve::{Curve, CurveShape},
         space::{ControlFault, Dimension, Vector},
         surface::{
-            BSplineSurface, BezierSurface, Border, Boundaries, CoonsPatch, GregoryPatch, SurfaceShape,
+            BSplineSurface, BezierSurface, Border, Boundaries, CoonsPatch, GregoryPatch, Patchwork, SurfaceShape,
             bezier::BezierFault,
             boundaries::BoundaryFault,
             coons::Twists,
             gregory::{GregoryFault, GregoryNet},
+            patchwork::PatchworkFault,
         },
     },
 };
@@ -64,32 +67,44 @@ pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Surfa
         "gregory" => {
             gregory(&read_part(slice, at, faults)?, at, faults).map(|patch| SurfaceShape::Gregory(Box::new(patch)))
         }
+        "patchwork" => patchwork(slice, at, faults).map(SurfaceShape::Patchwork),
         other => {
-            unknown_type(at, other, "b_spline, nurbs, bezier, coons_bilinear, coons_bicubic and gregory are", faults);
+            unknown_type(
+                at,
+                other,
+                "b_spline, nurbs, bezier, coons_bilinear, coons_bicubic, gregory and patchwork are",
+                faults,
+            );
             None
         }
     }
 }
 
 /// The boundary curves of the object whose fields these are, and the tolerance under which they meet.
-pub fn boundaries(fields: &Fields, at: &str, faults: &mut Faults) -> Option<(Boundaries, f64)> {
-    let slice = fields.required("boundaries", at, faults)?;
-    let tolerance: Option<f64> = match fields.get("tolerance") {
-        Some(slice) => Some(read_part(slice, &format!("{at}/tolerance"), faults)?),
-        None => None,
-    };
-    let curves = borders(slice, &format!("{at}/boundaries"), faults)?;
-    let tolerance = tolerance.unwrap_or_else(|| CORNER_TOLERANCE * size(&curves));
+fn boundaries(fields: &Fields, at: &str, faults: &mut Faults) -> Option<(Boundaries, f64)> {
+    let (curves, tolerance) = boundary_curves(fields, at, faults)?;
     Boundaries::three_sided(curves, tolerance)
         .map_err(|fault| boundary_fault(&fault, at, "boundaries", faults))
         .ok()
         .map(|boundaries| (boundaries, tolerance))
 }
 
-/// The largest coordinate at the ends of curves.
-fn size(curves: &[Option<CurveShape>; 4]) -> f64 {
-    let ends = curves.iter().flatten().flat_map(|curve| curve.domain().map(|t| curve.value(t)));
-    ends.fold(0.0, |size: f64, end| size.max(end.amax()))
+/// The same before it is known that they meet.
+pub fn boundary_curves(fields: &Fields, at: &str, faults: &mut Faults) -> Option<([Option<CurveShape>; 4], f64)> {
+    let slice = fields.required("boundaries", at, faults)?;
+    let tolerance: Option<f64> = match fields.get("tolerance") {
+        Some(slice) => Some(read_part(slice, &format!("{at}/tolerance"), faults)?),
+        None => None,
+    };
+    let curves = borders(slice, &format!("{at}/boundaries"), faults)?;
+    let tolerance = tolerance.unwrap_or_else(|| corner_tolerance(curves.iter().flatten()));
+    Some((curves, tolerance))
+}
+
+/// How far curves may be apart where they should meet, if nobody says.
+pub fn corner_tolerance<'a>(curves: impl Iterator<Item = &'a CurveShape>) -> f64 {
+    let ends = curves.flat_map(|curve| curve.domain().map(|t| curve.value(t)));
+    CORNER_TOLERANCE * ends.fold(0.0, |size: f64, end| size.max(end.amax()))
 }
 
 /// Curves along borders, in the order u0, u1, v0, v1.
@@ -226,6 +241,44 @@ fn gregory(body: &GregoryBody, at: &str, faults: &mut Faults) -> Option<GregoryP
                 }
                 _ => control_fault(own, at, |index| Net::place(4, index), faults),
             },
+        })
+        .ok()
+}
+
+fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
+    let fields = Fields::of_part(slice, at, &["type", "u", "v", "patches"], faults)?;
+    let mut axis = |name: &str| {
+        let slice = fields.required(name, at, faults)?;
+        read_numbers(slice, &format!("{at}/{name}"), faults)
+    };
+    let (u, v) = (axis("u"), axis("v"));
+    let texts = fields.required("patches", at, faults)?;
+    let at_patches = format!("{at}/patches");
+    let texts: Vec<Vec<Box<RawValue>>> = read_part(texts, &at_patches, faults)?;
+    let columns = equal_rows(&texts, &at_patches, faults)?;
+    let before = faults.count();
+    let mut patches = Vec::with_capacity(texts.len() * columns);
+    for (k, text) in texts.iter().flatten().enumerate() {
+        let (text, place) = (text.get().as_bytes(), format!("{at_patches}/{}", Net::place(columns, k)));
+        // looked at first: patchworks within each other could be as deep as the text is long
+        match read_tag(text, &place, faults).as_deref() {
+            Some("patchwork") => faults.push(place, "a patch is not a patchwork itself"),
+            Some(_) => patches.extend(read_surface(text, &place, faults)),
+            None => {}
+        }
+    }
+    let (u, v) = (u?, v?);
+    if faults.count() > before {
+        return None;
+    }
+    Patchwork::new(u, v, patches)
+        .map_err(|fault| {
+            let pointer = match (&fault, fault.index()) {
+                (_, Some(index)) => format!("{at_patches}/{}", Net::place(columns, index)),
+                (PatchworkFault::Lines(_), None) => at.to_owned(),
+                (_, None) => at_patches.clone(),
+            };
+            faults.push(pointer, fault.to_string());
         })
         .ok()
 }

@@ -22,7 +22,8 @@ use crate::{
     ("bezier" = "#/components/schemas/BezierSurface"),
     ("coons_bilinear" = "#/components/schemas/BilinearCoonsPatch"),
     ("coons_bicubic" = "#/components/schemas/BicubicCoonsPatch"),
-    ("gregory" = "#/components/schemas/GregoryPatch")
+    ("gregory" = "#/components/schemas/GregoryPatch"),
+    ("patchwork" = "#/components/schemas/Patchwork")
 )))]
 pub enum SurfaceBody {
     BSpline(BSplineSurfaceBody),
@@ -31,6 +32,7 @@ pub enum SurfaceBody {
     CoonsBilinear(Box<BilinearCoonsBody>),
     CoonsBicubic(Box<BicubicCoonsBody>),
     Gregory(GregoryBody),
+    Patchwork(PatchworkBody),
 }
 
 /// Σ aᵢⱼ Nᵢ(u) Nⱼ(v).
@@ -151,7 +153,26 @@ pub struct GregoryBody {
     pub domain: Option<DomainBody>,
 }
 
+/// Patches over the rectangles between lines of constant u and v; some may have three sides.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Patchwork)]
+pub struct PatchworkBody {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: PatchworkTag,
+    /// Where patches meet, both ends included, ascending.
+    #[schema(min_items = 2)]
+    pub u: Vec<f64>,
+    #[schema(min_items = 2)]
+    pub v: Vec<f64>,
+    /// For each interval of u a row, for each of v a patch over that rectangle; none a patchwork itself.
+    #[schema(no_recursion)]
+    pub patches: Vec<Vec<SurfaceBody>>,
+}
+
 tags! {
+    PatchworkTag = Patchwork,
     BSplineSurfaceTag = BSpline,
     NurbsSurfaceTag = Nurbs,
     BezierTag = Bezier,
@@ -176,6 +197,18 @@ impl SurfaceBody {
             }
             SurfaceShape::Coons(patch) => coons(patch, tolerance),
             SurfaceShape::Gregory(patch) => SurfaceBody::Gregory(gregory(patch)),
+            SurfaceShape::Patchwork(work) => {
+                let [u, v] = work.lines().clone();
+                let columns = v.len() - 1;
+                let bodies: Vec<SurfaceBody> =
+                    work.patches().iter().map(|patch| SurfaceBody::of(patch, tolerance)).collect();
+                SurfaceBody::Patchwork(PatchworkBody {
+                    kind: PatchworkTag::Patchwork,
+                    u,
+                    v,
+                    patches: bodies.chunks(columns).map(<[_]>::to_vec).collect(),
+                })
+            }
         }
     }
 }

@@ -1,0 +1,305 @@
+//! Curves and surfaces as files of other programs.
+
+use jiff::{Timestamp, tz::TimeZone};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    curve_shape::{CurveBody, read_curve},
+    surface_reader::read_surface,
+    surface_shape::SurfaceBody,
+};
+use crate::{
+    api::{
+        problem::Problem,
+        reader::{Fields, read_part},
+        text::ShortText,
+    },
+    estimation::Faults,
+    formats::{
+        CadShape, ExportFault, Label, Moment, NamedLine, NamedMesh, NamedShape, QuadMesh, SurfaceSample, fe_mesh, iges,
+        obj, sampling, step, stl, vtk,
+    },
+    geometry::{
+        curve::{Curve, CurveShape},
+        surface::{Surface, SurfaceShape},
+    },
+};
+
+/// A file: its name, its media type, its bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct File {
+    pub name: String,
+    pub media: &'static str,
+    pub bytes: Vec<u8>,
+}
+
+// Both requests are declared for the document; `curve` and `surface` read them.
+/// A curve to be written as a file. Lengths are millimetres.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = ExportCurve)]
+pub struct ExportCurveBody {
+    pub curve: CurveBody,
+    pub format: CurveFormatName,
+    /// What the file calls the curve. Default `curve`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub name: Option<ShortText>,
+    /// Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from the curve. Default a thousandth of the
+    /// curve's extent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub tolerance: Option<f64>,
+}
+
+/// Files of curves: IGES (entity 126) and STEP AP242 hold the curve itself; OBJ, VTK and CSV a chain of points on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = CurveFormat)]
+pub enum CurveFormatName {
+    Iges,
+    Step,
+    Obj,
+    Vtk,
+    Csv,
+}
+
+/// A surface to be written as a file. Lengths are millimetres.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = ExportSurface)]
+pub struct ExportSurfaceBody {
+    pub surface: SurfaceBody,
+    pub format: SurfaceFormatName,
+    /// What the file calls the surface. Default `surface`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub name: Option<ShortText>,
+    /// Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of rational curves) may be from the one
+    /// written. Default a millionth of the surface's extent. Of meshes: nodes on common borders no farther apart are one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub tolerance: Option<f64>,
+    /// Of all others: quadrilaterals along u and along v on each smooth patch. Default 20 and 20.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<usize>>, min_items = 2, max_items = 2)]
+    pub samples: Option<[usize; 2]>,
+}
+
+/// Files of surfaces: IGES (entity 128) and STEP AP242 hold the surface itself; OBJ, STL and VTK facets for looking; CSV, Abaqus and
+/// ADINA a mesh of quadrilaterals for finite elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = SurfaceFormat)]
+pub enum SurfaceFormatName {
+    Iges,
+    Step,
+    Obj,
+    Stl,
+    StlText,
+    Vtk,
+    CsvNodes,
+    CsvElements,
+    Abaqus,
+    Adina,
+}
+
+/// Quadrilaterals on each patch along u and v, where none are asked for.
+const SAMPLES: [usize; 2] = [20, 20];
+
+/// Writes the curve of a request. Processor work.
+pub fn curve(text: &[u8], now: Timestamp) -> Result<File, Problem> {
+    let mut faults = Faults::default();
+    let fields = Fields::of_request(text, &["curve", "format", "name", "tolerance"], &mut faults)?;
+    let shape = fields.required("curve", "", &mut faults).and_then(|slice| read_curve(slice, "/curve", &mut faults));
+    let format = fields.required("format", "", &mut faults);
+    let format = format.and_then(|slice| read_part::<CurveFormatName>(slice, "/format", &mut faults));
+    let (name, tolerance) = name_and_tolerance(&fields, &mut faults);
+    let (Some(shape), Some(format)) = (shape, format) else { return Err(Problem::invalid(faults)) };
+    faults.into_result(()).map_err(Problem::invalid)?;
+    let name = name.unwrap_or_else(|| "curve".to_owned());
+    let label = label(&name, now);
+    let (ending, media, bytes) = write_curve(&shape, format, &name, tolerance, &label).map_err(refused("/curve"))?;
+    Ok(File { name: file_name(&name, ending), media, bytes })
+}
+
+/// Writes the surface of a request. Processor work.
+pub fn surface(text: &[u8], now: Timestamp) -> Result<File, Problem> {
+    let mut faults = Faults::default();
+    let fields = Fields::of_request(text, &["surface", "format", "name", "tolerance", "samples"], &mut faults)?;
+    let shape =
+        fields.required("surface", "", &mut faults).and_then(|slice| read_surface(slice, "/surface", &mut faults));
+    let format = fields.required("format", "", &mut faults);
+    let format = format.and_then(|slice| read_part::<SurfaceFormatName>(slice, "/format", &mut faults));
+    let (name, tolerance) = name_and_tolerance(&fields, &mut faults);
+    let samples: Option<[usize; 2]> = fields.get("samples").and_then(|slice| read_part(slice, "/samples", &mut faults));
+    if samples.is_some_and(|samples| samples.contains(&0)) {
+        faults.push("/samples", "at least 1 along each parameter");
+    }
+    let (Some(shape), Some(format)) = (shape, format) else { return Err(Problem::invalid(faults)) };
+    faults.into_result(()).map_err(Problem::invalid)?;
+    let name = name.unwrap_or_else(|| "surface".to_owned());
+    let label = label(&name, now);
+    let asked = Asked { samples: samples.unwrap_or(SAMPLES), tolerance };
+    let (ending, media, bytes) = write_surface(&shape, format, &name, &asked, &label).map_err(refused("/surface"))?;
+    Ok(File { name: file_name(&name, ending), media, bytes })
+}
+
+struct Asked {
+    samples: [usize; 2],
+    tolerance: Option<f64>,
+}
+
+type Written = (&'static str, &'static str, Vec<u8>);
+
+fn write_curve(
+    shape: &CurveShape,
+    format: CurveFormatName,
+    name: &str,
+    tolerance: Option<f64>,
+    label: &Label,
+) -> Result<Written, ExportFault> {
+    let chain = || {
+        let tolerance = tolerance.unwrap_or_else(|| 1e-3 * curve_extent(shape));
+        let parameters = sampling::curve_parameters(shape, tolerance)?;
+        Ok::<_, ExportFault>((sampling::curve_nodes(shape, &parameters)?, parameters))
+    };
+    let cad = || shape.to_b_spline().map_err(|_| ExportFault::NotFinite { shape: 0 });
+    Ok(match format {
+        CurveFormatName::Iges => {
+            let spline = cad()?;
+            let shapes = [NamedShape { name, shape: CadShape::Curve(&spline) }];
+            ("igs", "model/iges", iges::write(&shapes, label)?.into_bytes())
+        }
+        CurveFormatName::Step => {
+            let spline = cad()?;
+            let shapes = [NamedShape { name, shape: CadShape::Curve(&spline) }];
+            ("stp", "model/step", step::write(&shapes, label)?.into_bytes())
+        }
+        CurveFormatName::Obj => {
+            let (points, _) = chain()?;
+            ("obj", "model/obj", obj::write(&[], &[NamedLine { name, points: &points }], label)?.into_bytes())
+        }
+        CurveFormatName::Vtk => {
+            let (points, _) = chain()?;
+            ("vtk", "text/plain", vtk::poly_data(&[], &[NamedLine { name, points: &points }], label)?.into_bytes())
+        }
+        CurveFormatName::Csv => {
+            let (points, parameters) = chain()?;
+            let mut text = "parameter,x,y,z\n".to_owned();
+            for (t, p) in parameters.iter().zip(&points) {
+                text.push_str(&format!("{t},{},{},{}\n", p.x, p.y, p.z));
+            }
+            ("csv", "text/csv", text.into_bytes())
+        }
+    })
+}
+
+fn write_surface(
+    shape: &SurfaceShape,
+    format: SurfaceFormatName,
+    name: &str,
+    asked: &Asked,
+    label: &Label,
+) -> Result<Written, ExportFault> {
+    let extent = || surface_extent(shape);
+    let tolerance = || asked.tolerance.unwrap_or_else(|| 1e-6 * extent());
+    let mesh = || {
+        let samples: Vec<SurfaceSample> = match shape {
+            SurfaceShape::Patchwork(work) => work
+                .patches()
+                .iter()
+                .map(|patch| SurfaceSample::by_patches(patch, asked.samples))
+                .collect::<Result<_, _>>()?,
+            single => vec![SurfaceSample::by_patches(single, asked.samples)?],
+        };
+        QuadMesh::joined(&samples, tolerance())
+    };
+    Ok(match format {
+        SurfaceFormatName::Iges | SurfaceFormatName::Step => {
+            let parts = shape.to_b_splines(tolerance());
+            if let Some(part) = parts.iter().find(|part| part.deviation > tolerance()) {
+                return Err(ExportFault::Deviation { deviation: part.deviation, tolerance: tolerance() });
+            }
+            let shapes: Vec<_> =
+                parts.iter().map(|part| NamedShape { name, shape: CadShape::Surface(&part.surface) }).collect();
+            if format == SurfaceFormatName::Iges {
+                ("igs", "model/iges", iges::write(&shapes, label)?.into_bytes())
+            } else {
+                ("stp", "model/step", step::write(&shapes, label)?.into_bytes())
+            }
+        }
+        SurfaceFormatName::Obj => {
+            ("obj", "model/obj", obj::write(&[NamedMesh { name, mesh: &mesh()? }], &[], label)?.into_bytes())
+        }
+        SurfaceFormatName::Stl => ("stl", "model/stl", stl::binary_file(&mesh()?, label)?),
+        SurfaceFormatName::StlText => ("stl", "model/stl", stl::ascii_file(&mesh()?, label)?.into_bytes()),
+        SurfaceFormatName::Vtk => {
+            ("vtk", "text/plain", vtk::poly_data(&[NamedMesh { name, mesh: &mesh()? }], &[], label)?.into_bytes())
+        }
+        SurfaceFormatName::CsvNodes => ("nodes.csv", "text/csv", fe_mesh::nodes_csv(&mesh()?).into_bytes()),
+        SurfaceFormatName::CsvElements => ("elements.csv", "text/csv", fe_mesh::elements_csv(&mesh()?).into_bytes()),
+        SurfaceFormatName::Abaqus => ("inp", "text/plain", fe_mesh::abaqus(&mesh()?, label)?.into_bytes()),
+        SurfaceFormatName::Adina => ("in", "text/plain", fe_mesh::adina(&mesh()?, label)?.into_bytes()),
+    })
+}
+
+fn name_and_tolerance(fields: &Fields, faults: &mut Faults) -> (Option<String>, Option<f64>) {
+    let name: Option<ShortText> = fields.get("name").and_then(|slice| read_part(slice, "/name", faults));
+    let tolerance: Option<f64> = fields.get("tolerance").and_then(|slice| read_part(slice, "/tolerance", faults));
+    if let Some(tolerance) = tolerance.filter(|tolerance| *tolerance <= 0.0) {
+        faults.push("/tolerance", format!("{tolerance:e} is not greater than 0"));
+    }
+    (name.map(String::from), tolerance)
+}
+
+fn label(name: &str, now: Timestamp) -> Label {
+    let time = now.to_zoned(TimeZone::UTC).datetime();
+    let small = |n: i8| u8::try_from(n).unwrap_or(0);
+    let date = [u16::try_from(time.year()).unwrap_or(0), small(time.month()).into(), small(time.day()).into()];
+    let clock = [small(time.hour()), small(time.minute()), small(time.second()).min(59)];
+    Label {
+        name: name.to_owned(),
+        author: String::new(),
+        organization: String::new(),
+        // a time that the service runs at is in the calendar
+        written_at: Moment::new(date, clock).unwrap_or_else(Moment::epoch),
+    }
+}
+
+/// A name that every file system takes.
+fn file_name(name: &str, ending: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+    format!("{}.{ending}", name.chars().take(80).map(plain).collect::<String>().trim_start_matches('.'))
+}
+
+fn refused(pointer: &'static str) -> impl Fn(ExportFault) -> Problem {
+    move |fault| {
+        let pointer = match &fault {
+            ExportFault::TooManyNodes { .. } | ExportFault::TooLong { .. } if pointer == "/surface" => "/samples",
+            ExportFault::Tolerance { .. } | ExportFault::TooManyNodes { .. } | ExportFault::Deviation { .. } => {
+                "/tolerance"
+            }
+            _ => pointer,
+        };
+        Problem::invalid(Faults::one(pointer, fault.to_string()))
+    }
+}
+
+/// The longest side of the box around points of the curve.
+fn curve_extent(curve: &CurveShape) -> f64 {
+    let places = curve.breaks();
+    extent(sampling::between(&places, 8).into_iter().map(|t| curve.place(t)[0]))
+}
+
+fn surface_extent(surface: &SurfaceShape) -> f64 {
+    let [us, vs] = surface.breaks().map(|breaks| sampling::between(&breaks, 4));
+    extent(us.iter().flat_map(|u| vs.iter().map(move |v| surface.place(*u, *v).value)))
+}
+
+fn extent(points: impl Iterator<Item = crate::geometry::space::Vector>) -> f64 {
+    let mut bounds: Option<[crate::geometry::space::Vector; 2]> = None;
+    for point in points {
+        bounds = Some(bounds.map_or([point; 2], |[low, high]| [low.inf(&point), high.sup(&point)]));
+    }
+    bounds.map_or(0.0, |[low, high]| (high - low).amax())
+}

@@ -1,0 +1,79 @@
+//! What a request for a curve or surface near points says of the fit: as in a fit request, beside model and domain.
+
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use crate::{
+    api::{
+        filters::FilterBody,
+        fit_spec::{EstimatorBody, IncludeName, NodeUncertaintyBody, RegularizationBody, ScalingName},
+        reader::{Fields, RawSpec, SPEC_KEYS},
+    },
+    estimation::{
+        Faults, FitSpec,
+        spec::{Model, Regularization},
+    },
+};
+
+/// The fields.
+pub const FIT_KEYS: [&str; 8] = [
+    "scaling",
+    "regularization",
+    "estimator",
+    "coefficient_norm_limit",
+    "noise_sigma",
+    "node_uncertainty",
+    "include",
+    "filters",
+];
+
+// Declared for the document; `read` reads them.
+/// How a curve or surface near points is fitted; each as in a fit request.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
+pub struct FitFields {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scaling: Option<ScalingName>,
+    /// Default `none`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regularization: Option<RegularizationBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimator: Option<EstimatorBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub coefficient_norm_limit: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub noise_sigma: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub node_uncertainty: Option<NodeUncertaintyBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub include: Option<Vec<IncludeName>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 16)]
+    pub filters: Option<Vec<FilterBody>>,
+}
+
+/// Reads the fields; the spec's model is still to be set. Where nothing is fitted (`near` is false) none may be there.
+pub fn read(fields: &Fields, near: bool, faults: &mut Faults) -> Option<FitSpec> {
+    if !near {
+        let before = faults.count();
+        for key in FIT_KEYS.iter().filter(|key| fields.get(key).is_some()) {
+            faults.push(
+                format!("/{key}"),
+                "it belongs to methods near points, which fit; this one passes through all of them",
+            );
+        }
+        return (faults.count() == before).then(|| FitSpec::new(Model::Linear));
+    }
+    let mut raw = RawSpec::default();
+    for (slice, key) in raw.slices.iter_mut().zip(SPEC_KEYS) {
+        if FIT_KEYS.contains(&key) {
+            *slice = fields.get(key);
+        }
+    }
+    let spec = raw.beside(Model::Linear, faults)?;
+    // What is asked for by name is least squares: nothing is regularised unless the request says so.
+    let regularization =
+        if fields.get("regularization").is_some() { spec.regularization } else { Regularization::None };
+    Some(FitSpec { regularization, ..spec })
+}

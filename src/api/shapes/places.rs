@@ -1,0 +1,43 @@
+//! Where a curve or surface is asked about, and answers that leave the range of doubles.
+
+use crate::{
+    api::{json_writer::Object, problem::Problem},
+    estimation::Faults,
+    geometry::space::Vector,
+};
+
+/// Refuses what lies outside of a domain, each by the pointer that `pointer` writes of its index.
+pub fn within(
+    values: impl IntoIterator<Item = (usize, f64)>,
+    [low, high]: [f64; 2],
+    pointer: impl Fn(usize) -> String,
+    faults: &mut Faults,
+) {
+    for (index, value) in values {
+        if !(low <= value && value <= high) {
+            faults.push(pointer(index), format!("{value:e} is not within the domain [{low:e}, {high:e}]"));
+        }
+    }
+}
+
+/// The fault of numbers that leave the range of doubles on the way.
+pub fn beyond(pointer: &str) -> Problem {
+    Problem::invalid(Faults::one(
+        pointer,
+        "values or derivatives there are beyond double precision: choose another unit",
+    ))
+}
+
+/// Points of `width` coordinates.
+pub fn write_points(
+    object: &mut Object<'_>,
+    name: &'static str,
+    width: usize,
+    points: impl ExactSizeIterator<Item = Vector>,
+) {
+    let mut flat = Vec::with_capacity(points.len() * width);
+    for point in points {
+        flat.extend_from_slice(&point.as_slice()[..width]);
+    }
+    object.values(name, width, &flat);
+}

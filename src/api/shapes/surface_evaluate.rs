@@ -1,0 +1,358 @@
+//! A surface at many parameters.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    places::{beyond, within},
+    point::PointBody,
+    surface_reader::read_surface,
+    surface_shape::SurfaceBody,
+};
+use crate::{
+    api::{
+        fit_result_parts::WarningBody,
+        json_writer::Json,
+        problem::Problem,
+        reader::{Fields, read_numbers, read_part, read_rows},
+    },
+    estimation::Faults,
+    geometry::surface::{Differential, Evaluator, Surface, SurfaceJet, SurfaceShape, area},
+};
+
+/// Relative error to which areas are computed.
+const AREA_TOLERANCE: f64 = 1e-10;
+/// Most places of a grid of parameters.
+const MOST_PLACES: usize = 20_000_000;
+
+// Declared for the document; read by `answer`.
+/// A surface and where it is evaluated: `at`, or every pair of `grid`.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = EvaluateSurface)]
+pub struct EvaluateSurfaceBody {
+    pub surface: SurfaceBody,
+    /// Pairs [u, v] within the surface's domain, in any order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<Vec<f64>>>)]
+    pub at: Option<Vec<[f64; 2]>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid: Option<ParameterGridBody>,
+    /// Highest order of derivatives that are answered. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 2)]
+    pub derivatives: Option<usize>,
+    /// What is answered only when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub include: Option<Vec<SurfaceIncludeName>>,
+}
+
+/// Parameters of a grid: every u with every v, v running fastest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = ParameterGrid)]
+pub struct ParameterGridBody {
+    pub u: Vec<f64>,
+    pub v: Vec<f64>,
+}
+
+/// What is answered of a surface only when asked for. `normals` come with one derivative, `curvatures` with two without asking.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = SurfaceInclude)]
+pub enum SurfaceIncludeName {
+    FundamentalForms,
+    Area,
+}
+
+/// A surface at parameters, everything in the order of `at` or of the grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SurfaceValues)]
+pub struct SurfaceValuesBody {
+    pub values: Vec<PointBody>,
+    /// With one derivative and more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub derivatives: Option<SurfaceDerivativesBody>,
+    /// With one derivative and more: unit normals along S_u × S_v; of a graph those of (u, v, z). Left out, with a warning, where
+    /// one of them does not exist.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normals: Option<Vec<Vec<f64>>>,
+    /// With two derivatives.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curvatures: Option<CurvaturesBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fundamental_forms: Option<FundamentalFormsBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<AreaBody>,
+    pub warnings: Vec<WarningBody>,
+}
+
+/// Partial derivatives.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SurfaceDerivatives)]
+pub struct SurfaceDerivativesBody {
+    pub u: Vec<PointBody>,
+    pub v: Vec<PointBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uu: Option<Vec<PointBody>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uv: Option<Vec<PointBody>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vv: Option<Vec<PointBody>>,
+}
+
+/// Curvatures, > 0 where the surface bends towards its normal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Curvatures)]
+pub struct CurvaturesBody {
+    pub gaussian: Vec<f64>,
+    pub mean: Vec<f64>,
+    /// The greater and the lesser one.
+    pub principal: Vec<Vec<f64>>,
+    /// Unit tangents along which the greater one is taken; the other is at right angles.
+    pub direction: Vec<Vec<f64>>,
+}
+
+/// The first fundamental form (E, F, G) and the second one (L, M, N).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FundamentalForms)]
+pub struct FundamentalFormsBody {
+    pub first: Vec<Vec<f64>>,
+    pub second: Vec<Vec<f64>>,
+}
+
+/// Area of the whole surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Area)]
+pub struct AreaBody {
+    pub value: f64,
+    /// Estimated error.
+    pub error: f64,
+}
+
+/// A request as it was read.
+struct Wanted {
+    surface: SurfaceShape,
+    places: Places,
+    derivatives: usize,
+    forms: bool,
+    area: bool,
+}
+
+enum Places {
+    Pairs(Vec<[f64; 2]>),
+    Grid(Vec<f64>, Vec<f64>),
+}
+
+impl Places {
+    fn count(&self) -> usize {
+        match self {
+            Places::Pairs(pairs) => pairs.len(),
+            Places::Grid(u, v) => u.len().saturating_mul(v.len()),
+        }
+    }
+
+    fn pairs(&self) -> Box<dyn Iterator<Item = (f64, f64)> + '_> {
+        match self {
+            Places::Pairs(pairs) => Box::new(pairs.iter().map(|[u, v]| (*u, *v))),
+            Places::Grid(u, v) => Box::new(u.iter().flat_map(move |u| v.iter().map(move |v| (*u, *v)))),
+        }
+    }
+
+    /// Values end to end.
+    fn values(&self, evaluator: &Evaluator, width: usize) -> Vec<f64> {
+        if width == 1 {
+            return match self {
+                Places::Pairs(pairs) => evaluator.heights(pairs),
+                Places::Grid(u, v) => evaluator.grid_heights(u, v),
+            };
+        }
+        let values = match self {
+            Places::Pairs(pairs) => evaluator.values(pairs),
+            Places::Grid(u, v) => evaluator.grid_values(u, v),
+        };
+        values.iter().flat_map(|value| value.as_slice()[..width].iter().copied()).collect()
+    }
+
+    fn jets(&self, evaluator: &Evaluator) -> Vec<SurfaceJet> {
+        match self {
+            Places::Pairs(pairs) => evaluator.jets(pairs),
+            Places::Grid(u, v) => evaluator.grid_jets(u, v),
+        }
+    }
+}
+
+/// Answers a request. Processor work.
+pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let Wanted { surface, places, derivatives, forms, area: wants_area } = read(text)?;
+    let width = surface.dimension().count();
+    let count = places.count();
+    let evaluator = Evaluator::new(&surface);
+    let mut geometry = Geometry::default();
+    let mut lists: [Vec<f64>; 6] = Default::default();
+    if derivatives == 0 {
+        lists[0] = places.values(&evaluator, width);
+    } else {
+        for list in &mut lists[..[1, 3, 6][derivatives]] {
+            list.reserve_exact(count * width);
+        }
+        for jet in places.jets(&evaluator) {
+            let all = [jet.value, jet.u, jet.v, jet.uu, jet.uv, jet.vv];
+            for (list, value) in lists.iter_mut().zip(all).take([1, 3, 6][derivatives]) {
+                list.extend_from_slice(&value.as_slice()[..width]);
+            }
+        }
+    }
+    if derivatives > 0 || forms {
+        for (index, (u, v)) in places.pairs().enumerate() {
+            geometry.add(index, Differential::at(&surface, u, v).as_ref());
+        }
+    }
+    let mut json = Json::with_capacity(256 + 22 * count * (width * 6 + 12));
+    let mut object = json.object();
+    object.values("values", width, &lists[0]);
+    if derivatives > 0 {
+        let names = ["u", "v", "uu", "uv", "vv"];
+        object.object("derivatives", |object| {
+            for (name, list) in names.into_iter().zip(&lists[1..]).take([0, 2, 5][derivatives]) {
+                object.values(name, width, list);
+            }
+        });
+    }
+    let singular = geometry.singular;
+    if singular.is_none() && derivatives > 0 {
+        object.values("normals", 3, &geometry.normals);
+    }
+    if singular.is_none() && derivatives > 1 {
+        object.object("curvatures", |object| {
+            object
+                .numbers("gaussian", &geometry.gaussian)
+                .numbers("mean", &geometry.mean)
+                .values("principal", 2, &geometry.principal)
+                .values("direction", 3, &geometry.direction);
+        });
+    }
+    if singular.is_none() && forms {
+        object.object("fundamental_forms", |object| {
+            object.values("first", 3, &geometry.first).values("second", 3, &geometry.second);
+        });
+    }
+    if wants_area {
+        let area = area::area(&surface, AREA_TOLERANCE);
+        object.object("area", |object| {
+            object.number("value", area.area).number("error", area.error_estimate);
+        });
+    }
+    let warnings = singular.map(|(first, count)| {
+        let message = format!(
+            "the surface has no tangent plane at {count} of the places, first at number {first}: normals, curvatures and forms are left out"
+        );
+        ("no_tangent_plane", message)
+    });
+    object
+        .list("warnings", warnings, |object, (code, message)| {
+            object.string("code", code).string("message", &message);
+        })
+        .end();
+    json.finish().map_err(|_| beyond("/surface"))
+}
+
+/// What derivatives tell, place by place.
+#[derive(Default)]
+struct Geometry {
+    normals: Vec<f64>,
+    gaussian: Vec<f64>,
+    mean: Vec<f64>,
+    principal: Vec<f64>,
+    direction: Vec<f64>,
+    first: Vec<f64>,
+    second: Vec<f64>,
+    /// The first place without a tangent plane, and how many there are.
+    singular: Option<(usize, usize)>,
+}
+
+impl Geometry {
+    fn add(&mut self, index: usize, told: Option<&Differential>) {
+        let Some(told) = told else {
+            let (first, count) = self.singular.unwrap_or((index, 0));
+            self.singular = Some((first, count + 1));
+            return;
+        };
+        self.normals.extend(told.normal.iter());
+        self.gaussian.push(told.gaussian);
+        self.mean.push(told.mean);
+        self.principal.extend(told.principal);
+        self.direction.extend(told.directions[0].iter());
+        self.first.extend(told.first_form);
+        self.second.extend(told.second_form);
+    }
+}
+
+fn read(text: &[u8]) -> Result<Wanted, Problem> {
+    let mut faults = Faults::default();
+    let keys = ["surface", "at", "grid", "derivatives", "include"];
+    let fields = Fields::of_request(text, &keys, &mut faults)?;
+    let surface =
+        fields.required("surface", "", &mut faults).and_then(|slice| read_surface(slice, "/surface", &mut faults));
+    let places = read_places(&fields, &mut faults);
+    let derivatives: usize =
+        fields.get("derivatives").and_then(|slice| read_part(slice, "/derivatives", &mut faults)).unwrap_or(0);
+    if derivatives > 2 {
+        faults.push("/derivatives", format!("{derivatives} is more than 2, the highest order that is offered"));
+    }
+    let include: Vec<SurfaceIncludeName> =
+        fields.get("include").and_then(|slice| read_part(slice, "/include", &mut faults)).unwrap_or_default();
+    if let (Some(surface), Some(places)) = (&surface, &places) {
+        let [domain_u, domain_v] = surface.domain();
+        match places {
+            Places::Pairs(pairs) => {
+                let axis = |axis: usize| pairs.iter().map(move |pair| pair[axis]).enumerate();
+                within(axis(0), domain_u, |i| format!("/at/{i}/0"), &mut faults);
+                within(axis(1), domain_v, |i| format!("/at/{i}/1"), &mut faults);
+            }
+            Places::Grid(u, v) => {
+                within(u.iter().copied().enumerate(), domain_u, |i| format!("/grid/u/{i}"), &mut faults);
+                within(v.iter().copied().enumerate(), domain_v, |i| format!("/grid/v/{i}"), &mut faults);
+            }
+        }
+    }
+    let (Some(surface), Some(places)) = (surface, places) else { return Err(Problem::invalid(faults)) };
+    let forms = include.contains(&SurfaceIncludeName::FundamentalForms);
+    let area = include.contains(&SurfaceIncludeName::Area);
+    faults.into_result(Wanted { surface, places, derivatives, forms, area }).map_err(Problem::invalid)
+}
+
+fn read_places(fields: &Fields, faults: &mut Faults) -> Option<Places> {
+    match (fields.get("at"), fields.get("grid")) {
+        (Some(slice), None) => {
+            let (flat, lengths) = read_rows(slice, "/at", faults)?;
+            let before = faults.count();
+            for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != 2) {
+                faults.push(format!("/at/{i}"), format!("{length} numbers, where a pair [u, v] is wanted"));
+            }
+            (faults.count() == before)
+                .then(|| Places::Pairs(flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()))
+        }
+        (None, Some(slice)) => {
+            let fields = Fields::of_part(slice, "/grid", &["u", "v"], faults)?;
+            let mut axis = |name: &str| {
+                let slice = fields.required(name, "/grid", faults)?;
+                read_numbers(slice, &format!("/grid/{name}"), faults)
+            };
+            let (u, v) = (axis("u"), axis("v"));
+            let places = Places::Grid(u?, v?);
+            if places.count() > MOST_PLACES {
+                faults.push("/grid", format!("{} places are more than {MOST_PLACES}", places.count()));
+                return None;
+            }
+            Some(places)
+        }
+        (None, None) => {
+            faults.push("/at", "missing; give `at` or `grid`");
+            None
+        }
+        (Some(_), Some(_)) => {
+            faults.push("/grid", "give either `at` or `grid`, not both");
+            None
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Surfaces near nodes: the fit of the service where its spectrum can be told, the banded one where there are too many coefficients.
+
+use super::{
+    curve_result::write_warnings, places::beyond, surface_method_reader::Asked, surface_result::write_surface,
+};
+use crate::{
+    api::{
+        canonical, fit_text,
+        json_writer::{Json, Object},
+        problem::Problem,
+    },
+    estimation::{
+        self, Faults, FitError, FitSpec, Nodes, Plans,
+        near::{self, Shape, SurfaceFit, SurfaceInclude, SurfacePoints},
+        result::{Arithmetic, Warning},
+        spec::{Degree, Estimator, Knots, Model, Regularization, Scaling},
+    },
+    geometry::surface::{SurfaceShape, construct::Method, least_squares::AxisKnots},
+};
+
+/// Coefficients up to which every fit is that of the service: beyond, its spectrum costs more than it tells.
+const FEW: usize = 150;
+
+/// Fits the B-spline that was asked for to nodes with u and v.
+pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {
+    let Method::BSplineLeastSquares { degrees, knots } = asked.method else {
+        return refuse("/method", "only `b_spline_least_squares` is for scattered nodes and grids with missing ones");
+    };
+    let count = |axis: usize| match &knots[axis] {
+        AxisKnots::Given(knots) => knots.len().saturating_sub(degrees[axis] + 1),
+        AxisKnots::Uniform(spans) | AxisKnots::Spans(spans) => spans.saturating_add(degrees[axis]),
+    };
+    let size = count(0).saturating_mul(count(1));
+    spec.model = Model::BSpline {
+        degree: Degree::Each(degrees[0], degrees[1]),
+        knots: match knots {
+            [AxisKnots::Given(u), AxisKnots::Given(v)] => Knots::Surface(u, v),
+            [AxisKnots::Uniform(u), AxisKnots::Uniform(v)] => Knots::SpansEach(u, v),
+            _ => return refuse("/method/placed_spans", "knots are placed by the nodes of whole grids only"),
+        },
+        weights: None,
+    };
+    if size > FEW && is_banded(&spec) {
+        return banded(nodes, &spec);
+    }
+    let result = estimation::fit_remembering(nodes, &spec, plans).map_err(moved)?;
+    let Some(Shape::Surface(shape)) = near::shape_of(&spec, &result) else {
+        return Err(Problem::internal("a fit of a B-spline surface is none"));
+    };
+    let text = fit_text::write(&result, None, &canonical::input_sha256(nodes, &spec)).map_err(Problem::internal)?;
+    let text = String::from_utf8(text).map_err(Problem::internal)?;
+    let mut json = Json::with_capacity(text.len() + 40 * result.coefficients.len());
+    let mut object = json.object();
+    write_surface(&mut object, &shape, None);
+    object.list("fits", [text], |object, text| {
+        object.string("coordinate", "z").raw("result", &text);
+    });
+    write_warnings(&mut object, &[]);
+    object.end();
+    json.finish().map_err(|_| beyond("/nodes"))
+}
+
+/// Whether the fit of many coefficients knows all that is asked for.
+fn is_banded(spec: &FitSpec) -> bool {
+    let penalty = matches!(
+        spec.regularization,
+        Regularization::None | Regularization::Ridge { .. } | Regularization::Tikhonov(_)
+    );
+    penalty
+        && spec.estimator == Estimator::LeastSquares
+        && spec.filters.is_empty()
+        && spec.scaling != Scaling::Standardized
+        && spec.node_uncertainty.is_none()
+        && spec.coefficient_norm_limit.is_none()
+}
+
+fn banded(nodes: &Nodes, spec: &FitSpec) -> Result<Vec<u8>, Problem> {
+    let (u, v, z, weight) = scattered(nodes)?;
+    let coordinates = [z];
+    let points = SurfacePoints { u: &u, v: &v, coordinates: &coordinates, weight: weight.as_deref() };
+    let fit = near::surface(&points, spec, SurfaceInclude::default()).map_err(moved)?;
+    let mut json = Json::with_capacity(4096 + 30 * fit.surface.control_points().len());
+    let mut object = json.object();
+    let SurfaceFit { surface, .. } = &fit;
+    let columns = surface.bases()[1].distinct_knots().len() - 1;
+    write_surface(&mut object, &SurfaceShape::BSpline(surface.clone()), None);
+    object.object("banded_fit", |object| write_banded(object, &fit, columns));
+    object.list("warnings", &fit.warnings, |object, Warning { code, message }| {
+        object.string("code", code).string("message", message);
+    });
+    object.end();
+    json.finish().map_err(|_| beyond("/nodes"))
+}
+
+fn write_banded(object: &mut Object<'_>, fit: &SurfaceFit, columns: usize) {
+    object
+        .count("count", fit.count)
+        .number("degrees_of_freedom", fit.degrees_of_freedom)
+        .number("effective_degrees_of_freedom", fit.effective_degrees_of_freedom)
+        .maybe_number("condition", fit.condition)
+        .list("coordinates", fit.coordinates.iter().zip(["z"]), |object, (residuals, name)| {
+            object
+                .string("coordinate", name)
+                .number("rss", residuals.rss)
+                .number("rms", residuals.rms)
+                .number("max_abs", residuals.max_abs)
+                .maybe_number("sigma", residuals.sigma);
+        })
+        .field("nodes_per_span", &fit.nodes_per_span.chunks(columns).collect::<Vec<_>>())
+        .count("empty_spans", fit.empty_spans);
+    if let Some(weight) = &fit.regularization {
+        object.object("penalty", |object| {
+            object
+                .number("lambda", weight.lambda)
+                .maybe("criterion", weight.criterion.map(|criterion| criterion.name()))
+                .field("reached", &weight.reached);
+        });
+    }
+    let arithmetic = match fit.arithmetic {
+        Arithmetic::Double => "double",
+        Arithmetic::DoubleDouble => "double_double",
+    };
+    object
+        .string("arithmetic", arithmetic)
+        .count("corrections", fit.corrections)
+        .number("last_correction", fit.last_correction);
+}
+
+type Columns = (Vec<f64>, Vec<f64>, Vec<f64>, Option<Vec<f64>>);
+
+/// Nodes with u and v one by one; missing ones are left out.
+fn scattered(nodes: &Nodes) -> Result<Columns, Problem> {
+    match nodes {
+        Nodes::Scattered(nodes) => Ok((nodes.u.clone(), nodes.v.clone(), nodes.z.clone(), nodes.weight.clone())),
+        Nodes::Grid(grid) => {
+            let columns = grid.v.len();
+            let counted = |k: &usize| !grid.z[*k].is_nan() && grid.valid.as_ref().is_none_or(|valid| valid[*k]);
+            let places: Vec<usize> = (0..grid.z.len()).filter(counted).collect();
+            let of = |value: &dyn Fn(usize) -> f64| places.iter().map(|k| value(*k)).collect::<Vec<_>>();
+            let weight = grid.weight.as_ref().map(|weight| of(&|k| weight[k]));
+            Ok((of(&|k| grid.u[k / columns]), of(&|k| grid.v[k % columns]), of(&|k| grid.z[k]), weight))
+        }
+        Nodes::Curve(_) | Nodes::Matrix(_) => refuse("/nodes/type", "a surface takes nodes with u and v"),
+    }
+}
+
+fn refuse<T>(pointer: &str, detail: &str) -> Result<T, Problem> {
+    Err(Problem::invalid(Faults::one(pointer, detail)))
+}
+
+/// The model of the fit is the method of the request.
+fn moved(error: FitError) -> Problem {
+    match error {
+        FitError::Invalid(faults) => {
+            let mut out = Faults::default();
+            for fault in faults.list() {
+                out.push(fault.pointer.replacen("/model", "/method", 1), fault.detail.clone());
+            }
+            Problem::invalid(out)
+        }
+        other => other.into(),
+    }
+}

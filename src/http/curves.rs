@@ -1,0 +1,66 @@
+//! `/v1/curves`: curves through or near points, evaluated, and as files of CAD systems; nothing is stored.
+
+use axum::{extract::State, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::{body::Payload, compute::read_json, files::attachment, fits::json, state::AppState};
+use crate::api::{
+    problem::Problem,
+    shapes::{
+        curve_closest::{self, ClosestOnCurveBody, CurveFeetBody},
+        curve_evaluate::{self, CurveValuesBody, EvaluateCurveBody},
+        curve_request::{self, CurveRequest},
+        curve_result::BuiltCurveBody,
+        export::{self, ExportCurveBody},
+    },
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_curve))
+        .routes(routes!(evaluate_curve))
+        .routes(routes!(closest_points_of_curve))
+        .routes(routes!(export_curve))
+}
+
+/// Builds a curve through or near points, with a report on its stability; stores nothing.
+#[utoipa::path(
+    post, path = "/v1/curves", operation_id = "create_curve", tag = "curves",
+    request_body(content = CurveRequest, description = "Points and the method that leads a curve through or near them."),
+    responses((status = 200, description = "The curve, everything needed to build it again, and how stable it is.", body = BuiltCurveBody))
+)]
+async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let built = read_json(&state, payload, |text| curve_request::build(text, None)).await?;
+    Ok(json(built.result))
+}
+
+/// Evaluates a curve at many parameters: values, derivatives, curvature, arc length.
+#[utoipa::path(
+    post, path = "/v1/curves/evaluate", operation_id = "evaluate_curve", tag = "curves",
+    request_body(content = EvaluateCurveBody, description = "A curve and where."),
+    responses((status = 200, description = "Values in the order of `at`.", body = CurveValuesBody))
+)]
+async fn evaluate_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, curve_evaluate::answer).await?))
+}
+
+/// Finds the point of a curve that is closest to each given point.
+#[utoipa::path(
+    post, path = "/v1/curves/closest-points", operation_id = "closest_points_of_curve", tag = "curves",
+    request_body(content = ClosestOnCurveBody, description = "A curve and points."),
+    responses((status = 200, description = "Closest points in the order of the given ones.", body = CurveFeetBody))
+)]
+async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, curve_closest::answer).await?))
+}
+
+/// Writes a curve as a file: IGES 126 or STEP AP242 for CAD systems, VTK or CSV for looking.
+#[utoipa::path(
+    post, path = "/v1/curves/export", operation_id = "export_curve", tag = "curves",
+    request_body(content = ExportCurveBody, description = "A curve and the form of the file."),
+    responses((status = 200, description = "The file.", body = String, content_type = "application/octet-stream"))
+)]
+async fn export_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let now = state.jobs.now();
+    Ok(attachment(read_json(&state, payload, move |text| export::curve(text, now)).await?))
+}

@@ -1,0 +1,67 @@
+//! `/v1/surfaces`: surfaces through or near nodes and borders, evaluated, and as files of CAD and FE systems; nothing is stored.
+
+use axum::{extract::State, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::{body::Payload, compute::read_json, files::attachment, fits::json, state::AppState};
+use crate::api::{
+    problem::Problem,
+    shapes::{
+        export::{self, ExportSurfaceBody},
+        surface_closest::{self, ClosestOnSurfaceBody, SurfaceFeetBody},
+        surface_evaluate::{self, EvaluateSurfaceBody, SurfaceValuesBody},
+        surface_request::{self, SurfaceRequest},
+        surface_result::BuiltSurfaceBody,
+    },
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_surface))
+        .routes(routes!(evaluate_surface))
+        .routes(routes!(closest_points_of_surface))
+        .routes(routes!(export_surface))
+}
+
+/// Builds a surface through or near nodes, or between borders, with a report on how its patches meet; stores nothing.
+#[utoipa::path(
+    post, path = "/v1/surfaces", operation_id = "create_surface", tag = "surfaces",
+    request_body(content = SurfaceRequest, description = "What the surface is made of, and how."),
+    responses((status = 200, description = "The surface, everything needed to build it again, and a report.", body = BuiltSurfaceBody))
+)]
+async fn create_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let plans = state.plans.clone();
+    let built = read_json(&state, payload, move |text| surface_request::build(text, None, &plans)).await?;
+    Ok(json(built.result))
+}
+
+/// Evaluates a surface at many parameters: values, derivatives, normals, fundamental forms, curvatures, area.
+#[utoipa::path(
+    post, path = "/v1/surfaces/evaluate", operation_id = "evaluate_surface", tag = "surfaces",
+    request_body(content = EvaluateSurfaceBody, description = "A surface and where."),
+    responses((status = 200, description = "Values in the order of `at`.", body = SurfaceValuesBody))
+)]
+async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, surface_evaluate::answer).await?))
+}
+
+/// Finds the point of a surface that is closest to each given point.
+#[utoipa::path(
+    post, path = "/v1/surfaces/closest-points", operation_id = "closest_points_of_surface", tag = "surfaces",
+    request_body(content = ClosestOnSurfaceBody, description = "A surface and points."),
+    responses((status = 200, description = "Closest points in the order of the given ones.", body = SurfaceFeetBody))
+)]
+async fn closest_points_of_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, surface_closest::answer).await?))
+}
+
+/// Writes a surface as a file: IGES 128 or STEP AP242 for CAD systems, OBJ, STL or VTK for looking, a mesh of quadrilaterals for FE systems.
+#[utoipa::path(
+    post, path = "/v1/surfaces/export", operation_id = "export_surface", tag = "surfaces",
+    request_body(content = ExportSurfaceBody, description = "A surface and the form of the file."),
+    responses((status = 200, description = "The file.", body = String, content_type = "application/octet-stream"))
+)]
+async fn export_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let now = state.jobs.now();
+    Ok(attachment(read_json(&state, payload, move |text| export::surface(text, now)).await?))
+}
