@@ -11,7 +11,7 @@ fn main() {
     divan::main();
 }
 
-const DEGREES: [usize; 3] = [2, 3, 5];
+const DEGREES: [usize; 4] = [2, 3, 5, 9];
 
 fn node(i: usize) -> Nodes {
     let t = i as f64;

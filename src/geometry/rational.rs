@@ -49,6 +49,14 @@ impl WeightNet {
         &self.weights
     }
 
+    /// Whether weights differ along rows (u), and along columns (v): where they do not, W is constant that way.
+    pub fn varies(&self) -> [bool; 2] {
+        let rows = || self.weights.chunks_exact(self.columns.max(1));
+        let along_u = rows().zip(rows().skip(1)).any(|(one, next)| one != next);
+        let along_v = rows().any(|row| row.windows(2).any(|pair| pair[0] != pair[1]));
+        [along_u, along_v]
+    }
+
     /// Largest over least weight.
     pub fn spread(&self) -> f64 {
         let (least, largest) = self.weights.iter().fold((f64::INFINITY, 0.0f64), |(a, b), w| (a.min(*w), b.max(*w)));

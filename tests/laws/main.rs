@@ -30,5 +30,6 @@ mod simulation;
 mod spectral;
 mod statistics;
 mod surfaces;
+mod surfaces_grid;
 mod tikhonov;
 mod units;

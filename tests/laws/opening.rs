@@ -16,18 +16,24 @@ fn models() -> Vec<FitSpec> {
     let curve = Some(Domain { u: Some([0.0, 1.0]), v: None });
     let chebyshev = |degree| polynomial(degree, PolynomialBasis::Chebyshev);
     let total = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Legendre, terms: Terms::Total };
+    let spline = |degree, spans, weights| {
+        FitSpec::new(Model::BSpline { degree: Degree::Both(degree), knots: Knots::Spans(spans), weights })
+    };
     vec![
-        // n = 4, 3, 1, 2 on a curve
+        // n = 4, 3, 1, 2, 2 on a curve
         FitSpec { domain: curve, ..chebyshev(Degree::Both(3)) },
         FitSpec { domain: curve, ..chebyshev(Degree::Both(2)) },
         FitSpec { domain: curve, ..chebyshev(Degree::Both(0)) },
-        FitSpec { domain: curve, ..FitSpec::new(Model::BSpline { degree: Degree::Both(1), knots: Knots::Spans(1) }) },
-        // n = 4, 6, 9, 2 on a surface
+        FitSpec { domain: curve, ..spline(1, 1, None) },
+        FitSpec { domain: curve, ..spline(1, 1, Some(vec![1.0, 2.0])) },
+        // n = 4, 6, 9, 2, 16, 4 on a surface
         FitSpec { domain: surface, ..polynomial(Degree::Both(1), PolynomialBasis::Monomial) },
         FitSpec { domain: surface, ..FitSpec::new(total) },
         polynomial(Degree::Each(2, 2), PolynomialBasis::Monomial),
         FitSpec { domain: surface, ..chebyshev(Degree::Each(0, 1)) },
-        FitSpec { domain: surface, ..FitSpec::new(Model::BSpline { degree: Degree::Both(2), knots: Knots::Spans(2) }) },
+        FitSpec { domain: surface, ..spline(2, 2, None) },
+        // W depends on v alone
+        FitSpec { domain: surface, ..spline(1, 1, Some(vec![1.0, 2.0, 1.0, 2.0])) },
     ]
 }
 
@@ -85,7 +91,7 @@ fn a_stream_refuses_at_opening_what_its_fit_would_refuse_in_the_end() {
     let nodes = [Nodes::curve(u.clone(), z.clone(), None).unwrap(), Nodes::scattered(u, v, z, None).unwrap()];
     let (mut refused, mut opened) = (0, 0);
     for (i, model) in models().into_iter().enumerate() {
-        let nodes = &nodes[usize::from(i >= 4)];
+        let nodes = &nodes[usize::from(i >= 5)];
         for regularization in regularizations() {
             for scaling in [Scaling::UnitLength, Scaling::Standardized] {
                 let spec = FitSpec { regularization: regularization.clone(), scaling, ..model.clone() };

@@ -6,7 +6,10 @@ use flankfit::geometry::{
     curve::{BSplineCurve, CurveShape},
     space::{Dimension, Vector},
     surface::{
-        BezierSurface, Boundaries, CoonsPatch, Differential, GregoryPatch, Surface, coons::Twists, gregory::GregoryNet,
+        BezierSurface, Boundaries, CoonsPatch, Differential, GregoryPatch, NodeGrid, Surface,
+        coons::Twists,
+        gregory::GregoryNet,
+        least_squares::{AxisKnots, least_squares},
     },
 };
 use serde_json::Value;
@@ -118,4 +121,28 @@ fn gregory_patch() {
     }
     let across = &file["cross_boundary_derivative_u0"];
     near("S_u", patch.jet(0.0, fraction(&across["v_fraction"])).u, point(&across["S_u"]), 14.5);
+}
+
+#[test]
+fn bicubic_least_squares_on_a_grid() {
+    let Some(file) = reference("tensor_bspline_lsq_grid") else { return };
+    let z = table(&file["z_rows_over_x"]).concat();
+    let grid = NodeGrid::heights(numbers(&file["x"]), numbers(&file["y"]), &z).expect("a grid");
+    let knots = ["knots_x", "knots_y"].map(|name| AxisKnots::Given(numbers(&file[name])));
+    let (surface, rss) = least_squares(&grid, [3, 3], knots).expect("a fit");
+    let truth = file["coef"].as_array().expect("rows").iter().flat_map(numbers);
+    for (got, truth) in surface.control_points().iter().zip(truth) {
+        // the reference has decimal heights; as doubles they leave the smallest coefficient its first 13 digits
+        assert!((got.x - truth).abs() <= 1e-13 * truth.abs(), "{} {truth}", got.x);
+    }
+    assert!((rss - number(&file["rss"])).abs() <= 1e-13 * rss);
+    for sample in file["samples"].as_array().expect("samples") {
+        let jet = surface.jet(number(&sample["x"]), number(&sample["y"]));
+        for (name, got) in
+            [("d00", jet.value), ("d10", jet.u), ("d01", jet.v), ("d20", jet.uu), ("d11", jet.uv), ("d02", jet.vv)]
+        {
+            let truth = number(&sample[name]);
+            assert!((got.x - truth).abs() <= 5e-14 * truth.abs().max(1e-1), "{name} {} {truth}", got.x);
+        }
+    }
 }

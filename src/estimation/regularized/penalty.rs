@@ -14,7 +14,7 @@ use crate::{
         error::Faults,
         spec::{Scaling, Tikhonov},
     },
-    geometry::polynomial,
+    geometry::{WeightNet, polynomial},
     numerics::{Dd, Real, qr, quadrature::gauss_legendre},
 };
 
@@ -43,8 +43,13 @@ pub fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -
             "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order",
         )),
         Basis::Product { u, v } => {
-            let rough = [u, v].into_iter().zip(&weights).any(|(axis, weight)| *weight > 0.0 && degree(axis) >= order);
-            if rough {
+            let varies = design.rational.as_ref().map_or([false; 2], WeightNet::varies);
+            let rough = |(axis, rational): (&Axis, bool)| match degree(axis) {
+                0 => order == 0,
+                // quotients have derivatives of every order
+                degree => degree >= order || rational,
+            };
+            if [u, v].into_iter().zip(varies).zip(&weights).any(|(axis, weight)| *weight > 0.0 && rough(axis)) {
                 return Ok(());
             }
             Err(Faults::one(

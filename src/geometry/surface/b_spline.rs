@@ -87,6 +87,22 @@ impl BSplineSurface {
     }
 }
 
+/// The jet of P / w from those of P and of w, each in the order value, u, v, uu, uv, vv: Leibniz' rule on S · w = P.
+#[inline(always)]
+pub(super) fn quotient(p: &[Vector; 6], w: &[f64; 6]) -> SurfaceJet {
+    let value = p[0] / w[0];
+    let u = (p[1] - value * w[1]) / w[0];
+    let v = (p[2] - value * w[2]) / w[0];
+    SurfaceJet {
+        value,
+        u,
+        v,
+        uu: (p[3] - u * (2.0 * w[1]) - value * w[3]) / w[0],
+        uv: (p[4] - u * w[2] - v * w[1] - value * w[4]) / w[0],
+        vv: (p[5] - v * (2.0 * w[2]) - value * w[5]) / w[0],
+    }
+}
+
 impl Surface for BSplineSurface {
     fn dimension(&self) -> Dimension {
         self.dimension
@@ -101,18 +117,7 @@ impl Surface for BSplineSurface {
         if self.weights.is_none() {
             return SurfaceJet { value: p[0], u: p[1], v: p[2], uu: p[3], uv: p[4], vv: p[5] };
         }
-        // Leibniz' rule on S · w = P
-        let value = p[0] / w[0];
-        let du = (p[1] - value * w[1]) / w[0];
-        let dv = (p[2] - value * w[2]) / w[0];
-        SurfaceJet {
-            value,
-            u: du,
-            v: dv,
-            uu: (p[3] - du * (2.0 * w[1]) - value * w[3]) / w[0],
-            uv: (p[4] - du * w[2] - dv * w[1] - value * w[4]) / w[0],
-            vv: (p[5] - dv * (2.0 * w[2]) - value * w[5]) / w[0],
-        }
+        quotient(&p, &w)
     }
 
     fn value(&self, u: f64, v: f64) -> Vector {

@@ -5,14 +5,19 @@
 //!
 //! Parameters outside the domain are the caller's mistake and are refused at the door; here the border patch goes on.
 
+mod axis;
 pub mod b_spline;
 pub mod bezier;
 pub mod boundaries;
 pub mod coons;
 mod corner;
 pub mod differential;
+pub mod evaluate;
 pub mod gregory;
+pub mod grid;
+pub mod interpolate;
 mod jets;
+pub mod least_squares;
 pub mod shape;
 pub mod triangle;
 
@@ -21,7 +26,9 @@ pub use bezier::BezierSurface;
 pub use boundaries::{Border, Boundaries};
 pub use coons::CoonsPatch;
 pub use differential::Differential;
+pub use evaluate::Evaluator;
 pub use gregory::GregoryPatch;
+pub use grid::NodeGrid;
 pub use shape::SurfaceShape;
 
 use super::space::{Dimension, Vector};

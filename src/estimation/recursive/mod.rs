@@ -1,0 +1,152 @@
+//! Recursive estimation (mathematics: keep R, Qᵀy and the residual sum of squares only).
+//!
+//! Nodes come in blocks and are forgotten: each is a Givens update of `[R | Qᵀ√Ωz]` in double-double, O(n²) whatever was seen
+//! before. Everything from the factor on is the way of any fit, so spectrum, λ*, bounds and standard errors are there after
+//! every block. After any split into blocks the result equals that of all nodes at once to rounding.
+//!
+//! Forgetting with a factor φ in (0, 1]: every counted node multiplies the weights of those before it by φ, so the result is
+//! that of a fit in which the node k before the last has φᵏ times its weight. (m in σ̂² still counts every node, as for any
+//! weights, which are relative 1/σ².)
+//!
+//! The working basis must be chosen before the nodes are known. Where the caller gives a domain it lives there; else, for raw
+//! powers, on a box that grows with the nodes.
+
+mod caller_row;
+mod growing;
+mod kept;
+mod opening;
+mod sums;
+mod telling;
+
+use sums::Sums;
+
+use super::{
+    admission::within_range,
+    blocks::Form,
+    design,
+    error::{Faults, FitError},
+    evidence::Evidence,
+    fit::report,
+    nodes::Nodes,
+    residuals::Place,
+    result::{FitResult, Warning},
+    sample::Sample,
+    spec::FitSpec,
+    state::State,
+};
+
+/// An estimate that nodes are added to.
+#[derive(Clone)]
+pub struct Recursive {
+    spec: FitSpec,
+    forgetting: f64,
+    sums: Option<Sums>,
+}
+
+impl Recursive {
+    /// An estimate of `spec` before the first node; `forgetting` in (0, 1].
+    ///
+    /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped bases or equal spans
+    /// without a domain), and what the model rules out whatever the nodes will be.
+    pub fn new(spec: &FitSpec, forgetting: f64) -> Result<Self, Faults> {
+        opening::check(spec, forgetting)?;
+        Ok(Recursive { spec: spec.clone(), forgetting, sums: None })
+    }
+
+    /// Counted nodes so far.
+    pub fn count(&self) -> usize {
+        self.sums.as_ref().map_or(0, |sums| sums.seen.count)
+    }
+
+    /// n, once the first block has told it.
+    pub fn size(&self) -> Option<usize> {
+        self.sums.as_ref().map(|sums| sums.design.size())
+    }
+
+    /// Adds a block. After an error nothing has changed.
+    pub fn push(&mut self, nodes: &Nodes) -> Result<(), Faults> {
+        let sample = Sample::new(nodes);
+        if sample.count() == 0 {
+            return Err(Faults::one(nodes.heights_pointer(), "every node is missing or of weight 0"));
+        }
+        // the long look at the columns costs O(n³): it is for the first nodes on a box, and for nodes far from 1
+        let mut unusual = self.sums.is_none();
+        let mut sums = match &self.sums {
+            Some(sums) => {
+                sums.form.check(nodes)?;
+                sums.clone()
+            }
+            None => {
+                let (form, design, boxes) = opening::begin(nodes, &sample, &self.spec)?;
+                Sums::new(form, design, boxes, &sample, &self.spec)
+            }
+        };
+        if !matches!(nodes, Nodes::Matrix(_)) {
+            let surface = sums.form == Form::Surface;
+            design::checked_domain(nodes, &sample, surface, self.spec.domain, design::bounding_box(&sample))?;
+            design::within_knots(&sums.design, nodes, &sample)?;
+            unusual |= sums.make_room(&sample, &self.spec)?;
+        }
+        sums.add(&sample, self.forgetting, self.spec.node_uncertainty.is_some());
+        if !sums.is_finite() {
+            return Err(Faults::one(
+                "/nodes",
+                "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
+            ));
+        }
+        if unusual || !sums.are_plain(&sample) {
+            sums.columns_within_range()?;
+        }
+        self.sums = Some(sums);
+        Ok(())
+    }
+
+    /// The fit of all nodes so far; `None` while there are fewer than coefficients.
+    ///
+    /// What needs the nodes themselves is left out, which a warning says: `max_abs`, single residuals and B.
+    pub fn result(&self) -> Result<Option<FitResult>, FitError> {
+        let Some(sums) = self.sums.as_ref().filter(|sums| sums.seen.count >= sums.design.size()) else {
+            return Ok(None);
+        };
+        let design = sums.told_design(&self.spec);
+        let heights = sums.heights();
+        within_range(if sums.form == Form::Surface { "/nodes/z" } else { "/nodes/y" }, &heights)?;
+        let factor = sums.factor(&design, &heights)?;
+        let place = Place {
+            design: &design,
+            factor: &factor,
+            heights: heights.about_zero,
+            evidence: Evidence::Summed(&sums.seen),
+        };
+        let mut result = report(&place, &heights, &self.spec)?;
+        result.warnings.push(Warning {
+            code: "nodes_not_kept",
+            message:
+                "an estimate of a stream keeps sums only: the largest residual, single residuals and the rows of B \
+                      are given when the stream is finished"
+                    .into(),
+        });
+        if self.forgetting < 1.0 {
+            result.warnings.push(Warning {
+                code: "forgetting",
+                message: format!(
+                    "with a forgetting factor of {} the weights of all {} nodes add up to {:.6}; weights are relative 1/σ², so \
+                     sigma is that of the newest node, older ones counting as noisier",
+                    self.forgetting, sums.seen.count, heights.weight
+                ),
+            });
+        }
+        Ok(Some(result))
+    }
+
+    /// Everything that [`Recursive::restore`] needs beside spec and forgetting factor; `None` before the first block.
+    pub fn state(&self) -> Option<State> {
+        self.sums.as_ref().map(Sums::state)
+    }
+
+    /// The estimate whose [`Recursive::state`] this is, to the last bit; `None` when it is not one of this spec.
+    pub fn restore(spec: &FitSpec, forgetting: f64, state: &State) -> Option<Self> {
+        let sums = Sums::restore(spec, state)?;
+        Some(Recursive { spec: spec.clone(), forgetting, sums: Some(sums) })
+    }
+}

@@ -1,0 +1,148 @@
+//! What a stream may be opened with, and what its first block has to tell: a curve or a surface, the columns of a matrix.
+
+use super::growing::roomy;
+use crate::estimation::{
+    blocks::Form,
+    design::{self, Boxes, Design},
+    error::{Fault, Faults},
+    nodes::Nodes,
+    regularized::suited,
+    sample::Sample,
+    spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
+};
+
+/// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped bases or equal spans without a
+/// domain), and what the model rules out whatever the nodes will be.
+pub fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
+    let mut faults = Faults::default();
+    if !(forgetting > 0.0 && forgetting <= 1.0) {
+        faults.push("/forgetting_factor", format!("{forgetting} is not in (0, 1]"));
+    }
+    if spec.estimator != Estimator::LeastSquares {
+        faults.push("/estimator/type", "a stream is estimated by least squares; refit its iteration with others");
+    }
+    if !spec.filters.is_empty() {
+        faults.push("/filters", "a stream has no neighbours to filter by; refit its iteration with filters");
+    }
+    check_domain(spec, &mut faults);
+    faults.into_result(())?;
+    if spec.model == Model::Linear { Ok(()) } else { check_model(spec) }
+}
+
+/// The design that the first block leads to, and where its working functions live.
+pub fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(Form, Design, Boxes), Faults> {
+    let form = Form::of(nodes);
+    let (design, boxes) = match (&spec.model, &form) {
+        (Model::Linear, Form::Matrix { columns, names }) => {
+            (design::columns(sample, *columns, names.as_deref())?, ([0.0; 2], [0.0; 2]))
+        }
+        (Model::Linear, _) => {
+            return Err(Faults::one("/nodes/type", "the model `linear` takes nodes of type `matrix`"));
+        }
+        (_, Form::Matrix { .. }) => {
+            return Err(Faults::one("/nodes/type", "nodes of type `matrix` take the model `linear`"));
+        }
+        (model, _) => {
+            let surface = form == Form::Surface;
+            if is_surface(spec).is_some_and(|told| told != surface) {
+                let what = if surface { "a curve" } else { "a surface" };
+                return Err(Faults::one("/nodes/type", format!("model and domain of the stream are those of {what}")));
+            }
+            let (u, v) = design::bounding_box(sample);
+            let domain = spec.domain.unwrap_or_default();
+            let boxes = (
+                domain.u.unwrap_or_else(|| roomy(u)),
+                if surface { domain.v.unwrap_or_else(|| roomy(v)) } else { [0.0; 2] },
+            );
+            (met_at(design::product_on(surface, model, boxes, boxes), "/nodes/type")?, boxes)
+        }
+    };
+    let place = if matches!(form, Form::Matrix { .. }) { "/nodes/x" } else { "/nodes/type" };
+    met_at(suited(&design, spec), place)?;
+    Ok((form, design, boxes))
+}
+
+/// Whether the spec is of a surface, where that can be told.
+fn is_surface(spec: &FitSpec) -> Option<bool> {
+    let domain = spec.domain.unwrap_or_default();
+    match &spec.model {
+        _ if domain.v.is_some() => Some(true),
+        Model::Polynomial { degree: Degree::Each(..), .. } | Model::BSpline { degree: Degree::Each(..), .. } => {
+            Some(true)
+        }
+        Model::BSpline { knots: Knots::Surface(..) | Knots::SpansEach(..), .. } => Some(true),
+        Model::BSpline { knots: Knots::Curve(_), .. } => Some(false),
+        model if needs_domain(model) && domain.u.is_some() => Some(false),
+        _ => None,
+    }
+}
+
+fn needs_domain(model: &Model) -> bool {
+    match model {
+        Model::Polynomial { basis, .. } => *basis != PolynomialBasis::Monomial,
+        Model::BSpline { knots, .. } => matches!(knots, Knots::Spans(_) | Knots::SpansEach(..)),
+        Model::Linear => false,
+    }
+}
+
+fn check_domain(spec: &FitSpec, faults: &mut Faults) {
+    let domain = spec.domain.unwrap_or_default();
+    if spec.model == Model::Linear {
+        if spec.domain.is_some() {
+            faults.push("/domain", "a measurement matrix has no domain");
+        }
+        return;
+    }
+    for (name, range) in [("u", domain.u), ("v", domain.v)] {
+        if let Some([low, high]) = range
+            && !(low < high && (high - low).is_finite())
+        {
+            faults.push(format!("/domain/{name}"), format!("[{low}, {high}] is not a range from low to high"));
+        }
+    }
+    if needs_domain(&spec.model) {
+        const WHY: &str = "missing; a stream must know beforehand where a mapped basis or equal spans live";
+        match (domain.u, domain.v, is_surface(spec)) {
+            (None, None, _) => faults.push("/domain", WHY),
+            (None, Some(_), _) => faults.push("/domain/u", WHY),
+            (Some(_), None, Some(true)) => faults.push("/domain/v", WHY),
+            _ => {}
+        }
+    }
+}
+
+/// Degrees, knots, limits, and a regularisation for so many coefficients. Where the first block is to tell a curve from a
+/// surface, one of them must be possible.
+fn check_model(spec: &FitSpec) -> Result<(), Faults> {
+    // the boxes only have to be some
+    let domain = spec.domain.unwrap_or_default();
+    let boxes = (domain.u.unwrap_or([-1.0, 1.0]), domain.v.unwrap_or([-1.0, 1.0]));
+    let check = |surface| suited(&design::product_on(surface, &spec.model, boxes, boxes)?, spec);
+    if let Some(surface) = is_surface(spec) {
+        return check(surface);
+    }
+    match (check(false), check(true)) {
+        (Err(curve), Err(surface)) if curve == surface => Err(curve),
+        (Err(curve), Err(surface)) => {
+            let mut both = Faults::default();
+            for (what, faults) in [("a curve", curve), ("a surface", surface)] {
+                for Fault { pointer, detail } in faults.list() {
+                    both.push(pointer, format!("for {what}: {detail}"));
+                }
+            }
+            Err(both)
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Faults of the stream's own model, met when its first block tells what the nodes are: at the `place` that told it.
+pub fn met_at<T>(result: Result<T, Faults>, place: &str) -> Result<T, Faults> {
+    result.map_err(|faults| {
+        let mut told = Faults::default();
+        for Fault { pointer, detail } in faults.list() {
+            told.push(place, format!("the stream's {pointer} does not suit these nodes: {detail}"));
+        }
+        told
+    })
+}
