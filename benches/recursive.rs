@@ -14,8 +14,9 @@ fn main() {
 const DEGREES: [usize; 4] = [2, 3, 5, 9];
 
 fn node(i: usize) -> Nodes {
+    // irrational steps: no place comes twice
     let t = i as f64;
-    let (u, v) = (30.0 + 4.0 * (0.37 * t).fract(), 20.0 * (0.71 * t).fract());
+    let (u, v) = (30.0 + 4.0 * (0.754_877_666 * t).fract(), 20.0 * (0.569_840_291 * t).fract());
     let z = 0.01 * u - 0.002 * v + 1e-3 * (3.0 * u + v).sin();
     Nodes::scattered(vec![u], vec![v], vec![z], None).expect("a node")
 }
@@ -39,7 +40,7 @@ fn one_node<const SEEN: usize>(bencher: Bencher, degree: usize) {
     });
 }
 
-#[divan::bench(args = DEGREES)]
+#[divan::bench(args = [2, 3, 5])]
 fn one_result(bencher: Bencher, degree: usize) {
     let estimate = estimate(degree, 200);
     bencher.bench(|| estimate.result().expect("a fit"));

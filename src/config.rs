@@ -1,6 +1,9 @@
 //! Settings of the server, as flags and as environment variables. `flankfit serve --help` lists them all.
 
-use std::{net::SocketAddr, time::Duration};
+use std::{
+    net::{SocketAddr, ToSocketAddrs},
+    time::Duration,
+};
 
 use clap::{Args, ValueEnum};
 
@@ -15,8 +18,8 @@ pub enum LogFormat {
 
 #[derive(Clone, Debug, Args)]
 pub struct ServeSettings {
-    /// Address and port to listen on; port 0 takes any free one.
-    #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080")]
+    /// Address (or name of this machine) and port to listen on, such as 0.0.0.0:8080 or localhost:8080; port 0 takes any free one.
+    #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080", value_parser = parse_address)]
     pub bind: SocketAddr,
     /// Where the gear jobs are kept.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db")]
@@ -39,15 +42,16 @@ pub struct ServeSettings {
     /// Seconds that a shutdown waits for what was accepted.
     #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30)]
     pub shutdown_grace: u64,
-    /// SHA-256 digests (hexadecimal, separated by commas) of the API keys that may be used; none: no key is asked for.
+    /// SHA-256 digests (hexadecimal, separated by commas) of the API keys that may be used; none, or an empty text: no key is asked for.
     #[arg(
         long,
         env = "FLANKFIT_API_KEYS_SHA256",
-        value_delimiter = ',',
-        value_parser = parse_digest,
-        hide_env_values = true
+        default_value = "",
+        value_parser = parse_digests,
+        hide_env_values = true,
+        hide_default_value = true
     )]
-    pub api_keys_sha256: Vec<Digest>,
+    pub api_keys_sha256: Digests,
     /// Form of the log lines on standard error.
     #[arg(long, env = "FLANKFIT_LOG_FORMAT", value_enum, default_value_t = LogFormat::Pretty)]
     pub log_format: LogFormat,
@@ -62,6 +66,28 @@ pub struct ServeSettings {
 /// SHA-256 of an API key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(pub [u8; 32]);
+
+/// Those of all keys.
+pub type Digests = Vec<Digest>;
+
+/// An address with a port, or a name with one. Of a name's addresses the first of IPv4 is taken, else the first.
+pub fn parse_address(text: &str) -> Result<SocketAddr, String> {
+    const FORM: &str = "write ADDRESS:PORT, such as 127.0.0.1:8080, [::1]:8080 or localhost:8080";
+    let found = text.to_socket_addrs().map_err(|error| match error.kind() {
+        std::io::ErrorKind::InvalidInput => FORM.to_owned(),
+        _ => format!("the name is not known here ({error}); {FORM}"),
+    })?;
+    let found: Vec<SocketAddr> = found.collect();
+    found.iter().find(|address| address.is_ipv4()).or(found.first()).copied().ok_or_else(|| FORM.to_owned())
+}
+
+/// Digests separated by commas; an empty text has none, as in `FLANKFIT_API_KEYS_SHA256=`.
+fn parse_digests(text: &str) -> Result<Digests, String> {
+    if text.trim().is_empty() {
+        return Ok(Vec::new());
+    }
+    text.split(',').map(parse_digest).collect()
+}
 
 fn parse_digest(text: &str) -> Result<Digest, String> {
     let text = text.trim();
@@ -128,5 +154,19 @@ mod tests {
         assert_eq!(parse_digest(&text).map(|d| d.0[1]), Ok(255));
         assert!(parse_digest("00").is_err());
         assert!(parse_digest(&"g".repeat(64)).is_err());
+        assert_eq!(parse_digests(&format!("{text}, {text}")).map(|digests| digests.len()), Ok(2));
+        assert_eq!(parse_digests(" "), Ok(Vec::new()));
+        assert!(parse_digests(&format!("{text},")).is_err());
+    }
+
+    #[test]
+    fn names_are_addresses_too() {
+        assert_eq!(parse_address("[::1]:80").map(|address| address.port()), Ok(80));
+        assert!(
+            parse_address("localhost:8080").is_ok_and(|address| address.ip().is_loopback() && address.port() == 8080)
+        );
+        for wrong in ["", "8080", "127.0.0.1", "localhost:", "localhost:99999"] {
+            assert!(parse_address(wrong).unwrap_err().contains("ADDRESS:PORT"), "{wrong}");
+        }
     }
 }

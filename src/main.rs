@@ -21,14 +21,14 @@ const KEPT_FOR: c_long = 10;
 /// The allocator's number for that delay (`mi_option_purge_delay` in its header).
 const PURGE_DELAY: c_int = 15;
 
-/// Tells the allocator not to keep what was freed. (`MIMALLOC_PURGE_DELAY` in the environment says the same, but nobody would.)
+/// Tells the allocator not to keep what was freed, unless `MIMALLOC_PURGE_DELAY` in the environment says for how long.
 fn give_back_freed_memory() {
     #[expect(unsafe_code, reason = "the allocator's options have no safe interface")]
     // SAFETY: the declaration is that of mimalloc.h, which this program links; the function sets one number, and any number is a delay.
     unsafe {
         unsafe extern "C" {
-            fn mi_option_set(option: c_int, value: c_long);
+            fn mi_option_set_default(option: c_int, value: c_long);
         }
-        mi_option_set(PURGE_DELAY, KEPT_FOR);
+        mi_option_set_default(PURGE_DELAY, KEPT_FOR);
     }
 }

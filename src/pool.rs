@@ -199,7 +199,25 @@ impl Drop for WorkPool {
 mod tests {
     use std::sync::mpsc;
 
+    use tokio::task::JoinHandle;
+
     use super::*;
+
+    /// A worker at work until the sender is dropped.
+    async fn occupied(pool: &Arc<WorkPool>) -> (mpsc::Sender<()>, JoinHandle<Result<bool, PoolError>>) {
+        let (open, gate) = mpsc::channel::<()>();
+        let (started, begun) = oneshot::channel();
+        let pool = Arc::clone(pool);
+        let busy = tokio::spawn(async move {
+            pool.run(move || {
+                let _ = started.send(());
+                gate.recv().is_err()
+            })
+            .await
+        });
+        begun.await.unwrap();
+        (open, busy)
+    }
 
     #[tokio::test]
     async fn work_is_done_and_a_panic_costs_only_its_own_request() {
@@ -219,19 +237,7 @@ mod tests {
         assert!(pool.place().is_none(), "there is one worker");
         assert_eq!(pool.run(|| 1).await, Ok(1), "nobody waits for a place");
         drop(place);
-        let (open, gate) = mpsc::channel::<()>();
-        let (started, begun) = oneshot::channel();
-        let busy = tokio::spawn({
-            let pool = Arc::clone(&pool);
-            async move {
-                pool.run(move || {
-                    let _ = started.send(());
-                    gate.recv().is_err()
-                })
-                .await
-            }
-        });
-        begun.await.unwrap();
+        let (open, busy) = occupied(&pool).await;
         assert!(pool.place().is_none(), "the worker is busy");
         drop(open);
         assert_eq!(busy.await.unwrap(), Ok(true));
@@ -240,24 +246,12 @@ mod tests {
     #[tokio::test]
     async fn a_full_queue_refuses_at_once() {
         let pool = Arc::new(WorkPool::new(1, 1).unwrap());
-        let (open, gate) = mpsc::channel::<()>();
-        let (started, begun) = oneshot::channel();
-        let busy = tokio::spawn({
-            let pool = Arc::clone(&pool);
-            async move {
-                pool.run(move || {
-                    let _ = started.send(());
-                    gate.recv().is_ok()
-                })
-                .await
-            }
-        });
-        begun.await.unwrap();
+        let (open, busy) = occupied(&pool).await;
         let mut waiting = Box::pin(pool.run(|| true));
         assert!(std::future::poll_fn(|cx| std::task::Poll::Ready(waiting.as_mut().poll(cx).is_pending())).await);
         assert_eq!(pool.waiting(), 1);
         assert_eq!(pool.run(|| true).await, Err(PoolError::Full { limit: 1 }));
-        open.send(()).unwrap();
+        drop(open);
         assert_eq!(busy.await.unwrap(), Ok(true));
         assert_eq!(waiting.await, Ok(true));
     }

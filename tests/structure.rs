@@ -47,7 +47,7 @@ const RULES: &[Rule] = &[
     Rule { room: "estimation", rooms: &["geometry", "numerics"], foreign: SERVICE },
     Rule {
         room: "api",
-        rooms: &["estimation", "jobs", "telemetry"],
+        rooms: &["estimation", "formats", "geometry", "jobs", "numerics", "telemetry"],
         foreign: &["axum", "clap", "metrics", "nalgebra", "sqlx", "tokio", "tower", "tower_http", "utoipa_axum"],
     },
     Rule {

@@ -10,6 +10,7 @@ use super::{
     filters::{FilterCollinearity, FilterResult},
     fit_result_parts::*,
     robust_result::RobustBody,
+    shapes::{curve_shape::CurveBody, surface_shape::SurfaceBody},
 };
 
 /// The answer to a fit.
@@ -21,6 +22,12 @@ pub struct FitResultBody {
     /// The box on which mapped bases live; absent for a measurement matrix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub domain: Option<DomainBody>,
+    /// The fitted curve, where the model is `b_spline` and the nodes are of type `curve`; its control points are the coefficients.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<CurveBody>,
+    /// The fitted surface, where the model is `b_spline` and the nodes have u and v; its control points are the coefficients.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceBody>,
     pub spectrum: SpectrumBody,
     pub regularization: RegularizationResult,
     pub bias: BiasBody,

@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 pub use super::estimator_spec::*;
 use super::filters::FilterBody;
 pub use super::fit_result_parts::DomainBody;
-pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody};
+pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody, WeightsBody};
 use super::nodes_schema::NodesBody;
 pub use super::regularization_spec::*;
 
@@ -122,7 +122,7 @@ pub struct PolynomialModel {
     pub terms: Option<TermsName>,
 }
 
-/// B-splines; either `knots` or `spans`.
+/// B-splines, or NURBS with `weights`; either `knots` or `spans`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineModel {
@@ -136,6 +136,9 @@ pub struct BSplineModel {
     /// Equal spans over the domain.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub spans: Option<SpansBody>,
+    /// Of NURBS: one weight above 0 for each control point, for a surface in rows along u. They are given, not fitted.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub weights: Option<WeightsBody>,
 }
 
 /// The columns of a measurement matrix as they are; for nodes of type `matrix`.

@@ -61,17 +61,40 @@ fn model(model: &spec::Model) -> ModelBody {
                 spec::Terms::Total => TermsName::Total,
             }),
         }),
-        spec::Model::BSpline { degree, knots, .. } => {
+        spec::Model::BSpline { degree, knots, weights } => {
             let clean = |knots: &[f64]| knots.iter().copied().map(unsigned_zero).collect::<Vec<_>>();
+            let weights = weights.as_ref().map(|weights| match columns(*degree, knots) {
+                // Without knots the curve and the surface of one row look alike; either way back gives the same weights.
+                None => WeightsBody::Curve(weights.clone()),
+                Some(columns) => WeightsBody::Surface(weights.chunks(columns).map(<[f64]>::to_vec).collect()),
+            });
             let (knots, spans) = match knots {
                 spec::Knots::Curve(knots) => (Some(KnotsBody::Curve(clean(knots))), None),
                 spec::Knots::Surface(u, v) => (Some(KnotsBody::Surface([clean(u), clean(v)])), None),
                 spec::Knots::Spans(n) => (None, Some(SpansBody::Both(*n))),
                 spec::Knots::SpansEach(a, b) => (None, Some(SpansBody::Each([*a, *b]))),
             };
-            ModelBody::BSpline(BSplineModel { kind: BSplineTag::BSpline, degree: degree_body(*degree), knots, spans })
+            ModelBody::BSpline(BSplineModel {
+                kind: BSplineTag::BSpline,
+                degree: degree_body(*degree),
+                knots,
+                spans,
+                weights,
+            })
         }
         spec::Model::Linear => ModelBody::Linear(LinearModel { kind: LinearTag::Linear }),
+    }
+}
+
+/// How many functions there are along v, where the knots say that there is a v.
+fn columns(degree: spec::Degree, knots: &spec::Knots) -> Option<usize> {
+    let q = match degree {
+        spec::Degree::Both(q) | spec::Degree::Each(_, q) => q,
+    };
+    match knots {
+        spec::Knots::Surface(_, v) => v.len().checked_sub(q.saturating_add(1)).filter(|columns| *columns > 0),
+        spec::Knots::SpansEach(_, spans) => spans.checked_add(q),
+        spec::Knots::Curve(_) | spec::Knots::Spans(_) => None,
     }
 }
 

@@ -53,6 +53,14 @@ pub enum KnotsBody {
     Surface([Vec<f64>; 2]),
 }
 
+/// Weights of control points: numbers for a curve, rows of numbers for a surface.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum WeightsBody {
+    Curve(Vec<f64>),
+    Surface(Vec<Vec<f64>>),
+}
+
 fn whole(minimum: u32) -> ObjectBuilder {
     ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(minimum))
 }
@@ -105,6 +113,14 @@ documented!(
     "Full knot vectors, ascending: one for a curve, `[knots of u, knots of v]` for a surface.",
     list(f64::schema(), None),
     list(list(f64::schema(), None), Some((2, 2))),
+);
+
+documented!(
+    WeightsBody,
+    "Weights",
+    "Weights of control points: numbers for a curve, rows of numbers for a surface.",
+    list(f64::schema(), None),
+    list(list(f64::schema(), None), None),
 );
 
 /// A whole number or two of them.
@@ -230,6 +246,42 @@ impl<'de> Deserialize<'de> for KnotEntry {
         }
 
         deserializer.deserialize_any(Read)
+    }
+}
+
+impl<'de> Deserialize<'de> for WeightsBody {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read;
+
+        impl<'de> Visitor<'de> for Read {
+            type Value = WeightsBody;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an array of numbers (curve) or rows of numbers (surface)")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<WeightsBody, A::Error> {
+                match entries.next_element()? {
+                    None => Ok(WeightsBody::Curve(Vec::new())),
+                    Some(KnotEntry::Number(first)) => {
+                        let mut weights = vec![first];
+                        while let Some(weight) = entries.next_element()? {
+                            weights.push(weight);
+                        }
+                        Ok(WeightsBody::Curve(weights))
+                    }
+                    Some(KnotEntry::List(first)) => {
+                        let mut rows = vec![first];
+                        while let Some(row) = entries.next_element()? {
+                            rows.push(row);
+                        }
+                        Ok(WeightsBody::Surface(rows))
+                    }
+                }
+            }
+        }
+
+        deserializer.deserialize_seq(Read)
     }
 }
 

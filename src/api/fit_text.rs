@@ -13,10 +13,12 @@ use super::{
     filters,
     json_writer::{Json, NotFinite, Object},
     robust_result,
+    shapes::{curve_shape::CurveBody, surface_shape::SurfaceBody},
 };
 use crate::{
     estimation::{
         FitResult,
+        near::Shape,
         result::{
             Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, LambdaCurvePoint,
             NearDependency, Numerics, PerturbationBounds, PerturbationReport, RegularizationKind, RegularizationReport,
@@ -27,8 +29,8 @@ use crate::{
     jobs::scheme_name,
 };
 
-/// The text of an answer. `input_sha256` is the digest of [`super::canonical`].
-pub fn write(result: &FitResult, input_sha256: &str) -> Result<Vec<u8>, NotFinite> {
+/// The text of an answer. `shape` is the curve or surface that was fitted, where there is one; `input_sha256` is the digest of [`super::canonical`].
+pub fn write(result: &FitResult, shape: Option<&Shape>, input_sha256: &str) -> Result<Vec<u8>, NotFinite> {
     let FitResult {
         coefficients,
         domain,
@@ -63,6 +65,11 @@ pub fn write(result: &FitResult, input_sha256: &str) -> Result<Vec<u8>, NotFinit
             }
         });
     }
+    match shape {
+        Some(Shape::Curve(curve)) => object.field("curve", &CurveBody::from(curve)),
+        Some(Shape::Surface(surface)) => object.field("surface", &SurfaceBody::of(surface, None)),
+        None => &mut object,
+    };
     object
         .object("spectrum", |object| write_spectrum(object, spectrum))
         .object("regularization", |object| write_regularization(object, regularization))

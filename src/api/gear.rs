@@ -4,6 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use utoipa::ToSchema;
 
 use super::fit_spec::present;
+use crate::estimation::words::{Shown, counted};
 
 /// An involute gear, in the usual terms of DIN 3960 / ISO 21771.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -76,7 +77,10 @@ fn teeth<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
     if (1..=MOST_TEETH).contains(&teeth) {
         Ok(teeth)
     } else {
-        Err(D::Error::custom(format_args!("{teeth} teeth; a gear has 1 to {MOST_TEETH}")))
+        Err(D::Error::custom(format_args!(
+            "{}; a gear has 1 to {MOST_TEETH}",
+            counted(teeth as usize, "tooth", "teeth")
+        )))
     }
 }
 
@@ -102,7 +106,7 @@ fn checked<'de, D: Deserializer<'de>>(
     otherwise: &str,
 ) -> Result<f64, D::Error> {
     let value = f64::deserialize(deserializer)?;
-    if holds(value) { Ok(value) } else { Err(D::Error::custom(format_args!("{value} {otherwise}"))) }
+    if holds(value) { Ok(value) } else { Err(D::Error::custom(format_args!("{} {otherwise}", Shown(value)))) }
 }
 
 #[cfg(test)]

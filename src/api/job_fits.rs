@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use super::{canonical, fit_spec_json, fit_text, problem::Problem};
 use crate::{
-    estimation::{self, FitSpec, Nodes, Plans},
+    estimation::{self, FitSpec, Nodes, Plans, near},
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
     telemetry,
 };
@@ -47,7 +47,8 @@ pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed,
     let begun = Instant::now();
     let result = estimation::fit_remembering(nodes, spec, plans)?;
     let figures = Figures::of(&result);
-    let text = fit_text::write(&result, &canonical::input_sha256(nodes, spec)).map_err(Problem::internal)?;
+    let text = fit_text::write(&result, near::shape_of(spec, &result).as_ref(), &canonical::input_sha256(nodes, spec))
+        .map_err(Problem::internal)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(Computed { spec: fit_spec_json::to_json(spec).into(), result: text.into(), figures })

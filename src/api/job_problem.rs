@@ -2,7 +2,7 @@
 
 use super::problem::{Problem, ProblemCode};
 use crate::{
-    estimation::Faults,
+    estimation::{Faults, words::counted},
     jobs::{RepositoryError, What},
 };
 
@@ -21,11 +21,15 @@ impl From<RepositoryError> for Problem {
             ),
             RepositoryError::HasIterations(count) => Problem::new(
                 ProblemCode::Conflict,
-                format!("The job has {count} iteration(s); only a job without iterations can be deleted."),
+                format!(
+                    "The job has {}; only a job without iterations can be deleted.",
+                    counted(count as usize, "iteration", "iterations")
+                ),
             ),
-            RepositoryError::HasStreams(count) => {
-                Problem::new(ProblemCode::Conflict, format!("The job has {count} stream(s); delete them first."))
-            }
+            RepositoryError::HasStreams(count) => Problem::new(
+                ProblemCode::Conflict,
+                format!("The job has {}, which must be deleted first.", counted(count as usize, "stream", "streams")),
+            ),
             RepositoryError::StreamFinished { iteration } => Problem::new(
                 ProblemCode::Conflict,
                 format!("The stream is finished: it has become iteration {iteration} of its job."),

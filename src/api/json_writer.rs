@@ -115,6 +115,14 @@ impl Json {
         self.text.push(b']');
     }
 
+    fn values(&mut self, width: usize, flat: &[f64]) {
+        if width == 1 {
+            self.row(flat);
+        } else {
+            self.entries(flat.chunks_exact(width), |out, point| out.row(point));
+        }
+    }
+
     fn row(&mut self, values: &[f64]) {
         self.text.push(b'[');
         self.numbers(values, |_| {});
@@ -163,6 +171,18 @@ impl Object<'_> {
     /// Rows of numbers.
     pub fn rows(&mut self, name: &'static str, rows: &[Vec<f64>]) -> &mut Self {
         self.key(name).entries(rows, |out, row| out.row(row));
+        self
+    }
+
+    /// Values of a curve or surface: numbers, or points of `width` coordinates that stand end to end.
+    pub fn values(&mut self, name: &'static str, width: usize, flat: &[f64]) -> &mut Self {
+        self.key(name).values(width, flat);
+        self
+    }
+
+    /// Several lists of such values.
+    pub fn lists_of_values(&mut self, name: &'static str, width: usize, lists: &[Vec<f64>]) -> &mut Self {
+        self.key(name).entries(lists, |out, flat| out.values(width, flat));
         self
     }
 

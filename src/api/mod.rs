@@ -31,6 +31,7 @@ pub mod regularization_result;
 pub mod regularization_spec;
 pub mod robust_result;
 pub mod service;
+pub mod shapes;
 pub mod stream_state;
 pub mod streams;
 pub mod study;

@@ -20,8 +20,10 @@ pub struct RobustBody {
     /// Last change of residuals and scale, in scales (`m_estimator`), or of residuals, relative to the largest (`lp`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance_reached: Option<f64>,
-    /// Scale of the residuals (`m_estimator`, `least_trimmed_squares`; MAD for `lp`), or `dispersion` (the others); 0 for an exact fit of most nodes.
-    pub scale: f64,
+    /// Scale of the residuals (`m_estimator`, `least_trimmed_squares`; MAD for `lp`), or `dispersion` (the others); 0 for an exact fit of most nodes, absent where too few
+    /// nodes lie off the surface to tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
     /// τ: without regularisation std_error² is τ² times the diagonal of (XᵀX)⁻¹, X with the node weights. Absent where it does not exist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dispersion: Option<f64>,
@@ -85,7 +87,7 @@ pub(super) fn write(object: &mut Object<'_>, report: &RobustReport) {
         .field("converged", converged)
         .count("iterations", *iterations)
         .maybe_number("tolerance_reached", *tolerance_reached)
-        .number("scale", *scale)
+        .maybe_number("scale", *scale)
         .maybe_number("dispersion", *dispersion)
         .number("objective", *objective)
         .numbers("weights", weights)

@@ -8,7 +8,7 @@ use super::{
     reader::{self, NoExtra},
 };
 use crate::{
-    estimation::{self, FitSpec, Nodes, Plans},
+    estimation::{self, FitSpec, Nodes, Plans, near},
     telemetry,
 };
 
@@ -16,7 +16,8 @@ use crate::{
 pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {
     let begun = Instant::now();
     let result = estimation::fit_remembering(nodes, spec, plans)?;
-    let text = fit_text::write(&result, &canonical::input_sha256(nodes, spec)).map_err(Problem::internal)?;
+    let text = fit_text::write(&result, near::shape_of(spec, &result).as_ref(), &canonical::input_sha256(nodes, spec))
+        .map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(text)
 }

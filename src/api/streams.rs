@@ -19,7 +19,7 @@ use super::{
     text::{LongText, Moment, ShortText},
 };
 use crate::{
-    estimation::{Faults, Nodes, Recursive},
+    estimation::{Faults, Nodes, Recursive, near, words::counted},
     jobs::{NewStream, Stream, StreamDraft},
 };
 
@@ -200,14 +200,20 @@ pub fn tell(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Told, Probl
         Ok(Some(result)) => result,
         Ok(None) => {
             let message = match estimate.size() {
-                Some(n) => format!("{} counted nodes so far, fewer than the {n} coefficients", estimate.count()),
+                Some(n) => format!(
+                    "{} so far, fewer than the {}",
+                    counted(estimate.count(), "counted node", "counted nodes"),
+                    counted(n, "coefficient", "coefficients")
+                ),
                 None => "no nodes so far".to_owned(),
             };
             return Ok(Told::Waiting { code: "too_few_nodes".into(), message });
         }
         Err(error) => return Ok(waiting(error.into())),
     };
-    let text = fit_text::write(&result, &canonical::hexadecimal(input_sha256)).map_err(Problem::internal)?;
+    let shape = near::shape_of(estimate.spec(), &result);
+    let text =
+        fit_text::write(&result, shape.as_ref(), &canonical::hexadecimal(input_sha256)).map_err(Problem::internal)?;
     Ok(Told::Result(String::from_utf8(text).map_err(Problem::internal)?))
 }
 

@@ -148,7 +148,7 @@ pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
             StudyScaling::UnitLength => ColumnScaling::UnitLength,
         },
     })
-    .map_err(|faults| Problem::invalid(if from_nodes { about_nodes(&faults) } else { faults }))?;
+    .map_err(|faults| Problem::invalid(if from_nodes { about_nodes(&faults, coefficients_given) } else { faults }))?;
     Ok(CheckedStudy {
         study,
         terms: material.terms,
@@ -196,9 +196,11 @@ fn measured(nodes: &RawValue, model: Option<&RawValue>, domain: Option<&RawValue
     })
 }
 
-/// Faults of the matrix are faults of the nodes it was made from.
-fn about_nodes(faults: &Faults) -> Faults {
-    moved(faults, |pointer| if pointer.starts_with("/x") { "/nodes".to_owned() } else { pointer.to_owned() })
+/// Faults of the matrix, and of coefficients that were not given, are faults of the nodes they were made from.
+fn about_nodes(faults: &Faults, coefficients_given: bool) -> Faults {
+    let made =
+        |pointer: &str| pointer.starts_with("/x") || (pointer.starts_with("/coefficients") && !coefficients_given);
+    moved(faults, |pointer| if made(pointer) { "/nodes".to_owned() } else { pointer.to_owned() })
 }
 
 /// The study's matrix goes through the checks of nodes of type matrix.

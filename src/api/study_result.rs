@@ -44,7 +44,7 @@ pub struct RandomizationResult {
     pub remark: String,
     pub levels: Vec<StudyLevel>,
     pub references: StudyReferences,
-    /// The level of least median ‖A − Â_R‖².
+    /// The level of least median ‖A − Â_R‖²; absent without noise, where least squares is exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub optimum: Option<StudyOptimum>,
     pub warnings: Vec<WarningBody>,

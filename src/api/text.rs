@@ -12,7 +12,8 @@ pub const LONG: usize = 4000;
 /// Tags of a job.
 pub const MOST_TAGS: usize = 50;
 
-/// A text of 1 to `MOST` characters that is not only white space.
+/// A text of 1 to `MOST` characters that is not only white space. Line breaks and tabs may stand in long texts only, other control
+/// characters in none.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
 pub struct Text<const MOST: usize>(String);
@@ -38,7 +39,37 @@ impl<'de, const MOST: usize> Deserialize<'de> for Text<MOST> {
         if count > MOST {
             return Err(D::Error::custom(format_args!("the text has {count} characters; at most {MOST} are kept")));
         }
-        Ok(Text(text))
+        match control_character(&text, MOST > SHORT) {
+            None => Ok(Text(text)),
+            Some(told) => Err(D::Error::custom(told)),
+        }
+    }
+}
+
+/// What to say of a text with a control character (NUL, line break, escape …), which would spoil lists, tables and logs.
+pub fn control_character(text: &str, lines: bool) -> Option<String> {
+    let wrong = |c: char| c.is_control() && !(lines && matches!(c, '\n' | '\r' | '\t'));
+    let (place, found) = text.chars().enumerate().find(|(_, c)| wrong(*c))?;
+    Some(format!(
+        "character {} of the text is the control character U+{:04X}; leave it out",
+        place + 1,
+        u32::from(found)
+    ))
+}
+
+/// The value of a tag.
+#[derive(Deserialize)]
+#[serde(transparent)]
+struct TagValue(#[serde(deserialize_with = "tag_value")] String);
+
+fn tag_value<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    if text.chars().count() > SHORT {
+        return Err(D::Error::custom(format_args!("a tag's value has at most {SHORT} characters")));
+    }
+    match control_character(&text, false) {
+        None => Ok(text),
+        Some(told) => Err(D::Error::custom(told)),
     }
 }
 
@@ -49,18 +80,19 @@ pub struct Tags(pub BTreeMap<String, String>);
 
 impl<'de> Deserialize<'de> for Tags {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let tags = BTreeMap::<String, String>::deserialize(deserializer)?;
+        let tags = BTreeMap::<String, TagValue>::deserialize(deserializer)?;
         if tags.len() > MOST_TAGS {
             return Err(D::Error::custom(format_args!("{} tags; at most {MOST_TAGS} are kept", tags.len())));
         }
-        for (name, value) in &tags {
-            if name.is_empty() || name.chars().count() > SHORT || value.chars().count() > SHORT {
-                return Err(D::Error::custom(format_args!(
-                    "a tag's name has 1 to {SHORT} characters and its value at most {SHORT}"
-                )));
+        for name in tags.keys() {
+            if name.is_empty() || name.chars().count() > SHORT {
+                return Err(D::Error::custom(format_args!("a tag's name has 1 to {SHORT} characters")));
+            }
+            if let Some(told) = control_character(name, false) {
+                return Err(D::Error::custom(format_args!("in a tag's name {told}")));
             }
         }
-        Ok(Tags(tags))
+        Ok(Tags(tags.into_iter().map(|(name, TagValue(value))| (name, value)).collect()))
     }
 }
 
@@ -107,6 +139,17 @@ mod tests {
         assert_eq!(String::from(read::<Text<3>>("\"äöü\"").unwrap()), "äöü");
         assert!(read::<Text<3>>("\"abcd\"").unwrap_err().contains("4 characters; at most 3"));
         assert!(read::<Text<3>>("\" \"").unwrap_err().contains("empty"));
+    }
+
+    #[test]
+    fn control_characters_are_kept_out() {
+        for wrong in [r#""a\u0000b""#, r#""a\u001bb""#, r#""a\u007fb""#, r#""a\u0085b""#, r#""a\nb""#, r#""a\tb""#] {
+            assert!(read::<ShortText>(wrong).unwrap_err().contains("character 2 of the text"), "{wrong}");
+            assert!(read::<Tags>(&format!(r#"{{"a":{wrong}}}"#)).unwrap_err().contains("control"), "{wrong}");
+            assert!(read::<Tags>(&format!(r#"{{{wrong}:"a"}}"#)).unwrap_err().contains("control"), "{wrong}");
+        }
+        assert!(read::<LongText>(r#""a\u0000b""#).unwrap_err().contains("U+0000"));
+        assert_eq!(String::from(read::<LongText>(r#""a\r\n\tb""#).unwrap()), "a\r\n\tb");
     }
 
     #[test]

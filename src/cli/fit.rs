@@ -8,10 +8,7 @@ use std::{
 
 use clap::Args;
 
-use crate::api::{
-    problem::{Problem, ProblemCode},
-    service,
-};
+use crate::api::{problem::Problem, service};
 
 #[derive(Debug, Args)]
 pub struct FitArguments {
@@ -20,8 +17,19 @@ pub struct FitArguments {
 }
 
 /// The answer goes to standard output (exit code 0); a problem goes to standard error as JSON (exit code 1).
+/// Of a file that cannot be read one line tells.
 pub fn run(arguments: &FitArguments) -> ExitCode {
-    let answer = read(arguments).and_then(|text| service::fit_json(&text)).and_then(|mut answer| {
+    let text = match read(arguments) {
+        Ok(text) => text,
+        Err(error) => {
+            eprintln!(
+                "flankfit: cannot read {} ({error}): name a file that holds a fit request as JSON, or - for standard input",
+                arguments.file.display()
+            );
+            return ExitCode::FAILURE;
+        }
+    };
+    let answer = service::fit_json(&text).and_then(|mut answer| {
         answer.push(b'\n');
         std::io::stdout().write_all(&answer).map_err(|error| Problem::internal("cannot write").caused_by(error))
     });
@@ -35,14 +43,11 @@ pub fn run(arguments: &FitArguments) -> ExitCode {
     }
 }
 
-fn read(arguments: &FitArguments) -> Result<Vec<u8>, Problem> {
-    let unreadable =
-        |error| Problem::new(ProblemCode::MalformedBody, format!("Cannot read {}: {error}.", arguments.file.display()));
+fn read(arguments: &FitArguments) -> std::io::Result<Vec<u8>> {
     if arguments.file.as_os_str() == "-" {
         let mut text = Vec::new();
-        std::io::stdin().read_to_end(&mut text).map_err(unreadable)?;
-        Ok(text)
+        std::io::stdin().read_to_end(&mut text).map(|_| text)
     } else {
-        std::fs::read(&arguments.file).map_err(unreadable)
+        std::fs::read(&arguments.file)
     }
 }

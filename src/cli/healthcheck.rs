@@ -5,11 +5,12 @@ use std::{net::SocketAddr, time::Duration};
 use clap::Args;
 
 use super::CommandError;
+use crate::config::parse_address;
 
 #[derive(Debug, Args)]
 pub struct HealthcheckArguments {
     /// The address that the server was told to listen on.
-    #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080")]
+    #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080", value_parser = parse_address)]
     bind: SocketAddr,
     /// Seconds to wait for the answer.
     #[arg(long, default_value_t = 3)]
@@ -31,6 +32,12 @@ pub fn run(arguments: &HealthcheckArguments) -> Result<(), CommandError> {
         .proxy(None)
         .build()
         .into();
-    agent.get(format!("http://{address}/healthz")).call()?;
-    Ok(())
+    match agent.get(format!("http://{address}/healthz")).call() {
+        Ok(_) => Ok(()),
+        Err(ureq::Error::StatusCode(status)) => Err(format!("the server at {address} answers with status {status}: see its log").into()),
+        Err(error) => Err(format!(
+            "no server answers at {address} ({error}): start it with `flankfit serve`, or name its address with --bind or FLANKFIT_BIND"
+        )
+        .into()),
+    }
 }

@@ -3,6 +3,7 @@
 use super::{
     error::Faults,
     nodes::{Curve, Grid, Matrix, Nodes, Scattered},
+    words,
 };
 
 /// What every block of a stream is.
@@ -33,7 +34,10 @@ impl Form {
             (Form::Matrix { columns, names }, Form::Matrix { columns: here, names: given }) => {
                 let mut faults = Faults::default();
                 if here != *columns {
-                    faults.push("/nodes/x", format!("{here} columns, but the stream has {columns}"));
+                    faults.push(
+                        "/nodes/x",
+                        format!("{}, but the stream has {columns}", words::counted(here, "column", "columns")),
+                    );
                 }
                 if given.is_some() && given != *names {
                     faults.push("/nodes/names", "not the names of the stream's first block");

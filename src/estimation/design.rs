@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     geometry::{BSplineBasis, KnotFault, Mapping, WeightNet, polynomial, polynomial::Family, rational::WeightFault},
-    numerics::{Dd, Real},
+    numerics::{Dd, Real, words::Shown},
 };
 
 /// The largest number of coefficients: the n×n analysis must stay within seconds.
@@ -218,7 +218,8 @@ fn too_many(n: usize, pointer: &str) -> Result<(), Faults> {
     if n <= MOST_COEFFICIENTS {
         return Ok(());
     }
-    Err(Faults::one(pointer, format!("{n} coefficients are more than the {MOST_COEFFICIENTS} that a fit may have")))
+    let many = if n == usize::MAX { "so many".to_owned() } else { n.to_string() };
+    Err(Faults::one(pointer, format!("{many} coefficients are more than the {MOST_COEFFICIENTS} that a fit may have")))
 }
 
 fn product(nodes: &Nodes, sample: &Sample, model: &Model, domain: Option<Domain>) -> Result<Design, Faults> {
@@ -344,7 +345,10 @@ pub fn checked_domain(
         if let Some([low, high]) = range
             && !(low < high && (high - low).is_finite())
         {
-            faults.push(format!("/domain/{name}"), format!("[{low}, {high}] is not a range from low to high"));
+            faults.push(
+                format!("/domain/{name}"),
+                format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)),
+            );
         }
     }
     if given.v.is_some() && !surface {
@@ -364,7 +368,8 @@ pub fn checked_domain(
 /// Names every axis position or node outside the given ranges.
 fn outside(nodes: &Nodes, sample: &Sample, (u, v): Boxes, faults: &mut Faults, of: &str) {
     let out = |x: f64, range: [f64; 2]| x < range[0] || x > range[1];
-    let text = |x: f64, range: [f64; 2]| format!("{x} lies outside {of} [{}, {}]", range[0], range[1]);
+    let text =
+        |x: f64, range: [f64; 2]| format!("{} lies outside {of} [{}, {}]", Shown(x), Shown(range[0]), Shown(range[1]));
     if let Nodes::Grid(grid) = nodes {
         for (name, axis, range) in [("u", &grid.u, u), ("v", &grid.v, v)] {
             for (i, &x) in axis.iter().enumerate().filter(|(_, x)| out(**x, range)) {

@@ -147,6 +147,7 @@ fn conclude(
     warnings.extend(frame.warnings.iter().cloned());
     let spectrum_report = spectrum_report(&spectrum, columns, applied.spectrum);
     let bounded = applied.after.is_some();
+    let mut vanishing = false;
     let perturbation = spec.node_uncertainty.map(|uncertainty| {
         let before = perturbation::Estimate {
             condition: spectrum_report.condition,
@@ -163,11 +164,19 @@ fn conclude(
             });
             perturbation::Estimate { condition: None, largest: 0.0, norm: 0.0 }
         });
+        vanishing = before.norm == 0.0 || (bounded && after.norm == 0.0);
         let rss = least_squares.rss;
         let slopes = place.evidence.slopes(design, columns);
         perturbation::report(slopes, weight, uncertainty, heights.about_zero.sqrt(), rss, [before, after])
     });
-    if let Some(p) = &perturbation
+    if vanishing {
+        warnings.push(Warning {
+            code: "no_relative_error",
+            message:
+                "the coefficients are all 0: bounds on their relative error divide by their length, so there are none"
+                    .into(),
+        });
+    } else if let Some(p) = &perturbation
         && (p.least_squares.square_bound.is_none() || (bounded && p.regularized.square_bound.is_none()))
     {
         warnings.push(Warning {

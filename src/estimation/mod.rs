@@ -42,6 +42,7 @@ mod spectrum;
 pub mod state;
 mod tile;
 
+pub use crate::numerics::words;
 pub use cost::is_short;
 pub use error::{Fault, Faults, FitError};
 pub use filtering::{fit, fit_remembering};

@@ -4,7 +4,10 @@
 //! fault by its place in the request (a JSON Pointer such as `/nodes/z/3/7`). Inside the crate nothing is
 //! checked a second time.
 
-use super::error::Faults;
+use super::{
+    error::Faults,
+    words::{Shown, entries},
+};
 
 /// The four forms in which nodes arrive. Lengths are in the caller's own unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,7 +109,7 @@ impl Nodes {
                 if pair[1] <= pair[0] {
                     faults.push(
                         format!("{name}/{}", i + 1),
-                        format!("{} does not ascend: it follows {}", pair[1], pair[0]),
+                        format!("{} does not ascend: it follows {}", Shown(pair[1]), Shown(pair[0])),
                     );
                 }
             }
@@ -199,7 +202,7 @@ const NOT_FINITE: &str = "the number is not finite in double precision";
 
 fn check_length(faults: &mut Faults, pointer: &str, got: usize, want: usize, of: &str) {
     if got != want {
-        faults.push(pointer, format!("{got} entries, but {of} asks for {want}"));
+        faults.push(pointer, format!("{}, but {want} would match {of}", entries(got)));
     }
 }
 
@@ -225,7 +228,7 @@ fn weight_fault(w: f64) -> Option<String> {
     if !w.is_finite() {
         Some(NOT_FINITE.into())
     } else if w < 0.0 {
-        Some(format!("the weight {w} is negative; 0 leaves a node out"))
+        Some(format!("the weight {} is negative; 0 leaves a node out", Shown(w)))
     } else {
         None
     }

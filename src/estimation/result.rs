@@ -219,8 +219,8 @@ pub struct RobustReport {
     pub iterations: usize,
     /// M: the last change of residuals and scale, in scales. Lp: the last change of residuals, relative to the largest.
     pub tolerance_reached: Option<f64>,
-    /// s of M-estimators and trimmed squares, MAD of Lp, τ of the others.
-    pub scale: f64,
+    /// s of M-estimators and trimmed squares, MAD of Lp, τ of the others; 0 for an exact fit, `None` where too few nodes tell it.
+    pub scale: Option<f64>,
     /// τ in the covariance `τ² (XᵀX)⁻¹` of the unregularised estimate.
     pub dispersion: Option<f64>,
     /// What is least: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), Σ of the h smallest r², or Jaeckel's D.

@@ -134,7 +134,11 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
             Faults::one("/regularization", "λ* lifts an eigenvalue beyond the range of double precision").into()
         );
     }
-    if result.robust.as_ref().is_some_and(|r| !(r.scale.is_finite() && r.objective.is_finite() && all(&r.weights))) {
+    if result
+        .robust
+        .as_ref()
+        .is_some_and(|r| !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && all(&r.weights)))
+    {
         return Err(Faults::one(
             "/estimator",
             "scale or sum of this estimator leave the range of double precision: choose another scale or unit",

@@ -4,7 +4,7 @@
 //! the right. A basis of degree `p` (order `p + 1`) has `n = knots − p − 1` functions, of which `p + 1` are not 0
 //! at any place.
 
-use crate::numerics::{Dd, Real};
+use crate::numerics::{Dd, Real, words::Shown};
 
 /// A checked knot vector with its degree.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,11 +20,11 @@ pub enum KnotFault {
     TooFew { given: usize, degree: usize, least: usize },
     #[error("knot {index} is not finite")]
     NotFinite { index: usize },
-    #[error("knot {index} ({value}) lies below the one before it ({before})")]
+    #[error("knot {index} ({}) lies below the one before it ({})", Shown(*.value), Shown(*.before))]
     Descending { index: usize, value: f64, before: f64 },
-    #[error("the knot {value} stands more than degree + 1 = {most} times")]
+    #[error("the knot {} stands more than degree + 1 = {most} times", Shown(*.value))]
     TooMany { index: usize, value: f64, most: usize },
-    #[error("the domain of the knots, [{low}, {high}], has no width")]
+    #[error("the domain of the knots, [{}, {}], has no width", Shown(*.low), Shown(*.high))]
     NoWidth { low: f64, high: f64 },
 }
 

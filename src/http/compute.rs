@@ -42,3 +42,13 @@ where
         })
         .await?
 }
+
+/// Does `work` with a JSON body on the pool.
+pub async fn read_json<T: Send + 'static>(
+    state: &AppState,
+    payload: Payload,
+    work: impl FnOnce(&[u8]) -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    let limit = state.settings.body_limit;
+    state.pool.run(move || work(&payload.into_json(limit)?)).await?
+}

@@ -1,15 +1,22 @@
 //! Extractors whose refusals are problems.
 
 use axum::{
-    extract::{FromRequest, FromRequestParts, Path, Query, Request},
+    extract::{
+        FromRequest, FromRequestParts, Path, Query, Request,
+        path::ErrorKind,
+        rejection::{PathRejection, QueryRejection},
+    },
     http::request::Parts,
 };
 use serde::de::DeserializeOwned;
 
 use super::{body::Payload, state::AppState};
-use crate::api::{
-    problem::{Problem, ProblemCode},
-    reader,
+use crate::{
+    api::{
+        problem::{Problem, ProblemCode},
+        reader,
+    },
+    estimation::Faults,
 };
 
 /// Path parameters; an id of the wrong form is an id that does not exist (404).
@@ -19,11 +26,32 @@ impl<T: DeserializeOwned + Send> FromRequestParts<AppState> for PathOf<T> {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Problem> {
-        Path::from_request_parts(parts, state).await.map(|Path(value)| PathOf(value)).map_err(|rejection| {
-            Problem::new(ProblemCode::NotFound, format!("The path names nothing: {}.", rejection.body_text()))
-        })
+        Path::from_request_parts(parts, state)
+            .await
+            .map(|Path(value)| PathOf(value))
+            .map_err(|rejection| Problem::new(ProblemCode::NotFound, misread_path(rejection)))
     }
 }
+
+/// Which segment of the path is not what it must be. Segments are numbers or UUIDs.
+fn misread_path(rejection: PathRejection) -> String {
+    let PathRejection::FailedToDeserializePathParams(failed) = rejection else {
+        return "The path names nothing.".to_owned();
+    };
+    let (name, value, form) = match failed.into_kind() {
+        ErrorKind::DeserializeError { key, value, .. } => (Some(key), value, UUID),
+        ErrorKind::ParseErrorAtKey { key, value, .. } => (Some(key), value, NUMBER),
+        ErrorKind::ParseErrorAtIndex { value, .. } | ErrorKind::ParseError { value, .. } => (None, value, NUMBER),
+        ErrorKind::InvalidUtf8InPathParam { key } => return format!("The path segment `{key}` is not UTF-8."),
+        _ => return "The path names nothing.".to_owned(),
+    };
+    let name = name.map_or(String::new(), |name| format!(", {name},"));
+    let value: String = value.chars().take(64).collect();
+    format!("The path names nothing: its segment `{value}`{name} must be {form}.")
+}
+
+const UUID: &str = "a UUID such as 0190b0de-0000-7000-8000-000000000000";
+const NUMBER: &str = "a whole number from 1 on";
 
 /// Query parameters.
 pub struct QueryOf<T>(pub T);
@@ -35,7 +63,20 @@ impl<T: DeserializeOwned> FromRequestParts<AppState> for QueryOf<T> {
         Query::from_request_parts(parts, state)
             .await
             .map(|Query(value)| QueryOf(value))
-            .map_err(|rejection| Problem::new(ProblemCode::InvalidRequest, format!("{}.", rejection.body_text())))
+            .map_err(|rejection| misread_query(&rejection))
+    }
+}
+
+/// Which query parameter is unknown or stands twice. Their values are texts, which handlers look at.
+fn misread_query(rejection: &QueryRejection) -> Problem {
+    let said = rejection.body_text();
+    let named = ["unknown field `", "duplicate field `"].iter().find_map(|start| said.find(start));
+    match named.map(|at| reader::explain(&said[at..])) {
+        Some((Some(name), detail)) => {
+            let detail = detail.replace("field", "query parameter");
+            Problem::invalid(Faults::one(format!("/{}", reader::escape(&name)), detail))
+        }
+        _ => Problem::new(ProblemCode::MalformedRequest, "The query of the URL cannot be read."),
     }
 }
 

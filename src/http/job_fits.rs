@@ -6,6 +6,7 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
+    compute::read_json,
     conditional::{IfMatch, etag},
     extract::{JsonOf, PathOf},
     idempotency::{IdempotencyKey, once},
@@ -52,16 +53,13 @@ async fn create_iteration_fit(
     let place = format!("/v1/jobs/{job}/iterations/{number}");
     once(state, key, format!("POST {place}/fits"), payload, move |state, payload, known| async move {
         let nodes = state.jobs.nodes(job, number).await?;
-        let limit = state.settings.body_limit;
         let plans = state.plans.clone();
-        let draft = state
-            .pool
-            .run(move || {
-                let (spec, why) = reader::read_refit::<Why>(&payload.into_json(limit)?)?;
-                let computed = job_fits::compute(&nodes, &spec, &plans)?;
-                Ok::<_, Problem>(RefitDraft { computed, reason: why.reason.map(String::from) })
-            })
-            .await??;
+        let draft = read_json(&state, payload, move |text| {
+            let (spec, why) = reader::read_refit::<Why>(text)?;
+            let computed = job_fits::compute(&nodes, &spec, &plans)?;
+            Ok(RefitDraft { computed, reason: why.reason.map(String::from) })
+        })
+        .await?;
         let answer = move |fit: &NewFit, stored: Stored| created(&place, fit, stored);
         let keyed = known.map(|known| known.answered_by(answer.clone()));
         let (fit, stored) = state.jobs.add_fit(job, number, draft, keyed).await?;

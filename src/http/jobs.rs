@@ -71,8 +71,8 @@ fn created(job: &Job, stored: Stored) -> Answer {
 #[into_params(parameter_in = Query)]
 struct PageQuery {
     /// Most items on a page.
-    #[param(minimum = 1, maximum = 200, default = 50)]
-    limit: Option<u32>,
+    #[param(value_type = Option<u32>, minimum = 1, maximum = 200, default = 50)]
+    limit: Option<String>,
     /// `next_cursor` of the page before.
     cursor: Option<String>,
 }
@@ -80,9 +80,13 @@ struct PageQuery {
 impl PageQuery {
     fn check(self) -> Result<PageRequest, Problem> {
         let mut faults = Faults::default();
-        let limit = self.limit.unwrap_or(PageRequest::DEFAULT_LIMIT);
+        let limit = match self.limit.as_deref() {
+            None => PageRequest::DEFAULT_LIMIT,
+            // 0 is refused with what is no number
+            Some(text) => text.parse().unwrap_or(0),
+        };
         if !(1..=PageRequest::MOST).contains(&limit) {
-            faults.push("/limit", format!("{limit} is not between 1 and {}", PageRequest::MOST));
+            faults.push("/limit", format!("it must be a whole number from 1 to {}", PageRequest::MOST));
         }
         let after = self.cursor.map(|text| Cursor::decode(&text));
         if after == Some(None) {

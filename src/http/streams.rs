@@ -6,6 +6,7 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
+    compute::read_json,
     conditional::{IfMatch, etag, set_etag},
     extract::PathOf,
     fits::json,
@@ -58,8 +59,7 @@ async fn create_stream(
     let scope = format!("POST /v1/jobs/{job}/streams");
     once(state, key, scope, payload, move |state, payload, known| async move {
         state.jobs.admit(job).await?;
-        let limit = state.settings.body_limit;
-        let draft = state.pool.run(move || streams::read_stream(&payload.into_json(limit)?)).await??;
+        let draft = read_json(&state, payload, streams::read_stream).await?;
         let keyed = known.map(|known| known.answered_by(opened));
         let (stream, stored) = state.jobs.open_stream(job, draft, keyed).await?;
         Ok(opened(&stream, stored))
@@ -112,8 +112,7 @@ async fn add_stream_nodes(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/streams/{id}/nodes");
     once(state, key, scope, payload, move |state, payload, known| async move {
-        let limit = state.settings.body_limit;
-        let block = state.pool.run(move || streams::read_block(&payload.into_json(limit)?)).await??;
+        let block = read_json(&state, payload, streams::read_block).await?;
         stream_flow::add_block(&state, id, block, known).await
     })
     .await

@@ -3,7 +3,7 @@
 use axum::{extract::State, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{body::Payload, fits::json, state::AppState};
+use super::{body::Payload, compute::read_json, fits::json, state::AppState};
 use crate::api::{
     problem::Problem,
     study::{self, RandomizationRequest},
@@ -21,10 +21,6 @@ pub fn group() -> OpenApiRouter<AppState> {
     responses((status = 200, description = "Medians and quartiles by level, and the references.", body = RandomizationResult))
 )]
 async fn study_randomization(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    let limit = state.settings.body_limit;
-    let answer = state
-        .pool
-        .run(move || study::answer(&payload.into_json(limit)?)?.to_json().map_err(Problem::internal))
-        .await??;
+    let answer = read_json(&state, payload, |text| study::answer(text)?.to_json().map_err(Problem::internal)).await?;
     Ok(json(answer))
 }

@@ -118,8 +118,17 @@ impl Jobs {
         draft: IterationDraft,
         keyed: Option<Keyed<NewIteration>>,
     ) -> Result<(Arc<NewIteration>, Stored), RepositoryError> {
+        let iteration = Arc::new(self.new_iteration(job_id, draft));
+        let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
+        let stored = self.repository.insert_iteration(iteration.clone(), receipt).await?;
+        self.bells.ring(job_id);
+        Ok((iteration, stored))
+    }
+
+    /// An iteration with its first fit, before it is stored.
+    pub(super) fn new_iteration(&self, job_id: Uuid, draft: IterationDraft) -> NewIteration {
         let now = self.clock.now();
-        let iteration = Arc::new(NewIteration {
+        NewIteration {
             id: self.ids.fresh(now),
             job_id,
             measured_at: draft.measured_at,
@@ -129,11 +138,7 @@ impl Jobs {
             created_at: now,
             nodes: draft.nodes,
             fit: NewFit { id: self.ids.fresh(now), computed: draft.computed, reason: None, created_at: now },
-        });
-        let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
-        let stored = self.repository.insert_iteration(iteration.clone(), receipt).await?;
-        self.bells.ring(job_id);
-        Ok((iteration, stored))
+        }
     }
 
     pub async fn iteration(&self, job: Uuid, number: u32) -> Result<Iteration, RepositoryError> {

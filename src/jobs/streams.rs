@@ -8,7 +8,6 @@ use uuid::Uuid;
 use super::{
     draft::{BlockDraft, IterationDraft, StreamDraft},
     event::JobEvent,
-    fit::NewFit,
     iteration::NewIteration,
     live::LiveStreams,
     repository::{Precondition, RepositoryError, Stored},
@@ -98,18 +97,7 @@ impl Jobs {
         draft: IterationDraft,
         keyed: Option<Keyed<NewIteration>>,
     ) -> Result<(Arc<NewIteration>, Stored), RepositoryError> {
-        let now = self.clock.now();
-        let iteration = Arc::new(NewIteration {
-            id: self.ids.fresh(now),
-            job_id: stream.job_id,
-            measured_at: draft.measured_at,
-            instrument: draft.instrument,
-            operator: draft.operator,
-            note: draft.note,
-            created_at: now,
-            nodes: draft.nodes,
-            fit: NewFit { id: self.ids.fresh(now), computed: draft.computed, reason: None, created_at: now },
-        });
+        let iteration = Arc::new(self.new_iteration(stream.job_id, draft));
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
         let finished = FinishedStream { stream: stream.id, sequence: stream.sequence, iteration: iteration.clone() };
         let stored = self.repository.finish_stream(finished, receipt).await?;

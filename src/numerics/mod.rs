@@ -24,6 +24,7 @@ pub mod sums;
 pub mod triangular;
 mod vector;
 pub mod wide;
+pub mod words;
 
 pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;

@@ -15,6 +15,11 @@ use super::{error::OpenError, open::StoreSettings};
 pub enum BackupError {
     #[error(transparent)]
     Source(#[from] OpenError),
+    #[error(
+        "there is no database at {path}, so nothing to copy; name the one that the server uses with --database-url or \
+         FLANKFIT_DATABASE_URL", path = .0.display()
+    )]
+    NoSource(PathBuf),
     #[error("{path} exists already; a backup overwrites nothing", path = .0.display())]
     Exists(PathBuf),
     #[error("cannot write {path}: {source}", path = path.display())]
@@ -28,6 +33,9 @@ pub enum BackupError {
 /// Copies the database to a new file, in one read transaction (so it is one state of it), checks the copy and syncs it.
 /// The file appears under its name only when it is whole.
 pub async fn backup(settings: &StoreSettings, target: &Path) -> Result<(), BackupError> {
+    if !settings.path().exists() {
+        return Err(BackupError::NoSource(settings.path()));
+    }
     let mut source = settings.open_existing().await?;
     // Reserving the name refuses an existing file without a gap between looking and writing.
     match OpenOptions::new().write(true).create_new(true).open(target) {

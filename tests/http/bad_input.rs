@@ -60,7 +60,11 @@ async fn bad_specs_are_pointed_at() {
         (r#""model":{"type":"polynomial","degree":2},"estimator":{"type":"least_trimmed_squares"}"#, "/estimator/type"),
         (
             r#""model":{"type":"polynomial","degree":1},"estimator":{"type":"m_estimator","loss":"tukey","scale":{"rule":"fixed","value":1e-9}}"#,
-            "/estimator",
+            "/estimator/scale/value",
+        ),
+        (
+            r#""model":{"type":"polynomial","degree":1},"estimator":{"type":"m_estimator","loss":"tukey","tuning":[1e-6]}"#,
+            "/estimator/tuning",
         ),
         (r#""model":{"type":"polynomial","degree":1},"noise_sigma":0"#, "/noise_sigma"),
         (r#""model":{"type":"polynomial","degree":1},"smoothing":0"#, "/smoothing"),

@@ -4,6 +4,7 @@ mod harness;
 
 mod bad_bodies;
 mod bad_input;
+mod degenerate;
 mod document;
 mod filters;
 mod fits;
@@ -13,3 +14,4 @@ mod mutations;
 mod operation;
 mod regularization;
 mod studies;
+mod wording;

@@ -82,6 +82,7 @@ async fn impossible_studies_are_pointed_at() {
         (set, "repetitions", json!(1_000_000), "/repetitions"),
         (set, "seed", json!(-4), "/seed"),
         (set, "scaling", json!("standardized"), "/scaling"),
+        (set, "x", json!([[0, 0], [0, 0], [0, 0]]), "/x"),
         (set, "colour", json!("red"), "/colour"),
         (set, "seed", json!(null), "/seed"),
     ] {
@@ -108,4 +109,43 @@ async fn impossible_studies_are_pointed_at() {
         json!({"x": big, "coefficients": [1, 1, 1], "noise_sigma": 1, "levels": vec![0.1; 100], "repetitions": 9999});
     assert_eq!(study(&app, &request).await.pointers(), ["/repetitions"]);
     send(app.post("/v1/studies/randomization", "{")).await.problem(400, "malformed_body");
+}
+
+#[tokio::test]
+async fn each_number_out_of_range_is_told_once_and_at_its_place() {
+    let app = TestApp::start().await;
+    let study_of = |x: Value, coefficients: Value| json!({"x": x, "coefficients": coefficients, "noise_sigma": 1, "levels": [0.1], "repetitions": 2});
+    let x = json!([[1, 0], [1, 1], [1, 3]]);
+    for (request, expected) in [
+        (study_of(x.clone(), json!([1e300, 1])), vec!["/coefficients/0"]),
+        (study_of(x.clone(), json!([1e300, -1e200])), vec!["/coefficients/0", "/coefficients/1"]),
+        (study_of(json!([[1e300, 0], [1e300, 1e-300], [1e300, 0]]), json!([1, 1])), vec!["/x"]),
+        (study_of(json!([[1e300, 0], [1, 1], [2, 0]]), json!([1e300, 1])), vec!["/x", "/coefficients/0"]),
+        (study_of(json!([[0, 0], [0, 0]]), json!([1, 1])), vec!["/x"]),
+    ] {
+        assert_eq!(study(&app, &request).await.pointers(), expected, "{request}");
+        let mut unit = request.clone();
+        unit["scaling"] = json!("unit_length");
+        if expected[0] == "/coefficients/0" {
+            assert_eq!(study(&app, &unit).await.pointers(), expected, "{unit}");
+        }
+    }
+    // estimated coefficients are those of the nodes
+    let nodes = json!({"type": "curve", "x": [0, 1, 2, 3], "y": [1e144, 2e144, 3e144, 5e144]});
+    let request =
+        json!({"nodes": nodes, "model": {"type": "polynomial", "degree": 1}, "levels": [0.1], "repetitions": 2});
+    assert_eq!(study(&app, &request).await.pointers()[0], "/nodes");
+}
+
+#[tokio::test]
+async fn without_noise_there_is_no_optimum_and_the_answer_says_why() {
+    let app = TestApp::start().await;
+    let mut request = small();
+    request["noise_sigma"] = json!(0);
+    let body = study(&app, &request).await.json();
+    assert!(body.get("optimum").is_none(), "{body}");
+    assert!(body["warnings"].as_array().unwrap().iter().any(|warning| warning["code"] == "no_noise"), "{body}");
+    assert_eq!(body["references"]["least_squares"]["bias_norm_squared"]["median"], 0.0);
+    request["noise_sigma"] = json!(0.1);
+    assert!(study(&app, &request).await.json()["optimum"]["error_ratio"].as_f64().is_some());
 }

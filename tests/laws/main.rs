@@ -9,6 +9,7 @@ mod bases;
 mod bounds;
 mod collinearity;
 mod criteria;
+mod curves;
 mod edges;
 mod extremes;
 mod hard;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use flankfit::{
     jobs::Repository,
-    store::{BackupError, OpenError, Store, StoreSettings, backup},
+    store::{BackupError, Store, StoreSettings, backup},
 };
 
 use crate::support::Place;
@@ -45,7 +45,7 @@ async fn nothing_is_overwritten_and_nothing_is_made_of_nothing() {
     let settings = StoreSettings::of_file(place.file());
     let target = place.beside("copy.db");
     let nothing = backup(&settings, &target).await;
-    assert!(matches!(nothing, Err(BackupError::Source(OpenError::CannotOpen { .. }))), "{nothing:?}");
+    assert!(matches!(nothing, Err(BackupError::NoSource(_))), "{nothing:?}");
     assert!(!target.exists() && !place.file().exists());
 
     place.open().await.close().await;

@@ -5,7 +5,7 @@
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
-use crate::estimation::{Faults, Nodes};
+use crate::estimation::{Faults, Nodes, words::counted};
 
 const SURFACE: [&str; 3] = ["u", "v", "z"];
 const CURVE: [&str; 2] = ["x", "y"];
@@ -92,7 +92,10 @@ fn read_line(
     faults: &mut Faults,
 ) {
     if record.len() != names.len() {
-        faults.push("/nodes", format!("line {line}: {} cells, but the header has {}", record.len(), names.len()));
+        faults.push(
+            "/nodes",
+            format!("line {line}: {}, but the header has {}", counted(record.len(), "cell", "cells"), names.len()),
+        );
         return;
     }
     let missing = record[height].is_empty();

@@ -10,6 +10,7 @@ use crate::{
         Faults,
         estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start},
         robust::loss::Loss,
+        words::{Counted, Shown, counted},
     },
 };
 
@@ -33,14 +34,14 @@ pub fn read_estimator(slice: &[u8], faults: &mut Faults) -> Option<Estimator> {
         "lp" => {
             let LpEstimator { p, .. } = read_part(slice, AT, faults)?;
             if !(1.0..=2.0).contains(&p) {
-                faults.push(format!("{AT}/p"), format!("{p} is not between 1 and 2"));
+                faults.push(format!("{AT}/p"), format!("{} is not between 1 and 2", Shown(p)));
             }
             Estimator::Lp { p }
         }
         "quantile" => {
             let QuantileEstimator { tau, .. } = read_part(slice, AT, faults)?;
             if !(tau > 0.0 && tau < 1.0) {
-                faults.push(format!("{AT}/tau"), format!("{tau} is not between 0 and 1"));
+                faults.push(format!("{AT}/tau"), format!("{} is not between 0 and 1", Shown(tau)));
             }
             Estimator::Quantile { tau }
         }
@@ -48,7 +49,7 @@ pub fn read_estimator(slice: &[u8], faults: &mut Faults) -> Option<Estimator> {
             let body: LeastTrimmedSquaresEstimator = read_part(slice, AT, faults)?;
             let (coverage, seed) = (body.coverage.unwrap_or(DEFAULT_COVERAGE), body.seed.unwrap_or(0));
             if !(0.5..=1.0).contains(&coverage) {
-                faults.push(format!("{AT}/coverage"), format!("{coverage} is not between 0.5 and 1"));
+                faults.push(format!("{AT}/coverage"), format!("{} is not between 0.5 and 1", Shown(coverage)));
             }
             if seed > MOST_SEED {
                 faults.push(format!("{AT}/seed"), format!("{seed} is greater than {MOST_SEED}"));
@@ -79,7 +80,7 @@ fn m_estimator(body: MEstimatorBody, faults: &mut Faults) -> Option<MEstimator> 
     };
     let tolerance = body.tolerance.unwrap_or(MEstimator::TOLERANCE);
     if !(tolerance > 0.0 && tolerance <= 0.1) {
-        faults.push(format!("{AT}/tolerance"), format!("{tolerance} is not greater than 0 and at most 0.1"));
+        faults.push(format!("{AT}/tolerance"), format!("{} is not greater than 0 and at most 0.1", Shown(tolerance)));
     }
     let max_iterations = body.max_iterations.unwrap_or(MEstimator::ITERATIONS);
     let most = MEstimator::MOST_ITERATIONS;
@@ -98,7 +99,7 @@ fn m_estimator(body: MEstimatorBody, faults: &mut Faults) -> Option<MEstimator> 
 fn tuned(loss: LossName, tuning: &[f64], faults: &mut Faults) -> Option<Loss> {
     for (i, value) in tuning.iter().enumerate() {
         if *value <= 0.0 {
-            faults.push(format!("{AT}/tuning/{i}"), format!("{value} is not greater than 0"));
+            faults.push(format!("{AT}/tuning/{i}"), format!("{} is not greater than 0", Shown(*value)));
             return None;
         }
     }
@@ -108,18 +109,25 @@ fn tuned(loss: LossName, tuning: &[f64], faults: &mut Faults) -> Option<Loss> {
         (LossName::Andrews, &[a]) => Some(Loss::Andrews { a }),
         (LossName::Hampel, &[a, b, c]) if a <= b && b < c => Some(Loss::Hampel { a, b, c }),
         (LossName::Hampel, &[a, b, c]) => {
-            faults.push(format!("{AT}/tuning"), format!("{a}, {b}, {c} do not ascend: a ≤ b < c is needed"));
+            faults.push(
+                format!("{AT}/tuning"),
+                format!("{}, {}, {} do not ascend: a ≤ b < c is needed", Shown(a), Shown(b), Shown(c)),
+            );
             None
         }
         (LossName::Hampel, other) => {
-            faults.push(format!("{AT}/tuning"), format!("{} constants; hampel has three, a ≤ b < c", other.len()));
+            faults.push(format!("{AT}/tuning"), format!("{}; hampel has three, a ≤ b < c", constants(other)));
             None
         }
         (_, other) => {
-            faults.push(format!("{AT}/tuning"), format!("{} constants; this loss has one", other.len()));
+            faults.push(format!("{AT}/tuning"), format!("{}; this loss has one", constants(other)));
             None
         }
     }
+}
+
+fn constants(given: &[f64]) -> Counted {
+    counted(given.len(), "constant", "constants")
 }
 
 fn scale_rule(scale: &ScaleBody, faults: &mut Faults) -> Option<ScaleRule> {
@@ -134,13 +142,13 @@ fn scale_rule(scale: &ScaleBody, faults: &mut Faults) -> Option<ScaleRule> {
         (ScaleRuleName::Proposal2, value) => {
             let k2 = value.unwrap_or(DEFAULT_K2);
             if !K2.contains(&k2) {
-                faults.push(pointer, format!("k₂ = {k2} is not between {} and {}", K2.start(), K2.end()));
+                faults.push(pointer, format!("k₂ = {} is not between {} and {}", Shown(k2), K2.start(), K2.end()));
             }
             Some(ScaleRule::Proposal2 { k2 })
         }
         (ScaleRuleName::Fixed, Some(value)) => {
             if value <= 0.0 {
-                faults.push(pointer, format!("{value} is not greater than 0"));
+                faults.push(pointer, format!("{} is not greater than 0", Shown(value)));
             }
             Some(ScaleRule::Fixed(value))
         }

@@ -14,6 +14,7 @@ use crate::{
     estimation::{
         Faults,
         filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
+        words::Shown,
     },
 };
 
@@ -43,7 +44,7 @@ fn read_one(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Filter> {
             }
             let threshold = body.threshold.unwrap_or(DEFAULT_THRESHOLD);
             if threshold < 0.0 {
-                faults.push(format!("{at}/threshold"), format!("{threshold} is negative"));
+                faults.push(format!("{at}/threshold"), format!("{} is negative", Shown(threshold)));
             }
             let action = match body.action {
                 None | Some(PeakAction::Replace) => Action::Replace,
@@ -83,6 +84,6 @@ fn read_one(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Filter> {
 
 fn positive(cutoff: f64, at: &str, faults: &mut Faults) {
     if cutoff <= 0.0 {
-        faults.push(format!("{at}/cutoff"), format!("{cutoff} is not greater than 0"));
+        faults.push(format!("{at}/cutoff"), format!("{} is not greater than 0", Shown(cutoff)));
     }
 }

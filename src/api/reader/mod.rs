@@ -11,6 +11,8 @@ mod csv;
 mod cursor;
 mod decimal;
 mod estimator;
+mod every;
+mod fields;
 mod filters;
 mod nodes;
 mod numbers;
@@ -19,9 +21,18 @@ mod request;
 mod spec;
 #[cfg(test)]
 mod tests;
+mod wording;
 
 /// Nodes from a table with a header.
 pub use self::csv::read as read_csv;
+/// For the parts of other requests.
+pub(in crate::api) use self::{
+    fields::{Fields, read_numbers, read_rows},
+    request::read_part,
+    spec::{RawSpec, SPEC_KEYS, read_tag, unknown_type},
+};
+/// serde's words about a wrong value, and the field they are about.
+pub use self::{request::escape, wording::explain};
 
 use serde::de::DeserializeOwned;
 
@@ -91,7 +102,7 @@ pub fn read_fit_with_csv<E: Extra>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, 
     request::read_fit_with_csv(spec, nodes)
 }
 
-/// Reads any small JSON body; faults carry pointers.
+/// Reads any small JSON body, which is an object; faults carry pointers.
 pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, ReadError> {
     request::read_json(text)
 }

@@ -7,7 +7,11 @@ use super::{
     numbers::Numbers,
     request::{escape, read_part},
 };
-use crate::estimation::{Faults, Nodes};
+use crate::api::text::control_character;
+use crate::estimation::{
+    Faults, Nodes,
+    words::{counted, entries},
+};
 
 /// The fields of all four types, before the type is known (it may come last).
 #[derive(Default)]
@@ -148,6 +152,11 @@ impl<'a> RawNodes<'a> {
         let y = flat(self.y, "y", &mut faults);
         let weight = self.weight.and_then(|weight| flat(Some(weight), "weight", &mut faults));
         let names: Option<Vec<String>> = part(self.names, "names", &mut faults);
+        for (i, name) in names.iter().flatten().enumerate() {
+            if let Some(told) = control_character(name, false) {
+                faults.push(format!("/nodes/names/{i}"), told);
+            }
+        }
         let (Some(x), Some(y)) = (x, y) else { return Err(faults) };
         let Some((x, columns)) = rows(x, "x", None, false, &mut faults) else { return Err(faults) };
         finish(faults, || Nodes::matrix(x, columns, y, names, weight))
@@ -222,10 +231,17 @@ fn check_shape(key: &str, lengths: &[usize], shape: Option<(usize, usize)>, faul
     let (columns, whose) = match shape {
         Some((count, columns)) => {
             if lengths.len() != count {
-                faults.push(format!("/nodes/{key}"), format!("{} rows, but u has {count} positions", lengths.len()));
+                faults.push(
+                    format!("/nodes/{key}"),
+                    format!(
+                        "{}, but u has {}",
+                        counted(lengths.len(), "row", "rows"),
+                        counted(count, "position", "positions")
+                    ),
+                );
                 fits = false;
             }
-            (columns, format!("v has {columns} positions"))
+            (columns, format!("v has {}", counted(columns, "position", "positions")))
         }
         None => {
             let columns = lengths.first().copied().unwrap_or(0);
@@ -233,7 +249,7 @@ fn check_shape(key: &str, lengths: &[usize], shape: Option<(usize, usize)>, faul
         }
     };
     for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != columns) {
-        faults.push(format!("/nodes/{key}/{i}"), format!("{length} entries, but {whose}"));
+        faults.push(format!("/nodes/{key}/{i}"), format!("{}, but {whose}", entries(*length)));
         fits = false;
     }
     fits

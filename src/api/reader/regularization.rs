@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     api::fit_spec::*,
-    estimation::{Faults, spec},
+    estimation::{Faults, spec, words::Shown},
 };
 
 /// The regularisation, with the contract's defaults and ranges.
@@ -18,7 +18,8 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
             let body: SpectralRegularization = read_part(slice, AT, faults)?;
             let condition_limit = body.condition_limit.unwrap_or(spec::DEFAULT_CONDITION_LIMIT);
             if condition_limit <= 1.0 {
-                faults.push(format!("{AT}/condition_limit"), format!("{condition_limit} is not greater than 1"));
+                faults
+                    .push(format!("{AT}/condition_limit"), format!("{} is not greater than 1", Shown(condition_limit)));
             }
             let lambda_star = parameter(body.lambda_star, &format!("{AT}/lambda_star"), &[], faults)?;
             Some(spec::Regularization::Spectral {
@@ -43,7 +44,7 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
             }
             let weights = body.weights.as_deref().unwrap_or(&[1.0]);
             for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight < 0.0) {
-                faults.push(format!("{AT}/weights/{i}"), format!("{weight} is negative"));
+                faults.push(format!("{AT}/weights/{i}"), format!("{} is negative", Shown(*weight)));
             }
             if weights.len() > 2 || weights.iter().all(|weight| *weight == 0.0) {
                 faults.push(format!("{AT}/weights"), "one weight for each axis, at least one greater than 0");
@@ -120,7 +121,7 @@ fn parameter(
                 return None;
             };
             if value <= 0.0 {
-                faults.push(format!("{pointer}/value"), format!("{value} is not greater than 0"));
+                faults.push(format!("{pointer}/value"), format!("{} is not greater than 0", Shown(value)));
             }
             return Some(spec::Parameter::Fixed(value));
         }

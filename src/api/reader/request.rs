@@ -5,8 +5,10 @@ use serde::de::DeserializeOwned;
 use super::{
     Extra, ReadError, csv,
     cursor::{Cursor, Syntax, Token, place},
+    every,
     nodes::RawNodes,
     spec::{RawSpec, SPEC_KEYS},
+    wording::explain,
 };
 use crate::estimation::{Faults, FitSpec, Nodes};
 
@@ -137,10 +139,14 @@ pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, ReadError> {
     let mut cursor = Cursor::new(text);
     cursor.skip_value().and_then(|_| cursor.end()).map_err(|syntax| malformed(text, &syntax))?;
     let mut faults = Faults::default();
-    read_part(text, "", &mut faults).ok_or(ReadError::Invalid(faults))
+    if let Some(value) = read_object(text, "", &mut faults) {
+        return Ok(value);
+    }
+    every::add_further::<T>(text, &mut faults);
+    Err(ReadError::Invalid(faults))
 }
 
-fn malformed(text: &[u8], syntax: &Syntax) -> ReadError {
+pub fn malformed(text: &[u8], syntax: &Syntax) -> ReadError {
     let (line, column) = place(text, syntax.at);
     ReadError::Malformed { detail: format!("Line {line}, column {column}: {}.", syntax.what) }
 }
@@ -150,6 +156,22 @@ fn keep<T>(result: Result<T, Faults>, faults: &mut Faults) -> Option<T> {
         Ok(value) => Some(value),
         Err(found) => {
             faults.append(found);
+            None
+        }
+    }
+}
+
+/// [`read_part`] of what must be an object: serde would take an array for the fields in their order too.
+pub fn read_object<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut Faults) -> Option<T> {
+    match Cursor::new(text).token() {
+        Ok(Token::Object) => read_part(text, pointer, faults),
+        Ok(other) => {
+            faults.push(pointer, format!("expected an object, found {}", other.name()));
+            None
+        }
+        // The text has been walked over before.
+        Err(syntax) => {
+            faults.push(pointer, syntax.what);
             None
         }
     }
@@ -181,30 +203,6 @@ pub fn read_part<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut F
             None
         }
     }
-}
-
-/// serde's message without the place in the slice (which is not the place in the request), and the field
-/// that it speaks of when that is unknown, missing or twice.
-fn explain(message: &str) -> (Option<String>, String) {
-    let message = message.rsplit_once(" at line ").map_or(message, |(before, _)| before);
-    let field = |prefix: &str| {
-        let name = message.strip_prefix(prefix)?.split('`').next()?;
-        Some(name.to_owned())
-    };
-    if let Some(name) = field("unknown field `") {
-        let known = message.split_once(", expected ").map_or("", |(_, known)| known);
-        return (Some(name), format!("there is no such field; expected {known}"));
-    }
-    if let Some(name) = field("missing field `") {
-        return (Some(name), "missing".into());
-    }
-    if let Some(name) = field("duplicate field `") {
-        return (Some(name), "the field stands twice".into());
-    }
-    if message.starts_with("number out of range") {
-        return (None, "the number is beyond double precision (about 1.8e308)".into());
-    }
-    (None, message.to_owned())
 }
 
 /// A key as a part of a JSON Pointer (RFC 6901).

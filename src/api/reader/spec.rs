@@ -2,10 +2,14 @@
 
 use serde::Deserialize;
 
-use super::{estimator::read_estimator, regularization::read_regularization, request::read_part};
+use super::{
+    estimator::read_estimator,
+    regularization::read_regularization,
+    request::{read_object, read_part},
+};
 use crate::{
     api::fit_spec::*,
-    estimation::{Faults, FitSpec, spec},
+    estimation::{Faults, FitSpec, spec, words::Shown},
 };
 
 /// The keys of a spec at the top level of a request.
@@ -31,16 +35,23 @@ pub struct RawSpec<'a> {
 impl RawSpec<'_> {
     /// The spec, when none of its parts has a fault.
     pub fn check(&self, faults: &mut Faults) -> Option<FitSpec> {
-        let before = faults.count();
-        let [model, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include, filters] =
-            self.slices;
-        let model = match model {
+        let model = match self.slices[0] {
             Some(slice) => read_model(slice, faults),
             None => {
                 faults.push("/model", "missing");
                 None
             }
         };
+        // The rest is looked at in any case: all faults are told at once.
+        let rest = self.beside(model.clone().unwrap_or(spec::Model::Linear), faults);
+        model.and(rest)
+    }
+
+    /// The spec of `model`, when none of the other parts has a fault.
+    pub fn beside(&self, model: spec::Model, faults: &mut Faults) -> Option<FitSpec> {
+        let before = faults.count();
+        let [_, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include, filters] =
+            self.slices;
         let scaling = scaling.and_then(|slice| read_part(slice, "/scaling", faults)).map(|name| match name {
             ScalingName::UnitLength => spec::Scaling::UnitLength,
             ScalingName::None => spec::Scaling::None,
@@ -67,7 +78,7 @@ impl RawSpec<'_> {
             node_uncertainty,
             include: include.unwrap_or_default(),
             filters: filters.unwrap_or_default(),
-            ..FitSpec::new(model?)
+            ..FitSpec::new(model)
         })
     }
 }
@@ -79,11 +90,11 @@ struct Tag {
     kind: String,
 }
 
-pub(super) fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
-    read_part::<Tag>(slice, pointer, faults).map(|tag| tag.kind)
+pub fn read_tag(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<String> {
+    read_object::<Tag>(slice, pointer, faults).map(|tag| tag.kind)
 }
 
-pub(super) fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
+pub fn unknown_type(pointer: &str, got: &str, known: &str, faults: &mut Faults) {
     let got: String = got.chars().take(64).collect();
     faults.push(format!("{pointer}/type"), format!("`{got}` is not offered by this version; {known}"));
 }
@@ -121,7 +132,12 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
                     return None;
                 }
             };
-            Some(spec::Model::BSpline { degree: degree(model.degree), knots, weights: None })
+            let weights = match model.weights {
+                None => None,
+                Some(WeightsBody::Curve(weights)) => Some(weights),
+                Some(WeightsBody::Surface(rows)) => Some(flat_weights(&rows, faults)?),
+            };
+            Some(spec::Model::BSpline { degree: degree(model.degree), knots, weights })
         }
         "linear" => read_part::<LinearModel>(slice, "/model", faults).map(|_| spec::Model::Linear),
         other => {
@@ -129,6 +145,16 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
             None
         }
     }
+}
+
+/// Rows of one length, end to end.
+fn flat_weights(rows: &[Vec<f64>], faults: &mut Faults) -> Option<Vec<f64>> {
+    let before = faults.count();
+    let columns = rows.first().map_or(0, Vec::len);
+    for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
+        faults.push(format!("/model/weights/{i}"), format!("{} weights, where the first row has {columns}", row.len()));
+    }
+    (faults.count() == before).then(|| rows.concat())
 }
 
 fn degree(degree: DegreeBody) -> spec::Degree {
@@ -139,12 +165,15 @@ fn degree(degree: DegreeBody) -> spec::Degree {
 }
 
 fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {
-    let body: DomainBody = read_part(slice, "/domain", faults)?;
+    let body: DomainBody = read_object(slice, "/domain", faults)?;
     for (key, ends) in [("u", body.u), ("v", body.v)] {
         if let Some([low, high]) = ends
             && low > high
         {
-            faults.push(format!("/domain/{key}"), format!("{low} is greater than {high}; write [min, max]"));
+            faults.push(
+                format!("/domain/{key}"),
+                format!("{} is greater than {}; write [min, max]", Shown(low), Shown(high)),
+            );
         }
     }
     let interval = |ends: [f64; 2]| ends.map(unsigned_zero);
@@ -154,16 +183,16 @@ fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {
 fn positive(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<f64> {
     let value: f64 = read_part(slice, pointer, faults)?;
     if value <= 0.0 {
-        faults.push(pointer, format!("{value} is not greater than 0"));
+        faults.push(pointer, format!("{} is not greater than 0", Shown(value)));
     }
     Some(value)
 }
 
 fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncertainty> {
-    let body: NodeUncertaintyBody = read_part(slice, "/node_uncertainty", faults)?;
+    let body: NodeUncertaintyBody = read_object(slice, "/node_uncertainty", faults)?;
     for (key, value) in [("position", body.position), ("height", body.height)] {
         if value < 0.0 {
-            faults.push(format!("/node_uncertainty/{key}"), format!("{value} is negative"));
+            faults.push(format!("/node_uncertainty/{key}"), format!("{} is negative", Shown(value)));
         }
     }
     Some(spec::NodeUncertainty { position: body.position, height: body.height })

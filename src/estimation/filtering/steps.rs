@@ -15,6 +15,7 @@ use crate::estimation::{
     error::Faults,
     nodes::{Grid, Nodes},
     result::Warning,
+    words::Shown,
 };
 
 /// Products of a weight and a height that a linear filter may take, and one round of a robust one.
@@ -321,7 +322,9 @@ fn check_cutoff(lines: &Lines, cutoff: f64, pointer: &str, faults: &mut Faults) 
         faults.push(
             pointer,
             format!(
-                "{cutoff} is not longer than twice the closest spacing {closest}: no wave so short can be told there"
+                "{} is not longer than twice the closest spacing {}: no wave so short can be told there",
+                Shown(cutoff),
+                Shown(closest)
             ),
         );
     }

@@ -32,7 +32,7 @@ pub use self::{
 };
 
 use self::{references::Base, repetition::Outcome};
-use super::{error::FitError, result::Warning};
+use super::{error::FitError, result::Warning, words::Shown};
 
 /// Runs a study. Processor work, bounded by `setup::MOST_WORK`.
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
@@ -60,7 +60,7 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
             }
         })
         .collect();
-    let lost: Vec<String> = levels.iter().filter(|l| !l.complete()).map(|l| l.level.to_string()).collect();
+    let lost: Vec<String> = levels.iter().filter(|l| !l.complete()).map(|l| Shown(l.level).to_string()).collect();
     if !lost.is_empty() {
         warnings.push(Warning {
             code: "dependent_columns",
@@ -71,7 +71,15 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
         });
     }
     let references = base.references(&outcomes, &mut warnings);
-    let optimum = result::optimum(&levels, &references.least_squares);
+    let optimum = if study.noise_sigma > 0.0 {
+        result::optimum(&levels, &references.least_squares)
+    } else {
+        warnings.push(Warning {
+            code: "no_noise",
+            message: "without noise least squares is exact, and nothing that randomising does can be better: there is no optimum".into(),
+        });
+        None
+    };
     Ok(StudyResult {
         eigenvalues: base.lambda().to_vec(),
         smallest_correlation: base.correlation.map(|c| c[0]),

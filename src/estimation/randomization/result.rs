@@ -18,7 +18,7 @@ pub struct StudyResult {
     pub along_smallest: Option<f64>,
     pub levels: Vec<LevelResult>,
     pub references: References,
-    /// The level of least median error; `None` where no level has one.
+    /// The level of least median error; `None` where no level has one, and without noise.
     pub optimum: Option<Optimum>,
     pub warnings: Vec<Warning>,
 }

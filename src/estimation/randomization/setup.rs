@@ -1,6 +1,9 @@
 //! What a study is run with, checked.
 
-use crate::estimation::error::Faults;
+use crate::estimation::{
+    error::Faults,
+    words::{Shown, counted, entries},
+};
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.
 pub const MOST_WORK: usize = 300_000_000;
@@ -59,25 +62,32 @@ impl Study {
             faults.push("/x", "the matrix is empty");
         }
         for (i, row) in setup.x.iter().enumerate().filter(|(_, row)| row.len() != columns) {
-            faults.push(format!("/x/{i}"), format!("{} entries, but the first row has {columns}", row.len()));
+            faults.push(format!("/x/{i}"), format!("{}, but the first row has {columns}", entries(row.len())));
+        }
+        if rows > 0 && columns > 0 && setup.x.iter().flatten().all(|x| *x == 0.0) {
+            faults.push("/x", "every entry is 0: there is nothing to randomise");
         }
         if rows < columns {
-            faults.push("/x", format!("{columns} coefficients cannot be told from {rows} rows"));
+            faults.push("/x", format!("{columns} coefficients cannot be told from {}", counted(rows, "row", "rows")));
         }
         if setup.coefficients.len() != columns {
             faults.push(
                 "/coefficients",
-                format!("{} entries, but the matrix has {columns} columns", setup.coefficients.len()),
+                format!(
+                    "{}, but the matrix has {}",
+                    entries(setup.coefficients.len()),
+                    counted(columns, "column", "columns")
+                ),
             );
         }
         if !(setup.noise_sigma >= 0.0 && setup.noise_sigma.is_finite()) {
-            faults.push("/noise_sigma", format!("{} is not a deviation: 0 or more", setup.noise_sigma));
+            faults.push("/noise_sigma", format!("{} is not a deviation: 0 or more", Shown(setup.noise_sigma)));
         }
         if setup.levels.is_empty() || setup.levels.len() > MOST_LEVELS {
             faults.push("/levels", format!("{} levels; 1 to {MOST_LEVELS} can be asked for", setup.levels.len()));
         }
         for (i, level) in setup.levels.iter().enumerate().filter(|(_, k)| !(**k >= 0.0 && k.is_finite())) {
-            faults.push(format!("/levels/{i}"), format!("{level} is not a ratio of deviations: 0 or more"));
+            faults.push(format!("/levels/{i}"), format!("{} is not a ratio of deviations: 0 or more", Shown(*level)));
         }
         if setup.repetitions == 0 || setup.repetitions > MOST_REPETITIONS {
             faults.push(
@@ -116,17 +126,36 @@ impl Study {
             study.divide_by_lengths();
         }
         study.deviation = (0..columns).map(|j| study.deviation_of(j)).collect();
-        let range = 1e-140..1e140;
-        for (j, coefficient) in study.coefficients.iter_mut().enumerate() {
-            let largest = study.x.iter().skip(j).step_by(columns).map(|x| x.abs()).fold(0.0, f64::max);
-            if !coefficient.is_finite() || coefficient.abs() > 1e140 || (largest > 0.0 && !range.contains(&largest)) {
+        study.check_range(&mut faults);
+        faults.into_result(study)
+    }
+
+    /// Squares of columns and coefficients must neither overflow nor vanish.
+    fn check_range(&self, faults: &mut Faults) {
+        const RANGE: std::ops::Range<f64> = 1e-140..1e140;
+        let largest = |j: usize| self.column(j).map(f64::abs).fold(0.0, f64::max);
+        let beyond: Vec<String> = (0..self.columns)
+            .filter(|&j| largest(j) > 0.0 && !RANGE.contains(&largest(j)))
+            .map(|j| j.to_string())
+            .collect();
+        if !beyond.is_empty() {
+            let columns = if beyond.len() == 1 { "column" } else { "the columns" };
+            faults.push(
+                "/x",
+                format!(
+                    "squares in {columns} {} leave the range of double precision: choose another unit",
+                    beyond.join(", ")
+                ),
+            );
+        }
+        for (j, coefficient) in self.coefficients.iter().enumerate() {
+            if !(coefficient.abs() < RANGE.end) {
                 faults.push(
-                    "/x",
-                    format!("squares in column {j} leave the range of double precision: choose another unit"),
+                    format!("/coefficients/{j}"),
+                    "the square of this coefficient leaves the range of double precision: choose another unit",
                 );
             }
         }
-        faults.into_result(study)
     }
 
     fn column(&self, j: usize) -> impl Iterator<Item = f64> {

@@ -33,6 +33,7 @@ use super::{
     sample::Sample,
     spec::FitSpec,
     state::State,
+    words::Shown,
 };
 
 /// An estimate that nodes are added to.
@@ -51,6 +52,11 @@ impl Recursive {
     pub fn new(spec: &FitSpec, forgetting: f64) -> Result<Self, Faults> {
         opening::check(spec, forgetting)?;
         Ok(Recursive { spec: spec.clone(), forgetting, sums: None })
+    }
+
+    /// What is fitted.
+    pub fn spec(&self) -> &FitSpec {
+        &self.spec
     }
 
     /// Counted nodes so far.
@@ -132,7 +138,7 @@ impl Recursive {
                 message: format!(
                     "with a forgetting factor of {} the weights of all {} nodes add up to {:.6}; weights are relative 1/σ², so \
                      sigma is that of the newest node, older ones counting as noisier",
-                    self.forgetting, sums.seen.count, heights.weight
+                    Shown(self.forgetting), sums.seen.count, heights.weight
                 ),
             });
         }

@@ -9,6 +9,7 @@ use crate::estimation::{
     regularized::suited,
     sample::Sample,
     spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
+    words::Shown,
 };
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped bases or equal spans without a
@@ -16,7 +17,7 @@ use crate::estimation::{
 pub fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if !(forgetting > 0.0 && forgetting <= 1.0) {
-        faults.push("/forgetting_factor", format!("{forgetting} is not in (0, 1]"));
+        faults.push("/forgetting_factor", format!("{} is not in (0, 1]", Shown(forgetting)));
     }
     if spec.estimator != Estimator::LeastSquares {
         faults.push("/estimator/type", "a stream is estimated by least squares; refit its iteration with others");
@@ -97,7 +98,7 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
         if let Some([low, high]) = range
             && !(low < high && (high - low).is_finite())
         {
-            faults.push(format!("/domain/{name}"), format!("[{low}, {high}] is not a range from low to high"));
+            faults.push(format!("/domain/{name}"), format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)));
         }
     }
     if needs_domain(&spec.model) {

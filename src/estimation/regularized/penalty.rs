@@ -15,7 +15,11 @@ use crate::{
         spec::{Scaling, Tikhonov},
     },
     geometry::{WeightNet, polynomial},
-    numerics::{Dd, Real, qr, quadrature::gauss_legendre},
+    numerics::{
+        Dd, Real, qr,
+        quadrature::gauss_legendre,
+        words::{Shown, counted},
+    },
 };
 
 /// Orders of derivatives that a penalty may have.
@@ -35,7 +39,11 @@ pub fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -
     match &design.basis {
         Basis::Columns { .. } if order >= size => Err(Faults::one(
             "/regularization/order",
-            format!("{size} coefficients have no differences of order {order}"),
+            format!(
+                "differences of order {order} need at least {} coefficients; there {}",
+                order + 1,
+                if size == 1 { "is 1".to_owned() } else { format!("are {size}") }
+            ),
         )),
         Basis::Columns { .. } => Ok(()),
         Basis::Product { .. } if order == 0 && scaling == Scaling::Standardized => Err(Faults::one(
@@ -120,11 +128,14 @@ fn weights(asked: &Tikhonov, design: &Design) -> Vec<f64> {
 fn check_weights(weights: &[f64], surface: bool) -> Result<(), Faults> {
     if weights.len() != if surface { 2 } else { 1 } {
         let what = if surface { "a surface takes two, [w_u, w_v]" } else { "a curve or a linear model takes one" };
-        return Err(Faults::one("/regularization/weights", format!("{} weights; {what}", weights.len())));
+        return Err(Faults::one(
+            "/regularization/weights",
+            format!("{}; {what}", counted(weights.len(), "weight", "weights")),
+        ));
     }
     let mut faults = Faults::default();
     for (i, weight) in weights.iter().enumerate().filter(|(_, w)| **w < 0.0 || !w.is_finite()) {
-        faults.push(format!("/regularization/weights/{i}"), format!("{weight} is negative or not finite"));
+        faults.push(format!("/regularization/weights/{i}"), format!("{} is negative or not finite", Shown(*weight)));
     }
     if weights.iter().all(|w| *w == 0.0) {
         faults.push("/regularization/weights", "at least one weight must be greater than 0");

@@ -11,6 +11,7 @@ use crate::estimation::{
     error::Faults,
     scaled,
     spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
+    words::{counted, entries},
 };
 
 /// Refuses a scaling and regularisation of `spec` that `design` rules out, by pointer into the request for a fit.
@@ -47,7 +48,11 @@ fn check_target(target: &[f64], design: &Design) -> Result<(), Faults> {
     }
     Err(Faults::one(
         "/regularization/target",
-        format!("{} entries; the model has {n} coefficients, in the order of the answer", target.len()),
+        format!(
+            "{}; the model has {}, in the order of the answer",
+            entries(target.len()),
+            counted(n, "coefficient", "coefficients")
+        ),
     ))
 }
 

@@ -18,7 +18,7 @@ use super::{
         error::FitError,
         result::{LocalSolution, Warning},
     },
-    Measured, Outcome, Solved, normal,
+    Measured, Outcome, Solved, exact, normal,
     rows::{Rows, weighted_solution},
     scale::median_abs,
     vertex::{self, Lines, Vertex},
@@ -63,24 +63,26 @@ pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcom
         residuals[k] = 0.0;
     }
     let density = sparsity(tau, &residuals, &vertex.basis);
-    let scale = density.map_or(0.0, |s| (tau * (1.0 - tau)).sqrt() * s);
+    let scale = density.map(|s| (tau * (1.0 - tau)).sqrt() * s);
     let rho = |r: f64| 2.0 * r * if r < 0.0 { tau - 1.0 } else { tau };
-    let weights = residuals.iter().map(|r| capped(rho(*r), *r, scale)).collect();
+    let told = exact::settled(scale, scale.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
+    let capped = |r: &f64| capped(rho(*r), *r, told.scale.unwrap_or(0.0));
+    let weights = told.weights.unwrap_or_else(|| residuals.iter().map(capped).collect());
     let mut basis = vertex.basis.clone();
     basis.sort_unstable();
     Ok(Outcome {
         converged: vertex.optimal,
         iterations: vertex.steps,
-        scale,
+        scale: told.scale,
         objective: factor * residuals.iter().map(|r| rho(*r)).sum::<f64>(),
         weights,
         certificate: Some(vertex.certificate()),
         unique: Some(vertex.unique),
         vertex: Some(basis),
-        dispersion: density.filter(|_| m > n && scale > 0.0).map(|_| scale),
+        dispersion: told.dispersion,
         local: LocalSolution::Global,
         warnings,
-        solved: match exact(measured, &vertex) {
+        solved: match refined(measured, &vertex) {
             Some(working) => Solved::Working(working),
             None => Solved::Step(vertex.x),
         },
@@ -111,7 +113,7 @@ fn approach(rows: &Rows, tilt: f64) -> Vec<f64> {
 }
 
 /// The coefficients of the vertex in the working basis, from its nodes alone, in double-double.
-fn exact(measured: &Measured, vertex: &Vertex) -> Option<Vec<Dd>> {
+fn refined(measured: &Measured, vertex: &Vertex) -> Option<Vec<Dd>> {
     let Measured { place, sample, .. } = *measured;
     let design = place.design;
     let n = design.size();

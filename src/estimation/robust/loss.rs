@@ -29,6 +29,11 @@ impl Loss {
     /// Andrews with a = 1.339.
     pub const ANDREWS: Loss = Loss::Andrews { a: 1.339 };
 
+    /// Whether the tuning constants are the usual ones.
+    pub fn is_usual(self) -> bool {
+        [Self::HUBER, Self::TUKEY, Self::HAMPEL, Self::ANDREWS].contains(&self)
+    }
+
     /// ρ(u).
     pub fn rho(self, u: f64) -> f64 {
         let x = u.abs();

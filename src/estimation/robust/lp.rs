@@ -11,7 +11,7 @@ use super::{
         error::FitError,
         result::{LocalSolution, Warning},
     },
-    Measured, Outcome, Solved,
+    Measured, Outcome, Solved, exact,
     rows::{Rows, dot, weighted_solution},
     scale::{NORMAL_QUARTILE, median_abs},
 };
@@ -74,10 +74,6 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
         }
     }
     let scale = median_abs(&r) / NORMAL_QUARTILE;
-    let weights = r
-        .iter()
-        .map(|r| if scale > 0.0 { (r.abs() / scale).max(1.0).powf(p - 2.0) } else { f64::from(u8::from(*r == 0.0)) })
-        .collect();
     let mut warnings = Vec::new();
     if !converged {
         warnings.push(Warning {
@@ -87,16 +83,20 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
             ),
         });
     }
+    let tau = dispersion(p, &r, m, n, scale);
+    let told = exact::settled(Some(scale), tau, &r, measured.heights.largest, &mut warnings);
+    let weight = |r: &f64| (r.abs() / scale).max(1.0).powf(p - 2.0);
+    let weights = told.weights.unwrap_or_else(|| r.iter().map(weight).collect());
     Ok(Outcome {
         solved: Solved::Step(x),
         warnings,
         converged,
         iterations,
         tolerance_reached: Some(reached),
-        scale,
+        scale: told.scale,
         objective: r.iter().map(|r| r.abs().powf(p)).sum(),
         weights,
-        dispersion: dispersion(p, &r, m, n, scale),
+        dispersion: told.dispersion,
         local: LocalSolution::Global,
         ..Outcome::default()
     })

@@ -17,9 +17,11 @@ use super::{
         error::{Faults, FitError},
         estimator::DEFAULT_COVERAGE,
         factor::Factor,
-        result::LocalSolution,
+        result::{LocalSolution, Warning},
     },
-    Measured, Outcome, Solved, Weighting, normal,
+    Measured, Outcome, Solved, Weighting,
+    exact::{self, EXACT},
+    normal,
     random::SplitMix,
     rows::{Rows, dot, weighted_solution},
 };
@@ -71,15 +73,22 @@ pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome
     let q = normal::quantile(0.5 * (1.0 + alpha));
     let share = if q.is_finite() { alpha - 2.0 * q * normal::density(q) } else { 1.0 };
     let objective = factor.rss;
-    let scale = if h > n { (objective / (h - n) as f64 * alpha / share).sqrt() } else { 0.0 };
+    // the search keeps more nodes than coefficients
+    let scale = (objective / (h - n) as f64 * alpha / share).sqrt();
+    let mut warnings: Vec<Warning> = Vec::new();
+    let is_exact = scale <= EXACT * measured.heights.largest;
+    if is_exact {
+        warnings.push(exact::warning(h, m));
+    }
     Ok(Outcome {
         solved: Solved::Weighted(Weighting { factor: Box::new(factor), omega: omega.clone() }),
         converged: true,
         iterations: found.steps,
-        scale,
+        scale: Some(if is_exact { 0.0 } else { scale }),
         objective,
         weights: omega,
-        dispersion: (scale > 0.0).then(|| scale / share.sqrt()),
+        dispersion: (!is_exact).then(|| scale / share.sqrt()),
+        warnings,
         subset_size: Some(h),
         local: if found.exhaustive { LocalSolution::Global } else { LocalSolution::BestOfMany },
         ..Outcome::default()

@@ -21,12 +21,11 @@ use super::{
         factor::Factor,
         result::{LocalSolution, Warning},
     },
-    Measured, Outcome, Solved, Weighting, lts,
+    Measured, Outcome, Solved, Weighting,
+    exact::{self, EXACT},
+    lts,
     scale::scale,
 };
-
-/// Scale below this share of the largest height is rounding of an exact fit.
-const EXACT: f64 = 1e-14;
 
 pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitError> {
     let Measured { place, sample, heights } = *measured;
@@ -45,24 +44,24 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
         let factor = Factor::new(design, &sample.reweighted(&weights))?;
         match residuals_of(&factor) {
             Some(residuals) => Ok((factor, residuals)),
-            None => Err(too_few(omega, n)),
+            None => Err(too_few(asked, omega, n)),
         }
     };
     let mut residuals = match asked.start {
-        Start::LeastSquares => residuals_of(place.factor).ok_or_else(|| too_few(&vec![1.0; m], n))?,
+        Start::LeastSquares => residuals_of(place.factor).ok_or_else(|| too_few(asked, &vec![1.0; m], n))?,
         Start::LeastTrimmed => solve(&lts::start_weights(measured)?)?.1,
     };
     let rounding = 8.0 * f64::EPSILON * heights.largest;
     let fixed = matches!(asked.scale, ScaleRule::Fixed(_));
     let mut last_scale = None;
     let (mut iterations, mut converged, mut reached) = (0, false, f64::INFINITY);
-    let mut exact = false;
+    let mut is_exact = false;
     let mut stand: Option<(Factor, Vec<f64>)> = None;
     while iterations < asked.max_iterations && !converged {
         let s = scale(asked.scale, &residuals, last_scale, n);
-        exact = !fixed && s <= EXACT * heights.largest;
-        let omega: Vec<f64> = if exact {
-            let on = 64.0 * EXACT * heights.largest;
+        is_exact = !fixed && s <= EXACT * heights.largest;
+        let omega: Vec<f64> = if is_exact {
+            let on = exact::rounding(heights.largest);
             residuals.iter().map(|r| f64::from(u8::from(r.abs() <= on))).collect()
         } else {
             residuals.iter().map(|r| asked.loss.weight(r / s)).collect()
@@ -72,7 +71,7 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
         let moved = residuals.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let scaled = last_scale.map_or(if fixed { 0.0 } else { f64::INFINITY }, |last: f64| (s - last).abs());
         let change = moved.max(scaled);
-        converged = exact || change <= (asked.tolerance * s).max(rounding);
+        converged = is_exact || change <= (asked.tolerance * s).max(rounding);
         reached = if s > 0.0 { change / s } else { 0.0 };
         residuals = next;
         last_scale = Some(s);
@@ -91,17 +90,10 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
             ),
         });
     }
-    let s = if exact { 0.0 } else { last_scale.unwrap_or(0.0) };
+    let s = if is_exact { 0.0 } else { last_scale.unwrap_or(0.0) };
     let convex = asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });
-    let (dispersion, objective) = if exact {
-        warnings.push(Warning {
-            code: "exact_fit",
-            message: format!(
-                "{} of {m} nodes lie on one surface to rounding: the scale is 0, the other nodes are rejected, and there \
-                 are no standard errors",
-                omega.iter().filter(|w| **w > 0.0).count()
-            ),
-        });
+    let (dispersion, objective) = if is_exact {
+        warnings.push(exact::warning(omega.iter().filter(|w| **w > 0.0).count(), m));
         (None, 0.0)
     } else {
         let s = scale(asked.scale, &residuals, last_scale, n);
@@ -112,7 +104,7 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
         converged,
         iterations,
         tolerance_reached: reached.is_finite().then_some(reached),
-        scale: s,
+        scale: Some(s),
         objective,
         weights: omega,
         dispersion,
@@ -139,11 +131,16 @@ fn dispersion(asked: &MEstimator, residuals: &[f64], s: f64, n: usize) -> Option
     (mean > 0.0 && dispersion.is_finite()).then_some(dispersion)
 }
 
-/// The weights left too few nodes for the coefficients.
-fn too_few(omega: &[f64], n: usize) -> FitError {
+/// The weights left too few nodes for the coefficients: what the caller has set apart from the usual is at fault, if it is one thing.
+fn too_few(asked: &MEstimator, omega: &[f64], n: usize) -> FitError {
     let left = omega.iter().filter(|w| **w > 0.0).count();
+    let pointer = match (matches!(asked.scale, ScaleRule::Fixed(_)), asked.loss.is_usual()) {
+        (false, false) => "/estimator/tuning",
+        (true, true) => "/estimator/scale/value",
+        _ => "/estimator",
+    };
     Faults::one(
-        "/estimator",
+        pointer,
         format!(
             "{left} of {} nodes keep a weight, which do not determine {n} coefficients: choose a larger scale or tuning \
              constant, or the start least_trimmed_squares",

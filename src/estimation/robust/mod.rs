@@ -13,6 +13,7 @@
 //!
 //! Everything is a fixed sequence of operations: random subsets come from a seed, and every iteration has an end.
 
+mod exact;
 mod least_absolute;
 pub mod loss;
 mod lp;
@@ -78,7 +79,7 @@ struct Outcome {
     converged: bool,
     iterations: usize,
     tolerance_reached: Option<f64>,
-    scale: f64,
+    scale: Option<f64>,
     objective: f64,
     weights: Vec<f64>,
     certificate: Option<f64>,
@@ -101,7 +102,7 @@ impl Default for Outcome {
             converged: true,
             iterations: 0,
             tolerance_reached: None,
-            scale: 0.0,
+            scale: None,
             objective: 0.0,
             weights: Vec::new(),
             certificate: None,

@@ -19,7 +19,7 @@ use super::{
         error::FitError,
         result::{LocalSolution, Warning},
     },
-    Along, Measured, Outcome, Solved,
+    Along, Measured, Outcome, Solved, exact,
     rows::{Rows, dot},
     scale::median,
     vertex::{self, Lines},
@@ -65,13 +65,11 @@ pub fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     }
     let scores = scores(&residuals);
     let tau = tau(&residuals, n);
-    let scale = tau.unwrap_or(0.0);
-    let weights = scores
-        .iter()
-        .zip(&residuals)
-        .map(|(a, r)| if *r == 0.0 { 1.0 } else { (scale * (a / r).abs()).min(1.0) })
-        .collect();
-    let along = constant.and_then(|direction| {
+    let told = exact::settled(tau, tau.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
+    let scale = told.scale.unwrap_or(0.0);
+    let weight = |(a, r): (&f64, &f64)| if *r == 0.0 { 1.0 } else { (scale * (a / r).abs()).min(1.0) };
+    let weights = told.weights.unwrap_or_else(|| scores.iter().zip(&residuals).map(weight).collect());
+    let along = constant.filter(|_| told.dispersion.is_some()).and_then(|direction| {
         let size = sparsity_at_median(&residuals, n)?;
         Some(Along { direction, dispersion: 0.5 * size })
     });
@@ -79,12 +77,12 @@ pub fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
         solved: Solved::Step(x),
         converged: walk.optimal,
         iterations: walk.steps,
-        scale,
+        scale: told.scale,
         objective: dot(&scores, &residuals),
         weights,
         certificate: Some(walk.certificate),
         unique: Some(walk.unique),
-        dispersion: tau.filter(|_| m > n),
+        dispersion: told.dispersion,
         along,
         local: LocalSolution::Global,
         warnings,

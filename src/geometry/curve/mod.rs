@@ -7,6 +7,8 @@
 
 pub mod b_spline;
 pub mod barycentric;
+mod bernstein;
+pub mod closest;
 pub mod condition;
 pub mod construct;
 pub mod cubic_hermite;
@@ -15,6 +17,7 @@ pub mod fault;
 pub mod interpolate;
 pub mod knots;
 pub mod lebesgue;
+pub mod measure;
 pub mod newton;
 pub mod overshoot;
 pub mod parametrization;
@@ -25,13 +28,16 @@ pub mod shape;
 mod spline_system;
 pub mod stability;
 mod tangents;
+pub mod to_b_spline;
 
 pub use b_spline::BSplineCurve;
+pub use closest::{Closest, ClosestPoint};
 pub use construct::{Constructed, Method, Points, through};
 pub use cubic_hermite::{Tangents, cubic_hermite};
 pub use cubic_spline::{End, Ends, cubic_spline};
 pub use fault::{CurveFault, Part};
 pub use interpolate::{Collocation, KnotChoice, interpolate};
+pub use measure::{ArcLength, Bending, arc_length, bending};
 pub use parametrization::Parametrization;
 pub use piecewise::PiecewisePolynomial;
 pub use polynomial::Polynomial;

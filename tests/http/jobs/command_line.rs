@@ -47,3 +47,50 @@ fn a_database_that_cannot_be_is_explained() {
     let (served, said) = flankfit(&["serve", "--bind", "127.0.0.1:0", "--database-url", "mysql://host"], &nowhere);
     assert!(!served && said.contains("keeps its jobs in SQLite"), "{said}");
 }
+
+#[test]
+fn what_is_not_there_is_told_in_one_line() {
+    let directory = tempfile::tempdir().unwrap();
+    let nowhere = directory.path().join("none.db");
+    let copy = directory.path().join("copy.db");
+    let missing = directory.path().join("request.json");
+    for (arguments, told) in [
+        (vec!["backup", copy.to_str().unwrap()], ["there is no database at", "--database-url"]),
+        (vec!["fit", missing.to_str().unwrap()], ["cannot read", "name a file that holds a fit request"]),
+        (vec!["healthcheck", "--bind", "127.0.0.1:1"], ["no server answers at 127.0.0.1:1", "flankfit serve"]),
+    ] {
+        let (done, said) = flankfit(&arguments, &nowhere);
+        assert!(!done && told.iter().all(|part| said.contains(part)), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
+    assert!(!nowhere.exists() && !copy.exists());
+    let (done, said) = flankfit(&["healthcheck", "--bind", "8080"], &nowhere);
+    assert!(!done && said.contains("localhost:8080"), "{said}");
+}
+
+/// Says where it listens before it would go on; the test takes its life then.
+#[test]
+fn a_name_is_an_address_and_no_keys_are_no_fault() {
+    use std::io::{BufRead, BufReader};
+    let directory = tempfile::tempdir().unwrap();
+    let mut server = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+        .args(["serve", "--bind", "localhost:0"])
+        .env_clear()
+        .env("FLANKFIT_DATABASE_URL", format!("sqlite://{}", directory.path().join("jobs.db").display()))
+        .env("FLANKFIT_API_KEYS_SHA256", "")
+        .env("FLANKFIT_LOG_FORMAT", "json")
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(server.stderr.take().unwrap()).lines().map_while(Result::ok);
+    let address = lines.filter_map(|line| serde_json::from_str::<serde_json::Value>(&line).ok()).find_map(|line| {
+        let message = line.to_string();
+        let from = message.find("http://")? + "http://".len();
+        Some(message[from..].split([',', '/', '"']).next()?.to_owned())
+    });
+    let (healthy, said) =
+        flankfit(&["healthcheck", "--bind", address.as_deref().unwrap_or_default()], directory.path());
+    server.kill().unwrap();
+    server.wait().unwrap();
+    assert!(healthy, "{address:?}: {said}");
+}

@@ -1,0 +1,240 @@
+//! Surfaces of requests: wire parts to checked surfaces.
+
+use super::{
+    curve_shape::read_curve,
+    fault::{control_fault, knot_fault},
+    net::{Net, equal_rows},
+    point::PointBody,
+    surface_shape::*,
+};
+use crate::{
+    api::{
+        fit_spec::{DegreeBody, DomainBody},
+        reader::{Fields, read_part, read_tag, unknown_type},
+    },
+    estimation::Faults,
+    geometry::{
+        BSplineBasis,
+        curve::{Curve, CurveShape},
+        space::{ControlFault, Dimension, Vector},
+        surface::{
+            BSplineSurface, BezierSurface, Border, Boundaries, CoonsPatch, GregoryPatch, SurfaceShape,
+            bezier::BezierFault,
+            boundaries::BoundaryFault,
+            coons::Twists,
+            gregory::{GregoryFault, GregoryNet},
+        },
+    },
+};
+
+/// Corners may be this share of the largest coordinate apart, where no tolerance is given.
+const CORNER_TOLERANCE: f64 = 1e-6;
+
+/// Reads a surface that stands at `at`.
+pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<SurfaceShape> {
+    match read_tag(slice, at, faults)?.as_str() {
+        "b_spline" => {
+            let body: BSplineSurfaceBody = read_part(slice, at, faults)?;
+            b_spline(body.degree, body.knots, &body.control_points, None, at, faults).map(SurfaceShape::BSpline)
+        }
+        "nurbs" => {
+            let body: NurbsSurfaceBody = read_part(slice, at, faults)?;
+            let (degree, knots) = (body.degree, body.knots);
+            b_spline(degree, knots, &body.control_points, Some(&body.weights), at, faults).map(SurfaceShape::BSpline)
+        }
+        "bezier" => bezier(read_part(slice, at, faults)?, at, faults).map(SurfaceShape::Bezier),
+        "coons_bilinear" => {
+            let fields = Fields::of_part(slice, at, &["type", "boundaries", "tolerance"], faults)?;
+            let boundaries = boundaries(&fields, at, faults)?.0;
+            Some(SurfaceShape::Coons(Box::new(CoonsPatch::bilinear(boundaries))))
+        }
+        "coons_bicubic" => {
+            let keys = ["type", "boundaries", "cross_derivatives", "tolerance"];
+            let fields = Fields::of_part(slice, at, &keys, faults)?;
+            let (boundaries, tolerance) = boundaries(&fields, at, faults)?;
+            let cross = match fields.get("cross_derivatives") {
+                Some(slice) => borders(slice, &format!("{at}/cross_derivatives"), faults)?,
+                None => Default::default(),
+            };
+            CoonsPatch::bicubic(boundaries, cross, &Twists::default(), tolerance)
+                .map_err(|fault| boundary_fault(&fault, at, "cross_derivatives", faults))
+                .ok()
+                .map(|patch| SurfaceShape::Coons(Box::new(patch)))
+        }
+        "gregory" => {
+            gregory(&read_part(slice, at, faults)?, at, faults).map(|patch| SurfaceShape::Gregory(Box::new(patch)))
+        }
+        other => {
+            unknown_type(at, other, "b_spline, nurbs, bezier, coons_bilinear, coons_bicubic and gregory are", faults);
+            None
+        }
+    }
+}
+
+/// The boundary curves of the object whose fields these are, and the tolerance under which they meet.
+pub fn boundaries(fields: &Fields, at: &str, faults: &mut Faults) -> Option<(Boundaries, f64)> {
+    let slice = fields.required("boundaries", at, faults)?;
+    let tolerance: Option<f64> = match fields.get("tolerance") {
+        Some(slice) => Some(read_part(slice, &format!("{at}/tolerance"), faults)?),
+        None => None,
+    };
+    let curves = borders(slice, &format!("{at}/boundaries"), faults)?;
+    let tolerance = tolerance.unwrap_or_else(|| CORNER_TOLERANCE * size(&curves));
+    Boundaries::three_sided(curves, tolerance)
+        .map_err(|fault| boundary_fault(&fault, at, "boundaries", faults))
+        .ok()
+        .map(|boundaries| (boundaries, tolerance))
+}
+
+/// The largest coordinate at the ends of curves.
+fn size(curves: &[Option<CurveShape>; 4]) -> f64 {
+    let ends = curves.iter().flatten().flat_map(|curve| curve.domain().map(|t| curve.value(t)));
+    ends.fold(0.0, |size: f64, end| size.max(end.amax()))
+}
+
+/// Curves along borders, in the order u0, u1, v0, v1.
+pub fn borders(slice: &[u8], at: &str, faults: &mut Faults) -> Option<[Option<CurveShape>; 4]> {
+    let before = faults.count();
+    let fields = Fields::of_part(slice, at, &["u0", "u1", "v0", "v1"], faults)?;
+    let curves = Border::ALL.map(|border| {
+        let slice = fields.get(border.name())?;
+        read_curve(slice, &format!("{at}/{}", border.name()), faults)
+    });
+    (faults.count() == before).then_some(curves)
+}
+
+/// A fault of borders that stand in the field `field` of the object at `at`.
+pub fn boundary_fault(fault: &BoundaryFault, at: &str, field: &str, faults: &mut Faults) {
+    let pointer = match fault {
+        BoundaryFault::Tolerance { .. } => format!("{at}/tolerance"),
+        _ => match fault.border() {
+            Some(border) => format!("{at}/{field}/{}", border.name()),
+            None => format!("{at}/{field}"),
+        },
+    };
+    faults.push(pointer, fault.to_string());
+}
+
+fn b_spline(
+    degree: DegreeBody,
+    knots: [Vec<f64>; 2],
+    control_points: &[Vec<PointBody>],
+    weights: Option<&[Vec<f64>]>,
+    at: &str,
+    faults: &mut Faults,
+) -> Option<BSplineSurface> {
+    let degrees = degrees(degree);
+    let net = Net::read(control_points, &format!("{at}/control_points"), faults);
+    let [u, v] = knots;
+    let mut basis = |axis: usize, knots| {
+        BSplineBasis::new(degrees[axis], knots)
+            .map_err(|fault| knot_fault(&fault, &format!("{at}/knots/{axis}"), faults))
+            .ok()
+    };
+    let (u, v) = (basis(0, u), basis(1, v));
+    let (net, u, v) = (net?, u?, v?);
+    for (axis, given, wanted) in [("row", net.columns, v.size()), ("column", net.rows, u.size())] {
+        if given != wanted {
+            let detail = format!("{given} control points in a {axis}, where degree and knots ask for {wanted}");
+            faults.push(format!("{at}/control_points"), detail);
+            return None;
+        }
+    }
+    let weights = flat_weights(weights, net.columns, at, faults)?;
+    let columns = net.columns;
+    BSplineSurface::new([u, v], surface_dimension(&net, at, faults)?, net.values, weights)
+        .map_err(|fault| control_fault(&fault, at, |index| Net::place(columns, index), faults))
+        .ok()
+}
+
+/// The degrees along u and v.
+pub fn degrees(degree: DegreeBody) -> [usize; 2] {
+    match degree {
+        DegreeBody::Both(degree) => [degree; 2],
+        DegreeBody::Each(degrees) => degrees,
+    }
+}
+
+/// Weights end to end; `None` on a fault, `Some(None)` where there are none.
+fn flat_weights(
+    weights: Option<&[Vec<f64>]>,
+    columns: usize,
+    at: &str,
+    faults: &mut Faults,
+) -> Option<Option<Vec<f64>>> {
+    let Some(weights) = weights else { return Some(None) };
+    let at = format!("{at}/weights");
+    let given = equal_rows(weights, &at, faults)?;
+    if given != columns {
+        faults.push(at, format!("{given} weights in a row, for {columns} control points"));
+        return None;
+    }
+    Some(Some(weights.concat()))
+}
+
+/// Surfaces are heights or points of space.
+fn surface_dimension(net: &Net, at: &str, faults: &mut Faults) -> Option<Dimension> {
+    if net.dimension == Dimension::Plane {
+        faults.push(format!("{at}/control_points"), "points [x, y]; a surface has numbers or points [x, y, z]");
+        return None;
+    }
+    Some(net.dimension)
+}
+
+fn bezier(body: BezierSurfaceBody, at: &str, faults: &mut Faults) -> Option<BezierSurface> {
+    let net = Net::read(&body.control_points, &format!("{at}/control_points"), faults)?;
+    let weights = flat_weights(body.weights.as_deref(), net.columns, at, faults)?;
+    let (columns, dimension) = (net.columns, surface_dimension(&net, at, faults)?);
+    BezierSurface::new([net.rows, columns], domain(body.domain), dimension, net.values, weights)
+        .map_err(|fault| match &fault {
+            BezierFault::Net { .. } | BezierFault::Control(ControlFault::Degree { .. }) => {
+                faults.push(format!("{at}/control_points"), fault.to_string());
+            }
+            BezierFault::Domain { axis, .. } => faults.push(domain_pointer(at, *axis), fault.to_string()),
+            BezierFault::Control(fault) => control_fault(fault, at, |index| Net::place(columns, index), faults),
+        })
+        .ok()
+}
+
+fn gregory(body: &GregoryBody, at: &str, faults: &mut Faults) -> Option<GregoryPatch> {
+    let net = Net::read(&body.control_points, &format!("{at}/control_points"), faults);
+    let inner = Net::read(&body.inner_points, &format!("{at}/inner_points"), faults);
+    let (net, inner) = (net?, inner?);
+    let dimension = surface_dimension(&net, at, faults)?;
+    for (name, given, size) in [("control_points", &net, 4), ("inner_points", &inner, 2)] {
+        if (given.rows, given.columns) != (size, size) {
+            let detail = format!("{} × {} points, where {size} × {size} are wanted", given.rows, given.columns);
+            faults.push(format!("{at}/{name}"), detail);
+            return None;
+        }
+    }
+    if inner.dimension != dimension {
+        faults.push(format!("{at}/inner_points"), "they must be of the kind of the control points");
+        return None;
+    }
+    let net_of = |i: usize, j: usize| net.values[4 * i + j];
+    let points = GregoryNet {
+        net: std::array::from_fn(|i| std::array::from_fn(|j| net_of(i, j))),
+        b: std::array::from_fn(|i| std::array::from_fn(|j| -> Vector { inner.values[2 * i + j] })),
+    };
+    GregoryPatch::new(domain(body.domain.clone()), dimension, points)
+        .map_err(|fault| match &fault {
+            GregoryFault::Domain { axis, .. } => faults.push(domain_pointer(at, *axis), fault.to_string()),
+            GregoryFault::Control(own) => match own.index() {
+                Some(index) if index >= 16 => {
+                    faults.push(format!("{at}/inner_points/{}", Net::place(2, index - 16)), own.to_string());
+                }
+                _ => control_fault(own, at, |index| Net::place(4, index), faults),
+            },
+        })
+        .ok()
+}
+
+fn domain(body: Option<DomainBody>) -> [[f64; 2]; 2] {
+    let body = body.unwrap_or(DomainBody { u: None, v: None });
+    [body.u, body.v].map(|range| range.unwrap_or([0.0, 1.0]))
+}
+
+fn domain_pointer(at: &str, axis: usize) -> String {
+    format!("{at}/domain/{}", ["u", "v"][axis])
+}

@@ -1,0 +1,243 @@
+//! Surfaces as they are written: everything needed to build one again.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{curve_shape::CurveBody, net::Net, point::PointBody};
+use crate::{
+    api::fit_spec::{DegreeBody, DomainBody, present, tags},
+    geometry::{
+        BSplineBasis,
+        space::Dimension,
+        surface::{BSplineSurface, Border, CoonsPatch, GregoryPatch, Surface, SurfaceShape, gregory::GregoryNet},
+    },
+};
+
+/// A surface. Values are numbers for a graph z(u, v), points [x, y, z] for a surface of space.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(untagged)]
+#[schema(as = Surface, discriminator(property_name = "type", mapping(
+    ("b_spline" = "#/components/schemas/BSplineSurface"),
+    ("nurbs" = "#/components/schemas/NurbsSurface"),
+    ("bezier" = "#/components/schemas/BezierSurface"),
+    ("coons_bilinear" = "#/components/schemas/BilinearCoonsPatch"),
+    ("coons_bicubic" = "#/components/schemas/BicubicCoonsPatch"),
+    ("gregory" = "#/components/schemas/GregoryPatch")
+)))]
+pub enum SurfaceBody {
+    BSpline(BSplineSurfaceBody),
+    Nurbs(NurbsSurfaceBody),
+    Bezier(BezierSurfaceBody),
+    CoonsBilinear(Box<BilinearCoonsBody>),
+    CoonsBicubic(Box<BicubicCoonsBody>),
+    Gregory(GregoryBody),
+}
+
+/// Σ aᵢⱼ Nᵢ(u) Nⱼ(v).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = BSplineSurface)]
+pub struct BSplineSurfaceBody {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: BSplineSurfaceTag,
+    pub degree: DegreeBody,
+    /// Full knot vectors of u and of v, ascending.
+    pub knots: [Vec<f64>; 2],
+    /// Rows along u, within a row along v.
+    pub control_points: Vec<Vec<PointBody>>,
+}
+
+/// Σ wᵢⱼ aᵢⱼ Nᵢ(u) Nⱼ(v) / Σ wᵢⱼ Nᵢ(u) Nⱼ(v).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NurbsSurface)]
+pub struct NurbsSurfaceBody {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: NurbsSurfaceTag,
+    pub degree: DegreeBody,
+    /// Full knot vectors of u and of v, ascending.
+    pub knots: [Vec<f64>; 2],
+    /// Rows along u, within a row along v.
+    pub control_points: Vec<Vec<PointBody>>,
+    /// One ≥ 0 for each control point.
+    pub weights: Vec<Vec<f64>>,
+}
+
+/// A tensor Bézier patch; its degrees are one less than the numbers of control points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = BezierSurface)]
+pub struct BezierSurfaceBody {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: BezierTag,
+    /// Rows along u, within a row along v; 2 to 26 of either.
+    pub control_points: Vec<Vec<PointBody>>,
+    /// For a rational patch, one ≥ 0 for each control point.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub weights: Option<Vec<Vec<f64>>>,
+    /// Default [0, 1] both.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub domain: Option<DomainBody>,
+}
+
+/// The bilinearly blended patch of four boundary curves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = BilinearCoonsPatch)]
+pub struct BilinearCoonsBody {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: CoonsBilinearTag,
+    pub boundaries: BordersBody,
+    /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the largest coordinate.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0)]
+    pub tolerance: Option<f64>,
+}
+
+/// The bicubically blended patch of four boundary curves and the derivatives across them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = BicubicCoonsPatch)]
+pub struct BicubicCoonsBody {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: CoonsBicubicTag,
+    pub boundaries: BordersBody,
+    /// ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are estimated.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub cross_derivatives: Option<BordersBody>,
+    /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the largest coordinate.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0)]
+    pub tolerance: Option<f64>,
+}
+
+/// Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest u, `v0` and `v1` along u. Of points
+/// in space one may be missing: the patch then has three sides.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Borders)]
+pub struct BordersBody {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u0: Option<CurveBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u1: Option<CurveBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub v0: Option<CurveBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub v1: Option<CurveBody>,
+}
+
+/// Gregory's rational bicubic patch of 20 control points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = GregoryPatch)]
+pub struct GregoryBody {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: GregoryTag,
+    /// A net of 4 × 4; of its inner four points these are the ones felt along v0 and v1.
+    #[schema(min_items = 4, max_items = 4)]
+    pub control_points: Vec<Vec<PointBody>>,
+    /// 2 × 2: the inner points that are felt along u0 and u1.
+    #[schema(min_items = 2, max_items = 2)]
+    pub inner_points: Vec<Vec<PointBody>>,
+    /// Default [0, 1] both.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub domain: Option<DomainBody>,
+}
+
+tags! {
+    BSplineSurfaceTag = BSpline,
+    NurbsSurfaceTag = Nurbs,
+    BezierTag = Bezier,
+    CoonsBilinearTag = CoonsBilinear,
+    CoonsBicubicTag = CoonsBicubic,
+    GregoryTag = Gregory,
+}
+
+impl SurfaceBody {
+    /// A surface as it is written. `tolerance` is the one under which corners were found to meet, where it was given.
+    pub fn of(shape: &SurfaceShape, tolerance: Option<f64>) -> Self {
+        match shape {
+            SurfaceShape::BSpline(surface) => b_spline(surface),
+            SurfaceShape::Bezier(patch) => {
+                let columns = patch.degrees()[1] + 1;
+                SurfaceBody::Bezier(BezierSurfaceBody {
+                    kind: BezierTag::Bezier,
+                    control_points: Net::written(patch.dimension(), columns, patch.control_points()),
+                    weights: patch.weights().map(|weights| rows(weights, columns)),
+                    domain: Some(domain(patch.domain())),
+                })
+            }
+            SurfaceShape::Coons(patch) => coons(patch, tolerance),
+            SurfaceShape::Gregory(patch) => SurfaceBody::Gregory(gregory(patch)),
+        }
+    }
+}
+
+fn b_spline(surface: &BSplineSurface) -> SurfaceBody {
+    let [u, v] = surface.bases();
+    let degree = DegreeBody::Each([u.degree(), v.degree()]);
+    let knots = surface.bases().each_ref().map(|basis: &BSplineBasis| basis.knots().to_vec());
+    let control_points = Net::written(surface.dimension(), v.size(), surface.control_points());
+    match surface.weights() {
+        None => {
+            SurfaceBody::BSpline(BSplineSurfaceBody { kind: BSplineSurfaceTag::BSpline, degree, knots, control_points })
+        }
+        Some(weights) => SurfaceBody::Nurbs(NurbsSurfaceBody {
+            kind: NurbsSurfaceTag::Nurbs,
+            degree,
+            knots,
+            control_points,
+            weights: rows(weights, v.size()),
+        }),
+    }
+}
+
+fn coons(patch: &CoonsPatch, tolerance: Option<f64>) -> SurfaceBody {
+    let missing = patch.boundaries().collapsed();
+    let curves = patch.boundaries().curves();
+    let border = |border: Border| (Some(border) != missing).then(|| CurveBody::from(&curves[border as usize]));
+    let boundaries =
+        BordersBody { u0: border(Border::U0), u1: border(Border::U1), v0: border(Border::V0), v1: border(Border::V1) };
+    match patch.cross_derivatives() {
+        None => SurfaceBody::CoonsBilinear(Box::new(BilinearCoonsBody {
+            kind: CoonsBilinearTag::CoonsBilinear,
+            boundaries,
+            tolerance,
+        })),
+        Some(curves) => {
+            let [u0, u1, v0, v1] = curves.each_ref().map(|curve| Some(CurveBody::from(curve)));
+            SurfaceBody::CoonsBicubic(Box::new(BicubicCoonsBody {
+                kind: CoonsBicubicTag::CoonsBicubic,
+                boundaries,
+                cross_derivatives: Some(BordersBody { u0, u1, v0, v1 }),
+                tolerance,
+            }))
+        }
+    }
+}
+
+fn gregory(patch: &GregoryPatch) -> GregoryBody {
+    let dimension: Dimension = patch.dimension();
+    let GregoryNet { net, b } = patch.points();
+    GregoryBody {
+        kind: GregoryTag::Gregory,
+        control_points: Net::written(dimension, 4, net.as_flattened()),
+        inner_points: Net::written(dimension, 2, b.as_flattened()),
+        domain: Some(domain(patch.domain())),
+    }
+}
+
+fn domain([u, v]: [[f64; 2]; 2]) -> DomainBody {
+    DomainBody { u: Some(u), v: Some(v) }
+}
+
+fn rows(values: &[f64], columns: usize) -> Vec<Vec<f64>> {
+    values.chunks(columns).map(<[f64]>::to_vec).collect()
+}

@@ -1,0 +1,61 @@
+//! Fits that leave nothing but rounding.
+//!
+//! Where most nodes lie on one surface, or there are no more nodes than coefficients, residuals are rounding errors, and so is any
+//! scale that is made of them: 1e-31 would look like a deviation. Such a scale is 0, there are no standard errors, and a warning
+//! says how many nodes lie on the surface.
+
+use super::super::result::Warning;
+
+/// Scale below this share of the largest height is rounding.
+pub const EXACT: f64 = 1e-14;
+
+/// Residuals up to here lie on the surface; `largest` is the largest height (times √weight).
+pub fn rounding(largest: f64) -> f64 {
+    64.0 * EXACT * largest
+}
+
+/// The warning about an exact fit.
+pub fn warning(on: usize, m: usize) -> Warning {
+    Warning {
+        code: "exact_fit",
+        message: format!(
+            "{on} of {m} nodes lie on one surface to rounding: the scale is 0, the others weigh nothing beside them, and there \
+             are no standard errors"
+        ),
+    }
+}
+
+/// A scale with what hangs on it, as it is answered.
+pub struct Settled {
+    /// `None` where there is none to be told.
+    pub scale: Option<f64>,
+    /// τ.
+    pub dispersion: Option<f64>,
+    /// 1 on the surface and 0 off it, where the fit is exact.
+    pub weights: Option<Vec<f64>>,
+}
+
+/// Looks whether `scale` and `dispersion` are more than rounding of the `residuals`.
+pub fn settled(
+    scale: Option<f64>,
+    dispersion: Option<f64>,
+    residuals: &[f64],
+    largest: f64,
+    warnings: &mut Vec<Warning>,
+) -> Settled {
+    let (m, edge) = (residuals.len(), rounding(largest));
+    let on = residuals.iter().filter(|r| r.abs() <= edge).count();
+    if on == m || scale.is_some_and(|s| s <= EXACT * largest) {
+        warnings.push(warning(on, m));
+        let weights = residuals.iter().map(|r| f64::from(u8::from(r.abs() <= edge))).collect();
+        return Settled { scale: Some(0.0), dispersion: None, weights: Some(weights) };
+    }
+    if scale.is_none() {
+        warnings.push(Warning {
+            code: "no_scale",
+            message: "too few nodes lie off the surface to tell the scale of the residuals: it is left out, and so are standard errors"
+                .into(),
+        });
+    }
+    Settled { scale, dispersion: dispersion.filter(|_| scale.is_some()), weights: None }
+}

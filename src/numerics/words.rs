@@ -1,0 +1,72 @@
+//! Numbers and counts as messages say them.
+//!
+//! A caller's number may be 1e-300 or 1e300, which `{}` writes with three hundred zeros.
+
+use std::fmt;
+
+/// A number in a message: in plain digits where that is short, else with an exponent. Nothing is rounded away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown(pub f64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || (1e-5..1e15).contains(&size) { self.0.fmt(f) } else { fmt::LowerExp::fmt(&self.0, f) }
+    }
+}
+
+/// How many of something there are: `1 entry`, `2 entries`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counted {
+    pub count: usize,
+    pub one: &'static str,
+    pub many: &'static str,
+}
+
+/// `count` of what is called `one` or `many`.
+pub fn counted(count: usize, one: &'static str, many: &'static str) -> Counted {
+    Counted { count, one, many }
+}
+
+/// Entries of a list.
+pub fn entries(count: usize) -> Counted {
+    counted(count, "entry", "entries")
+}
+
+impl fmt::Display for Counted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.count, if self.count == 1 { self.one } else { self.many })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_whole() {
+        for (value, text) in [
+            (0.0, "0"),
+            (-2.5, "-2.5"),
+            (0.1, "0.1"),
+            (1e-5, "0.00001"),
+            (999_999_999_999_999.0, "999999999999999"),
+            (1e15, "1e15"),
+            (-1e-300, "-1e-300"),
+            (1.797_693_134_862_315_7e308, "1.7976931348623157e308"),
+            (5e-324, "5e-324"),
+        ] {
+            assert_eq!(Shown(value).to_string(), text);
+            assert_eq!(text.parse::<f64>(), Ok(value));
+        }
+        assert_eq!(Shown(f64::NAN).to_string(), "NaN");
+        assert_eq!(Shown(f64::INFINITY).to_string(), "inf");
+    }
+
+    #[test]
+    fn one_is_not_many() {
+        assert_eq!(entries(1).to_string(), "1 entry");
+        assert_eq!(entries(0).to_string(), "0 entries");
+        assert_eq!(counted(2, "weight", "weights").to_string(), "2 weights");
+    }
+}

@@ -1,0 +1,167 @@
+//! What refusals say: numbers that can be read, words that are not Rust's, parts of the URL by their names.
+
+use serde_json::json;
+
+use crate::harness::{Answer, TestApp, send};
+
+const LINE: &str = r#""model":{"type":"polynomial","degree":1}"#;
+
+/// The detail of every fault.
+fn details(answer: &Answer) -> Vec<String> {
+    let body = answer.problem(422, "invalid_request");
+    body["errors"].as_array().unwrap().iter().map(|error| error["detail"].as_str().unwrap().to_owned()).collect()
+}
+
+#[tokio::test]
+async fn tiny_and_huge_numbers_are_written_with_an_exponent() {
+    let app = TestApp::start().await;
+    let curve = r#""nodes":{"type":"curve","x":[0,1,2,3],"y":[1,3.1,4.9,7.2]}"#;
+    let grid = |u: &str| format!(r#""nodes":{{"type":"grid","u":{u},"v":[0,1],"z":[[1,2],[3,4]]}},{LINE}"#);
+    let with = |part: &str| format!("{curve},{LINE},{part}");
+    for request in [
+        with(r#""noise_sigma":-1e-300"#),
+        with(r#""coefficient_norm_limit":-1e300"#),
+        with(r#""domain":{"u":[1e300,-1e-300]}"#),
+        with(r#""domain":{"u":[1e299,1e300]}"#),
+        with(r#""node_uncertainty":{"position":-1e300,"height":-1e-300}"#),
+        with(r#""regularization":{"type":"spectral","condition_limit":1e-300}"#),
+        with(r#""regularization":{"type":"ridge","parameter":{"criterion":"fixed","value":-1e300}}"#),
+        with(r#""regularization":{"type":"tikhonov","order":1,"weights":[-1e300]}"#),
+        with(r#""estimator":{"type":"lp","p":1e300}"#),
+        with(r#""estimator":{"type":"quantile","tau":1e300}"#),
+        with(r#""estimator":{"type":"least_trimmed_squares","coverage":1e-300}"#),
+        with(r#""estimator":{"type":"m_estimator","loss":"huber","tuning":[-1e-300]}"#),
+        with(r#""estimator":{"type":"m_estimator","loss":"hampel","tuning":[1e300,1e299,1e298]}"#),
+        with(r#""estimator":{"type":"m_estimator","loss":"huber","tolerance":1e300}"#),
+        with(r#""estimator":{"type":"m_estimator","loss":"huber","scale":{"rule":"proposal2","value":1e300}}"#),
+        with(r#""filters":[{"type":"spline","cutoff":-1e300}]"#),
+        with(r#""filters":[{"type":"gaussian","cutoff":1e-300}]"#),
+        with(r#""filters":[{"type":"hampel","threshold":-1e-300}]"#),
+        format!(r#"{curve},"model":{{"type":"b_spline","degree":1,"knots":[0,0,1e300,1e-300]}}"#),
+        format!(r#"{curve},"model":{{"type":"polynomial","degree":1e300}}"#),
+        grid("[1e300,1e-300]"),
+        format!(r#""nodes":{{"type":"curve","x":[0,1],"y":[0,1],"weight":[1,-1e-300]}},{LINE}"#),
+    ] {
+        for detail in details(&app.fit(&format!("{{{request}}}")).await) {
+            assert!(!detail.contains("0000000"), "{request}: {detail}");
+            assert!(
+                detail.contains("e300") || detail.contains("e-300") || detail.contains("e299"),
+                "{request}: {detail}"
+            );
+        }
+    }
+    let stream = json!({"model": {"type": "polynomial", "degree": 1}, "forgetting_factor": 1e300});
+    let job = send(app.post("/v1/jobs", r#"{"name":"w"}"#)).await.header("location").to_owned();
+    let answer = send(app.post(&format!("{job}/streams"), stream.to_string())).await;
+    assert!(answer.text.contains("1e300 is not in (0, 1]"), "{}", answer.text);
+    let gear = r#"{"name":"w","gear":{"teeth":9,"normal_module_mm":-1e300}}"#;
+    assert_eq!(details(&send(app.post("/v1/jobs", gear)).await), ["-1e300 must be greater than 0"]);
+    let huge = format!(r#"{{{curve},"model":{{"type":"polynomial","degree":18446744073709551615}}}}"#);
+    assert_eq!(details(&app.fit(&huge).await), ["so many coefficients are more than the 600 that a fit may have"]);
+}
+
+#[tokio::test]
+async fn one_is_one_and_no_type_of_rust_is_named() {
+    let app = TestApp::start().await;
+    let curve = r#""nodes":{"type":"curve","x":[0,1,2,3],"y":[1,3.1,4.9,7.2]}"#;
+    let with = |part: &str| format!("{curve},{LINE},{part}");
+    const WHOLE: &str = "expected a whole number of at least 0, found";
+    for (request, said) in [
+        (format!(r#""nodes":{{"type":"curve","x":[0,1],"y":[1]}},{LINE}"#), "1 entry, but 2 would match x".to_owned()),
+        (
+            format!(r#""nodes":{{"type":"grid","u":[0,1],"v":[5],"z":[[1],[1,2]]}},{LINE}"#),
+            "2 entries, but v has 1 position".to_owned(),
+        ),
+        (
+            with(r#""regularization":{"type":"attraction","target":[1]}"#),
+            "1 entry; the model has 2 coefficients, in the order of the answer".to_owned(),
+        ),
+        (
+            format!(
+                r#""nodes":{{"type":"grid","u":[0,1],"v":[0,1],"z":[[1,2],[3,4]]}},{LINE},"regularization":{{"type":"tikhonov","order":1,"weights":[1]}}"#
+            ),
+            "1 weight; a surface takes two, [w_u, w_v]".to_owned(),
+        ),
+        (
+            with(r#""estimator":{"type":"m_estimator","loss":"hampel","tuning":[1]}"#),
+            "1 constant; hampel has three, a ≤ b < c".to_owned(),
+        ),
+        (with(r#""regularization":{"type":"truncated_svd","rank":-3}"#), format!("{WHOLE} -3")),
+        (with(r#""regularization":{"type":"truncated_svd","rank":"2"}"#), format!(r#"{WHOLE} the string "2""#)),
+        (with(r#""noise_sigma":"x""#), r#"expected a number, found the string "x""#.to_owned()),
+        (with(r#""include":"residuals""#), r#"expected an array, found the string "residuals""#.to_owned()),
+        (with(r#""domain":{"u":[1]}"#), "expected an array of 2 entries, found 1 entry".to_owned()),
+        (with(r#""domain":[[0,1]]"#), "expected an object, found an array".to_owned()),
+        (with(r#""regularization":["none"]"#), "expected an object, found an array".to_owned()),
+        (with(r#""scaling":5"#), "expected one of the names that are offered here, in quotes".to_owned()),
+        (
+            with(r#""scaling":"big""#),
+            "`big` is not known; expected one of `unit_length`, `none`, `standardized`".to_owned(),
+        ),
+    ] {
+        assert_eq!(details(&app.fit(&format!("{{{request}}}")).await), [said], "{request}");
+    }
+    let study = r#"{"x":[[1],[2]],"coefficients":[1],"noise_sigma":1,"levels":[0],"repetitions":1.5}"#;
+    let answer = send(app.post("/v1/studies/randomization", study)).await;
+    assert_eq!(details(&answer), [format!("{WHOLE} 1.5")]);
+    // an array is no object, whatever it holds
+    assert_eq!(send(app.post("/v1/jobs", r#"["wheel"]"#)).await.pointers(), [""]);
+}
+
+#[tokio::test]
+async fn parts_of_the_url_are_called_by_their_names() {
+    let app = TestApp::start().await;
+    let id = "0190b0de-0000-7000-8000-000000000000";
+    for (path, said) in [
+        ("/v1/jobs/5".to_owned(), "its segment `5`, job_id, must be a UUID such as"),
+        ("/v1/streams/x".to_owned(), "its segment `x`, stream_id, must be a UUID such as"),
+        ("/v1/jobs/x/iterations/1".to_owned(), "its segment `x`, job_id, must be a UUID such as"),
+        (format!("/v1/jobs/{id}/iterations/one"), "its segment `one` must be a whole number from 1 on"),
+        (format!("/v1/jobs/{id}/iterations/-1"), "its segment `-1` must be a whole number from 1 on"),
+        (format!("/v1/jobs/{id}/iterations/99999999999"), "its segment `99999999999` must be a whole number"),
+    ] {
+        let body = send(app.get(&path)).await.problem(404, "not_found");
+        assert!(body["detail"].as_str().unwrap().contains(said), "{path}: {body}");
+    }
+    for (query, pointer) in [
+        ("limit=many", "/limit"),
+        ("limit=-1", "/limit"),
+        ("limit=2.0", "/limit"),
+        ("limit=", "/limit"),
+        ("limit=1&limit=2", "/limit"),
+        ("offset=3", "/offset"),
+        ("cursor=x", "/cursor"),
+    ] {
+        let answer = send(app.get(&format!("/v1/jobs?{query}"))).await;
+        assert_eq!(answer.pointers(), [pointer], "{query}: {}", answer.text);
+        assert!(!answer.text.contains("deserialize"), "{}", answer.text);
+    }
+    assert_eq!(send(app.get("/v1/jobs?limit=2")).await.status, 200);
+    assert_eq!(send(app.get(&format!("/v1/jobs/{id}/events?since=1"))).await.pointers(), ["/since"]);
+}
+
+#[tokio::test]
+async fn every_fault_of_a_gear_is_listed_and_names_are_clean() {
+    let app = TestApp::start().await;
+    let job = json!({"name": "w", "gear": {
+        "teeth": 0, "normal_module_mm": -1, "helix_angle_deg": 120, "hand": "up", "colour": 1, "tool": {"tip_radius_mm": -1}
+    }});
+    let mut found = send(app.post("/v1/jobs", job.to_string())).await.pointers();
+    found.sort_unstable();
+    let colour = ["/gear/colour", "/gear/hand", "/gear/helix_angle_deg", "/gear/normal_module_mm", "/gear/teeth"];
+    assert_eq!(found, [&colour[..], &["/gear/tool/tip_radius_mm"]].concat());
+    for (body, pointer) in [
+        (json!({"name": "a\u{0}b"}), "/name"),
+        (json!({"name": "a\nb"}), "/name"),
+        (json!({"name": "w", "machine": "\u{1b}[31m"}), "/machine"),
+        (json!({"name": "w", "tags": {"a": "\u{7f}"}}), "/tags/a"),
+        (json!({"name": "w", "tags": {"a\u{1}": "x"}}), "/tags"),
+    ] {
+        assert_eq!(send(app.post("/v1/jobs", body.to_string())).await.pointers(), [pointer], "{body}");
+    }
+    let matrix = json!({
+        "nodes": {"type": "matrix", "x": [[1, 2], [1, 3], [1, 5]], "y": [1, 2, 3], "names": ["one", "a\u{0}"]},
+        "model": {"type": "linear"}
+    });
+    assert_eq!(app.fit(&matrix.to_string()).await.pointers(), ["/nodes/names/1"]);
+}
