@@ -2,7 +2,7 @@
 //!
 //! Run: `cargo run --release --example compare_scipy -- FOLDER REPEATS`. The folder holds little-endian doubles: `u`, `v`, `z` (the nodes
 //! of a grid, v running fastest), `knots_u`, `knots_v` (for a bicubic surface), `at` (pairs of parameters), `grid_u`, `grid_v`.
-//! Written are `coefficients`, `scattered` and `grid`; printed is a JSON object of seconds for each repetition.
+//! Written are `coefficients`, `scattered` and `grid`; printed are the seconds of each repetition as JSON.
 
 use std::{error::Error, fs, path::Path, time::Instant};
 
@@ -12,6 +12,8 @@ use flankfit::geometry::surface::{
     grid::NodeGrid,
     least_squares::{AxisKnots, least_squares},
 };
+
+use serde_json::{Value, json};
 
 /// As the service has it.
 #[global_allocator]
@@ -29,16 +31,32 @@ fn write(folder: &Path, name: &str, numbers: &[f64]) -> Outcome<()> {
     Ok(fs::write(folder.join(name), bytes)?)
 }
 
-/// The last result, and the seconds of every repetition.
-fn timed<T>(repeats: usize, mut work: impl FnMut() -> Outcome<T>) -> Outcome<(T, Vec<f64>)> {
-    let mut last = work()?;
-    let mut seconds = Vec::new();
-    for _ in 0..repeats {
-        let start = Instant::now();
-        last = work()?;
-        seconds.push(start.elapsed().as_secs_f64());
+/// Seconds that the threads of this process have been on a processor: what other programs do has little part in it. `None` where
+/// the system does not say (it is Linux that does).
+fn processor_seconds() -> Option<f64> {
+    let mut nanoseconds = 0;
+    for task in fs::read_dir("/proc/self/task").ok()? {
+        let text = fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
+        nanoseconds += text.split(' ').next()?.parse::<u64>().ok()?;
     }
-    Ok((last, seconds))
+    Some(nanoseconds as f64 * 1e-9)
+}
+
+/// The last result, and seconds for every repetition: as a clock shows them, and of processors. One repetition is `batch` times the work.
+fn timed<T>(repeats: usize, batch: usize, mut work: impl FnMut() -> Outcome<T>) -> Outcome<(T, Value)> {
+    let mut last = work()?;
+    let (mut clock, mut processor) = (Vec::new(), Vec::new());
+    for _ in 0..repeats {
+        let (start, busy) = (Instant::now(), processor_seconds());
+        for _ in 0..batch {
+            last = work()?;
+        }
+        clock.push(start.elapsed().as_secs_f64() / batch as f64);
+        if let (Some(from), Some(to)) = (busy, processor_seconds()) {
+            processor.push((to - from) / batch as f64);
+        }
+    }
+    Ok((last, json!({"clock": clock, "processor": processor})))
 }
 
 fn main() -> Outcome<()> {
@@ -50,7 +68,7 @@ fn main() -> Outcome<()> {
     let at: Vec<[f64; 2]> = read(folder, "at")?.chunks(2).map(|pair| [pair[0], pair[1]]).collect();
     let [grid_u, grid_v] = [read(folder, "grid_u")?, read(folder, "grid_v")?];
 
-    let (fitted, fit) = timed(repeats, || {
+    let (fitted, fit) = timed(repeats, 20, || {
         let nodes = NodeGrid::heights(u.clone(), v.clone(), &z)?;
         Ok(least_squares(&nodes, [3, 3], knots.clone().map(AxisKnots::Given))?.0)
     })?;
@@ -58,10 +76,10 @@ fn main() -> Outcome<()> {
     write(folder, "coefficients", &coefficients)?;
 
     let surface = SurfaceShape::BSpline(fitted);
-    let (heights, scattered) = timed(repeats, || Ok(Evaluator::new(&surface).heights(&at)))?;
+    let (heights, scattered) = timed(repeats, 1, || Ok(Evaluator::new(&surface).heights(&at)))?;
     write(folder, "scattered", &heights)?;
-    let (heights, grid) = timed(repeats, || Ok(Evaluator::new(&surface).grid_heights(&grid_u, &grid_v)))?;
+    let (heights, grid) = timed(repeats, 1, || Ok(Evaluator::new(&surface).grid_heights(&grid_u, &grid_v)))?;
     write(folder, "grid", &heights)?;
-    println!("{}", serde_json::json!({"fit": fit, "scattered": scattered, "grid": grid}));
+    println!("{}", json!({"fit": fit, "scattered": scattered, "grid": grid}));
     Ok(())
 }
