@@ -3,6 +3,7 @@
 //! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the command line use it too.
 
 pub mod canonical;
+pub mod criteria;
 pub mod estimator_spec;
 pub mod events;
 pub mod examples;

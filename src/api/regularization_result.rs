@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+pub use super::criteria::ChosenBy;
 use super::fit_spec::SchemeName;
-use crate::estimation::spec::Criterion;
 
 /// How the estimate was regularised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -17,42 +17,6 @@ pub enum RegularizationName {
     TruncatedSvd,
     JamesStein,
     Attraction,
-}
-
-/// What λ* was chosen by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ChosenBy {
-    MinMse,
-    MinCondition,
-    Gcv,
-    Discrepancy,
-    LCurve,
-    Hkb,
-    #[serde(rename = "hkb_1975")]
-    Hkb1975,
-    LawlessWang,
-    Optimal,
-    /// The caller gave the value.
-    Fixed,
-    /// Not regularised, for comparison.
-    LeastSquares,
-}
-
-impl From<Criterion> for ChosenBy {
-    fn from(criterion: Criterion) -> Self {
-        match criterion {
-            Criterion::MinMse => ChosenBy::MinMse,
-            Criterion::MinCondition => ChosenBy::MinCondition,
-            Criterion::Gcv => ChosenBy::Gcv,
-            Criterion::Discrepancy => ChosenBy::Discrepancy,
-            Criterion::LCurve => ChosenBy::LCurve,
-            Criterion::Hkb => ChosenBy::Hkb,
-            Criterion::Hkb1975 => ChosenBy::Hkb1975,
-            Criterion::LawlessWang => ChosenBy::LawlessWang,
-            Criterion::Optimal => ChosenBy::Optimal,
-        }
-    }
 }
 
 /// The regularisation that was applied, and what every criterion would have chosen.

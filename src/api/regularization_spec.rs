@@ -3,11 +3,12 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+pub use super::criteria::CriterionName;
 use super::{
     fit_spec::{present, tags},
     fit_spec_values::CountBody,
 };
-use crate::estimation::spec::{Criterion, DEFAULT_CONDITION_LIMIT, Scheme};
+use crate::estimation::spec::{DEFAULT_CONDITION_LIMIT, Scheme};
 
 /// Regularisation; default spectral with its defaults.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -197,43 +198,6 @@ impl From<SchemeName> for Scheme {
         match name {
             SchemeName::FirstOrder => Scheme::FirstOrder,
             SchemeName::Exact => Scheme::Exact,
-        }
-    }
-}
-
-/// By what λ*, k or λ is chosen; `fixed` takes the caller's `value`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum CriterionName {
-    MinMse,
-    MinCondition,
-    Gcv,
-    Discrepancy,
-    LCurve,
-    /// Ridge: (p−2) σ²/‖Â‖² (Hoerl, Kennard and Baldwin, the modified form).
-    Hkb,
-    /// Ridge: p σ²/‖Â‖² (Hoerl, Kennard and Baldwin 1975).
-    #[serde(rename = "hkb_1975")]
-    Hkb1975,
-    /// Ridge: (p−2) σ² λ̄/Σλᵢaᵢ² (Lawless and Wang).
-    LawlessWang,
-    /// Attraction: the explicit minimiser of the predicted mean squared error.
-    Optimal,
-    Fixed,
-}
-
-impl From<Criterion> for CriterionName {
-    fn from(criterion: Criterion) -> Self {
-        match criterion {
-            Criterion::MinMse => CriterionName::MinMse,
-            Criterion::MinCondition => CriterionName::MinCondition,
-            Criterion::Gcv => CriterionName::Gcv,
-            Criterion::Discrepancy => CriterionName::Discrepancy,
-            Criterion::LCurve => CriterionName::LCurve,
-            Criterion::Hkb => CriterionName::Hkb,
-            Criterion::Hkb1975 => CriterionName::Hkb1975,
-            Criterion::LawlessWang => CriterionName::LawlessWang,
-            Criterion::Optimal => CriterionName::Optimal,
         }
     }
 }

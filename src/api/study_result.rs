@@ -61,23 +61,30 @@ pub struct Quartiles {
     pub q3: f64,
 }
 
-/// One level of randomisation; figures that do not exist in every repetition are absent.
+/// What one way of estimating comes to; figures that do not exist in every repetition are absent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyFigures {
+    /// Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what regularisation makes of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<Quartiles>,
+    /// log₁₀ of its determinant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log10_determinant: Option<Quartiles>,
+    /// ‖A − Â‖².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_norm_squared: Option<Quartiles>,
+    /// ‖y − X Â‖², with the X that was not randomised.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rss: Option<Quartiles>,
+}
+
+/// One level of randomisation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyLevel {
     /// k.
     pub level: f64,
-    /// cond(X̃ᵀX̃).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub condition: Option<Quartiles>,
-    /// log₁₀ det(X̃ᵀX̃).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub log10_determinant: Option<Quartiles>,
-    /// ‖A − Â_R‖².
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_norm_squared: Option<Quartiles>,
-    /// ‖y − X Â_R‖², with the X that was not randomised.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rss: Option<Quartiles>,
+    #[serde(flatten)]
+    pub figures: StudyFigures,
     /// ‖y − X̃ Â_R‖², what the randomised fit itself sees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fitted_rss: Option<Quartiles>,
@@ -86,7 +93,7 @@ pub struct StudyLevel {
 /// The same heights, estimated with X as it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyReferences {
-    pub least_squares: PlainReference,
+    pub least_squares: StudyFigures,
     /// Absent where the columns depend on each other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectral_first_order: Option<RegularizedReference>,
@@ -96,52 +103,33 @@ pub struct StudyReferences {
     pub ridge: RegularizedReference,
 }
 
-/// Least squares.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct PlainReference {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub condition: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub log10_determinant: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_norm_squared: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rss: Option<Quartiles>,
-}
-
 /// A regularised estimate: figures of the default criterion (`min_mse`), and of every criterion in `choices`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RegularizedReference {
     /// L of the spectral schemes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
+    #[serde(flatten)]
+    pub chosen: RegularizedFigures,
+    pub choices: Vec<StudyChoice>,
+}
+
+/// What a regularised estimate comes to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RegularizedFigures {
+    /// λ* of the spectral schemes, k of ridge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub condition: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub log10_determinant: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_norm_squared: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rss: Option<Quartiles>,
-    pub choices: Vec<StudyChoice>,
+    #[serde(flatten)]
+    pub figures: StudyFigures,
 }
 
 /// One criterion for λ* or k, applied in every repetition with the study's σ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyChoice {
     pub criterion: ChosenBy,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lambda_star: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub condition: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub log10_determinant: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_norm_squared: Option<Quartiles>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rss: Option<Quartiles>,
+    #[serde(flatten)]
+    pub chosen: RegularizedFigures,
 }
 
 /// The level of least median error against least squares.
@@ -179,7 +167,7 @@ impl RandomizationResult {
             remark: remark(result.along_smallest),
             levels: result.levels.into_iter().map(level).collect(),
             references: StudyReferences {
-                least_squares: plain(&result.references.least_squares),
+                least_squares: figures(&result.references.least_squares),
                 spectral_first_order: result.references.spectral_first_order.map(regularized),
                 spectral_exact: result.references.spectral_exact.map(regularized),
                 ridge: regularized(result.references.ridge),
@@ -216,8 +204,8 @@ fn remark(along: Option<f64>) -> String {
     }
 }
 
-fn plain(f: &Figures) -> PlainReference {
-    PlainReference {
+fn figures(f: &Figures) -> StudyFigures {
+    StudyFigures {
         condition: quartiles(f.condition),
         log10_determinant: quartiles(f.log10_determinant),
         bias_norm_squared: quartiles(f.bias_norm_squared),
@@ -226,27 +214,19 @@ fn plain(f: &Figures) -> PlainReference {
 }
 
 fn level(l: LevelResult) -> StudyLevel {
-    let PlainReference { condition, log10_determinant, bias_norm_squared, rss } = plain(&l.figures);
-    let fitted_rss = quartiles(l.fitted_rss);
-    StudyLevel { level: l.level, condition, log10_determinant, bias_norm_squared, rss, fitted_rss }
+    StudyLevel { level: l.level, figures: figures(&l.figures), fitted_rss: quartiles(l.fitted_rss) }
 }
 
-fn choice(c: &ReferenceChoice) -> StudyChoice {
-    let PlainReference { condition, log10_determinant, bias_norm_squared, rss } = plain(&c.figures);
-    let lambda_star = quartiles(c.lambda_star);
-    StudyChoice { criterion: c.criterion.into(), lambda_star, condition, log10_determinant, bias_norm_squared, rss }
+fn chosen(c: &ReferenceChoice) -> RegularizedFigures {
+    RegularizedFigures { lambda_star: quartiles(c.lambda_star), figures: figures(&c.figures) }
 }
 
 fn regularized(reference: Reference) -> RegularizedReference {
-    let default = reference.choices.iter().find(|c| c.criterion == Criterion::MinMse).map(choice);
-    let of = |field: fn(&StudyChoice) -> Option<Quartiles>| default.as_ref().and_then(field);
+    let default = reference.choices.iter().find(|c| c.criterion == Criterion::MinMse);
+    let choice = |c: &ReferenceChoice| StudyChoice { criterion: c.criterion.into(), chosen: chosen(c) };
     RegularizedReference {
         count: reference.count,
-        lambda_star: of(|c| c.lambda_star),
-        condition: of(|c| c.condition),
-        log10_determinant: of(|c| c.log10_determinant),
-        bias_norm_squared: of(|c| c.bias_norm_squared),
-        rss: of(|c| c.rss),
+        chosen: default.map(chosen).unwrap_or_default(),
         choices: reference.choices.iter().map(choice).collect(),
     }
 }

@@ -390,7 +390,8 @@ fn outside(nodes: &Nodes, sample: &Sample, (u, v): Boxes, faults: &mut Faults, o
     }
 }
 
-fn splines(
+/// The knots asked for, as the functions of each axis.
+pub fn splines(
     knots: &Knots,
     (p, q): (usize, usize),
     surface: bool,

@@ -4,6 +4,7 @@
 
 mod accumulate;
 mod admission;
+mod banded;
 mod bias;
 pub mod blocks;
 mod choice;
@@ -36,6 +37,7 @@ mod sample;
 mod scaled;
 mod seen;
 mod separable;
+pub mod smoothing;
 pub(crate) mod sound;
 pub mod spec;
 mod spectrum;
@@ -43,6 +45,7 @@ pub mod state;
 mod tile;
 
 pub use crate::numerics::words;
+pub use banded::weight::Trace;
 pub use cost::is_short;
 pub use error::{Fault, Faults, FitError};
 pub use filtering::{fit, fit_remembering};

@@ -5,6 +5,7 @@ use axum::{
     http::{HeaderName, HeaderValue, StatusCode, header, request::Parts},
     response::{IntoResponse, Response},
 };
+use utoipa::IntoParams;
 
 use super::{body::Payload, multipart, state::AppState};
 use crate::{
@@ -19,7 +20,13 @@ static KEY: HeaderName = HeaderName::from_static("idempotency-key");
 const LONGEST: usize = 255;
 
 /// The request's `Idempotency-Key`.
-pub struct IdempotencyKey(Option<String>);
+#[derive(IntoParams)]
+#[into_params(names("Idempotency-Key"), parameter_in = Header)]
+pub struct IdempotencyKey(
+    /// The same key and body answers the first response again.
+    #[param(max_length = 255)]
+    Option<String>,
+);
 
 impl FromRequestParts<AppState> for IdempotencyKey {
     type Rejection = Problem;

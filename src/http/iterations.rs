@@ -43,7 +43,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     post, path = "/v1/jobs/{job_id}/iterations", operation_id = "create_iteration", tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+        IdempotencyKey
     ),
     request_body(
         content((IterationRequest = "application/json"), (IterationForm = "multipart/form-data")),

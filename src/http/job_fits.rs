@@ -33,7 +33,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+        IdempotencyKey
     ),
     request_body(content = RefitRequest, description = "A fit request without nodes."),
     responses(

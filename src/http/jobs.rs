@@ -34,7 +34,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// Creates a job.
 #[utoipa::path(
     post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
-    params(("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)),
+    params(IdempotencyKey),
     request_body(content = NewJobBody, description = "What is known of the gear."),
     responses(
         (status = 201, description = "The job.", body = JobBody, headers(

@@ -39,7 +39,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     post, path = "/v1/jobs/{job_id}/streams", operation_id = "create_stream", tag = "streams",
     params(
         ("job_id" = Uuid, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+        IdempotencyKey
     ),
     request_body(content = NewStreamBody, description = "A fit request without nodes, and how long nodes are remembered."),
     responses(
@@ -123,7 +123,7 @@ async fn add_stream_nodes(
     post, path = "/v1/streams/{stream_id}/finish", operation_id = "finish_stream", tag = "streams",
     params(
         ("stream_id" = Uuid, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+        IdempotencyKey
     ),
     request_body(content = FinishBody, description = "What is known of the measurement; an empty body says nothing."),
     responses(

@@ -9,12 +9,14 @@
 //! Conventions: matrices are column-major `nalgebra::DMatrix`; triangular factors are upper; singular values ascend.
 //! Every result is a fixed sequence of operations: equal input gives equal bits.
 
+pub mod band_cholesky;
 pub mod banded;
 pub mod condition;
 pub mod dd;
 pub mod givens;
 pub mod jacobi;
 mod jacobi_dd;
+pub mod lanczos;
 pub mod lanes;
 pub mod qr;
 pub mod quadrature;

@@ -26,7 +26,11 @@ async fn the_documented_examples_are_answered() {
         let json = answer.json();
         assert_eq!(serde_json::to_value(&body).unwrap(), json, "every field of the answer is documented");
         assert_eq!(json["levels"].as_array().unwrap().len(), request["levels"].as_array().unwrap().len());
-        assert!(body.levels.iter().all(|l| l.bias_norm_squared.is_some_and(|q| q.q1 <= q.median && q.median <= q.q3)));
+        assert!(
+            body.levels
+                .iter()
+                .all(|l| l.figures.bias_norm_squared.is_some_and(|q| q.q1 <= q.median && q.median <= q.q3))
+        );
         let references = &json["references"];
         for name in ["spectral_first_order", "spectral_exact", "ridge"] {
             let choices = references[name]["choices"].as_array().unwrap();

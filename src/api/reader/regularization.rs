@@ -114,26 +114,15 @@ fn parameter(
     faults: &mut Faults,
 ) -> Option<spec::Parameter> {
     let Some(body) = body else { return Some(spec::Parameter::Criterion(spec::Criterion::MinMse)) };
-    let criterion = match body.criterion {
-        CriterionName::Fixed => {
-            let Some(value) = body.value else {
-                faults.push(format!("{pointer}/value"), "missing; the criterion `fixed` needs it");
-                return None;
-            };
-            if value <= 0.0 {
-                faults.push(format!("{pointer}/value"), format!("{} is not greater than 0", Shown(value)));
-            }
-            return Some(spec::Parameter::Fixed(value));
+    let Some(criterion) = body.criterion.criterion() else {
+        let Some(value) = body.value else {
+            faults.push(format!("{pointer}/value"), "missing; the criterion `fixed` needs it");
+            return None;
+        };
+        if value <= 0.0 {
+            faults.push(format!("{pointer}/value"), format!("{} is not greater than 0", Shown(value)));
         }
-        CriterionName::MinMse => spec::Criterion::MinMse,
-        CriterionName::MinCondition => spec::Criterion::MinCondition,
-        CriterionName::Gcv => spec::Criterion::Gcv,
-        CriterionName::Discrepancy => spec::Criterion::Discrepancy,
-        CriterionName::LCurve => spec::Criterion::LCurve,
-        CriterionName::Hkb => spec::Criterion::Hkb,
-        CriterionName::Hkb1975 => spec::Criterion::Hkb1975,
-        CriterionName::LawlessWang => spec::Criterion::LawlessWang,
-        CriterionName::Optimal => spec::Criterion::Optimal,
+        return Some(spec::Parameter::Fixed(value));
     };
     if !spec::Criterion::ALL.contains(&criterion) && !own.contains(&criterion) {
         faults.push(

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::{
-    api::study_result::{Quartiles, RandomizationResult, RegularizedReference},
+    api::study_result::{Quartiles, RandomizationResult, RegularizedReference, StudyFigures},
     cli::demo::table::Table,
 };
 
@@ -28,39 +28,35 @@ pub fn text(result: &RandomizationResult) -> String {
     let _ = writeln!(out, "{}\n", result.remark);
     let mut table = Table::new(["k", "cond", "log10 det", "‖A−Â‖²", "quartiles", "", "RSS", "RSS on X̃"], 0);
     for level in &result.levels {
-        let bias = |field: fn(Quartiles) -> f64| number(level.bias_norm_squared.map(field));
+        let bias = |field: fn(Quartiles) -> f64| number(level.figures.bias_norm_squared.map(field));
         table.row([
             format!("{:.3e}", level.level),
-            median(level.condition),
-            level.log10_determinant.map_or_else(String::new, |q| format!("{:.2}", q.median)),
-            median(level.bias_norm_squared),
+            median(level.figures.condition),
+            level.figures.log10_determinant.map_or_else(String::new, |q| format!("{:.2}", q.median)),
+            median(level.figures.bias_norm_squared),
             bias(|q| q.q1),
             bias(|q| q.q3),
-            median(level.rss),
+            median(level.figures.rss),
             median(level.fitted_rss),
         ]);
     }
     let _ = writeln!(out, "{table}");
     let mut table = Table::new(["estimate", "λ* by", "cond", "log10 det", "‖A−Â‖²", "quartiles", "", "RSS"], 2);
-    let plain = &result.references.least_squares;
     let determinant = |q: Option<Quartiles>| q.map_or_else(String::new, |q| format!("{:.2}", q.median));
-    let cells = |name: &str, by: String, [condition, log, bias, rss]: [Option<Quartiles>; 4]| {
+    let cells = |name: &str, by: String, figures: &StudyFigures| {
+        let bias = figures.bias_norm_squared;
         [
             name.to_owned(),
             by,
-            median(condition),
-            determinant(log),
-            median(bias),
+            median(figures.condition),
+            determinant(figures.log10_determinant),
+            median(figures.bias_norm_squared),
             number(bias.map(|q| q.q1)),
             number(bias.map(|q| q.q3)),
-            median(rss),
+            median(figures.rss),
         ]
     };
-    table.row(cells(
-        "least squares",
-        String::new(),
-        [plain.condition, plain.log10_determinant, plain.bias_norm_squared, plain.rss],
-    ));
+    table.row(cells("least squares", String::new(), &result.references.least_squares));
     let references: [(&str, Option<&RegularizedReference>); 3] = [
         ("spectral, first order", result.references.spectral_first_order.as_ref()),
         ("spectral, exact", result.references.spectral_exact.as_ref()),
@@ -69,8 +65,7 @@ pub fn text(result: &RandomizationResult) -> String {
     for (name, reference) in references {
         for choice in reference.iter().flat_map(|reference| &reference.choices) {
             let by = serde_json::to_string(&choice.criterion).unwrap_or_default();
-            let figures = [choice.condition, choice.log10_determinant, choice.bias_norm_squared, choice.rss];
-            table.row(cells(name, by.trim_matches('"').to_owned(), figures));
+            table.row(cells(name, by.trim_matches('"').to_owned(), &choice.chosen.figures));
         }
     }
     let _ = writeln!(out, "{table}");

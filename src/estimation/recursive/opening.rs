@@ -98,7 +98,10 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
         if let Some([low, high]) = range
             && !(low < high && (high - low).is_finite())
         {
-            faults.push(format!("/domain/{name}"), format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)));
+            faults.push(
+                format!("/domain/{name}"),
+                format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)),
+            );
         }
     }
     if needs_domain(&spec.model) {

@@ -140,14 +140,15 @@ impl<'a> Closest<'a> {
         square
     }
 
-    /// A minimum between two places of one smooth piece: at an end, or by Newton's iteration held within a bracket. Returns its
-    /// squared distance.
-    fn local(&self, to: &Vector, low: f64, high: f64, best: &mut Best) -> f64 {
-        let ends = self.consider(to, low, best).min(self.consider(to, high, best));
+    /// Considers the ends of a part of a smooth piece and, where the distance falls at its start and grows at its end, a minimum between by
+    /// Newton's iteration held within a bracket; returns the squared distance there.
+    fn local(&self, to: &Vector, low: f64, high: f64, best: &mut Best) -> Option<f64> {
+        self.consider(to, low, best);
+        self.consider(to, high, best);
         // the derivative at the right end is that of this piece
         let (mut a, mut b) = (low, high.next_down().max(low));
         if !(self.slope(to, a).0 < 0.0 && self.slope(to, b).0 > 0.0) {
-            return ends;
+            return None;
         }
         let mut t = 0.5 * a + 0.5 * b;
         for _ in 0..100 {
@@ -167,7 +168,7 @@ impl<'a> Closest<'a> {
             }
             t = next;
         }
-        ends.min(self.consider(to, t, best))
+        Some(self.consider(to, t, best))
     }
 
     /// Excludes or searches all of a piece.
@@ -189,8 +190,9 @@ impl<'a> Closest<'a> {
                 bend(n) - best.square * bend(w) >= 0.0
             });
             let middle = 0.5 * low + 0.5 * high;
-            // a convex function has one minimum, which has been found
-            let settled = convex && (piece.polynomial || found <= best.square);
+            // A convex function has one minimum. That of a polynomial piece has been found; a rational one has its best there only if N − d² W²
+            // touches 0 at a place where it does not slope.
+            let settled = convex && (piece.polynomial || found.is_some_and(|square| square <= best.square));
             if settled || excluded(best) || depth == DEEPEST || !(low < middle && middle < high) {
                 continue;
             }

@@ -1,6 +1,9 @@
 //! Why a curve is refused, and where in the input the reason stands.
 
-use crate::geometry::{KnotFault, space::ControlFault};
+use crate::{
+    geometry::{KnotFault, space::ControlFault},
+    numerics::words::Shown,
+};
 
 /// The part of the input that a fault speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,9 +45,9 @@ pub enum CurveFault {
     DerivativeNotFinite { node: usize, order: usize },
     #[error("{given} derivatives are given at node {node}, more than {most}")]
     TooManyDerivatives { node: usize, given: usize, most: usize },
-    #[error("number {index} ({value}) repeats number {first}")]
+    #[error("number {index} ({}) repeats number {first}", Shown(*.value))]
     Repeated { part: Part, index: usize, first: usize, value: f64 },
-    #[error("number {index} ({value}) lies below the one before it ({before}); the order of nodes is never changed")]
+    #[error("number {index} ({}) lies below the one before it ({}); the order of nodes is never changed", Shown(*.value), Shown(*.before))]
     Descending { part: Part, index: usize, value: f64, before: f64 },
     #[error("degree {degree} asks for at least {least} nodes, {nodes} are given")]
     DegreeAboveNodes { degree: usize, nodes: usize, least: usize },
@@ -53,8 +56,9 @@ pub enum CurveFault {
     #[error("{0}")]
     Knots(#[from] KnotFault),
     #[error(
-        "node {node} (at {value}) does not lie inside the support of its basis function, knots {knot} to {until} \
-         ({low} to {high}): the condition of Schoenberg and Whitney"
+        "node {node} (at {}) does not lie inside the support of its basis function, knots {knot} to {until} \
+         ({} to {}): the condition of Schoenberg and Whitney",
+        Shown(*.value), Shown(*.low), Shown(*.high)
     )]
     SchoenbergWhitney { node: usize, value: f64, knot: usize, until: usize, low: f64, high: f64 },
     #[error("{0}")]
@@ -63,9 +67,9 @@ pub enum CurveFault {
     NotPeriodic { part: Part, index: usize, difference: f64 },
     #[error("the equations of the curve are singular at unknown {index}")]
     Singular { index: usize },
-    #[error("the place {value} is not within the domain [{low}, {high}]")]
+    #[error("the place {} is not within the domain [{}, {}]", Shown(*.value), Shown(*.low), Shown(*.high))]
     OutOfDomain { value: f64, low: f64, high: f64 },
-    #[error("node {node} (at {value}) is not within the domain [{low}, {high}] of the knots")]
+    #[error("node {node} (at {}) is not within the domain [{}, {}] of the knots", Shown(*.value), Shown(*.low), Shown(*.high))]
     NodeOutOfDomain { node: usize, value: f64, low: f64, high: f64 },
     #[error("coefficient {index} of the curve is beyond the range of a double")]
     NotRepresentable { index: usize },

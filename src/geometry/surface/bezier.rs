@@ -4,9 +4,12 @@
 //! Bernstein polynomials are the B-splines of one span, so the patch is kept as such; only its degrees are those of the net.
 
 use super::{BSplineSurface, Surface, SurfaceJet};
-use crate::geometry::{
-    BSplineBasis, KnotFault,
-    space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
+use crate::{
+    geometry::{
+        BSplineBasis, KnotFault,
+        space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
+    },
+    numerics::words::Shown,
 };
 
 /// A patch over one rectangle, its net having (degree + 1) control points along each parameter.
@@ -20,7 +23,7 @@ pub struct BezierSurface {
 pub enum BezierFault {
     #[error("{rows} × {columns} control points are no net: along each parameter there must be at least 2")]
     Net { rows: usize, columns: usize },
-    #[error("the domain [{low}, {high}] has no width")]
+    #[error("the domain [{}, {}] has no width", Shown(*.low), Shown(*.high))]
     Domain { axis: usize, low: f64, high: f64 },
     #[error(transparent)]
     Control(#[from] ControlFault),

@@ -4,9 +4,12 @@
 //! lists they stand in the order u0, u1, v0, v1; corner (i, j) is where border uᵢ meets border vⱼ.
 
 use super::bezier::one_span;
-use crate::geometry::{
-    curve::{BSplineCurve, Curve, CurveShape},
-    space::{Dimension, Vector},
+use crate::{
+    geometry::{
+        curve::{BSplineCurve, Curve, CurveShape},
+        space::{Dimension, Vector},
+    },
+    numerics::words::Shown,
 };
 
 /// One of the four borders of a patch.
@@ -61,7 +64,10 @@ pub enum BoundaryFault {
         "border {border} has values of {given} coordinates; heights (1) or points of space (3) are wanted, as on {like}"
     )]
     Dimension { border: Border, given: usize, like: Border },
-    #[error("border {border} runs over [{low}, {high}], the one opposite over [{wanted_low}, {wanted_high}]")]
+    #[error(
+        "border {border} runs over [{}, {}], the one opposite over [{}, {}]",
+        Shown(*.low), Shown(*.high), Shown(*.wanted_low), Shown(*.wanted_high)
+    )]
     Domain { border: Border, low: f64, high: f64, wanted_low: f64, wanted_high: f64 },
     #[error("borders u{i} and v{j} are {gap:e} apart at their corner, more than {tolerance:e}", i = corner[0], j = corner[1])]
     Corner { corner: [usize; 2], gap: f64, tolerance: f64 },

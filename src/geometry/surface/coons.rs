@@ -83,6 +83,13 @@ impl CoonsPatch {
         self.cross.as_ref().is_none_or(|cross| cross.twists.iter().flatten().all(|[by_u, by_v]| by_u == by_v))
     }
 
+    /// ∂S/∂u, ∂S/∂v and the mean of the twists at corner (i, j), of a bicubically blended patch.
+    pub fn corner_derivatives(&self, i: usize, j: usize) -> Option<[Vector; 3]> {
+        let cross = self.cross.as_ref()?;
+        let ([along_u, along_v], [by_u, by_v]) = (cross.tangents[i][j], cross.twists[i][j]);
+        Some([along_u, along_v, (by_u + by_v) * 0.5])
+    }
+
     /// Blending functions of the values at the ends and of the derivatives there.
     fn blends(&self, axis: usize, x: f64) -> [[Blend; 2]; 2] {
         let [low, high] = self.boundaries.domain()[axis];

@@ -12,7 +12,10 @@ use super::{
     corner::twist_share_at,
     jets::{Blend, product},
 };
-use crate::geometry::space::{ControlFault, Dimension, Vector};
+use crate::{
+    geometry::space::{ControlFault, Dimension, Vector},
+    numerics::words::Shown,
+};
 
 /// The control points: a 4 × 4 net (i along u, j along v) whose inner four are the `a` points, and the `b` points of these four.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +38,7 @@ pub struct GregoryPatch {
 /// Why a Gregory net is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GregoryFault {
-    #[error("the domain [{low}, {high}] has no width")]
+    #[error("the domain [{}, {}] has no width", Shown(*.low), Shown(*.high))]
     Domain { axis: usize, low: f64, high: f64 },
     /// Indices 0..16 count the net by rows, 16..20 the b points.
     #[error(transparent)]

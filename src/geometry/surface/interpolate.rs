@@ -7,11 +7,12 @@ use super::{
     BSplineSurface,
     grid::{GridFault, NodeGrid, basis_of, check_degree},
 };
-use crate::geometry::{BSplineBasis, curve::knots, space::Vector};
-use crate::numerics::{
-    Dd,
-    banded::{Banded, BandedLu},
+use crate::geometry::{
+    BSplineBasis,
+    curve::{CurveFault, interpolate::Collocation, knots},
+    space::Vector,
 };
+use crate::numerics::Dd;
 
 /// The surface of these degrees through all nodes of `grid`. Knots of an axis that are not given are means of neighbouring parameters
 /// (Piegl and Tiller, Eq. 9.8); given ones number nodes + degree + 1.
@@ -20,7 +21,7 @@ pub fn interpolate(
     degrees: [usize; 2],
     given: [Option<Vec<f64>>; 2],
 ) -> Result<BSplineSurface, GridFault> {
-    let mut bases = Vec::with_capacity(2);
+    let mut systems = Vec::with_capacity(2);
     for (axis, given) in given.into_iter().enumerate() {
         let nodes = &grid.parameters()[axis];
         check_degree(axis, degrees[axis], nodes.len())?;
@@ -36,46 +37,32 @@ pub fn interpolate(
         if basis.size() != nodes.len() {
             return Err(GridFault::Functions { axis, functions: basis.size(), nodes: nodes.len() });
         }
-        bases.push(basis);
+        systems.push(equations(axis, basis, nodes)?);
     }
-    let factors = [equations(0, &bases[0], &grid.parameters()[0])?, equations(1, &bases[1], &grid.parameters()[1])?];
-    let points = solved(grid, &factors)?;
-    let pair: [BSplineBasis; 2] = match <[_; 2]>::try_from(bases) {
-        Ok(pair) => pair,
-        Err(_) => return Err(GridFault::NoExtent { axis: 0 }),
-    };
-    BSplineSurface::new(pair, grid.dimension(), points, None).map_err(|_| GridFault::NotRepresentable { index: 0 })
+    let points = solved(grid, &systems)?;
+    let bases = [systems[0].basis().clone(), systems[1].basis().clone()];
+    BSplineSurface::new(bases, grid.dimension(), points, None).map_err(|_| GridFault::NotRepresentable { index: 0 })
 }
 
-/// Row i: the functions at node i, which see function i.
-fn equations(axis: usize, basis: &BSplineBasis, nodes: &[f64]) -> Result<BandedLu<Dd>, GridFault> {
-    let (p, n) = (basis.degree(), basis.size());
-    let band = p.min(n - 1);
-    let mut matrix = Banded::zeros(n, band, band);
-    let mut values = vec![Dd::ZERO; p + 1];
-    let support = |j: usize| (basis.knots()[j], basis.knots()[j + p + 1]);
-    for (i, x) in nodes.iter().enumerate() {
-        let first = basis.values(*x, &mut values);
-        let sees = (first..=first + p).contains(&i) && values[i - first].hi > 0.0;
-        if !sees {
-            let (low, high) = support(i);
-            return Err(GridFault::SchoenbergWhitney { axis, function: i, low, high });
+/// The equations of one axis.
+fn equations(axis: usize, basis: BSplineBasis, nodes: &[f64]) -> Result<Collocation, GridFault> {
+    let knots = basis.knots().to_vec();
+    let p = basis.degree();
+    let support = |function: usize| (knots[function], knots[function + p + 1]);
+    Collocation::new(basis, nodes).map_err(|fault| match fault {
+        CurveFault::SchoenbergWhitney { node: function, low, high, .. } => {
+            GridFault::SchoenbergWhitney { axis, function, low, high }
         }
-        for (j, value) in values.iter().enumerate() {
-            // what lies beyond the band is 0 where node i sees function i: only the far ends of its row
-            if value.hi != 0.0 {
-                matrix.set(i, first + j, *value);
-            }
+        CurveFault::Singular { index: function } => {
+            let (low, high) = support(function);
+            GridFault::Rank { axis, function, low, high }
         }
-    }
-    matrix.factor().map_err(|singular| {
-        let (low, high) = support(singular.column);
-        GridFault::Rank { axis, function: singular.column, low, high }
+        _ => GridFault::Functions { axis, functions: knots.len() - p - 1, nodes: nodes.len() },
     })
 }
 
 /// Solves along u for every v, then along v for every function of u.
-fn solved(grid: &NodeGrid, [along_u, along_v]: &[BandedLu<Dd>; 2]) -> Result<Vec<Vector>, GridFault> {
+fn solved(grid: &NodeGrid, systems: &[Collocation]) -> Result<Vec<Vector>, GridFault> {
     let [rows, columns] = grid.parameters().each_ref().map(Vec::len);
     let mut points = vec![Vector::zeros(); rows * columns];
     for c in 0..grid.dimension().count() {
@@ -85,12 +72,12 @@ fn solved(grid: &NodeGrid, [along_u, along_v]: &[BandedLu<Dd>; 2]) -> Result<Vec
             for (i, x) in line.iter_mut().enumerate() {
                 *x = plane[i * columns + j];
             }
-            along_u.solve(&mut line);
+            systems[0].solve(&mut line);
             for (i, x) in line.iter().enumerate() {
                 plane[i * columns + j] = *x;
             }
         }
-        plane.chunks_exact_mut(columns).for_each(|row| along_v.solve(row));
+        plane.chunks_exact_mut(columns).for_each(|row| systems[1].solve(row));
         for (index, (point, x)) in points.iter_mut().zip(plane).enumerate() {
             if !x.is_finite() {
                 return Err(GridFault::NotRepresentable { index });

@@ -5,30 +5,43 @@
 //!
 //! Parameters outside the domain are the caller's mistake and are refused at the door; here the border patch goes on.
 
+pub mod area;
 mod axis;
 pub mod b_spline;
 pub mod bezier;
 pub mod boundaries;
+pub mod closest;
+pub mod construct;
+pub mod construct_fault;
+pub mod continuity;
 pub mod coons;
 mod corner;
 pub mod differential;
 pub mod evaluate;
 pub mod gregory;
+pub mod gregory_fill;
 pub mod grid;
 pub mod interpolate;
 mod jets;
 pub mod least_squares;
+pub mod mesh;
+pub mod patchwork;
 pub mod shape;
+pub mod to_b_spline;
 pub mod triangle;
 
 pub use b_spline::BSplineSurface;
 pub use bezier::BezierSurface;
 pub use boundaries::{Border, Boundaries};
+pub use closest::{ClosestPoint, SurfacePoint};
+pub use construct::{Built, Given, Method, build};
+pub use construct_fault::{Field, SurfaceFault};
 pub use coons::CoonsPatch;
 pub use differential::Differential;
 pub use evaluate::Evaluator;
 pub use gregory::GregoryPatch;
 pub use grid::NodeGrid;
+pub use patchwork::Patchwork;
 pub use shape::SurfaceShape;
 
 use super::space::{Dimension, Vector};

@@ -1,6 +1,6 @@
 //! Any surface of the service, as one value that can be kept, written down and evaluated.
 
-use super::{BSplineSurface, BezierSurface, CoonsPatch, GregoryPatch, Surface, SurfaceJet};
+use super::{BSplineSurface, BezierSurface, CoonsPatch, GregoryPatch, Patchwork, Surface, SurfaceJet};
 use crate::geometry::space::{Dimension, Vector};
 
 /// One of the representations that a surface can be built of.
@@ -14,6 +14,8 @@ pub enum SurfaceShape {
     Coons(Box<CoonsPatch>),
     /// Rational bicubic patch of 20 control points.
     Gregory(Box<GregoryPatch>),
+    /// Several patches on a grid of parameters.
+    Patchwork(Patchwork),
 }
 
 impl SurfaceShape {
@@ -24,6 +26,7 @@ impl SurfaceShape {
             SurfaceShape::Bezier(surface) => surface,
             SurfaceShape::Coons(surface) => surface.as_ref(),
             SurfaceShape::Gregory(surface) => surface.as_ref(),
+            SurfaceShape::Patchwork(surface) => surface,
         }
     }
 }

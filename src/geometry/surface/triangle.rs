@@ -105,11 +105,10 @@ fn inward(surface: &dyn Surface, here: &SurfaceJet, u: f64, v: f64) -> [f64; 2] 
     let breaks = surface.breaks();
     let step = |axis: usize, x: f64| {
         let places = &breaks[axis];
-        // backwards from the upper end, else into the span to the right
-        match places.iter().find(|b| **b > x) {
-            Some(next) => next - x,
-            None => places.iter().rev().find(|b| **b < x).map_or(0.0, |before| before - x),
-        }
+        // into the longer part of the span around x, so that it leads away from what is singular at an end
+        let above = places.iter().find(|b| **b > x).map_or(0.0, |next| next - x);
+        let below = places.iter().rev().find(|b| **b < x).map_or(0.0, |before| before - x);
+        if above >= -below { above } else { below }
     };
     let (du, dv) = (step(0, u), step(1, v));
     let (moved_u, moved_v) = (here.u.norm() * du.abs(), here.v.norm() * dv.abs());

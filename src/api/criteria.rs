@@ -1,0 +1,88 @@
+//! The criteria by which λ*, k or λ is chosen, as they are written: one list for what may be asked for and for what is answered.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::estimation::spec::Criterion;
+
+/// Declares both enums from the list of criteria, and the ways between them and [`Criterion`].
+macro_rules! criteria {
+    ($($(#[$attribute:meta])* $name:ident,)*) => {
+        /// By what λ*, k or λ is chosen; `fixed` takes the caller's `value`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+        #[serde(rename_all = "snake_case")]
+        pub enum CriterionName {
+            $($(#[$attribute])* $name,)*
+            Fixed,
+        }
+
+        /// What λ* was chosen by.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+        #[serde(rename_all = "snake_case")]
+        pub enum ChosenBy {
+            $($(#[$attribute])* $name,)*
+            /// The caller gave the value.
+            Fixed,
+            /// Not regularised, for comparison.
+            LeastSquares,
+        }
+
+        impl From<Criterion> for CriterionName {
+            fn from(criterion: Criterion) -> Self {
+                match criterion {
+                    $(Criterion::$name => CriterionName::$name,)*
+                }
+            }
+        }
+
+        impl From<Criterion> for ChosenBy {
+            fn from(criterion: Criterion) -> Self {
+                match criterion {
+                    $(Criterion::$name => ChosenBy::$name,)*
+                }
+            }
+        }
+
+        impl CriterionName {
+            /// The criterion; `None` for a value that the caller gives.
+            pub fn criterion(self) -> Option<Criterion> {
+                match self {
+                    $(CriterionName::$name => Some(Criterion::$name),)*
+                    CriterionName::Fixed => None,
+                }
+            }
+        }
+    };
+}
+
+criteria! {
+    MinMse,
+    MinCondition,
+    Gcv,
+    Discrepancy,
+    LCurve,
+    /// Ridge: (p−2) σ²/‖Â‖² (Hoerl, Kennard and Baldwin, the modified form).
+    Hkb,
+    /// Ridge: p σ²/‖Â‖² (Hoerl, Kennard and Baldwin 1975).
+    #[serde(rename = "hkb_1975")]
+    Hkb1975,
+    /// Ridge: (p−2) σ² λ̄/Σλᵢaᵢ² (Lawless and Wang).
+    LawlessWang,
+    /// Attraction: the explicit minimiser of the predicted mean squared error.
+    Optimal,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_criterion_has_one_name() {
+        for criterion in Criterion::every() {
+            let asked = CriterionName::from(criterion);
+            assert_eq!(asked.criterion(), Some(criterion));
+            assert_eq!(serde_json::to_value(asked).unwrap(), criterion.name());
+            assert_eq!(serde_json::to_value(ChosenBy::from(criterion)).unwrap(), criterion.name());
+        }
+    }
+}

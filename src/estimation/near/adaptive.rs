@@ -1,0 +1,210 @@
+//! Knots placed by residuals: start coarse, and give every span that misses the tolerance one more knot, until none does.
+//!
+//! The knot goes where half of the span's squared error lies to its left, midway between two parameters. A knot is only put where the
+//! condition of Schoenberg and Whitney still holds (every basis function has a parameter of its own inside its support), so that X
+//! keeps its full rank. Spans that miss by most come first when not all of them can have a knot.
+
+use super::curve::{Fitted, Trial, summary, uniform};
+use crate::{
+    estimation::{
+        design::MOST_COEFFICIENTS,
+        error::{Faults, FitError},
+        spec::Knots,
+    },
+    geometry::BSplineBasis,
+};
+
+/// Rounds at most.
+const MOST_STEPS: usize = 64;
+/// A span is not divided into parts narrower than this, relative to the domain.
+const NARROWEST: f64 = 1e-9;
+
+/// When knots are good enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    /// Equal spans to start with, at least 1.
+    pub spans: usize,
+    /// Largest distance of a counted point from the curve at its parameter, > 0.
+    pub tolerance: f64,
+    /// No more control points than these.
+    pub most_controls: usize,
+}
+
+/// One round.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The full knot vector.
+    pub knots: Vec<f64>,
+    pub max_error: f64,
+    pub rms_error: f64,
+}
+
+/// Why no more knots were tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// No point is further away than the tolerance.
+    Tolerance,
+    /// There are as many control points as allowed.
+    MostControls,
+    /// No span that misses has room for a knot: too few parameters there.
+    NoRoom,
+    /// As many rounds as allowed.
+    MostSteps,
+}
+
+/// Places knots over `domain`; the fit with the last ones, all rounds, and why they ended.
+pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitted, Vec<Step>, Stop), FitError> {
+    let degree = trial.asked.degree;
+    let mut faults = Faults::default();
+    if !(asked.tolerance > 0.0 && asked.tolerance.is_finite()) {
+        faults.push("/method/tolerance", "a finite length greater than 0");
+    }
+    if asked.most_controls > MOST_COEFFICIENTS || asked.most_controls < asked.spans.saturating_add(degree) {
+        faults.push(
+            "/method/most_control_points",
+            format!("not within {} (the first knots) and {MOST_COEFFICIENTS}", asked.spans.saturating_add(degree)),
+        );
+    }
+    faults.into_result(())?;
+    let weight = trial.points.weight;
+    let mut sorted: Vec<f64> = (0..trial.parameters.len())
+        .filter(|&k| weight.is_none_or(|w| w[k] > 0.0))
+        .map(|k| trial.parameters[k])
+        .collect();
+    sorted.sort_by(f64::total_cmp);
+    let domain = trial.asked.spec.domain.and_then(|domain| domain.u).unwrap_or(domain);
+    let mut basis = uniform(degree, asked.spans, domain)?;
+    let mut steps = Vec::new();
+    let mut best: Option<Fitted> = None;
+    for _ in 0..MOST_STEPS {
+        let fitted = match (trial.fit(Knots::Curve(basis.knots().to_vec())), best.take()) {
+            (Ok(fitted), _) => fitted,
+            // knots that cannot be fitted are no room for knots
+            (Err(_), Some(before)) => return Ok((before, steps, Stop::NoRoom)),
+            (Err(error), None) => return Err(error),
+        };
+        let (max_error, rms_error) = summary(&fitted.errors);
+        steps.push(Step { knots: basis.knots().to_vec(), max_error, rms_error });
+        if max_error <= asked.tolerance {
+            return Ok((fitted, steps, Stop::Tolerance));
+        }
+        if basis.size() >= asked.most_controls {
+            return Ok((fitted, steps, Stop::MostControls));
+        }
+        let Some(next) = refined(trial, asked, &basis, &fitted, &sorted) else {
+            return Ok((fitted, steps, Stop::NoRoom));
+        };
+        basis = next;
+        best = Some(fitted);
+    }
+    match best {
+        // the knots of the round that was not made are forgotten
+        Some(fitted) => Ok((fitted, steps, Stop::MostSteps)),
+        None => Err(FitError::NotConverged("no knots were tried")),
+    }
+}
+
+/// One more knot in every span that misses; `None` where none can have one.
+fn refined(
+    trial: &Trial,
+    asked: &Adaptive,
+    basis: &BSplineBasis,
+    fitted: &Fitted,
+    sorted: &[f64],
+) -> Option<BSplineBasis> {
+    let breaks = basis.distinct_knots();
+    let mut spans: Vec<Vec<(f64, f64)>> = vec![Vec::new(); breaks.len() - 1];
+    for &(k, error) in &fitted.errors {
+        let t = trial.parameters[k];
+        let span = breaks.partition_point(|&b| b <= t).clamp(1, spans.len()) - 1;
+        spans[span].push((t, error));
+    }
+    let worst = |points: &[(f64, f64)]| points.iter().map(|point| point.1).fold(0.0, f64::max);
+    let mut missing: Vec<(f64, usize)> = spans
+        .iter()
+        .enumerate()
+        .map(|(s, points)| (worst(points), s))
+        .filter(|(error, _)| *error > asked.tolerance)
+        .collect();
+    missing.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let narrowest = NARROWEST * (breaks[breaks.len() - 1] - breaks[0]);
+    let mut current = basis.clone();
+    for (_, span) in missing {
+        if current.size() >= asked.most_controls {
+            break;
+        }
+        let ends = [breaks[span], breaks[span + 1]];
+        let places = [halving(&mut spans[span]), Some(0.5 * ends[0] + 0.5 * ends[1])];
+        let next = places.into_iter().flatten().find_map(|place| {
+            if !(place - ends[0] > narrowest && ends[1] - place > narrowest) {
+                return None;
+            }
+            let mut knots = current.knots().to_vec();
+            knots.insert(knots.partition_point(|&k| k <= place), place);
+            let next = BSplineBasis::new(current.degree(), knots).ok()?;
+            schoenberg_whitney(&next, sorted).then_some(next)
+        });
+        if let Some(next) = next {
+            current = next;
+        }
+    }
+    (current.size() > basis.size()).then_some(current)
+}
+
+/// Midway between the two parameters where the squared error to the left reaches half.
+fn halving(points: &mut [(f64, f64)]) -> Option<f64> {
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * points.iter().map(|(_, e)| e * e).sum::<f64>();
+    let mut sum = 0.0;
+    let at = points.iter().position(|(_, e)| {
+        sum += e * e;
+        sum >= half
+    })?;
+    let here = points[at].0;
+    let next = points[at..].iter().find(|point| point.0 > here).or(points[..at].iter().rev().find(|p| p.0 < here))?;
+    Some(0.5 * here + 0.5 * next.0)
+}
+
+/// Whether every function can be given a parameter of its own inside its support, in ascending order.
+pub fn schoenberg_whitney(basis: &BSplineBasis, ascending: &[f64]) -> bool {
+    let (knots, p) = (basis.knots(), basis.degree());
+    let (low, high) = basis.domain();
+    let mut next = 0;
+    for i in 0..basis.size() {
+        let (start, end) = (knots[i], knots[i + p + 1]);
+        // the ends of the domain belong to the functions that are not 0 there
+        let opens = |t: f64| t > start || (t == low && knots[i + p] == low);
+        let closes = |t: f64| t < end || (t == high && knots[i + 1] == high);
+        while ascending.get(next).is_some_and(|&t| !opens(t)) {
+            next += 1;
+        }
+        match ascending.get(next) {
+            // repeated parameters are one
+            Some(&t) if closes(t) => next += ascending[next..].iter().take_while(|&&other| other == t).count(),
+            _ => return false,
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_condition_of_schoenberg_and_whitney() {
+        let basis = BSplineBasis::new(1, vec![0., 0., 1., 2., 2.]).unwrap();
+        assert!(schoenberg_whitney(&basis, &[0.0, 0.5, 2.0]));
+        assert!(schoenberg_whitney(&basis, &[0.1, 0.5, 1.5]));
+        // nothing inside the last function's support but where the one before it needs it
+        assert!(!schoenberg_whitney(&basis, &[0.0, 0.5, 0.7, 1.0]));
+        assert!(!schoenberg_whitney(&basis, &[0.0, 0.0, 2.0]));
+    }
+
+    #[test]
+    fn half_of_the_error_lies_left() {
+        assert_eq!(halving(&mut [(3.0, 1.0), (0.0, 1.0), (1.0, 1.0), (2.0, 0.0)]), Some(1.5));
+        assert_eq!(halving(&mut [(0.0, 1.0), (1.0, 5.0)]), Some(0.5));
+        assert_eq!(halving(&mut [(2.0, 1.0), (2.0, 5.0)]), None);
+    }
+}

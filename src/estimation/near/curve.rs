@@ -1,0 +1,286 @@
+//! B-spline and NURBS curves near points: y(x), or points of plane or space over a parameter, each coordinate a fit of the service with
+//! the same measurement matrix.
+//!
+//! Knots are given, uniform, averaged by the parameters (Piegl and Tiller, Eqs. 9.68 and 9.69), or placed by the residuals
+//! ([`super::adaptive`]). Estimator, regularisation, scaling and diagnostics are those of the [`FitSpec`] handed over, its model aside.
+//! Errors are distances at equal parameters.
+
+use super::adaptive::{self, Adaptive, Step, Stop};
+use crate::{
+    estimation::{
+        error::{Fault, Faults, FitError},
+        fit::fit_together,
+        nodes::Nodes,
+        result::FitResult,
+        spec::{Degree, FitSpec, Include, Knots, Model},
+    },
+    geometry::{
+        BSplineBasis,
+        curve::{
+            BSplineCurve,
+            fault::{CurveFault, Part},
+            knots::averaging_least_squares,
+            parametrization::Parametrization,
+        },
+        space::{Dimension, Vector},
+    },
+};
+
+/// Points and where on the curve they belong.
+#[derive(Clone, Copy, Debug)]
+pub struct CurvePoints<'a> {
+    /// y alone, or x and y, or x, y and z.
+    pub coordinates: &'a [Vec<f64>],
+    pub parameters: Parameters<'a>,
+    /// Ω of least squares; 0 leaves a point out.
+    pub weight: Option<&'a [f64]>,
+}
+
+/// The parameter of every point.
+#[derive(Clone, Copy, Debug)]
+pub enum Parameters<'a> {
+    /// x of a graph, or parameters of points; in any order but for averaged knots.
+    Given(&'a [f64]),
+    /// From the points themselves; not for graphs.
+    By(Parametrization),
+}
+
+/// Where knots come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum KnotPlacement {
+    /// A full knot vector.
+    Given(Vec<f64>),
+    /// So many equal spans over the parameters.
+    Spans(usize),
+    /// So many control points, about as many parameters in every span.
+    Averaged {
+        controls: usize,
+    },
+    Adaptive(Adaptive),
+}
+
+/// What is fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurveAsked {
+    pub degree: usize,
+    pub knots: KnotPlacement,
+    /// Weights of NURBS, one per control point; not with adaptive knots, whose number is not known.
+    pub weights: Option<Vec<f64>>,
+    /// Everything else; its model is not looked at.
+    pub spec: FitSpec,
+}
+
+/// A curve near points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurveFit {
+    pub curve: BSplineCurve,
+    /// One per point.
+    pub parameters: Vec<f64>,
+    /// One fit per coordinate, with the model that was used.
+    pub results: Vec<FitResult>,
+    /// The spec of those fits.
+    pub spec: FitSpec,
+    /// Largest and root mean square distance of counted points from the curve, at their parameters (unweighted).
+    pub max_error: f64,
+    pub rms_error: f64,
+    /// The knots tried, where they were placed by residuals, the last ones those of the curve; and why no more were tried.
+    pub steps: Vec<Step>,
+    pub stop: Option<Stop>,
+}
+
+/// Fits one curve of all coordinates.
+pub fn curve(points: &CurvePoints, asked: &CurveAsked) -> Result<CurveFit, FitError> {
+    let dimension = check(points, asked)?;
+    let parameters = parameters(points)?;
+    let trial = Trial { points, asked, parameters: &parameters };
+    let (low, high) = parameters.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
+    let (fitted, steps, stop) = match &asked.knots {
+        KnotPlacement::Given(knots) => (trial.fit(Knots::Curve(knots.clone()))?, Vec::new(), None),
+        KnotPlacement::Spans(spans) => {
+            let domain = asked.spec.domain.and_then(|domain| domain.u).unwrap_or([low, high]);
+            let basis = uniform(asked.degree, *spans, domain)?;
+            (trial.fit(Knots::Curve(basis.knots().to_vec()))?, Vec::new(), None)
+        }
+        KnotPlacement::Averaged { controls } => {
+            let knots = averaging_least_squares(asked.degree, &parameters, *controls)
+                .map_err(|fault| curve_fault(points, &fault))?;
+            (trial.fit(Knots::Curve(knots))?, Vec::new(), None)
+        }
+        KnotPlacement::Adaptive(adaptive) => {
+            let (fitted, steps, stop) = adaptive::place(&trial, adaptive, [low, high])?;
+            (fitted, steps, Some(stop))
+        }
+    };
+    let Fitted { basis, mut results, errors, spec } = fitted;
+    let controls = (0..basis.size())
+        .map(|i| Vector::from_fn(|c, _| results.get(c).map_or(0.0, |result: &FitResult| result.coefficients[i].value)))
+        .collect();
+    let curve = BSplineCurve::new(basis, dimension, controls, asked.weights.clone())
+        .map_err(|fault| Faults::one("/method", fault.to_string()))?;
+    if !asked.spec.include.residuals {
+        for result in &mut results {
+            result.residuals.values = None;
+            result.residuals.node_indices = None;
+        }
+    }
+    let (max_error, rms_error) = summary(&errors);
+    Ok(CurveFit { curve, parameters, results, spec, max_error, rms_error, steps, stop })
+}
+
+/// Largest and root mean square.
+pub fn summary(errors: &[(usize, f64)]) -> (f64, f64) {
+    let squares: f64 = errors.iter().map(|(_, e)| e * e).sum();
+    (errors.iter().map(|(_, e)| *e).fold(0.0, f64::max), (squares / errors.len().max(1) as f64).sqrt())
+}
+
+/// Equal spans, or the fault by its place in the request.
+pub fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, Faults> {
+    if spans == 0 {
+        return Err(Faults::one("/method/spans", "at least one span"));
+    }
+    if spans.saturating_add(degree) > crate::estimation::design::MOST_COEFFICIENTS {
+        return Err(Faults::one("/method/spans", format!("{spans} spans are more than a fit may have")));
+    }
+    BSplineBasis::uniform(degree, spans, low, high).map_err(|fault| Faults::one("/method/spans", fault.to_string()))
+}
+
+/// The points with everything but the knots.
+pub struct Trial<'a> {
+    pub points: &'a CurvePoints<'a>,
+    pub asked: &'a CurveAsked,
+    pub parameters: &'a [f64],
+}
+
+/// All coordinates with one knot vector.
+pub struct Fitted {
+    pub basis: BSplineBasis,
+    pub results: Vec<FitResult>,
+    /// Posted number and distance of every counted point.
+    pub errors: Vec<(usize, f64)>,
+    pub spec: FitSpec,
+}
+
+impl Trial<'_> {
+    /// Fits with these knots.
+    pub fn fit(&self, knots: Knots) -> Result<Fitted, FitError> {
+        let Knots::Curve(full) = &knots else { return Err(Faults::one("/method/knots", "one knot vector").into()) };
+        let basis = BSplineBasis::new(self.asked.degree, full.clone()).map_err(|fault| {
+            let pointer = fault.index().map_or_else(|| "/method/knots".to_owned(), |i| format!("/method/knots/{i}"));
+            Faults::one(pointer, fault.to_string())
+        })?;
+        let degree = Degree::Both(self.asked.degree);
+        let include = Include { residuals: true, ..self.asked.spec.include };
+        let model = Model::BSpline { degree, knots, weights: self.asked.weights.clone() };
+        let spec = FitSpec { model, include, ..self.asked.spec.clone() };
+        let weight = self.points.weight.map(<[f64]>::to_vec);
+        let nodes = self
+            .points
+            .coordinates
+            .iter()
+            .map(|y| Nodes::curve(self.parameters.to_vec(), y.clone(), weight.clone()))
+            .collect::<Result<Vec<Nodes>, Faults>>()
+            .map_err(|faults| translated(self.points, &faults))?;
+        let results = fit_together(&nodes, &spec).map_err(|error| match error {
+            FitError::Invalid(faults) => FitError::Invalid(translated(self.points, &faults)),
+            other => other,
+        })?;
+        let mut squares = Vec::new();
+        for result in &results {
+            let values = result.residuals.values.as_deref().unwrap_or_default();
+            squares.resize(values.len(), 0.0);
+            squares.iter_mut().zip(values).for_each(|(sum, r)| *sum += r * r);
+        }
+        let counted = results.first().and_then(|result| result.residuals.node_indices.clone());
+        let errors = squares
+            .iter()
+            .enumerate()
+            .map(|(k, square)| (counted.as_ref().map_or(k, |counted| counted[k]), square.sqrt()))
+            .collect();
+        Ok(Fitted { basis, results, errors, spec })
+    }
+}
+
+fn check(points: &CurvePoints, asked: &CurveAsked) -> Result<Dimension, Faults> {
+    let Some(dimension) = Dimension::of(points.coordinates.len()) else {
+        return Err(Faults::one("/points", "one, two or three coordinates make a curve"));
+    };
+    let mut faults = Faults::default();
+    let count = points.coordinates[0].len();
+    for (c, y) in points.coordinates.iter().enumerate() {
+        if y.len() != count {
+            faults.push("/points", format!("coordinate {c} has {} entries, the first one {count}", y.len()));
+        }
+        for (k, x) in y.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
+            faults.push(pointer(points, k, Some(c)), format!("{x} is not a finite number"));
+        }
+    }
+    if dimension == Dimension::Graph && matches!(points.parameters, Parameters::By(_)) {
+        faults.push("/points/parametrization", "a graph y(x) has x for its parameter");
+    }
+    if let Parameters::Given(given) = points.parameters
+        && given.len() != count
+    {
+        faults.push("/points", format!("{} parameters for {count} points", given.len()));
+    }
+    if !asked.spec.filters.is_empty() {
+        faults.push("/method", "points of a curve are not filtered");
+    }
+    if matches!(asked.knots, KnotPlacement::Adaptive(_)) && asked.weights.is_some() {
+        faults.push(
+            "/method/weights",
+            "with knots placed by residuals the number of control points is not known beforehand",
+        );
+    }
+    faults.into_result(dimension)
+}
+
+/// Where coordinate `c` of point `k` stands in a request; without a coordinate its parameter.
+fn pointer(points: &CurvePoints, k: usize, c: Option<usize>) -> String {
+    match (points.coordinates.len(), c, points.parameters) {
+        (1, None, _) => format!("/points/x/{k}"),
+        (1, Some(_), _) => format!("/points/y/{k}"),
+        (_, None, Parameters::Given(_)) => format!("/points/parameters/{k}"),
+        (_, None, Parameters::By(_)) => format!("/points/xyz/{k}"),
+        (_, Some(c), _) => format!("/points/xyz/{k}/{c}"),
+    }
+}
+
+fn parameters(points: &CurvePoints) -> Result<Vec<f64>, Faults> {
+    match points.parameters {
+        Parameters::Given(given) => Ok(given.to_vec()),
+        Parameters::By(by) => {
+            let at = |k: usize| Vector::from_fn(|c, _| points.coordinates.get(c).map_or(0.0, |x| x[k]));
+            let places: Vec<Vector> = (0..points.coordinates[0].len()).map(at).collect();
+            by.parameters(&places).map_err(|fault| curve_fault(points, &fault))
+        }
+    }
+}
+
+fn curve_fault(points: &CurvePoints, fault: &CurveFault) -> Faults {
+    let place = match (fault.part(), fault.indices().first().copied()) {
+        (Some(Part::Controls), _) => "/method/control_points".to_owned(),
+        (Some(Part::Degree), _) => "/method/degree".to_owned(),
+        (_, Some(k)) => pointer(points, k, None),
+        (_, None) => "/points".to_owned(),
+    };
+    Faults::one(place, fault.to_string())
+}
+
+/// Faults of a fit of the service, by their places in the request for a curve.
+fn translated(points: &CurvePoints, faults: &Faults) -> Faults {
+    let mut told = Faults::default();
+    for Fault { pointer: place, detail } in faults.list() {
+        let index = |prefix: &str| place.strip_prefix(prefix).and_then(|k| k.parse::<usize>().ok());
+        let place = match (index("/nodes/x/"), index("/nodes/weight/")) {
+            (Some(k), _) => pointer(points, k, None),
+            (_, Some(k)) => format!("/method/weight/{k}"),
+            _ => match (place.strip_prefix("/model"), place.strip_prefix("/nodes")) {
+                (Some(rest), _) => format!("/method{rest}"),
+                (_, Some(_)) => "/points".to_owned(),
+                _ => place.clone(),
+            },
+        };
+        told.push(place, detail.clone());
+    }
+    told
+}

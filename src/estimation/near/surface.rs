@@ -1,0 +1,277 @@
+//! Tensor B-spline surfaces near many scattered points: z(u, v), or (x, y, z) over (u, v) with one matrix for all coordinates.
+//!
+//! The small fits of the service analyse the whole spectrum; here, with thousands of coefficients, the answer has what a banded
+//! factorisation tells: coefficients to the same digits, residuals, σ̂, the condition of the Fisher information matrix on columns of
+//! unit length, standard errors, and the number of nodes in every cell. Regularisation is none, ridge (`k‖Â‖²` in columns of unit
+//! length, or in the caller's with scaling `none`) or Tikhonov with the penalty of the service; λ may be given or found by `gcv`,
+//! `discrepancy`, `l_curve` or `min_mse` (the latter of fitted values). Several coordinates share λ.
+
+use super::surface_report::{self, Problem};
+use crate::estimation::{
+    banded::{
+        cells::{Cells, Places},
+        penalty::penalty,
+        pieces::{HIGHEST_DEGREE, Pieces},
+        system::{Penalty, System, Unsolved},
+        weight::{choose, trace_of},
+    },
+    design::{Axis, splines},
+    error::{Faults, FitError},
+    smoothing::choice::{Found, NoParameter, Smoothing},
+    spec::{Degree, Domain, Estimator, FitSpec, Model, Regularization, Scaling},
+};
+use crate::{geometry::BSplineBasis, numerics::band_cholesky::SymmetricBand};
+
+pub use super::surface_report::{Coordinate, SurfaceFit, Weight};
+
+/// Coefficients at most, numbers of the banded matrix at most, and operations of its factorisation at most.
+const MOST_COEFFICIENTS: usize = 40_000;
+const MOST_NUMBERS: usize = 20_000_000;
+const MOST_OPERATIONS: f64 = 2e10;
+/// Highest order of a penalty's derivatives.
+const HIGHEST_ORDER: usize = 3;
+
+/// Points over two parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoints<'a> {
+    pub u: &'a [f64],
+    pub v: &'a [f64],
+    /// z alone, or x, y and z.
+    pub coordinates: &'a [Vec<f64>],
+    pub weight: Option<&'a [f64]>,
+}
+
+impl SurfacePoints<'_> {
+    fn name(&self, coordinate: usize) -> &'static str {
+        if self.coordinates.len() == 1 { "/nodes/z" } else { ["/nodes/x", "/nodes/y", "/nodes/z"][coordinate.min(2)] }
+    }
+}
+
+/// What is answered only when asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SurfaceInclude {
+    pub standard_errors: bool,
+    pub residuals: bool,
+}
+
+/// Fits the `b_spline` of `spec` to scattered points.
+pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) -> Result<SurfaceFit, FitError> {
+    check_spec(spec)?;
+    check_points(points)?;
+    let bases = bases(points, spec)?;
+    check_size(&bases)?;
+    // the narrower axis runs fastest, so that the band is narrow
+    let swapped = bases[0].degree() * bases[1].size() + bases[1].degree()
+        > bases[1].degree() * bases[0].size() + bases[0].degree();
+    let [a, b] = &bases;
+    let (ordered, places) =
+        if swapped { ([b.clone(), a.clone()], (points.v, points.u)) } else { (bases.clone(), (points.u, points.v)) };
+    let places = Places { u: places.0, v: places.1, heights: points.coordinates, weight: points.weight };
+    let cells = Cells::new(&places, &Pieces::new(&ordered[0]), &Pieces::new(&ordered[1]));
+    if cells.count() == 0 {
+        return Err(Faults::one(points.name(0), "every node is of weight 0").into());
+    }
+    let system = System::new(cells, ordered.clone());
+    let matrix = penalty_of(spec, &system, &ordered, swapped)?;
+    let n = system.size();
+    if matrix.is_none() && n > system.cells.count() {
+        return Err(Faults::one(
+            "/model",
+            format!(
+                "{n} coefficients cannot be told from {} counted nodes: take fewer spans, or ask for `tikhonov`",
+                system.cells.count()
+            ),
+        )
+        .into());
+    }
+    let variance = spec.noise_sigma.map(|s| s * s);
+    let found = match (&matrix, &spec.regularization) {
+        (Some(matrix), Regularization::Ridge { parameter }) => Some((matrix, *parameter)),
+        (Some(matrix), Regularization::Tikhonov(asked)) => Some((matrix, asked.parameter)),
+        _ => None,
+    }
+    .map(|(matrix, parameter)| {
+        let found = choose(&system, matrix, Smoothing::Parameter(parameter), variance).map_err(no_parameter)?;
+        Ok::<(Found, &SymmetricBand<f64>), FitError>((found, matrix))
+    })
+    .transpose()?;
+    let penalty = found.map(|(found, matrix)| Penalty { lambda: found.lambda, matrix });
+    let problem = Problem { system: &system, bases: &bases, swapped, include };
+    let solved = system.solve(penalty).map_err(|fault| match fault {
+        Unsolved::Undetermined(which) => FitError::Invalid(problem.undetermined(&which, penalty.is_some())),
+        Unsolved::Stagnant => FitError::NotConverged("corrections of the coefficients did not shrink"),
+    })?;
+    let weight = found.map(|(found, _)| Weight {
+        lambda: found.lambda,
+        criterion: found.criterion,
+        reached: found.reached,
+        trace: trace_of(&system),
+    });
+    surface_report::report(&problem, solved, penalty, weight)
+}
+
+fn no_parameter(why: NoParameter) -> FitError {
+    let pointer = match why {
+        NoParameter::NoSigma(_) => "/noise_sigma",
+        NoParameter::NotHere(_) => "/regularization/parameter/criterion",
+        NoParameter::Negative(_) | NoParameter::Degrees { .. } | NoParameter::Unsolved => "/regularization/parameter",
+    };
+    Faults::one(pointer, why.to_string()).into()
+}
+
+fn check_spec(spec: &FitSpec) -> Result<(), Faults> {
+    let mut faults = Faults::default();
+    match &spec.model {
+        Model::BSpline { weights: None, .. } => {}
+        Model::BSpline { .. } => faults.push("/model/weights", "big surfaces are B-splines without weights"),
+        _ => faults.push("/model/type", "big surfaces are of type `b_spline`"),
+    }
+    if spec.estimator != Estimator::LeastSquares {
+        faults.push("/estimator", "big surfaces are fitted by least squares");
+    }
+    if !spec.filters.is_empty() {
+        faults.push("/filters", "filters are for nodes in lines, not for scattered ones");
+    }
+    if spec.scaling == Scaling::Standardized {
+        faults.push("/scaling", "B-splines have no constant to centre by: take `unit_length` or `none`");
+    }
+    if spec.node_uncertainty.is_some() {
+        faults.push("/node_uncertainty", "big surfaces have no perturbation bounds");
+    }
+    if spec.coefficient_norm_limit.is_some() {
+        faults.push("/coefficient_norm_limit", "big surfaces have no bias bounds");
+    }
+    if spec.noise_sigma.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
+        faults.push("/noise_sigma", "σ is a finite number greater than 0");
+    }
+    match &spec.regularization {
+        Regularization::None | Regularization::Ridge { .. } => {}
+        Regularization::Tikhonov(asked) => {
+            if asked.order > HIGHEST_ORDER {
+                faults.push("/regularization/order", format!("{} is not one of 0 to {HIGHEST_ORDER}", asked.order));
+            }
+            let weights = asked.weights.as_deref().unwrap_or(&[1.0, 1.0]);
+            let sound = weights.len() == 2 && weights.iter().all(|w| *w >= 0.0 && w.is_finite());
+            if !(sound && weights.iter().any(|w| *w > 0.0)) {
+                faults.push("/regularization/weights", "a surface takes [w_u, w_v], none negative, one greater than 0");
+            }
+        }
+        _ => faults.push(
+            "/regularization/type",
+            "with so many coefficients there is no spectrum: take `none`, `ridge` or `tikhonov`",
+        ),
+    }
+    faults.into_result(())
+}
+
+fn check_points(points: &SurfacePoints) -> Result<(), Faults> {
+    let m = points.u.len();
+    let mut faults = Faults::default();
+    if m == 0 {
+        faults.push("/nodes/u", "there are no nodes");
+    }
+    if u32::try_from(m).is_err() {
+        faults.push("/nodes/u", "there are more nodes than 32 bits can number");
+    }
+    if !matches!(points.coordinates.len(), 1 | 3) {
+        faults.push("/nodes", "one coordinate (z) or three (x, y, z) are fitted");
+        return Err(faults);
+    }
+    let parts = [("/nodes/u", points.u), ("/nodes/v", points.v)]
+        .into_iter()
+        .chain(points.coordinates.iter().enumerate().map(|(c, z)| (points.name(c), &z[..])))
+        .chain(points.weight.map(|w| ("/nodes/weight", w)));
+    for (pointer, numbers) in parts {
+        if numbers.len() != m {
+            faults.push(pointer, format!("{} entries, but u asks for {m}", numbers.len()));
+        }
+        for (k, x) in numbers.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
+            faults.push(format!("{pointer}/{k}"), format!("{x} is not a finite number"));
+        }
+    }
+    for (k, w) in points.weight.unwrap_or_default().iter().enumerate().filter(|(_, w)| **w < 0.0) {
+        faults.push(format!("/nodes/weight/{k}"), format!("the weight {w} is negative; 0 leaves a node out"));
+    }
+    faults.into_result(())
+}
+
+fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Faults> {
+    let Model::BSpline { degree, knots, .. } = &spec.model else {
+        return Err(Faults::one("/model/type", "big surfaces are of type `b_spline`"));
+    };
+    let (p, q) = match degree {
+        Degree::Both(p) => (*p, *p),
+        Degree::Each(p, q) => (*p, *q),
+    };
+    if p.max(q) > HIGHEST_DEGREE {
+        return Err(Faults::one("/model/degree", format!("big surfaces have degrees up to {HIGHEST_DEGREE}")));
+    }
+    let span = |x: &[f64]| x.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &x| [a.min(x), b.max(x)]);
+    let Domain { u, v } = spec.domain.unwrap_or_default();
+    let mut faults = Faults::default();
+    for (name, range) in [("u", u), ("v", v)] {
+        if range.is_some_and(|[low, high]| !(low < high && (high - low).is_finite())) {
+            faults.push(format!("/domain/{name}"), "not a range from low to high");
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let domains = (u.unwrap_or_else(|| span(points.u)), v.unwrap_or_else(|| span(points.v)));
+    let (Axis::Spline(along), Axis::Spline(across)) = splines(knots, (p, q), true, domains)? else {
+        return Err(Faults::one("/model/knots", "a surface wants knots for u and for v"));
+    };
+    for (name, places, basis) in [("u", points.u, &along), ("v", points.v, &across)] {
+        let (low, high) = basis.domain();
+        for (k, x) in places.iter().enumerate().filter(|(_, x)| **x < low || **x > high) {
+            faults
+                .push(format!("/nodes/{name}/{k}"), format!("{x} lies outside the span of the knots [{low}, {high}]"));
+        }
+    }
+    faults.into_result([along, across])
+}
+
+fn check_size(bases: &[BSplineBasis; 2]) -> Result<(), Faults> {
+    let [u, v] = bases;
+    let n = u.size().saturating_mul(v.size());
+    let width = (u.degree() * v.size() + v.degree()).min(v.degree() * u.size() + u.degree());
+    let operations = n as f64 * width as f64 * width as f64;
+    if n > MOST_COEFFICIENTS || n.saturating_mul(width + 1) > MOST_NUMBERS || operations > MOST_OPERATIONS {
+        return Err(Faults::one(
+            "/model",
+            format!("{n} coefficients with a band of {width} are more than a fit may have: take fewer spans"),
+        ));
+    }
+    Ok(())
+}
+
+fn penalty_of(
+    spec: &FitSpec,
+    system: &System,
+    ordered: &[BSplineBasis; 2],
+    swapped: bool,
+) -> Result<Option<SymmetricBand<f64>>, Faults> {
+    let fisher = &system.normal.fisher;
+    match &spec.regularization {
+        Regularization::Ridge { .. } => {
+            let mut matrix = SymmetricBand::zeros(fisher.size(), fisher.width());
+            let unit = spec.scaling == Scaling::UnitLength;
+            (0..fisher.size()).for_each(|j| matrix.add(j, j, if unit { fisher.get(j, j) } else { 1.0 }));
+            Ok(Some(matrix))
+        }
+        Regularization::Tikhonov(asked) => {
+            let given = asked.weights.as_deref().unwrap_or(&[1.0, 1.0]);
+            let weights = if swapped { [given[1], given[0]] } else { [given[0], given[1]] };
+            let [u, v] = ordered;
+            let rough = |basis: &BSplineBasis, weight: f64| weight > 0.0 && basis.degree() >= asked.order;
+            if !rough(u, weights[0]) && !rough(v, weights[1]) {
+                return Err(Faults::one(
+                    "/regularization/order",
+                    format!("derivatives of order {} vanish for every function of this model", asked.order),
+                ));
+            }
+            Ok(Some(penalty([u, v], asked.order, weights)))
+        }
+        _ => Ok(None),
+    }
+}

@@ -1,0 +1,323 @@
+//! The weight λ of a roughness penalty, `min ‖√Ω(Y − f)‖² + λ P(f)`, where each λ costs a factorisation of a banded matrix.
+//!
+//! Criteria carry the names of the service and are those of Tikhonov's estimate there:
+//! * `gcv`: minimise `RSS / (1 − edf/m)²`, edf being the trace of the matrix that makes fitted values of heights;
+//! * `discrepancy`: `RSS = m σ²`, with a given σ;
+//! * `l_curve`: greatest curvature of `(log √RSS, log √P)`;
+//! * `min_mse`: minimise `RSS + 2 σ² edf`, which estimates the squared error of the fitted values but for a constant (Mallows), with
+//!   a given σ;
+//! * or as many effective degrees of freedom as asked for.
+//!
+//! Several coordinates with one λ have their RSS and P added up.
+
+use rayon::prelude::*;
+
+use crate::estimation::spec::{Criterion, Parameter};
+
+/// What one λ gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figures {
+    /// `Σ w r²`, over all coordinates.
+    pub rss: f64,
+    /// P.
+    pub roughness: f64,
+    /// dP/dλ ≤ 0.
+    pub roughness_slope: f64,
+    /// Trace of the smoother, of one coordinate.
+    pub effective: f64,
+}
+
+/// How λ is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Smoothing {
+    /// λ itself, or a criterion for it.
+    Parameter(Parameter),
+    /// Effective degrees of freedom of one coordinate.
+    EffectiveDegrees(f64),
+}
+
+/// What the criteria need to know of the problem.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem {
+    /// m.
+    pub count: usize,
+    /// Coordinates that share λ.
+    pub coordinates: usize,
+    /// σ² of a height of weight 1.
+    pub variance: Option<f64>,
+    /// ln λ is searched here.
+    pub range: [f64; 2],
+}
+
+/// λ and how it was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    pub lambda: f64,
+    pub criterion: Option<Criterion>,
+    /// False where what was asked for is not reached within the range of λ: its end is answered.
+    pub reached: bool,
+}
+
+/// Why there is no λ.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoParameter {
+    #[error("`{}` needs `noise_sigma`, the standard deviation of a height of weight 1", .0.name())]
+    NoSigma(Criterion),
+    #[error("`{}` is not for a penalty on so many coefficients: gcv, discrepancy, l_curve and min_mse are", .0.name())]
+    NotHere(Criterion),
+    #[error("{0} is not a finite number ≥ 0")]
+    Negative(f64),
+    #[error("{asked} effective degrees of freedom are not within {least} to {most}")]
+    Degrees { asked: f64, least: f64, most: f64 },
+    #[error("the equations could not be solved for any λ in the range searched")]
+    Unsolved,
+}
+
+/// Grid cells over the range of ln λ: none longer than this, and so many at most.
+const CELL: f64 = 1.6;
+const MOST_CELLS: f64 = 64.0;
+/// Refinements of a bracket.
+const STEPS: usize = 60;
+/// Accuracy of ln λ for minima (where a criterion is flat) and for roots.
+const FLAT: f64 = 1e-6;
+const SHARP: f64 = 1e-12;
+
+/// Finds λ. `at(λ)` is `None` where the equations cannot be solved in double precision.
+pub fn find(
+    asked: Smoothing,
+    problem: &Problem,
+    at: impl Fn(f64) -> Option<Figures> + Sync,
+) -> Result<Found, NoParameter> {
+    let m = problem.count as f64;
+    let criterion = match asked {
+        Smoothing::Parameter(Parameter::Fixed(lambda)) if lambda >= 0.0 && lambda.is_finite() => {
+            return Ok(Found { lambda, criterion: None, reached: true });
+        }
+        Smoothing::Parameter(Parameter::Fixed(lambda)) => return Err(NoParameter::Negative(lambda)),
+        Smoothing::Parameter(Parameter::Criterion(criterion)) => Some(criterion),
+        Smoothing::EffectiveDegrees(_) => None,
+    };
+    if let Some(wanted @ (Criterion::Discrepancy | Criterion::MinMse)) = criterion
+        && problem.variance.is_none()
+    {
+        return Err(NoParameter::NoSigma(wanted));
+    }
+    let variance = problem.variance.unwrap_or(0.0);
+    let grid = grid(problem.range, &at);
+    if grid.is_empty() {
+        return Err(NoParameter::Unsolved);
+    }
+    let found = |(x, reached): (f64, bool)| Ok(Found { lambda: x.exp(), criterion, reached });
+    let gcv = |f: &Figures| {
+        let left = 1.0 - f.effective / m;
+        if left > 0.0 { f.rss / (left * left) } else { f64::INFINITY }
+    };
+    match criterion {
+        None => {
+            let Smoothing::EffectiveDegrees(asked) = asked else { return Err(NoParameter::Unsolved) };
+            let (most, least) = (grid[0].1.effective, grid[grid.len() - 1].1.effective);
+            if !(asked > least && asked < most) {
+                return Err(NoParameter::Degrees { asked, least, most });
+            }
+            found(root(&grid, &at, |f| (asked / f.effective).ln()))
+        }
+        Some(Criterion::Gcv) => found((minimum(&grid, &at, gcv), true)),
+        Some(Criterion::MinMse) => {
+            let coordinates = problem.coordinates as f64;
+            found((minimum(&grid, &at, |f| f.rss + 2.0 * variance * coordinates * f.effective), true))
+        }
+        Some(Criterion::Discrepancy) => {
+            let aim = m * problem.coordinates as f64 * variance;
+            found(root(&grid, &at, |f| (f.rss / aim).ln()))
+        }
+        Some(Criterion::LCurve) => {
+            let bend = |x: f64, f: &Figures| -curvature(x.exp(), f);
+            found((minimum_of(&grid, &at, bend), true))
+        }
+        Some(other) => Err(NoParameter::NotHere(other)),
+    }
+}
+
+/// Curvature of `(½ ln RSS, ½ ln P)` along ln λ, positive at a corner, from `dRSS/dλ = −λ dP/dλ`.
+fn curvature(lambda: f64, f: &Figures) -> f64 {
+    let q = lambda * f.roughness / f.rss;
+    let slope = (0.5 * f.roughness_slope / f.roughness).abs();
+    let relative = 1.0 / lambda + f.roughness_slope / f.roughness + lambda * f.roughness_slope / f.rss;
+    let value = q * relative / (slope * (1.0 + q * q).powf(1.5));
+    if value.is_finite() { value } else { f64::NEG_INFINITY }
+}
+
+type Grid = Vec<(f64, Figures)>;
+
+fn grid([low, high]: [f64; 2], at: &(impl Fn(f64) -> Option<Figures> + Sync)) -> Grid {
+    let cells = ((high - low) / CELL).ceil().clamp(1.0, MOST_CELLS) as usize;
+    let places: Vec<f64> = (0..=cells).map(|i| low + (high - low) * (i as f64 / cells as f64)).collect();
+    let figures: Vec<Option<Figures>> = places.par_iter().map(|x| at(x.exp())).collect();
+    let usable = |f: &Figures| f.rss.is_finite() && f.roughness.is_finite() && f.effective.is_finite();
+    places.into_iter().zip(figures).filter_map(|(x, f)| f.filter(usable).map(|f| (x, f))).collect()
+}
+
+fn minimum(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(&Figures) -> f64) -> f64 {
+    minimum_of(grid, at, |_, f| score(f))
+}
+
+/// The least `score`: every dip of the grid is refined (by golden sections and parabolas), of equal ones the first wins.
+fn minimum_of(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(f64, &Figures) -> f64) -> f64 {
+    let scores: Vec<f64> = grid.iter().map(|(x, f)| score(*x, f)).collect();
+    let (mut place, mut best) = (grid[0].0, scores[0]);
+    let at = |x: f64| at(x.exp()).map_or(f64::INFINITY, |f| score(x, &f));
+    for i in 0..grid.len() {
+        if scores[i] < best {
+            (place, best) = (grid[i].0, scores[i]);
+        }
+        let dips = i > 0 && i + 1 < grid.len() && scores[i] < scores[i - 1] && scores[i] <= scores[i + 1];
+        if dips {
+            let (x, value) = brent([grid[i - 1].0, grid[i].0, grid[i + 1].0], scores[i], &at);
+            if value < best {
+                (place, best) = (x, value);
+            }
+        }
+    }
+    place
+}
+
+/// Brent's minimiser between `low` and `high`, started at `middle`, whose value is given.
+fn brent([mut low, middle, mut high]: [f64; 3], value: f64, at: &impl Fn(f64) -> f64) -> (f64, f64) {
+    const GOLDEN: f64 = 0.381_966_011_250_105_1;
+    // the best place so far, the second best, and the one before that
+    let ((mut x, mut fx), (mut w, mut fw), (mut v, mut fv)) = ((middle, value), (middle, value), (middle, value));
+    let (mut step, mut before) = (0.0f64, 0.0f64);
+    for _ in 0..STEPS {
+        let center = 0.5 * (low + high);
+        if (x - center).abs() + 0.5 * (high - low) <= 2.0 * FLAT {
+            break;
+        }
+        let (r, q) = ((x - w) * (fx - fv), (x - v) * (fx - fw));
+        let mut p = (x - v) * q - (x - w) * r;
+        let mut q = 2.0 * (q - r);
+        if q > 0.0 {
+            p = -p;
+        }
+        q = q.abs();
+        let parabola = p.abs() < (0.5 * q * before).abs() && p > q * (low - x) && p < q * (high - x);
+        if parabola {
+            (before, step) = (step, p / q);
+        } else {
+            before = if x < center { high - x } else { low - x };
+            step = GOLDEN * before;
+        }
+        let moved = if step.abs() >= FLAT { step } else { FLAT.copysign(step) };
+        let u = x + moved;
+        let fu = at(u);
+        if fu <= fx {
+            if u < x {
+                high = x
+            } else {
+                low = x
+            }
+            ((v, fv), (w, fw), (x, fx)) = ((w, fw), (x, fx), (u, fu));
+        } else {
+            if u < x {
+                low = u
+            } else {
+                high = u
+            }
+            if fu <= fw || w == x {
+                ((v, fv), (w, fw)) = ((w, fw), (u, fu));
+            } else if fu <= fv || v == x || v == w {
+                (v, fv) = (u, fu);
+            }
+        }
+    }
+    (x, fx)
+}
+
+/// Where the rising `value` passes 0: its place, and whether it does within the grid.
+fn root(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, value: impl Fn(&Figures) -> f64) -> (f64, bool) {
+    let (first, last) = (&grid[0], &grid[grid.len() - 1]);
+    if value(&first.1) >= 0.0 {
+        return (first.0, value(&first.1) == 0.0);
+    }
+    let Some(i) = grid.iter().position(|(_, f)| value(f) >= 0.0) else { return (last.0, false) };
+    let (mut a, mut fa) = (grid[i - 1].0, value(&grid[i - 1].1));
+    let (mut b, mut fb) = (grid[i].0, value(&grid[i].1));
+    for step in 0..STEPS {
+        if b - a <= SHARP * b.abs().max(1.0) || fb == 0.0 {
+            break;
+        }
+        // the secant, and every third time the middle
+        let secant = b - fb * (b - a) / (fb - fa);
+        let x = if step % 3 == 2 || !(secant > a && secant < b) { 0.5 * (a + b) } else { secant };
+        let Some(f) = at(x.exp()) else { break };
+        let fx = value(&f);
+        if fx < 0.0 { (a, fa) = (x, fx) } else { (b, fb) = (x, fx) }
+    }
+    (if fa.abs() < fb.abs() { a } else { b }, true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One direction with eigenvalue 1 of the penalty beside a null space of 2, RSS of its own 3, signal a = 2.
+    fn one(lambda: f64) -> Option<Figures> {
+        let f = 1.0 / (1.0 + lambda);
+        Some(Figures {
+            rss: 3.0 + 4.0 * (1.0 - f) * (1.0 - f),
+            roughness: 4.0 * f * f,
+            roughness_slope: -8.0 * f * f * f,
+            effective: 2.0 + f,
+        })
+    }
+
+    fn problem(variance: Option<f64>) -> Problem {
+        Problem { count: 10, coordinates: 1, variance, range: [-12.0, 12.0] }
+    }
+
+    fn by(criterion: Criterion, variance: Option<f64>) -> Result<Found, NoParameter> {
+        find(Smoothing::Parameter(Parameter::Criterion(criterion)), &problem(variance), one)
+    }
+
+    #[test]
+    fn every_criterion_finds_its_place() {
+        // d/df of (3 + 4(1−f)²)/(8 − f)² is 0: −8(1−f)(8−f) + 2(3 + 4(1−f)²) = 0
+        let lambda = by(Criterion::Gcv, None).unwrap().lambda;
+        let f = 1.0 / (1.0 + lambda);
+        assert!((-8.0 * (1.0 - f) * (8.0 - f) + 2.0 * (3.0 + 4.0 * (1.0 - f) * (1.0 - f))).abs() < 1e-4, "{f}");
+        // 3 + 4(1−f)² = 10 σ²
+        let lambda = by(Criterion::Discrepancy, Some(0.4)).unwrap().lambda;
+        assert!((lambda / (1.0 + lambda) - 0.5).abs() < 1e-10);
+        assert!(!by(Criterion::Discrepancy, Some(1.0)).unwrap().reached);
+        // d/df: −8(1−f) + 2σ² = 0
+        let lambda = by(Criterion::MinMse, Some(1.0)).unwrap().lambda;
+        assert!((1.0 / (1.0 + lambda) - 0.75).abs() < 1e-5);
+        let degrees = find(Smoothing::EffectiveDegrees(2.5), &problem(None), one).unwrap();
+        assert!((degrees.lambda - 1.0).abs() < 1e-10);
+        assert!(by(Criterion::LCurve, None).is_ok());
+    }
+
+    #[test]
+    fn the_curvature_is_that_of_the_curve() {
+        let point = |x: f64| one(x.exp()).map(|f| (0.5 * f.rss.ln(), 0.5 * f.roughness.ln())).unwrap();
+        for x in [-2.0f64, 0.0, 1.0] {
+            let h = 1e-3;
+            let ((a, b), (c, d), (e, f)) = (point(x - h), point(x), point(x + h));
+            let ((dx, dy), (ddx, ddy)) = (
+                ((e - a) / (2.0 * h), (f - b) / (2.0 * h)),
+                ((e - 2.0 * c + a) / (h * h), (f - 2.0 * d + b) / (h * h)),
+            );
+            let truth = (dx * ddy - ddx * dy) / (dx * dx + dy * dy).powf(1.5);
+            let got = curvature(x.exp(), &one(x.exp()).unwrap());
+            assert!((got - truth).abs() < 1e-4 * truth.abs().max(1.0), "{x}: {got} {truth}");
+        }
+    }
+
+    #[test]
+    fn what_is_missing_is_said() {
+        assert_eq!(by(Criterion::Discrepancy, None), Err(NoParameter::NoSigma(Criterion::Discrepancy)));
+        assert_eq!(by(Criterion::Hkb, None), Err(NoParameter::NotHere(Criterion::Hkb)));
+        let of = |asked| find(asked, &problem(None), one);
+        assert_eq!(of(Smoothing::Parameter(Parameter::Fixed(-1.0))), Err(NoParameter::Negative(-1.0)));
+        assert!(matches!(of(Smoothing::EffectiveDegrees(7.0)), Err(NoParameter::Degrees { .. })));
+    }
+}

@@ -1,0 +1,222 @@
+//! The equations of the cubic smoothing spline (Reinsch 1967; Green and Silverman 1994, chapter 2), in O(m).
+//!
+//! With steps h, second derivatives γ at the inner abscissae, the tridiagonal R of `γᵀRγ = ∫g″²` and the second divided differences Q:
+//! `(R + λ QᵀΩ⁻¹Q) γ = Qᵀy` and `g = y − λ Ω⁻¹Qγ`. The condition of that matrix rises with the fourth power of m, so everything is
+//! done in double-double: 10⁵ abscissae leave more than ten digits whatever λ is.
+//!
+//! The smoother's trace is `2 + trace(R Z)` with Z the inverse, of which only the band is needed; nothing cancels in it.
+
+use super::choice::Figures;
+use crate::numerics::Dd;
+
+/// Strictly ascending abscissae with weights, three at least.
+pub struct Equations {
+    /// 1/w.
+    spread: Vec<Dd>,
+    /// Q: the three entries of each column.
+    q: Vec<[Dd; 3]>,
+    /// R and K = QᵀΩ⁻¹Q: diagonal, and beside it once and twice.
+    r: Vec<[Dd; 2]>,
+    k: Vec<[Dd; 3]>,
+    pub steps: Vec<Dd>,
+}
+
+/// `L D Lᵀ` of R + λK.
+struct Factor {
+    d: Vec<Dd>,
+    /// L once and twice below the diagonal, by columns.
+    l: Vec<[Dd; 2]>,
+}
+
+/// The spline of one λ.
+pub struct Solution {
+    /// Values at the abscissae, and second derivatives there (0 at the ends), by coordinate.
+    pub values: Vec<Vec<Dd>>,
+    pub bends: Vec<Vec<Dd>>,
+    /// `Σ w r²` of each coordinate.
+    pub rss: Vec<f64>,
+    /// Diagonal of the matrix that makes values of heights.
+    pub leverage: Vec<f64>,
+    pub effective: f64,
+    pub roughness: f64,
+}
+
+impl Equations {
+    pub fn new(x: &[f64], weight: &[f64]) -> Self {
+        let steps: Vec<Dd> = x.windows(2).map(|pair| Dd::diff(pair[1], pair[0])).collect();
+        let spread: Vec<Dd> = weight.iter().map(|&w| Dd::ONE / Dd::from(w)).collect();
+        let inner = x.len() - 2;
+        let over: Vec<Dd> = steps.iter().map(|&h| Dd::ONE / h).collect();
+        let q: Vec<[Dd; 3]> = (0..inner).map(|j| [over[j], -(over[j] + over[j + 1]), over[j + 1]]).collect();
+        let (three, six) = (Dd::from(3.0), Dd::from(6.0));
+        let r = (0..inner).map(|j| [(steps[j] + steps[j + 1]) / three, steps[j + 1] / six]).collect();
+        let k = (0..inner)
+            .map(|j| {
+                // columns j and j + d share rows j + d to j + 2
+                let shared = |d: usize| {
+                    let Some(other) = q.get(j + d) else { return Dd::ZERO };
+                    (d..3).fold(Dd::ZERO, |sum, i| sum + q[j][i] * other[i - d] * spread[j + i])
+                };
+                [shared(0), shared(1), shared(2)]
+            })
+            .collect();
+        Equations { spread, q, r, k, steps }
+    }
+
+    /// ln λ from where the spline as good as interpolates to where it is a straight line.
+    pub fn range(&self) -> [f64; 2] {
+        let ratio = self.r.iter().zip(&self.k).map(|(r, k)| (r[0] / k[0]).to_f64()).fold(f64::INFINITY, f64::min);
+        let length = self.steps.iter().fold(Dd::ZERO, |sum, &h| sum + h).to_f64();
+        let weight: f64 = self.spread.iter().map(|&s| 1.0 / s.to_f64()).sum();
+        // the least eigenvalue of a free beam under a load spread evenly: 500.56 / (weight · length³)
+        let (low, high) = ((1e-4 * ratio).ln(), (weight * length * length * length).ln());
+        [low, high.max(low + 1.0)]
+    }
+
+    fn factor(&self, lambda: f64) -> Factor {
+        let n = self.r.len();
+        let (mut d, mut l): (Vec<Dd>, Vec<[Dd; 2]>) = (Vec::with_capacity(n), vec![[Dd::ZERO; 2]; n]);
+        for i in 0..n {
+            let mut pivot = self.r[i][0] + self.k[i][0] * lambda;
+            if i >= 2 {
+                pivot -= l[i - 2][1] * l[i - 2][1] * d[i - 2];
+            }
+            if i >= 1 {
+                pivot -= l[i - 1][0] * l[i - 1][0] * d[i - 1];
+            }
+            let over = Dd::ONE / pivot;
+            let mut beside = self.r[i][1] + self.k[i][1] * lambda;
+            if i >= 1 {
+                beside -= l[i - 1][0] * l[i - 1][1] * d[i - 1];
+            }
+            l[i] = [beside * over, self.k[i][2] * lambda * over];
+            d.push(pivot);
+        }
+        Factor { d, l }
+    }
+
+    /// `Qᵀ y`.
+    fn differences(&self, y: &[Dd]) -> Vec<Dd> {
+        self.q.iter().zip(y.windows(3)).map(|(q, y)| q[0] * y[0] + q[1] * y[1] + q[2] * y[2]).collect()
+    }
+
+    /// `x ↦ M x` for M symmetric with the given diagonals.
+    fn multiply<const B: usize>(m: &[[Dd; B]], x: &[Dd]) -> Vec<Dd> {
+        let mut y: Vec<Dd> = m.iter().zip(x).map(|(m, &x)| m[0] * x).collect();
+        for d in 1..B {
+            for i in 0..x.len().saturating_sub(d) {
+                y[i] += m[i][d] * x[i + d];
+                y[i + d] += m[i][d] * x[i];
+            }
+        }
+        y
+    }
+
+    /// What λ gives for `heights`, by coordinate; `apart` is added to RSS (what repeated abscissae leave).
+    pub fn figures(&self, heights: &[Vec<Dd>], lambda: f64, apart: f64) -> Figures {
+        let factor = self.factor(lambda);
+        let (mut rss, mut roughness, mut slope) = (apart, 0.0, 0.0);
+        for y in heights {
+            let mut gamma = self.differences(y);
+            factor.solve(&mut gamma);
+            let (curved, bent) = (Self::multiply(&self.k, &gamma), Self::multiply(&self.r, &gamma));
+            rss += (dot(&gamma, &curved) * lambda * lambda).to_f64();
+            roughness += dot(&gamma, &bent).to_f64();
+            // dγ/dλ = −H⁻¹Kγ
+            let mut moved = curved;
+            factor.solve(&mut moved);
+            slope -= 2.0 * dot(&bent, &moved).to_f64();
+        }
+        let inverse = factor.inverse();
+        Figures { rss, roughness, roughness_slope: slope, effective: self.effective(&inverse) }
+    }
+
+    fn effective(&self, inverse: &[[Dd; 3]]) -> f64 {
+        let trace = self.r.iter().zip(inverse).fold(Dd::ZERO, |sum, (r, z)| sum + r[0] * z[0] + (r[1] * z[1]) * 2.0);
+        2.0 + trace.to_f64()
+    }
+
+    /// The spline itself.
+    pub fn solve(&self, heights: &[Vec<Dd>], lambda: f64) -> Solution {
+        let factor = self.factor(lambda);
+        let inverse = factor.inverse();
+        let m = self.spread.len();
+        let mut solution = Solution {
+            values: Vec::new(),
+            bends: Vec::new(),
+            rss: Vec::new(),
+            leverage: Vec::with_capacity(m),
+            effective: self.effective(&inverse),
+            roughness: 0.0,
+        };
+        for y in heights {
+            let mut gamma = self.differences(y);
+            factor.solve(&mut gamma);
+            solution.roughness += dot(&gamma, &Self::multiply(&self.r, &gamma)).to_f64();
+            solution.rss.push((dot(&gamma, &Self::multiply(&self.k, &gamma)) * lambda * lambda).to_f64());
+            let mut values = y.clone();
+            for (j, (q, &bend)) in self.q.iter().zip(&gamma).enumerate() {
+                for i in 0..3 {
+                    values[j + i] -= q[i] * bend * self.spread[j + i] * lambda;
+                }
+            }
+            solution.values.push(values);
+            solution.bends.push(std::iter::once(Dd::ZERO).chain(gamma).chain([Dd::ZERO]).collect());
+        }
+        for i in 0..m {
+            // row i of Q has entries in columns i − 2 to i
+            let columns = i.saturating_sub(2)..(i + 1).min(self.q.len());
+            let mut sum = Dd::ZERO;
+            for a in columns.clone() {
+                for b in a..columns.end {
+                    let term = self.q[a][i - a] * self.q[b][i - b] * inverse[a][b - a];
+                    sum += if a == b { term } else { term * 2.0 };
+                }
+            }
+            solution.leverage.push((Dd::ONE - sum * self.spread[i] * lambda).to_f64().clamp(0.0, 1.0));
+        }
+        solution
+    }
+}
+
+fn dot(x: &[Dd], y: &[Dd]) -> Dd {
+    x.iter().zip(y).fold(Dd::ZERO, |sum, (&x, &y)| sum + x * y)
+}
+
+impl Factor {
+    fn solve(&self, b: &mut [Dd]) {
+        let n = b.len();
+        for i in 0..n {
+            let x = b[i];
+            for (d, &l) in self.l[i].iter().enumerate() {
+                if i + 1 + d < n {
+                    b[i + 1 + d] -= l * x;
+                }
+            }
+        }
+        for i in (0..n).rev() {
+            let mut x = b[i] / self.d[i];
+            for (d, &l) in self.l[i].iter().enumerate() {
+                if i + 1 + d < n {
+                    x -= l * b[i + 1 + d];
+                }
+            }
+            b[i] = x;
+        }
+    }
+
+    /// The inverse on the diagonal and beside it once and twice.
+    fn inverse(&self) -> Vec<[Dd; 3]> {
+        let n = self.d.len();
+        let mut z = vec![[Dd::ZERO; 3]; n];
+        let none = [Dd::ZERO; 3];
+        for i in (0..n).rev() {
+            let (next, after) = (*z.get(i + 1).unwrap_or(&none), *z.get(i + 2).unwrap_or(&none));
+            let [a, b] = self.l[i];
+            let once = -(a * next[0]) - b * next[1];
+            let twice = -(a * next[1]) - b * after[0];
+            z[i] = [Dd::ONE / self.d[i] - a * once - b * twice, once, twice];
+        }
+        z
+    }
+}

@@ -1,0 +1,125 @@
+//! Surfaces of several patches on a grid of parameters, as a mesh of boundary curves divides them (section 2.1 of the paper).
+
+use super::{Surface, SurfaceJet, SurfaceShape, boundaries::merged, grid::GridFault, grid::ascending};
+use crate::geometry::space::{Dimension, Vector};
+
+/// Patches over the rectangles between given u and given v. Some may have three sides.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Patchwork {
+    lines: [Vec<f64>; 2],
+    /// v running fastest.
+    patches: Vec<SurfaceShape>,
+}
+
+/// Why patches are refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PatchworkFault {
+    #[error(transparent)]
+    Lines(#[from] GridFault),
+    #[error("{given} patches for {rows} × {columns} rectangles")]
+    Count { given: usize, rows: usize, columns: usize },
+    #[error("patch {index} lives over {given:?}, not over its rectangle {wanted:?}")]
+    Domain { index: usize, given: [[f64; 2]; 2], wanted: [[f64; 2]; 2] },
+    #[error("patch {index} has values of {given} coordinates, the first one of {wanted}")]
+    Dimension { index: usize, given: usize, wanted: usize },
+    #[error("patch {index} is a patchwork itself")]
+    Nested { index: usize },
+}
+
+impl PatchworkFault {
+    /// Which patch is at fault, where it is one.
+    pub fn index(&self) -> Option<usize> {
+        match self {
+            PatchworkFault::Domain { index, .. }
+            | PatchworkFault::Dimension { index, .. }
+            | PatchworkFault::Nested { index } => Some(*index),
+            PatchworkFault::Lines(_) | PatchworkFault::Count { .. } => None,
+        }
+    }
+}
+
+impl Patchwork {
+    /// Patches between the lines `us` and `vs` (2 or more each, ascending), v running fastest, each over its own rectangle.
+    pub fn new(us: Vec<f64>, vs: Vec<f64>, patches: Vec<SurfaceShape>) -> Result<Self, PatchworkFault> {
+        let lines = [us, vs];
+        for (axis, places) in lines.iter().enumerate() {
+            if places.len() < 2 {
+                return Err(GridFault::TooFew { axis, given: places.len(), least: 2 }.into());
+            }
+            ascending(axis, places)?;
+        }
+        let [rows, columns] = lines.each_ref().map(|places| places.len() - 1);
+        if patches.len() != rows * columns {
+            return Err(PatchworkFault::Count { given: patches.len(), rows, columns });
+        }
+        let work = Patchwork { lines, patches };
+        for (index, patch) in work.patches.iter().enumerate() {
+            let (given, wanted) = (patch.domain(), work.rectangle(index / columns, index % columns));
+            if given != wanted {
+                return Err(PatchworkFault::Domain { index, given, wanted });
+            }
+            let (given, wanted) = (patch.dimension().count(), work.patches[0].dimension().count());
+            if given != wanted {
+                return Err(PatchworkFault::Dimension { index, given, wanted });
+            }
+            if matches!(patch, SurfaceShape::Patchwork(_)) {
+                return Err(PatchworkFault::Nested { index });
+            }
+        }
+        Ok(work)
+    }
+
+    /// The u and the v at which patches meet, ends included.
+    pub fn lines(&self) -> &[Vec<f64>; 2] {
+        &self.lines
+    }
+
+    /// The patches, v running fastest.
+    pub fn patches(&self) -> &[SurfaceShape] {
+        &self.patches
+    }
+
+    /// Patch i along u and j along v.
+    pub fn patch(&self, i: usize, j: usize) -> &SurfaceShape {
+        &self.patches[i * (self.lines[1].len() - 1) + j]
+    }
+
+    fn rectangle(&self, i: usize, j: usize) -> [[f64; 2]; 2] {
+        let [us, vs] = &self.lines;
+        [[us[i], us[i + 1]], [vs[j], vs[j + 1]]]
+    }
+
+    /// The patch that (u, v) lies in: the one above where it lies on a line.
+    fn at(&self, u: f64, v: f64) -> &SurfaceShape {
+        let find = |places: &[f64], x: f64| places[1..places.len() - 1].partition_point(|line| *line <= x);
+        self.patch(find(&self.lines[0], u), find(&self.lines[1], v))
+    }
+}
+
+impl Surface for Patchwork {
+    fn dimension(&self) -> Dimension {
+        self.patches[0].dimension()
+    }
+
+    fn domain(&self) -> [[f64; 2]; 2] {
+        self.lines.each_ref().map(|places| [places[0], places[places.len() - 1]])
+    }
+
+    fn jet(&self, u: f64, v: f64) -> SurfaceJet {
+        self.at(u, v).jet(u, v)
+    }
+
+    fn value(&self, u: f64, v: f64) -> Vector {
+        self.at(u, v).value(u, v)
+    }
+
+    fn breaks(&self) -> [Vec<f64>; 2] {
+        let (mut us, mut vs) = (self.lines[0].clone(), self.lines[1].clone());
+        for patch in &self.patches {
+            let [more_us, more_vs] = patch.breaks();
+            us.extend(more_us);
+            vs.extend(more_vs);
+        }
+        [merged([us]), merged([vs])]
+    }
+}
