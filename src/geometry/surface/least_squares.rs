@@ -96,9 +96,9 @@ fn residual_sum(grid: &NodeGrid, [along_u, along_v]: &[&AxisFit; 2], points: &[V
     let mut sum = 0.0;
     for c in 0..grid.dimension().count() {
         let coefficients = Block::of(columns, points.iter().map(|p| p[c]).collect());
-        // values at the nodes' u for every function of v, then at their v
-        let half = along_u.times(&coefficients).transposed();
-        let fitted = along_v.times(&half).transposed();
+        // values at the nodes' v for every function of u, then at their u: in the order of the nodes
+        let half = along_v.times(&coefficients.transposed()).transposed();
+        let fitted = along_u.times(&half);
         sum += grid.values().iter().zip(&fitted.hi).map(|(z, f)| (z[c] - f) * (z[c] - f)).sum::<f64>();
     }
     sum
@@ -215,8 +215,8 @@ impl AxisFit {
         };
         if self.lo.is_empty() {
             // as it comes, and one correction
-            for _ in 0..2 {
-                let mut step = self.gradient(z, &x);
+            for correction in [false, true] {
+                let mut step = self.gradient(z, correction.then_some(&x));
                 seminormal(double, self.band, width, &mut step);
                 x.hi.iter_mut().zip(step).for_each(|(x, s)| *x += s);
             }
@@ -273,21 +273,25 @@ impl AxisFit {
         Block::of(width, product)
     }
 
-    /// `Xᵀ(z − X x)` in double.
-    fn gradient(&self, z: &Block, x: &Block) -> Vec<f64> {
+    /// `Xᵀ(z − X x)` in double, or `Xᵀz` while there is no x.
+    fn gradient(&self, z: &Block, x: Option<&Block>) -> Vec<f64> {
         let width = z.width;
         let mut gradient = vec![0.0; self.functions * width];
-        let mut rest = vec![0.0; width];
+        let mut left = vec![0.0; width];
         for (i, first) in self.first.iter().enumerate() {
-            rest.copy_from_slice(&z.hi[i * width..][..width]);
             let row = &self.hi[i * self.band..][..self.band];
-            for (j, a) in row.iter().enumerate() {
-                let x = &x.hi[(first + j) * width..][..width];
-                rest.iter_mut().zip(x).for_each(|(r, x)| *r = (-a).mul_add(*x, *r));
+            let mut rest: &[f64] = &z.hi[i * width..][..width];
+            if let Some(x) = x {
+                left.copy_from_slice(rest);
+                for (j, a) in row.iter().enumerate() {
+                    let x = &x.hi[(first + j) * width..][..width];
+                    left.iter_mut().zip(x).for_each(|(r, x)| *r = (-a).mul_add(*x, *r));
+                }
+                rest = &left;
             }
             for (j, a) in row.iter().enumerate() {
                 let sum = &mut gradient[(first + j) * width..][..width];
-                sum.iter_mut().zip(&rest).for_each(|(g, r)| *g = a.mul_add(*r, *g));
+                sum.iter_mut().zip(rest).for_each(|(g, r)| *g = a.mul_add(*r, *g));
             }
         }
         gradient
