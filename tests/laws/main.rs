@@ -16,7 +16,6 @@ mod hard;
 mod large;
 mod least_condition;
 mod near;
-mod near_curve;
 mod near_smoothing;
 mod near_surface;
 mod nodes;

@@ -90,6 +90,31 @@ proptest! {
         }
     }
 
+    /// Knots inserted, parts cut out, degrees raised, Bézier patches: always the same surface.
+    #[test]
+    fn other_knots_leave_the_surface(surface in spline(), (s, t) in (0.0..=1.0f64, 0.0..=1.0f64), x in 0.05..0.95f64) {
+        let [[a, b], [c, d]] = surface.domain();
+        let (u, v) = (a + s * (b - a), c + t * (d - c));
+        let truth = surface.value(u, v);
+        let (at_u, at_v) = (a + x * (b - a), c + x * (d - c));
+        let inserted = surface.refine(0, &[at_u]).unwrap().refine(1, &[at_v, 0.5 * (c + at_v)]).unwrap();
+        prop_assert!((inserted.value(u, v) - truth).norm() < 1e-14);
+        let raised = surface.elevate(0, 1).unwrap().elevate(1, 2).unwrap();
+        prop_assert_eq!(raised.bases()[1].degree(), surface.bases()[1].degree() + 2);
+        prop_assert!((raised.value(u, v) - truth).norm() < 1e-14);
+        let part = if u <= at_u { surface.restrict(0, a, at_u) } else { surface.restrict(0, at_u, b) };
+        prop_assert!((part.unwrap().value(u, v) - truth).norm() < 1e-14);
+        let patches = surface.bezier_patches().unwrap();
+        let holds = |p: &&BezierSurface| {
+            let [[a, b], [c, d]] = p.domain();
+            a <= u && u <= b && c <= v && v <= d
+        };
+        prop_assert!((patches.iter().find(holds).unwrap().value(u, v) - truth).norm() < 1e-14);
+        prop_assert_eq!(surface.refine(1, &[d + 1.0]).unwrap_err(), GridFault::OutOfDomain { axis: 1, index: 0, value: d + 1.0, low: c, high: d });
+        let degree = surface.bases()[0].degree() + 25;
+        prop_assert_eq!(surface.elevate(0, 25).unwrap_err(), GridFault::Degree { axis: 0, degree, most: 25 });
+    }
+
     #[test]
     fn interpolation_hits_its_nodes_and_reproduces_polynomials(
         u in places(9), v in places(6), z in prop::collection::vec(-1.0..1.0f64, 54),

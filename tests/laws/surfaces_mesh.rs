@@ -352,7 +352,10 @@ fn nets_and_boundaries_at_the_door() {
     let [o, x, y] = [Vector::zeros(), Vector::x(), Vector::y()];
     let square = [line(o, y), line(x, x + y), line(o, x), line(y, x + y)];
     let around = |curves: [Option<CurveShape>; 4], method| {
-        build(Given::Boundaries { curves, cross: Box::new([const { None }; 4]), tolerance: 1e-9 }, method)
+        build(
+            Given::Boundaries { curves: Box::new(curves), cross: Box::new([const { None }; 4]), tolerance: 1e-9 },
+            method,
+        )
     };
     let adini = Method::CoonsBicubic { twists: Twists::Adini };
     for method in [Method::CoonsBilinear, adini, Method::Gregory, Method::Bezier] {
@@ -364,7 +367,11 @@ fn nets_and_boundaries_at_the_door() {
     let mut torn = square.clone();
     torn[3] = line(y, x + y * 2.0);
     assert_eq!(around(torn, Method::Gregory).unwrap_err().place(), (Field::Boundaries, vec![1]));
-    let given = Given::Boundaries { curves: square, cross: Box::new([line(x, x), None, None, None]), tolerance: 1e-9 };
+    let given = Given::Boundaries {
+        curves: Box::new(square),
+        cross: Box::new([line(x, x), None, None, None]),
+        tolerance: 1e-9,
+    };
     assert_eq!(build(given, Method::CoonsBilinear).unwrap_err().place(), (Field::Method, vec![]));
 }
 

@@ -11,7 +11,6 @@ mod collinearity;
 mod curves;
 mod filip;
 mod folder;
-mod near;
 mod nist;
 mod oracle_check;
 mod recursive;

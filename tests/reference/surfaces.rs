@@ -63,6 +63,20 @@ fn bicubic_bezier_patch() {
     }
 }
 
+#[test]
+fn a_bezier_patch_of_higher_degree() {
+    let Some(file) = reference("bezier_patch_bicubic") else { return };
+    let patch = BezierSurface::new([4, 4], UNIT, Dimension::Space, net(&file["control_net"]), None).expect("a net");
+    let raised = patch.as_b_spline().elevate(0, 1).expect("a degree of 4");
+    let rows = file["degree_elevated_u_net_fraction"].as_array().expect("rows");
+    let truth = rows.iter().flat_map(|row| row.as_array().expect("points"));
+    assert_eq!(raised.control_points().len(), 20);
+    for (got, truth) in raised.control_points().iter().zip(truth) {
+        // every fraction has a denominator that is a power of two
+        assert_eq!(*got, Vector::from_iterator(truth.as_array().expect("coordinates").iter().map(fraction)));
+    }
+}
+
 fn cubic(points: &Value) -> CurveShape {
     let basis = BSplineBasis::uniform(3, 1, 0.0, 1.0).expect("one span");
     let points = table(points).iter().map(|p| Vector::from_column_slice(p)).collect();

@@ -74,7 +74,7 @@ pub enum NoParameter {
 }
 
 /// Grid cells over the range of ln λ: none longer than this, and so many at most.
-const CELL: f64 = 1.6;
+const CELL: f64 = 2.4;
 const MOST_CELLS: f64 = 64.0;
 /// Refinements of a bracket.
 const STEPS: usize = 60;

@@ -28,7 +28,11 @@ impl Barycentric {
     pub fn new(nodes: Vec<f64>, values: Vec<Vector>) -> Result<Self, CurveFault> {
         let (low, high) = nodes.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
         // half of each, so that the difference does not overflow
-        let exponent = -exponent_of(0.5 * high - 0.5 * low);
+        let half = 0.5 * high - 0.5 * low;
+        if !(half > 0.0) {
+            return Err(CurveFault::NotRepresentable { index: 0 });
+        }
+        let exponent = -exponent_of(half);
         let scaled: Vec<f64> = nodes.iter().map(|x| ldexp(*x, exponent)).collect();
         let mut leja = Newton::default();
         for i in order_of_leja(&scaled) {
@@ -157,6 +161,19 @@ mod tests {
             }
             assert_eq!(polynomial.value(nodes[17]), polynomial.values()[17]);
             assert!((jet[0].y - 1.0).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn nodes_that_half_of_their_distance_cannot_tell_apart() {
+        let tiny = Barycentric::new(vec![0.0, f64::from_bits(1)], vec![Vector::zeros(); 2]);
+        assert!(matches!(tiny, Err(CurveFault::NotRepresentable { .. })));
+        // but far below and above what squares of doubles can tell
+        for size in [1e-300, 1e300] {
+            let values = vec![Vector::zeros(), Vector::x(), Vector::zeros()];
+            let hill = Barycentric::new(vec![-size, 0.0, size], values).unwrap();
+            assert!((hill.value(0.5 * size).x - 0.75).abs() < 1e-15);
+            assert!((hill.jet(0.5 * size)[1].x * size + 1.0).abs() < 1e-15);
         }
     }
 

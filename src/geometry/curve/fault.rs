@@ -8,7 +8,7 @@ use crate::{
 /// The part of the input that a fault speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// The abscissae of a graph, or given parameters.
+    /// The abscissae of a graph, or the parameters that points of plane or space were given: index i is that of point i.
     X,
     /// The ordinates of a graph.
     Y,

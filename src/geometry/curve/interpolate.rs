@@ -51,8 +51,8 @@ impl Collocation {
         for (i, t) in parameters.iter().enumerate() {
             let first = basis.values(*t, &mut values[..=p]);
             for (j, value) in values[..=p].iter().enumerate() {
-                // at a knot one function of the span is 0 and may lie outside of the band
-                if value.hi != 0.0 {
+                // at a knot one function of the span is 0 and lies outside of the band
+                if (first + j).abs_diff(i) <= reach {
                     matrix.set(i, first + j, *value);
                 }
             }

@@ -20,13 +20,21 @@ const LARGEST_PRODUCT: f64 = 1e270;
 pub struct Newton {
     nodes: Vec<f64>,
     differences: Vec<[Dd; 3]>,
+    /// How many coordinates are not 0 throughout; the others cost no work.
+    coordinates: usize,
+}
+
+/// The number of coordinates up to the last that is not 0.
+fn coordinates(difference: &[Dd; 3]) -> usize {
+    difference.iter().rposition(|c| c.hi != 0.0).map_or(0, |k| k + 1)
 }
 
 impl Newton {
     /// The polynomial with these nodes and divided differences, as many of the one as of the other.
     pub fn of_differences(nodes: Vec<f64>, differences: Vec<[Dd; 3]>) -> Self {
         debug_assert_eq!(nodes.len(), differences.len());
-        Newton { nodes, differences }
+        let coordinates = differences.iter().map(coordinates).max().unwrap_or(0);
+        Newton { nodes, differences, coordinates }
     }
 
     /// The nodes in the order in which they came, each as often as it has conditions.
@@ -77,6 +85,7 @@ impl Newton {
         if !difference.iter().all(|c| c.is_finite()) {
             return Err(CurveFault::NotRepresentable { index });
         }
+        self.coordinates = self.coordinates.max(coordinates(&difference));
         self.nodes.push(node);
         self.differences.push(difference);
         Ok(())
@@ -88,7 +97,7 @@ impl Newton {
         for (z, c) in self.nodes.iter().zip(&self.differences).rev() {
             let distance = T::of_dd(Dd::diff(at, *z));
             for j in (0..out.len()).rev() {
-                for k in 0..3 {
+                for k in 0..self.coordinates {
                     let below = if j == 0 { T::of_dd(c[k]) } else { out[j - 1][k] };
                     out[j][k] = out[j][k].fma(distance, below);
                 }

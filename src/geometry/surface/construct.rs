@@ -31,7 +31,7 @@ pub enum Given {
     Points { rows: Vec<Vec<Vector>>, parametrization: Parametrization },
     /// Boundary curves in the order u0, u1, v0, v1 (see [`super::boundaries`]), one of which may be missing, the derivatives across them
     /// as far as known, and how far the curves' ends may be apart.
-    Boundaries { curves: [Option<CurveShape>; 4], cross: Box<[Option<CurveShape>; 4]>, tolerance: f64 },
+    Boundaries { curves: Box<[Option<CurveShape>; 4]>, cross: Box<[Option<CurveShape>; 4]>, tolerance: f64 },
     /// A mesh of curves and how far they may be apart where they cross.
     Mesh { mesh: CurveMesh, tolerance: f64 },
     /// A net in rows, one for each index along u.
@@ -93,7 +93,7 @@ pub fn build(given: Given, method: Method) -> Result<Built, SurfaceFault> {
     let mut built = match given {
         Given::Grid { u, v, z } => on_grid(heights(u, v, &z)?, method)?,
         Given::Points { rows, parametrization } => on_grid(NodeGrid::rows(&rows, parametrization)?, method)?,
-        Given::Boundaries { curves, cross, tolerance } => in_boundaries(curves, *cross, tolerance, method)?,
+        Given::Boundaries { curves, cross, tolerance } => in_boundaries(*curves, *cross, tolerance, method)?,
         Given::Mesh { mesh, tolerance } => in_mesh(&mesh, tolerance, &method, "a mesh")?,
         Given::ControlPoints(net) => of_net(net, method)?,
     };

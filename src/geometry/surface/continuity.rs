@@ -133,14 +133,14 @@ fn joint(surface: &dyn Surface, axis: usize, at: f64, aside: f64, along: [f64; 2
         found.first_derivative.see((b.u - a.u).norm().max((b.v - a.v).norm()), here);
         let second = (b.uu - a.uu).norm().max((b.uv - a.uv).norm()).max((b.vv - a.vv).norm());
         found.second_derivative.see(second, here);
-        if let (Some(m), Some(n)) = (normal(surface, before.0, before.1), normal(surface, after.0, after.1)) {
+        let sides = [(before, &a), (after, &b)].map(|((u, v), jet)| (Differential::at_jet(surface, jet, u, v), u, v));
+        let normals = sides.map(|(side, u, v)| side.map_or_else(|| normal(surface, u, v), |side| Some(side.normal)));
+        if let [Some(m), Some(n)] = normals {
             // sine and cosine together keep the digits of small angles
             let angle = m.cross(&n).norm().atan2(m.dot(&n));
             found.normal_angle.get_or_insert(none).see(angle, here);
         }
-        if let (Some(m), Some(n)) =
-            (Differential::at(surface, before.0, before.1), Differential::at(surface, after.0, after.1))
-        {
+        if let [(Some(m), ..), (Some(n), ..)] = sides {
             let change = (0..2).fold(0.0f64, |most, i| most.max((m.principal[i] - n.principal[i]).abs()));
             found.curvature.get_or_insert(none).see(change, here);
         }

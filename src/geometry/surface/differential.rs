@@ -69,8 +69,12 @@ impl Differential {
 
     /// At (u, v); by a limit where the parameters are singular, `None` where there is none either (a cusp, a fold).
     pub fn at(surface: &dyn Surface, u: f64, v: f64) -> Option<Self> {
-        let jet = surface.place(u, v);
-        if is_singular(&jet, surface.domain()) { triangle::limit(surface, u, v) } else { Self::of(&jet) }
+        Self::at_jet(surface, &surface.place(u, v), u, v)
+    }
+
+    /// The same where the jet of the place in space is known already.
+    pub(super) fn at_jet(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Option<Self> {
+        if is_singular(jet, surface.domain()) { triangle::limit(surface, u, v) } else { Self::of(jet) }
     }
 
     /// The curvature of the section by the plane of the normal and the tangent that leaves at `angle` (radians) from the first

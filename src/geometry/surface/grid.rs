@@ -1,9 +1,12 @@
 //! Grids of nodes, (uᵢ, vⱼ, zᵢⱼ) or points of space in rows: what they are checked for, and which parameters points get.
 
-use crate::geometry::{
-    BSplineBasis, KnotFault,
-    curve::{CurveFault, Parametrization},
-    space::{Dimension, HIGHEST_DEGREE, Vector},
+use crate::{
+    geometry::{
+        BSplineBasis, KnotFault,
+        curve::{CurveFault, Parametrization},
+        space::{Dimension, HIGHEST_DEGREE, Vector},
+    },
+    numerics::words::Shown,
 };
 
 /// Values at all crossings of two lists of parameters, v running fastest.
@@ -27,7 +30,10 @@ pub enum GridFault {
     NotFinite { row: usize, column: usize },
     #[error("{} number {index} is not finite", AXES[*axis])]
     ParameterNotFinite { axis: usize, index: usize },
-    #[error("{} number {index} ({value}) does not lie above the one before it ({before})", AXES[*axis])]
+    #[error(
+        "{} number {index} ({}) does not lie above the one before it ({})",
+        AXES[*axis], Shown(*.value), Shown(*.before)
+    )]
     NotAscending { axis: usize, index: usize, value: f64, before: f64 },
     #[error("the points ({row}, {column}) and the one before it along {} are one, so that no parameter lies between them", AXES[*axis])]
     Coincident { axis: usize, row: usize, column: usize },
@@ -41,16 +47,19 @@ pub enum GridFault {
     Knots { axis: usize, fault: KnotFault },
     #[error("{functions} functions along {} for {nodes} nodes", AXES[*axis])]
     Functions { axis: usize, functions: usize, nodes: usize },
-    #[error("node {index} along {} ({value}) lies outside of the knots' domain, [{low}, {high}]", AXES[*axis])]
+    #[error(
+        "node {index} along {} ({}) lies outside of the knots' domain, [{}, {}]",
+        AXES[*axis], Shown(*.value), Shown(*.low), Shown(*.high)
+    )]
     OutOfDomain { axis: usize, index: usize, value: f64, low: f64, high: f64 },
     #[error(
-        "no node along {} is left for function {function}, which lives between knots {low} and {high} (the condition of \
-         Schoenberg and Whitney)", AXES[*axis]
+        "no node along {} is left for function {function}, which lives between knots {} and {} (the condition of \
+         Schoenberg and Whitney)", AXES[*axis], Shown(*.low), Shown(*.high)
     )]
     SchoenbergWhitney { axis: usize, function: usize, low: f64, high: f64 },
     #[error(
-        "the nodes along {} determine function {function}, which lives between knots {low} and {high}, no better than rounding",
-        AXES[*axis]
+        "the nodes along {} determine function {function}, which lives between knots {} and {}, no better than rounding",
+        AXES[*axis], Shown(*.low), Shown(*.high)
     )]
     Rank { axis: usize, function: usize, low: f64, high: f64 },
     #[error("control point {index} is beyond the range of a double")]

@@ -14,9 +14,12 @@ use super::{
     grid::{GridFault, ascending},
     patchwork::PatchworkFault,
 };
-use crate::geometry::{
-    curve::{BSplineCurve, Curve, CurveFault, CurveShape},
-    space::{Dimension, Vector},
+use crate::{
+    geometry::{
+        curve::{BSplineCurve, Curve, CurveFault, CurveShape},
+        space::{Dimension, Vector},
+    },
+    numerics::words::Shown,
 };
 
 /// The curves of a mesh.
@@ -68,7 +71,10 @@ pub enum MeshFault {
     Missing { family: usize, index: usize },
     #[error("the curve has values of {given} coordinates, where {wanted} are wanted")]
     Dimension { family: usize, index: usize, given: usize, wanted: usize },
-    #[error("the curve runs over [{low}, {high}], the mesh over [{wanted_low}, {wanted_high}]")]
+    #[error(
+        "the curve runs over [{}, {}], the mesh over [{}, {}]",
+        Shown(*.low), Shown(*.high), Shown(*.wanted_low), Shown(*.wanted_high)
+    )]
     Domain { family: usize, index: usize, low: f64, high: f64, wanted_low: f64, wanted_high: f64 },
     #[error("the curve is no B-spline: {fault}")]
     Curve { family: usize, index: usize, fault: CurveFault },
@@ -79,6 +85,9 @@ pub enum MeshFault {
     #[error(transparent)]
     Patchwork(#[from] PatchworkFault),
 }
+
+/// Where curves stand, the curves, and the places along them.
+type Family<'a> = (&'a [f64], &'a [Option<CurveShape>], &'a [f64]);
 
 impl CurveMesh {
     /// Fills every mesh; curves that cross agree to `tolerance` in their coordinates.
@@ -135,7 +144,7 @@ impl CurveMesh {
         Ok(Filled { patchwork, gap, deviation: worst })
     }
 
-    fn families(&self) -> [(&[f64], &[Option<CurveShape>], &[f64]); 2] {
+    fn families(&self) -> [Family<'_>; 2] {
         [(&self.us, &self.over_v, &self.vs), (&self.vs, &self.over_u, &self.us)]
     }
 
