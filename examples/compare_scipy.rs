@@ -68,7 +68,7 @@ fn main() -> Outcome<()> {
     let at: Vec<[f64; 2]> = read(folder, "at")?.chunks(2).map(|pair| [pair[0], pair[1]]).collect();
     let [grid_u, grid_v] = [read(folder, "grid_u")?, read(folder, "grid_v")?];
 
-    let (fitted, fit) = timed(repeats, 20, || {
+    let (fitted, fit) = timed(repeats, 500, || {
         let nodes = NodeGrid::heights(u.clone(), v.clone(), &z)?;
         Ok(least_squares(&nodes, [3, 3], knots.clone().map(AxisKnots::Given))?.0)
     })?;

@@ -162,7 +162,7 @@ def main():
             for work, functions in methods.items():
                 for label, function in functions.items():
                     quick = label.startswith("make_lsq_spline")
-                    result, seconds = timed(function, options.repeats, 20 if quick else 1)
+                    result, seconds = timed(function, options.repeats, 100 if quick else 1)
                     note(work, label, seconds)
                     results.setdefault(work, {})[label] = result
         mine = {
