@@ -7,14 +7,13 @@
 //! - Loose ends are clamped by inserting knots.
 //! - At an inner knot that stands degree + 1 times the shape is cut in two, unless both sides meet there.
 
-use nalgebra::Vector4;
-
 use super::{
     axis::Axis,
     fault::ExportFault,
     polar::{Homogeneous, raised, refined},
 };
 use crate::geometry::{
+    BSplineBasis,
     curve::{BSplineCurve, Curve},
     space::Vector,
     surface::{BSplineSurface, Surface},
@@ -120,13 +119,13 @@ pub(super) fn pieces(shapes: &[NamedShape]) -> Result<Vec<(usize, Piece)>, Expor
 }
 
 fn curve_pieces(shape: usize, curve: &BSplineCurve) -> Result<Vec<CadCurve>, ExportFault> {
-    let axis = Axis::from(curve.basis());
+    let basis = curve.basis();
     let graph = !curve.dimension().is_parametric();
     let height = graph.then_some(1);
-    let (net, rational) = Control::net(shape, &[&axis], curve.control_points(), curve.weights(), height)?;
+    let (net, rational) = Control::net(shape, &[basis], curve.control_points(), curve.weights(), height)?;
     let lines = net.into_iter().map(|c| vec![c]).collect();
     let mut made = Vec::new();
-    for (axis, lines) in brought_along(axis, lines, graph.then_some(0), rational) {
+    for (axis, lines) in brought_along(basis, lines, graph.then_some(0), rational) {
         let (points, weights) = Control::split(shape, lines.into_iter().flatten(), rational)?;
         made.push(CadCurve { axis, points, weights });
     }
@@ -134,15 +133,15 @@ fn curve_pieces(shape: usize, curve: &BSplineCurve) -> Result<Vec<CadCurve>, Exp
 }
 
 fn surface_pieces(shape: usize, surface: &BSplineSurface) -> Result<Vec<CadSurface>, ExportFault> {
-    let [along_u, along_v] = surface.bases().each_ref().map(Axis::from);
+    let [along_u, along_v] = surface.bases();
     let graph = !surface.dimension().is_parametric();
     let height = graph.then_some(2);
-    let axes = [&along_u, &along_v];
-    let (net, rational) = Control::net(shape, &axes, surface.control_points(), surface.weights(), height)?;
+    let (net, rational) =
+        Control::net(shape, &[along_u, along_v], surface.control_points(), surface.weights(), height)?;
     let lines = net.chunks(along_v.size()).map(<[_]>::to_vec).collect();
     let mut made = Vec::new();
     for (u, lines) in brought_along(along_u, lines, graph.then_some(0), rational) {
-        for (v, lines) in brought_along(along_v.clone(), transposed(&lines), graph.then_some(1), rational) {
+        for (v, lines) in brought_along(along_v, transposed(&lines), graph.then_some(1), rational) {
             let (points, weights) = Control::split(shape, transposed(&lines).into_iter().flatten(), rational)?;
             made.push(CadSurface { axes: [u.clone(), v], points, weights });
         }
@@ -163,12 +162,12 @@ impl Control {
     /// The control net of a shape, and whether its weights matter. The number of a graph goes to coordinate `height`.
     fn net(
         shape: usize,
-        axes: &[&Axis],
+        bases: &[&BSplineBasis],
         points: &[Vector],
         weights: Option<&[f64]>,
         height: Option<usize>,
     ) -> Result<(Vec<Control>, bool), ExportFault> {
-        if axes.iter().any(|axis| axis.degree == 0) {
+        if bases.iter().any(|basis| basis.degree() == 0) {
             return Err(ExportFault::DegreeZero { shape });
         }
         let weights = weights.unwrap_or(&[]);
@@ -203,21 +202,21 @@ fn transposed(lines: &Lines) -> Lines {
 }
 
 /// Puts the parameter into coordinate `graph`, clamps the ends, and cuts where the shape jumps.
-fn brought_along(mut axis: Axis, mut lines: Lines, graph: Option<usize>, rational: bool) -> Vec<(Axis, Lines)> {
+fn brought_along(basis: &BSplineBasis, mut lines: Lines, graph: Option<usize>, rational: bool) -> Vec<(Axis, Lines)> {
+    let mut axis = Axis::from(basis);
     match graph {
         Some(k) if rational => {
             let higher = axis.raised();
-            let times = |t: f64, f: &Homogeneous| {
-                let mut product = *f;
-                product[k] = t * f.w;
-                product
+            let times = |t: f64, mut f: Homogeneous| {
+                f[k] = t * f[3];
+                f
             };
-            lines = across(&lines, rational, |controls| raised(&axis, controls, &higher, times));
+            lines = across(&lines, rational, |controls| raised(basis, controls, &higher, times));
             axis = higher;
         }
         _ if !axis.is_clamped() => {
             let finer = axis.clamped();
-            lines = across(&lines, rational, |controls| refined(&axis, controls, &finer));
+            lines = across(&lines, rational, |controls| refined(basis, controls, &finer));
             axis = finer;
         }
         _ => {}
@@ -234,12 +233,12 @@ fn brought_along(mut axis: Axis, mut lines: Lines, graph: Option<usize>, rationa
 fn across(lines: &Lines, rational: bool, change: impl Fn(&[Homogeneous]) -> Vec<Homogeneous>) -> Lines {
     let lift = |c: &Control| {
         let p = c.point * c.weight;
-        Vector4::new(p.x, p.y, p.z, c.weight)
+        [p.x, p.y, p.z, c.weight]
     };
-    let lower = |h: &Homogeneous| {
+    let lower = |[x, y, z, w]: &Homogeneous| {
         // without weights the sum of shares is 1 but for rounding
-        let weight = if rational { h.w } else { 1.0 };
-        Control { point: h.xyz() / weight, weight }
+        let weight = if rational { *w } else { 1.0 };
+        Control { point: Vector::new(*x, *y, *z) / weight, weight }
     };
     let rows: Lines = transposed(lines)
         .iter()
@@ -270,7 +269,7 @@ fn cut(mut axis: Axis, mut lines: Lines) -> Vec<(Axis, Lines)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{BSplineBasis, space::Dimension};
+    use crate::geometry::space::Dimension;
 
     fn rebuilt(curve: &CadCurve) -> BSplineCurve {
         let basis = BSplineBasis::new(curve.axis.degree, curve.axis.knots.clone()).unwrap();

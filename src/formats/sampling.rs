@@ -4,7 +4,10 @@ use super::fault::ExportFault;
 use crate::geometry::{
     curve::Curve,
     space::Vector,
-    surface::{Surface, SurfaceJet},
+    surface::{
+        Surface,
+        differential::{self, Differential},
+    },
 };
 
 /// More nodes than this are refused for one surface.
@@ -19,11 +22,12 @@ pub struct SurfaceSample {
     parameters: [Vec<f64>; 2],
     nodes: Vec<Vector>,
     normals: Vec<Option<Vector>>,
+    curvatures: Vec<Option<[f64; 2]>>,
 }
 
 impl SurfaceSample {
     /// Places and unit normals at all pairs of `us` and `vs`, each ascending with at least two values.
-    pub fn new(surface: &(impl Surface + ?Sized), us: &[f64], vs: &[f64]) -> Result<Self, ExportFault> {
+    pub fn new(surface: &dyn Surface, us: &[f64], vs: &[f64]) -> Result<Self, ExportFault> {
         for values in [us, vs] {
             if values.len() < 2 {
                 return Err(ExportFault::FewParameters { given: values.len() });
@@ -36,22 +40,29 @@ impl SurfaceSample {
         if wanted > MOST_NODES {
             return Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES });
         }
-        let middle = surface.domain().map(|[low, high]| low + (high - low) / 2.0);
-        let mut sample =
-            SurfaceSample { parameters: [us.to_vec(), vs.to_vec()], nodes: Vec::new(), normals: Vec::new() };
+        let mut sample = SurfaceSample {
+            parameters: [us.to_vec(), vs.to_vec()],
+            nodes: Vec::with_capacity(wanted),
+            normals: Vec::with_capacity(wanted),
+            curvatures: Vec::with_capacity(wanted),
+        };
         for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))) {
-            let jet = surface.place(u, v);
-            if !jet.value.iter().all(|x| x.is_finite()) {
+            let differential = Differential::at(surface, u, v);
+            let place = differential.map_or_else(|| surface.place(u, v).value, |d| d.point);
+            if !place.iter().all(|x| x.is_finite()) {
                 return Err(ExportFault::NoPlace { at: [u, v] });
             }
-            sample.nodes.push(jet.value);
-            sample.normals.push(normal(&jet, [middle[0] - u, middle[1] - v]));
+            sample.nodes.push(place);
+            let normal = differential.map(|d| d.normal).or_else(|| differential::normal(surface, u, v));
+            sample.normals.push(normal.filter(|n| n.iter().all(|x| x.is_finite())));
+            let curvature = differential.map(|d| [d.mean, d.gaussian]);
+            sample.curvatures.push(curvature.filter(|c| c.iter().all(|x| x.is_finite())));
         }
         Ok(sample)
     }
 
     /// `intervals` along u and v for every patch between the surface's breaks.
-    pub fn by_patches(surface: &(impl Surface + ?Sized), intervals: [usize; 2]) -> Result<Self, ExportFault> {
+    pub fn by_patches(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, ExportFault> {
         let [us, vs] = surface.breaks();
         Self::new(surface, &between(&us, intervals[0]), &between(&vs, intervals[1]))
     }
@@ -70,9 +81,14 @@ impl SurfaceSample {
         &self.nodes
     }
 
-    /// Unit vectors along ∂S/∂u × ∂S/∂v. Where that vanishes, its limit from inside; `None` where that vanishes as well.
+    /// Unit vectors along ∂S/∂u × ∂S/∂v. Where that vanishes, its limit from inside; `None` where there is none either.
     pub fn normals(&self) -> &[Option<Vector>] {
         &self.normals
+    }
+
+    /// Mean (1/mm) and Gaussian curvature (1/mm²), above 0 where the surface bends towards its normal; `None` as with normals.
+    pub fn curvatures(&self) -> &[Option<[f64; 2]>] {
+        &self.curvatures
     }
 }
 
@@ -88,25 +104,10 @@ pub fn between(values: &[f64], intervals: usize) -> Vec<f64> {
     all
 }
 
-/// The unit normal at a jet; `inward` points from there into the domain.
-fn normal(jet: &SurfaceJet, inward: [f64; 2]) -> Option<Vector> {
-    // a product this small, relative to the lengths, is what rounding leaves of none
-    const NOTHING: f64 = 1e-10;
-    let unit = |n: Vector, size: f64| (n.norm() > NOTHING * size && n.norm().is_finite()).then(|| n / n.norm());
-    let longest = |vectors: &[Vector]| vectors.iter().fold(0.0, |most: f64, v| most.max(v.norm()));
-    let first = longest(&[jet.u, jet.v]);
-    unit(jet.u.cross(&jet.v), first * first).or_else(|| {
-        let along_u = jet.uu.cross(&jet.v) + jet.u.cross(&jet.uv);
-        let along_v = jet.uv.cross(&jet.v) + jet.u.cross(&jet.vv);
-        let size = first * longest(&[jet.uu, jet.uv, jet.vv]) * inward[0].hypot(inward[1]);
-        unit(along_u * inward[0] + along_v * inward[1], size)
-    })
-}
-
 /// Parameters at which chords stay within `tolerance` (mm) of the curve, looked at in three places of each chord.
 ///
 /// Breaks are always among them. Where [`MOST_HALVINGS`] do not suffice the chords are as short as these make them.
-pub fn curve_parameters(curve: &(impl Curve + ?Sized), tolerance: f64) -> Result<Vec<f64>, ExportFault> {
+pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, ExportFault> {
     if !(tolerance > 0.0) {
         return Err(ExportFault::Tolerance { tolerance });
     }
@@ -133,7 +134,7 @@ pub fn curve_parameters(curve: &(impl Curve + ?Sized), tolerance: f64) -> Result
 }
 
 /// How far the curve over [a, b] strays from its chord.
-fn sagitta(curve: &(impl Curve + ?Sized), a: f64, b: f64) -> f64 {
+fn sagitta(curve: &dyn Curve, a: f64, b: f64) -> f64 {
     let [start, end] = [a, b].map(|t| curve.place(t)[0]);
     let chord = end - start;
     let distance = |share: f64| {
@@ -146,7 +147,7 @@ fn sagitta(curve: &(impl Curve + ?Sized), a: f64, b: f64) -> f64 {
 }
 
 /// Places of a curve.
-pub fn curve_nodes(curve: &(impl Curve + ?Sized), parameters: &[f64]) -> Result<Vec<Vector>, ExportFault> {
+pub fn curve_nodes(curve: &dyn Curve, parameters: &[f64]) -> Result<Vec<Vector>, ExportFault> {
     let place = |t: &f64| {
         let place = curve.place(*t)[0];
         if place.iter().all(|x| x.is_finite()) { Ok(place) } else { Err(ExportFault::NoPlace { at: [*t, 0.0] }) }

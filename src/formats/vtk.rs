@@ -1,7 +1,7 @@
 //! VTK legacy files (version 3.0, text): a structured grid for one surface, poly data for any number of meshes and lines.
 //!
-//! Along with the points go their normals, and whatever fields the caller has, curvatures for instance. A node without a
-//! normal has the zero vector, since the format has no other way to say so. Lengths are mm.
+//! Along with the points go their normals, mean and Gaussian curvature if there are at every node, and whatever fields the caller
+//! has. A node without a normal has the zero vector, since the format has no other way to say so. Lengths are mm.
 
 use std::fmt::Write as _;
 
@@ -44,11 +44,20 @@ pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &La
     rows(&mut text, u_fastest().map(|i| sample.nodes()[i]));
     let _ = writeln!(text, "POINT_DATA {}\nNORMALS normals double", m * n);
     rows(&mut text, u_fastest().map(|i| sample.normals()[i].unwrap_or_else(Vector::zeros)));
-    for PointField { name, values } in fields {
+    let mut scalars = |name: &str, value: &dyn Fn(usize) -> f64| {
         let _ = writeln!(text, "SCALARS {} double 1\nLOOKUP_TABLE default", word(name));
         for i in u_fastest() {
-            let _ = writeln!(text, "{}", real(values[i]));
+            let _ = writeln!(text, "{}", real(value(i)));
         }
+    };
+    let curvatures: Option<Vec<[f64; 2]>> = sample.curvatures().iter().copied().collect();
+    for (k, name) in ["mean_curvature", "gaussian_curvature"].into_iter().enumerate() {
+        if let Some(curvatures) = &curvatures {
+            scalars(name, &|i| curvatures[i][k]);
+        }
+    }
+    for PointField { name, values } in fields {
+        scalars(name, &|i| values[i]);
     }
     Ok(text)
 }

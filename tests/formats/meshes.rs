@@ -126,13 +126,18 @@ fn vtk_runs_along_u_first() {
     let points = vectors(lines[6..26].iter().copied());
     assert_eq!(lines[26..28], ["POINT_DATA 20", "NORMALS normals double"]);
     let normals = vectors(lines[28..48].iter().copied());
-    assert_eq!(lines[48..50], ["SCALARS twice_z double 1", "LOOKUP_TABLE default"]);
+    let heads = ["mean_curvature", "gaussian_curvature", "twice_z"].map(|name| format!("SCALARS {name} double 1"));
+    for (k, head) in heads.iter().enumerate() {
+        assert_eq!(lines[48 + 22 * k..50 + 22 * k], [head.as_str(), "LOOKUP_TABLE default"]);
+    }
+    // z = u v over x = 1 + 2 u, y = 2 v is a saddle
+    assert!(lines[72..92].iter().all(|line| numbers(line)[0] < 0.0));
     for (k, point) in points.iter().enumerate() {
         let at = (k % 4) * 5 + k / 4;
         assert_eq!((*point, Some(normals[k])), (sample.nodes()[at], sample.normals()[at]));
-        assert_eq!(numbers(lines[50 + k]), [height[at]]);
+        assert_eq!(numbers(lines[94 + k]), [height[at]]);
     }
-    assert_eq!(lines.len(), 70);
+    assert_eq!(lines.len(), 114);
     let short = PointField { name: "h", values: &height[1..] };
     let fault = ExportFault::FieldLength { name: "h".into(), given: 19, wanted: 20 };
     assert_eq!(vtk::structured_grid(sample, &[short], &label()), Err(fault));

@@ -7,13 +7,16 @@
 use crate::geometry::BSplineBasis;
 use crate::numerics::Dd;
 
+/// The finer the parts, the seldomer a place has to be looked for within its part.
+const PARTS_PER_SPAN: usize = 16;
+
 /// Functions of degree up to N − 1; those beyond the degree are 0.
 #[derive(Clone, Debug)]
 pub(super) struct Axis<const N: usize> {
     /// The distinct knots of the domain.
     breaks: Vec<f64>,
     pieces: Vec<Piece<N>>,
-    /// For each of as many equal parts of the domain: the span that its lower end lies in.
+    /// For each of equal parts of the domain: the span that its lower end lies in.
     parts: Vec<usize>,
     parts_per_unit: f64,
 }
@@ -42,7 +45,7 @@ impl<const N: usize> Axis<N> {
         let breaks = basis.distinct_knots();
         let pieces: Vec<Piece<N>> = breaks.windows(2).map(|span| piece(basis, span[0], span[1])).collect();
         let (low, high) = (breaks[0], breaks[pieces.len()]);
-        let count = 2 * pieces.len();
+        let count = PARTS_PER_SPAN * pieces.len();
         let at = |k: usize| low + (high - low) * (k as f64 / count as f64);
         let span = |x: f64| breaks[1..pieces.len()].partition_point(|b| *b <= x);
         let parts = (0..=count).map(|k| span(at(k))).collect();

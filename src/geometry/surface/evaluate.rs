@@ -14,6 +14,7 @@ use crate::geometry::{
     space::{Dimension, Vector},
 };
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Places that one thread takes at a time; fewer are not shared out.
 const CHUNK: usize = 4096;
@@ -84,8 +85,8 @@ impl<'a> Evaluator<'a> {
     /// The first coordinate at all (u, v) of a grid, v running fastest.
     pub fn grid_heights(&self, us: &[f64], vs: &[f64]) -> Vec<f64> {
         match &self.plan {
-            Plan::Cubic(tensor) => tensor.grid::<0, _>(us, vs, |jet| jet.value.x),
-            Plan::Quintic(tensor) => tensor.grid::<0, _>(us, vs, |jet| jet.value.x),
+            Plan::Cubic(tensor) => tensor.height_grid(us, vs),
+            Plan::Quintic(tensor) => tensor.height_grid(us, vs),
             Plan::Direct => self.heights(&crossings(us, vs)),
         }
     }
@@ -123,6 +124,14 @@ struct Tensor<const N: usize> {
     columns: usize,
     dimension: Dimension,
     is_rational: bool,
+}
+
+/// What the places of one line of a grid share: their numbers, and the sums over u for every column.
+#[derive(Default)]
+struct Line {
+    places: Range<usize>,
+    row: Vec<f64>,
+    weights: Vec<f64>,
 }
 
 /// Sums over the functions of u alone, for N columns, with derivatives by u.
@@ -198,6 +207,49 @@ impl<const N: usize> Tensor<N> {
         }
         let [value, u, v, uu, uv, vv] = points;
         SurfaceJet { value, u, v, uu, uv, vv }
+    }
+
+    /// The heights at us × vs, place by place; the sums over u are made when a place begins a new line.
+    fn height_grid(&self, us: &[f64], vs: &[f64]) -> Vec<f64> {
+        let across: Vec<(usize, [f64; N])> =
+            vs.iter().map(|v| self.along_v.at::<0>(*v)).map(|(j, f)| (j, f[0])).collect();
+        let count = us.len() * vs.len();
+        let height = |line: &mut Line, k: usize| {
+            if !line.places.contains(&k) {
+                let i = k / vs.len();
+                line.places = i * vs.len()..(i + 1) * vs.len();
+                self.fill(line, us[i]);
+            }
+            let (j, fv) = &across[k - line.places.start];
+            let sum = |row: &[f64]| {
+                let mut net = [0.0; N];
+                net.copy_from_slice(&row[*j..*j + N]);
+                dot(&net, fv)
+            };
+            if self.is_rational { sum(&line.row) / sum(&line.weights) } else { sum(&line.row) }
+        };
+        if count < 2 * CHUNK {
+            let mut line = Line::default();
+            return (0..count).map(|k| height(&mut line, k)).collect();
+        }
+        (0..count).into_par_iter().with_min_len(CHUNK).map_init(Line::default, height).collect()
+    }
+
+    /// Sums over the functions of `u` for every column, of the first coordinate and of the weights.
+    fn fill(&self, line: &mut Line, u: f64) {
+        let (i, fu) = self.along_u.at::<0>(u);
+        let sum = |plane: &[f64], row: &mut Vec<f64>| {
+            row.clear();
+            row.resize(self.columns, 0.0);
+            for k in 0..N {
+                let net = &plane[(i + k) * self.columns..][..self.columns];
+                row.iter_mut().zip(net).for_each(|(sum, c)| *sum = fu[0][k].mul_add(*c, *sum));
+            }
+        };
+        sum(&self.planes[0], &mut line.row);
+        if self.is_rational {
+            sum(&self.planes[self.planes.len() - 1], &mut line.weights);
+        }
     }
 
     /// The grid of places us × vs: the sums over u are made once for each u and every column.

@@ -87,10 +87,11 @@ fn basis(grid: &NodeGrid, axis: usize, degree: usize, knots: AxisKnots) -> Resul
 fn residual_sum(grid: &NodeGrid, [along_u, along_v]: &[&AxisFit; 2], points: &[Vector], columns: usize) -> f64 {
     let mut sum = 0.0;
     for c in 0..grid.dimension().count() {
-        let coefficients = Lines::of(points.len() / columns, columns, |k| points[k][c]);
-        // values at the nodes' u for every function of v, then at their v
-        let half = along_u.times(&coefficients).transposed();
-        let fitted = along_v.times(&half).transposed();
+        let rows = points.len() / columns;
+        let coefficients = Lines::of(columns, rows, |k| points[k % rows * columns + k / rows][c]);
+        // values at the nodes' v for every function of u, then at their u: in the order of the nodes
+        let half = along_v.times(&coefficients).transposed();
+        let fitted = along_u.times(&half);
         sum += grid.values().iter().zip(fitted.entries()).map(|(z, f)| (z[c] - f) * (z[c] - f)).sum::<f64>();
     }
     sum

@@ -61,13 +61,12 @@ impl Lines {
 
     pub(super) fn transposed(&self) -> Self {
         let mut turned = Self::zeros(self.columns, self.rows, !self.lo.is_empty());
-        let (from, to) = (self.lanes(), turned.lanes());
-        for i in 0..self.rows {
-            for j in 0..self.columns {
-                let (source, target) = (i * from + j / ABREAST, j * to + i / ABREAST);
-                turned.hi[target][i % ABREAST] = self.hi[source][j % ABREAST];
-                if !self.lo.is_empty() {
-                    turned.lo[target][i % ABREAST] = self.lo[source][j % ABREAST];
+        let (from, to) = (ABREAST * self.lanes(), ABREAST * turned.lanes());
+        for (source, target) in [(&self.hi, &mut turned.hi), (&self.lo, &mut turned.lo)] {
+            let target = target.as_flattened_mut();
+            for (i, row) in source.as_flattened().chunks_exact(from).enumerate() {
+                for (j, x) in row[..self.columns].iter().enumerate() {
+                    target[j * to + i] = *x;
                 }
             }
         }
