@@ -16,6 +16,7 @@ mod hard;
 mod large;
 mod least_condition;
 mod near;
+mod near_curve;
 mod near_smoothing;
 mod near_surface;
 mod nodes;

@@ -11,6 +11,7 @@ mod collinearity;
 mod curves;
 mod filip;
 mod folder;
+mod near;
 mod nist;
 mod oracle_check;
 mod recursive;

@@ -303,7 +303,7 @@ impl Factor {
     }
 
     fn solve_wide(&self, b: &mut [Dd]) {
-        b.iter_mut().zip(&self.scale).for_each(|(b, s)| *b = *b * *s);
+        b.iter_mut().zip(&self.scale).for_each(|(b, s)| *b *= *s);
         match &self.kind {
             Kind::Plain(factor) => {
                 let mut plain: Vec<f64> = b.iter().map(|x| x.to_f64()).collect();
@@ -312,7 +312,7 @@ impl Factor {
             }
             Kind::Wide(factor) => factor.solve(b),
         }
-        b.iter_mut().zip(&self.scale).for_each(|(b, s)| *b = *b * *s);
+        b.iter_mut().zip(&self.scale).for_each(|(b, s)| *b *= *s);
     }
 
     /// The band of `(F + λP)⁻¹`.

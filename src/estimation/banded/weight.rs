@@ -18,7 +18,7 @@ use crate::{
 const EXACT: f64 = 4e9;
 /// Random vectors of an estimated trace, and their seed.
 pub const PROBES: usize = 32;
-pub const SEED: u64 = 0x5eed_0f_7ace;
+pub const SEED: u64 = 0x5e_ed0f_7ace;
 /// λ is searched in units of trace(F)/trace(P), within these natural logarithms.
 const RANGE: [f64; 2] = [-23.0, 16.0];
 

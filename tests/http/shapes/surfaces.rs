@@ -107,10 +107,9 @@ async fn many_coefficients_take_the_banded_way() {
         (u.push(a), v.push(b), z.push((3.0 * a).sin() * (2.0 * b).cos()));
     }
     let nodes = json!({"type": "scattered", "u": u, "v": v, "z": z});
-    let method = json!({"type": "b_spline_least_squares", "degree": 3, "knots": [
-        [[0.0; 4].to_vec(), (1..12).map(|i| f64::from(i) / 12.0).collect(), [1.0; 4].to_vec()].concat(),
-        [[0.0; 4].to_vec(), (1..12).map(|i| f64::from(i) / 12.0).collect(), [1.0; 4].to_vec()].concat()
-    ]});
+    let inner = (1..12).map(|i| f64::from(i) / 12.0);
+    let knots: Vec<f64> = [0.0; 4].into_iter().chain(inner).chain([1.0; 4]).collect();
+    let method = json!({"type": "b_spline_least_squares", "degree": 3, "knots": [knots, knots]});
     let built = build(&app, &json!({"nodes": nodes, "method": method})).await;
     let fit = &built["banded_fit"];
     assert_eq!(fit["count"], 4000);
