@@ -124,7 +124,7 @@ fn adaptive_knots_end_where_they_must() {
     let y: Vec<f64> = x.iter().map(|_| random.normal()).collect();
     let stop = |most_controls: usize| {
         let adaptive = Adaptive { spans: 1, tolerance: 1e-9, most_controls };
-        fitted(&[y.clone()], Parameters::Given(&x), &asked(3, KnotPlacement::Adaptive(adaptive), None))
+        fitted(std::slice::from_ref(&y), Parameters::Given(&x), &asked(3, KnotPlacement::Adaptive(adaptive), None))
     };
     let few = stop(20);
     assert_eq!((few.stop, few.curve.basis().size()), (Some(Stop::MostControls), 20));

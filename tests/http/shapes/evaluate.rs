@@ -98,7 +98,7 @@ async fn a_cylinder_bends_one_way() {
 #[tokio::test]
 async fn closest_points_of_circle_and_cylinder() {
     let app = TestApp::start().await;
-    let points = [[2.0, 2.0], [0.3, 0.1], [-1.0, 3.0]];
+    let points: [[f64; 2]; 3] = [[2.0, 2.0], [0.3, 0.1], [-1.0, 3.0]];
     let found = ask(&app, "/v1/curves/closest-points", &json!({"curve": quarter(), "points": points})).await;
     for (i, [x, y]) in points.into_iter().enumerate() {
         // inside the quarter the foot lies on the ray from the centre, outside of it at an end
@@ -112,7 +112,7 @@ async fn closest_points_of_circle_and_cylinder() {
         }
         close(found["distances"][i].as_f64().unwrap(), distance, 1e-12);
     }
-    let nodes = [[3.0, 3.0, 1.0], [0.5, 0.5, 2.0]];
+    let nodes: [[f64; 3]; 2] = [[3.0, 3.0, 1.0], [0.5, 0.5, 2.0]];
     let found = ask(&app, "/v1/surfaces/closest-points", &json!({"surface": cylinder(), "points": nodes})).await;
     for (i, [x, y, z]) in nodes.into_iter().enumerate() {
         let signed = f64::hypot(x, y) - 2.0;

@@ -122,8 +122,9 @@ async fn fits_of_b_splines_are_shapes() {
     assert_eq!(result["curve"]["control_points"], json!(controls));
     assert_eq!(result["curve"]["knots"], json!([0.0, 0.0, 0.0, 2.0, 4.0, 4.0, 4.0]));
     let found = values(&app, &result["curve"], &[0.0, 1.0, 2.0, 3.0, 4.0]).await;
-    let misses =
-        found.iter().zip(line()["y"].as_array().unwrap()).map(|(f, y)| f.as_f64().unwrap() - y.as_f64().unwrap());
+    let posted = line();
+    let heights = posted["y"].as_array().unwrap();
+    let misses = found.iter().zip(heights).map(|(f, y)| f.as_f64().unwrap() - y.as_f64().unwrap());
     close(misses.map(|d| d * d).sum::<f64>(), result["residuals"]["rss"].as_f64().unwrap(), 1e-12);
 
     let model = json!({"type": "b_spline", "degree": 1, "spans": [1, 2]});

@@ -71,7 +71,9 @@ async fn what_can_reproduce_a_surface_does() {
     let (mut su, mut sv, mut sz) = (vec![], vec![], vec![]);
     for k in 0..40 {
         let (a, b) = (3.0 * (f64::from(k) * 0.618_034).fract(), 3.0 * (f64::from(k) * 0.754_878).fract() - 1.0);
-        (su.push(a), sv.push(b), sz.push(z(a, b)));
+        su.push(a);
+        sv.push(b);
+        sz.push(z(a, b));
     }
     let scattered = json!({"type": "scattered", "u": su, "v": sv, "z": sz});
     let least = |spans: Value| json!({"type": "b_spline_least_squares", "degree": [2, 1], "spans": spans});
@@ -104,7 +106,9 @@ async fn many_coefficients_take_the_banded_way() {
     let (mut u, mut v, mut z) = (vec![], vec![], vec![]);
     for k in 0..4000 {
         let (a, b) = ((f64::from(k) * 0.618_033_988_75).fract(), (f64::from(k) * 0.754_877_666_25).fract());
-        (u.push(a), v.push(b), z.push((3.0 * a).sin() * (2.0 * b).cos()));
+        u.push(a);
+        v.push(b);
+        z.push((3.0 * a).sin() * (2.0 * b).cos());
     }
     let nodes = json!({"type": "scattered", "u": u, "v": v, "z": z});
     let inner = (1..12).map(|i| f64::from(i) / 12.0);
