@@ -106,7 +106,7 @@ pub fn between(values: &[f64], intervals: usize) -> Vec<f64> {
 
 /// Parameters at which chords stay within `tolerance` (mm) of the curve, looked at in three places of each chord.
 ///
-/// Breaks are always among them. Where [`MOST_HALVINGS`] do not suffice the chords are as short as these make them.
+/// Breaks are always among them. Where 12 halvings do not suffice the chords are as short as these make them.
 pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, ExportFault> {
     if !(tolerance > 0.0) {
         return Err(ExportFault::Tolerance { tolerance });

@@ -153,7 +153,7 @@ fn averaged_knots_and_faults() {
     assert_eq!(pointer(&bad, by, &spans), "/points/xyz/7/1");
     assert_eq!(pointer(&coordinates[..1], by, &spans), "/points/parametrization");
     let many = asked(3, KnotPlacement::Averaged { controls: 70 }, None);
-    assert_eq!(pointer(&coordinates, by, &many), "/method/control_points");
+    assert_eq!(pointer(&coordinates, by, &many), "/method/control_count");
     let knots = asked(3, KnotPlacement::Given(vec![0., 0., 0., 0., 2., 1., 3., 3., 3., 3.]), None);
     assert_eq!(pointer(&coordinates, by, &knots), "/method/knots/5");
     let weights = asked(3, KnotPlacement::Spans(2), Some(vec![1.0, 1.0, -1.0, 1.0, 1.0]));

@@ -102,6 +102,10 @@ pub fn curve(points: &CurvePoints, asked: &CurveAsked) -> Result<CurveFit, FitEr
             (trial.fit(Knots::Curve(basis.knots().to_vec()))?, Vec::new(), None)
         }
         KnotPlacement::Averaged { controls } => {
+            if *controls > parameters.len() {
+                let detail = format!("{controls} control points cannot be told from {} points", parameters.len());
+                return Err(Faults::one("/method/control_count", detail).into());
+            }
             let knots = averaging_least_squares(asked.degree, &parameters, *controls)
                 .map_err(|fault| curve_fault(points, &fault))?;
             (trial.fit(Knots::Curve(knots))?, Vec::new(), None)
@@ -258,7 +262,7 @@ fn parameters(points: &CurvePoints) -> Result<Vec<f64>, Faults> {
 
 fn curve_fault(points: &CurvePoints, fault: &CurveFault) -> Faults {
     let place = match (fault.part(), fault.indices().first().copied()) {
-        (Some(Part::Controls), _) => "/method/control_points".to_owned(),
+        (Some(Part::Controls), _) => "/method/control_count".to_owned(),
         (Some(Part::Degree), _) => "/method/degree".to_owned(),
         (_, Some(k)) => pointer(points, k, None),
         (_, None) => "/points".to_owned(),

@@ -26,7 +26,7 @@ const SAMPLES: usize = 12;
 const PEAKS: usize = 4;
 /// Places in the window around a peak, and how often it is narrowed to the two parts around its highest place.
 const WINDOW: usize = 16;
-const PASSES: usize = 4;
+const PASSES: usize = 7;
 
 /// The Lebesgue constant.
 #[derive(Clone, Copy, Debug, PartialEq)]

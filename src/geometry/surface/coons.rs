@@ -6,7 +6,7 @@
 //!
 //! The derivatives across the borders are given, or cubics between the tangents of the neighbouring borders, whose end slopes are
 //! the twists (mixed derivatives at the corners). Where the derivatives given along two borders imply different twists at their
-//! corner, the twist is Gregory's rational mixture ([`super::corner`]), which keeps both.
+//! corner, the twist is Gregory's rational mixture (`corner.rs`), which keeps both.
 
 use super::{
     Surface, SurfaceJet,

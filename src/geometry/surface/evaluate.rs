@@ -1,6 +1,6 @@
 //! Many places of one surface at once.
 //!
-//! B-spline and Bézier surfaces of degrees up to 5 are prepared span by span ([`super::axis`]) and summed without allocating; on a
+//! B-spline and Bézier surfaces of degrees up to 5 are prepared span by span (`axis.rs`) and summed without allocating; on a
 //! grid of places the sums over u are shared by a whole row. Other surfaces are asked place by place. Above a size the work is
 //! shared out in chunks: every place is computed in the same way whichever thread takes it.
 

@@ -3,7 +3,7 @@
 //! On a full grid the problem separates, `X = X_u ⊗ X_v`: first every column of nodes is fitted along u, then what comes out along v.
 //! Each axis is a banded matrix of m rows with degree + 1 entries, triangularised by rotations (O(m degree²)), which then serves
 //! all lines at once through the seminormal equations `RᵀR x = Xᵀz`, corrected by their own residuals (Björck 1987): the inner
-//! loops run over lines side by side ([`super::least_squares_axis`]).
+//! loops run over lines side by side (`least_squares_axis.rs`).
 //!
 //! Grids of up to [`FINE`] nodes are fitted with residuals in double-double, which gives the coefficients all digits of a double;
 //! larger ones with residuals in double, which keeps them to rounding of the largest.

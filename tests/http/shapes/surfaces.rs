@@ -195,7 +195,7 @@ async fn impossible_surfaces_are_pointed_at() {
         (json!({"grid": with("z", json!([[1, 2], [2], [3, 5]])), "method": spline}), "/grid/z/1"),
         (json!({"grid": with("z", json!([[1, 2], [2, null], [3, 5]])), "method": spline}), "/grid/z/1/1"),
         (json!({"grid": with("z", json!([[1, 2]])), "method": spline}), "/grid/z"),
-        (json!({"grid": grid, "method": {"type": "b_spline", "degree": [3, 1]}}), "/method/degree/0"),
+        (json!({"grid": grid, "method": {"type": "b_spline", "degree": [3, 1]}}), "/grid/u"),
         (
             json!({"grid": grid, "method": {"type": "b_spline", "degree": 1, "knots": [[0, 0, 1, 2, 2], [0, 0, 1]]}}),
             "/method/knots/1",
