@@ -45,6 +45,8 @@ pub struct ClosestPoint<'a> {
 #[derive(Clone, Copy)]
 struct Leaf {
     middle: [f64; 2],
+    /// Half the sides.
+    half: [f64; 2],
     piece: [[f64; 2]; 2],
 }
 
@@ -121,7 +123,7 @@ impl<'a> ClosestPoint<'a> {
                 bulge = bulge.max(bend);
             }
         }
-        self.leaves.push(Leaf { middle, piece: [piece_u, piece_v] });
+        self.leaves.push(Leaf { middle, half: [hu, hv], piece: [piece_u, piece_v] });
         // between samples half a side apart a function leaves its interpolant by an eighth of that square times its bend
         let content = Content::Leaf(self.leaves.len() - 1);
         Ball { center, radius: radius * (1.0 + 1e-12) + SLACK * 0.125 * bulge, content }
@@ -136,7 +138,7 @@ impl<'a> ClosestPoint<'a> {
                 continue;
             }
             match self.tree[number].content {
-                Content::Leaf(leaf) => self.descend(&self.leaves[leaf], node, &mut best),
+                Content::Leaf(leaf) => self.search(&self.leaves[leaf], node, &mut best),
                 Content::Balls(a, b) => {
                     let bound = |k: usize| {
                         let ball = &self.tree[k];
@@ -170,9 +172,33 @@ impl<'a> ClosestPoint<'a> {
         }
     }
 
-    /// Newton's iteration from the middle of a rectangle, within the smooth piece that it lies in.
-    fn descend(&self, leaf: &Leaf, node: &Vector, best: &mut Best) {
-        let mut at = leaf.middle;
+    /// Looks for the foot from the middle of a rectangle, and from the nearest of nine places in it where that is another one:
+    /// close to a border the way from the middle may lead elsewhere.
+    fn search(&self, leaf: &Leaf, node: &Vector, best: &mut Best) {
+        self.descend(leaf, leaf.middle, node, best);
+        let square = |at: [f64; 2]| (self.surface.place(at[0], at[1]).value - node).norm_squared();
+        let mut nearest = (leaf.middle, square(leaf.middle));
+        for su in [-1.0, 0.0, 1.0] {
+            for sv in [-1.0, 0.0, 1.0] {
+                let place = |k: usize, s: f64| {
+                    let [low, high] = leaf.piece[k];
+                    (leaf.middle[k] + s * leaf.half[k]).clamp(low, high)
+                };
+                let at = [place(0, su), place(1, sv)];
+                let found = square(at);
+                if found < nearest.1 {
+                    nearest = (at, found);
+                }
+            }
+        }
+        if nearest.0 != leaf.middle {
+            self.descend(leaf, nearest.0, node, best);
+        }
+    }
+
+    /// Newton's iteration from `start`, within the smooth piece of the rectangle.
+    fn descend(&self, leaf: &Leaf, start: [f64; 2], node: &Vector, best: &mut Best) {
+        let mut at = start;
         let mut jet = self.surface.place(at[0], at[1]);
         let mut square = (jet.value - node).norm_squared();
         let mut is_orthogonal = false;
