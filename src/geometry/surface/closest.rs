@@ -264,7 +264,7 @@ impl<'a> ClosestPoint<'a> {
             let found = (jet.value - node).norm_squared();
             // next to the foot the distance no longer tells places apart, but its gradient does
             let noise = NOISE * square.sqrt() * (jet.value.norm() + node.norm());
-            let flatter = || steepness(node, &jet, pressed) < 0.5 * slope;
+            let flatter = || steepness(node, &jet, pressed) < 0.99 * slope;
             if found < square - noise || found <= square + noise && flatter() {
                 return Some((next, jet, found));
             }
