@@ -161,3 +161,30 @@ fn averaged_knots_and_faults() {
     let outside = asked(3, KnotPlacement::Given(vec![0., 0., 0., 0., 0.5, 0.5, 0.5, 0.5]), None);
     assert!(pointer(&coordinates, by, &outside).starts_with("/points/xyz/"));
 }
+
+/// A point of weight 0 beyond the others is not what knots are laid over.
+#[test]
+fn points_of_weight_0_say_nothing() {
+    let x: Vec<f64> = (0..40).map(|i| f64::from(i) * 0.1).collect();
+    let y: Vec<f64> = x.iter().map(|x| x.sin()).collect();
+    let (mut longer, mut higher) = (x.clone(), y.clone());
+    longer.extend([4.5, 6.0]);
+    higher.extend([1e3, -1e3]);
+    let weight: Vec<f64> = (0..42).map(|k| if k < 40 { 1.0 } else { 0.0 }).collect();
+    let adaptive = Adaptive { tolerance: 1e-6, spans: 2, most_controls: 20 };
+    for knots in [KnotPlacement::Spans(5), KnotPlacement::Averaged { controls: 9 }, KnotPlacement::Adaptive(adaptive)] {
+        let asked = asked(3, knots, None);
+        let plain = fitted(std::slice::from_ref(&y), Parameters::Given(&x), &asked);
+        let points = CurvePoints {
+            coordinates: std::slice::from_ref(&higher),
+            parameters: Parameters::Given(&longer),
+            weight: Some(&weight),
+        };
+        let silent = curve(&points, &asked).unwrap();
+        assert_eq!(plain.curve, silent.curve);
+        assert_eq!(plain.max_error, silent.max_error);
+    }
+    let nothing = vec![0.0; 42];
+    let points = CurvePoints { coordinates: &[higher], parameters: Parameters::Given(&longer), weight: Some(&nothing) };
+    assert!(curve(&points, &asked(3, KnotPlacement::Spans(5), None)).is_err());
+}

@@ -2,7 +2,7 @@
 
 use flankfit::estimation::near::{Shape, SurfaceFit, SurfaceInclude, SurfacePoints, shape_of, surface};
 use flankfit::estimation::spec::{
-    Criterion, Degree, FitSpec, Include, Knots, Model, Parameter, Regularization, Scaling, Tikhonov,
+    Criterion, Degree, Domain, FitSpec, Include, Knots, Model, Parameter, Regularization, Scaling, Tikhonov,
 };
 use flankfit::estimation::{FitError, Nodes, Trace, fit};
 use flankfit::geometry::surface::Surface;
@@ -131,6 +131,26 @@ proptest! {
             prop_assert!((0..3).all(|c| (at[c] - truth[c]).abs() < 1e-10));
         }
     }
+}
+
+/// Wherever they lie: outside the others they would stretch the knots, or be refused outside given ones.
+#[test]
+fn nodes_of_weight_0_say_nothing() {
+    let counted = data(11, 1500, false);
+    let mut more = data(11, 1500, false);
+    more.weight = Some(vec![1.0; 1500]);
+    for (u, v, z) in [(29.0, 3.0, 1e6), (36.0, 21.0, -4.0), (31.0, 5.0, 7.0)] {
+        more.u.push(u);
+        more.v.push(v);
+        more.z.push(z);
+        more.weight.as_mut().unwrap().push(0.0);
+    }
+    let asked = spec(model([1, 3], [4, 3]), Regularization::None);
+    let (plain, silent) = (banded(&counted, &asked), banded(&more, &asked));
+    assert_eq!(controls(&plain), controls(&silent));
+    assert_eq!(plain.coordinates[0].residuals, silent.coordinates[0].residuals);
+    let given = FitSpec { domain: Some(Domain { u: Some([30.0, 34.0]), v: Some([0.0, 20.0]) }), ..asked };
+    assert_eq!(controls(&banded(&counted, &given)), controls(&banded(&more, &given)));
 }
 
 #[test]

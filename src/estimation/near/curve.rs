@@ -93,7 +93,13 @@ pub fn curve(points: &CurvePoints, asked: &CurveAsked) -> Result<CurveFit, FitEr
     let dimension = check(points, asked)?;
     let parameters = parameters(points)?;
     let trial = Trial { points, asked, parameters: &parameters };
-    let (low, high) = parameters.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
+    // points of weight 0 say nothing, of the knots neither
+    let counts = |k: usize| points.weight.is_none_or(|w| w[k] > 0.0);
+    let counted: Vec<f64> = parameters.iter().enumerate().filter(|(k, _)| counts(*k)).map(|(_, &t)| t).collect();
+    if counted.is_empty() {
+        return Err(Faults::one("/method/weight", "every point is of weight 0").into());
+    }
+    let (low, high) = counted.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
     let (fitted, steps, stop) = match &asked.knots {
         KnotPlacement::Given(knots) => (trial.fit(Knots::Curve(knots.clone()))?, Vec::new(), None),
         KnotPlacement::Spans(spans) => {
@@ -102,11 +108,11 @@ pub fn curve(points: &CurvePoints, asked: &CurveAsked) -> Result<CurveFit, FitEr
             (trial.fit(Knots::Curve(basis.knots().to_vec()))?, Vec::new(), None)
         }
         KnotPlacement::Averaged { controls } => {
-            if *controls > parameters.len() {
-                let detail = format!("{controls} control points cannot be told from {} points", parameters.len());
+            if *controls > counted.len() {
+                let detail = format!("{controls} control points cannot be told from {} points", counted.len());
                 return Err(Faults::one("/method/control_count", detail).into());
             }
-            let knots = averaging_least_squares(asked.degree, &parameters, *controls)
+            let knots = averaging_least_squares(asked.degree, &counted, *controls)
                 .map_err(|fault| curve_fault(points, &fault))?;
             (trial.fit(Knots::Curve(knots))?, Vec::new(), None)
         }
@@ -225,6 +231,11 @@ fn check(points: &CurvePoints, asked: &CurveAsked) -> Result<Dimension, Faults> 
         && given.len() != count
     {
         faults.push("/points", format!("{} parameters for {count} points", given.len()));
+    }
+    if let Some(weight) = points.weight
+        && weight.len() != count
+    {
+        faults.push("/method/weight", format!("{} entries for {count} points", weight.len()));
     }
     if !asked.spec.filters.is_empty() {
         faults.push("/method", "points of a curve are not filtered");

@@ -58,6 +58,9 @@ pub struct SurfaceInclude {
 pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) -> Result<SurfaceFit, FitError> {
     check_spec(spec)?;
     check_points(points)?;
+    if points.weight.is_some_and(|w| w.iter().all(|w| *w == 0.0)) {
+        return Err(Faults::one("/nodes/weight", "every node is of weight 0").into());
+    }
     let bases = bases(points, spec)?;
     check_size(&bases)?;
     // the narrower axis runs fastest, so that the band is narrow
@@ -68,9 +71,6 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
         if swapped { ([b.clone(), a.clone()], (points.v, points.u)) } else { (bases.clone(), (points.u, points.v)) };
     let places = Places { u: places.0, v: places.1, heights: points.coordinates, weight: points.weight };
     let cells = Cells::new(&places, &Pieces::new(&ordered[0]), &Pieces::new(&ordered[1]));
-    if cells.count() == 0 {
-        return Err(Faults::one(points.name(0), "every node is of weight 0").into());
-    }
     let system = System::new(cells, ordered.clone());
     let matrix = penalty_of(spec, &system, &ordered, swapped)?;
     let n = system.size();
@@ -206,7 +206,12 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
     if p.max(q) > HIGHEST_DEGREE {
         return Err(Faults::one("/model/degree", format!("big surfaces have degrees up to {HIGHEST_DEGREE}")));
     }
-    let span = |x: &[f64]| x.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &x| [a.min(x), b.max(x)]);
+    // nodes of weight 0 say nothing, of the domain neither
+    let counts = |k: usize| points.weight.is_none_or(|w| w[k] > 0.0);
+    let span = |x: &[f64]| {
+        let counted = x.iter().enumerate().filter(|(k, _)| counts(*k));
+        counted.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (_, &x)| [a.min(x), b.max(x)])
+    };
     let Domain { u, v } = spec.domain.unwrap_or_default();
     let mut faults = Faults::default();
     for (name, range) in [("u", u), ("v", v)] {
@@ -223,7 +228,7 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
     };
     for (name, places, basis) in [("u", points.u, &along), ("v", points.v, &across)] {
         let (low, high) = basis.domain();
-        for (k, x) in places.iter().enumerate().filter(|(_, x)| **x < low || **x > high) {
+        for (k, x) in places.iter().enumerate().filter(|(k, x)| counts(*k) && (**x < low || **x > high)) {
             faults
                 .push(format!("/nodes/{name}/{k}"), format!("{x} lies outside the span of the knots [{low}, {high}]"));
         }
