@@ -20,7 +20,7 @@ use crate::{
         shapes::{
             curve_request::{self, KeptCurveRequest},
             kept::{self, ShapeBody, ShapePageBody},
-            surface_request::{self, KeptSurfaceRequest},
+            surface_request::{self, SurfaceRequest},
         },
     },
     estimation::{Nodes, Plans},
@@ -69,7 +69,7 @@ async fn create_iteration_curve(
         ("number" = u32, Path),
         ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
     ),
-    request_body(content = KeptSurfaceRequest, description = "A method, and nodes where the iteration's own are not meant."),
+    request_body(content = SurfaceRequest, description = "A method, and nodes where the iteration's own are not meant."),
     responses(
         (status = 201, description = "The surface, kept.", body = ShapeBody, headers(("Location" = String, description = "Where the surface is."))),
         (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")

@@ -9,9 +9,10 @@ use crate::api::{
     shapes::{
         export::{self, ExportSurfaceBody},
         surface_closest::{self, ClosestOnSurfaceBody, SurfaceFeetBody},
-        surface_evaluate::{self, EvaluateSurfaceBody, SurfaceValuesBody},
+        surface_evaluate,
         surface_request::{self, SurfaceRequest},
         surface_result::BuiltSurfaceBody,
+        surface_values::{EvaluateSurfaceBody, SurfaceValuesBody},
     },
 };
 

@@ -5,6 +5,7 @@ use super::{
     curve_methods::{BSplineLeastSquaresCurveMethod, SmoothingSplineMethod},
     curve_points::GivenPoints,
     curve_result::{write_curve, write_warnings},
+    fault::refused_fit,
     places::beyond,
 };
 use crate::{
@@ -96,7 +97,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveAske
         },
         weight: weight.as_deref(),
     };
-    let fit = near::curve(&points, &asked)?;
+    let fit = near::curve(&points, &asked).map_err(|error| refused_fit(error, "/points"))?;
     let CurveFit { curve, parameters, results, spec, max_error: _, rms_error: _, steps, stop } = &fit;
     let mut texts = Vec::with_capacity(results.len());
     for (result, heights) in results.iter().zip(&columns.values) {

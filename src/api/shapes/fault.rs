@@ -1,7 +1,8 @@
 //! Faults of knots and control points with their places in the request.
 
 use crate::{
-    estimation::Faults,
+    api::problem::Problem,
+    estimation::{Faults, FitError},
     geometry::{
         KnotFault,
         curve::{CurveFault, Part},
@@ -59,4 +60,35 @@ pub fn curve_fault(fault: &CurveFault, at: &str, fields: &CurveFields, faults: &
         pointer.push_str(&format!("/{index}"));
     }
     faults.push(pointer, fault.to_string());
+}
+
+/// Faults of a fit by their places in a request whose method is the model and whose nodes stand at `base`.
+pub fn moved(faults: &Faults, base: &str) -> Faults {
+    let mut out = Faults::default();
+    for fault in faults.list() {
+        out.push(moved_pointer(&fault.pointer, base), fault.detail.clone());
+    }
+    out
+}
+
+fn moved_pointer(pointer: &str, base: &str) -> String {
+    match (pointer.strip_prefix("/model"), pointer.strip_prefix("/nodes")) {
+        (Some(rest), _) => format!("/method{rest}"),
+        (_, Some(rest)) => format!("{base}{rest}"),
+        _ => pointer.to_owned(),
+    }
+}
+
+/// A fit that was refused, in the same way.
+pub fn refused_fit(error: FitError, base: &str) -> Problem {
+    match error {
+        FitError::Invalid(faults) => Problem::invalid(moved(&faults, base)),
+        other => {
+            let mut problem = Problem::from(other);
+            for error in &mut problem.errors {
+                error.pointer = moved_pointer(&error.pointer, base);
+            }
+            problem
+        }
+    }
 }

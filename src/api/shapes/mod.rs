@@ -27,3 +27,4 @@ mod surface_reader;
 pub mod surface_request;
 pub mod surface_result;
 pub mod surface_shape;
+pub mod surface_values;

@@ -78,6 +78,12 @@ pub struct CoordinateResidualsBody {
     /// √(RSS/(m − effective degrees of freedom)); left out where there is nothing left.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
+    /// Of a surface of many coefficients without a penalty: the standard error of each control point, in their rows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_errors: Option<Vec<Vec<f64>>>,
+    /// With `"include": ["residuals"]`: of the counted nodes, in the order posted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub values: Option<Vec<f64>>,
 }
 
 /// A fit of many coefficients: what a banded factorisation tells.

@@ -1,17 +1,12 @@
 //! A surface at many parameters.
 
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
-
 use super::{
     places::{beyond, within},
-    point::PointBody,
     surface_reader::read_surface,
-    surface_shape::SurfaceBody,
+    surface_values::SurfaceIncludeName,
 };
 use crate::{
     api::{
-        fit_result_parts::WarningBody,
         json_writer::Json,
         problem::Problem,
         reader::{Fields, read_numbers, read_part, read_rows},
@@ -24,110 +19,6 @@ use crate::{
 const AREA_TOLERANCE: f64 = 1e-10;
 /// Most places of a grid of parameters.
 const MOST_PLACES: usize = 20_000_000;
-
-// Declared for the document; read by `answer`.
-/// A surface and where it is evaluated: `at`, or every pair of `grid`.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = EvaluateSurface)]
-pub struct EvaluateSurfaceBody {
-    pub surface: SurfaceBody,
-    /// Pairs [u, v] within the surface's domain, in any order.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Vec<Vec<f64>>>)]
-    pub at: Option<Vec<[f64; 2]>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub grid: Option<ParameterGridBody>,
-    /// Highest order of derivatives that are answered. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, maximum = 2)]
-    pub derivatives: Option<usize>,
-    /// What is answered only when asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub include: Option<Vec<SurfaceIncludeName>>,
-}
-
-/// Parameters of a grid: every u with every v, v running fastest.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = ParameterGrid)]
-pub struct ParameterGridBody {
-    pub u: Vec<f64>,
-    pub v: Vec<f64>,
-}
-
-/// What is answered of a surface only when asked for. `normals` come with one derivative, `curvatures` with two without asking.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = SurfaceInclude)]
-pub enum SurfaceIncludeName {
-    FundamentalForms,
-    Area,
-}
-
-/// A surface at parameters, everything in the order of `at` or of the grid.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = SurfaceValues)]
-pub struct SurfaceValuesBody {
-    pub values: Vec<PointBody>,
-    /// With one derivative and more.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub derivatives: Option<SurfaceDerivativesBody>,
-    /// With one derivative and more: unit normals along S_u × S_v; of a graph those of (u, v, z). Left out, with a warning, where
-    /// one of them does not exist.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub normals: Option<Vec<Vec<f64>>>,
-    /// With two derivatives.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub curvatures: Option<CurvaturesBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fundamental_forms: Option<FundamentalFormsBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub area: Option<AreaBody>,
-    pub warnings: Vec<WarningBody>,
-}
-
-/// Partial derivatives.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = SurfaceDerivatives)]
-pub struct SurfaceDerivativesBody {
-    pub u: Vec<PointBody>,
-    pub v: Vec<PointBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub uu: Option<Vec<PointBody>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub uv: Option<Vec<PointBody>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub vv: Option<Vec<PointBody>>,
-}
-
-/// Curvatures, > 0 where the surface bends towards its normal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = Curvatures)]
-pub struct CurvaturesBody {
-    pub gaussian: Vec<f64>,
-    pub mean: Vec<f64>,
-    /// The greater and the lesser one.
-    pub principal: Vec<Vec<f64>>,
-    /// Unit tangents along which the greater one is taken; the other is at right angles.
-    pub direction: Vec<Vec<f64>>,
-}
-
-/// The first fundamental form (E, F, G) and the second one (L, M, N).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FundamentalForms)]
-pub struct FundamentalFormsBody {
-    pub first: Vec<Vec<f64>>,
-    pub second: Vec<Vec<f64>>,
-}
-
-/// Area of the whole surface.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = Area)]
-pub struct AreaBody {
-    pub value: f64,
-    /// Estimated error.
-    pub error: f64,
-}
 
 /// A request as it was read.
 struct Wanted {
@@ -189,22 +80,19 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let evaluator = Evaluator::new(&surface);
     let mut geometry = Geometry::default();
     let mut lists: [Vec<f64>; 6] = Default::default();
-    if derivatives == 0 {
+    if derivatives == 0 && !forms {
         lists[0] = places.values(&evaluator, width);
     } else {
         for list in &mut lists[..[1, 3, 6][derivatives]] {
             list.reserve_exact(count * width);
         }
-        for jet in places.jets(&evaluator) {
+        for (index, (jet, (u, v))) in places.jets(&evaluator).into_iter().zip(places.pairs()).enumerate() {
+            let place = jet.placed(surface.dimension(), u, v);
+            geometry.add(index, Differential::at_jet(&surface, &place, u, v).as_ref());
             let all = [jet.value, jet.u, jet.v, jet.uu, jet.uv, jet.vv];
             for (list, value) in lists.iter_mut().zip(all).take([1, 3, 6][derivatives]) {
                 list.extend_from_slice(&value.as_slice()[..width]);
             }
-        }
-    }
-    if derivatives > 0 || forms {
-        for (index, (u, v)) in places.pairs().enumerate() {
-            geometry.add(index, Differential::at(&surface, u, v).as_ref());
         }
     }
     let mut json = Json::with_capacity(256 + 22 * count * (width * 6 + 12));

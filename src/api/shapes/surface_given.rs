@@ -1,5 +1,7 @@
 //! What a surface is made of: read from a request, or the nodes of an iteration.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -11,7 +13,7 @@ use super::{
     surface_reader::{boundary_curves, corner_tolerance},
 };
 use crate::{
-    api::reader::{Fields, read_numbers, read_part, read_rows},
+    api::reader::{self, Fields, NoExtra, ReadError, read_numbers, read_part, read_rows},
     estimation::{Faults, Nodes},
     geometry::{
         curve::{CurveShape, Parametrization},
@@ -37,7 +39,7 @@ pub struct HeightGridBody {
 pub const GIVEN_KEYS: [&str; 6] = ["grid", "xyz", "boundaries", "mesh", "control_points", "nodes"];
 
 /// What the surface is made of.
-pub enum GivenSurface {
+pub enum GivenSurface<'a> {
     Grid {
         u: Vec<f64>,
         v: Vec<f64>,
@@ -56,14 +58,12 @@ pub enum GivenSurface {
         tolerance: f64,
     },
     ControlPoints(Net),
-    /// Text of the nodes: they are read with the fit.
-    Scattered(Vec<u8>),
-    /// The nodes of an iteration.
-    Own,
+    /// Posted, or those of an iteration.
+    Nodes(Cow<'a, Nodes>),
 }
 
 /// Reads what the fields of a request give.
-pub fn read(fields: &Fields, own: Option<&Nodes>, faults: &mut Faults) -> Option<GivenSurface> {
+pub fn read<'a>(fields: &Fields, own: Option<&'a Nodes>, faults: &mut Faults) -> Option<GivenSurface<'a>> {
     let there: Vec<_> = GIVEN_KEYS.iter().filter(|key| fields.get(key).is_some()).collect();
     let key = match there[..] {
         [key] => *key,
@@ -92,13 +92,29 @@ pub fn read(fields: &Fields, own: Option<&Nodes>, faults: &mut Faults) -> Option
             let rows: Vec<Vec<PointBody>> = read_part(slice, "/control_points", faults)?;
             Some(GivenSurface::ControlPoints(Net::read(&rows, "/control_points", faults)?))
         }
-        _ => Some(GivenSurface::Scattered(slice.to_vec())),
+        _ => posted_nodes(slice, faults),
     }
 }
 
-fn of_nodes(own: Option<&Nodes>, faults: &mut Faults) -> Option<GivenSurface> {
+fn posted_nodes(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface<'static>> {
+    let request = [b"{\"nodes\":", slice, b"}"].concat();
+    match reader::read_nodes(&request) {
+        Ok((nodes, NoExtra {})) => Some(GivenSurface::Nodes(Cow::Owned(nodes))),
+        Err(ReadError::Invalid(found)) => {
+            faults.append(found);
+            None
+        }
+        // the request as a whole was found to be JSON
+        Err(ReadError::Malformed { detail }) => {
+            faults.push("/nodes", detail);
+            None
+        }
+    }
+}
+
+fn of_nodes<'a>(own: Option<&'a Nodes>, faults: &mut Faults) -> Option<GivenSurface<'a>> {
     match own {
-        Some(Nodes::Grid(_) | Nodes::Scattered(_)) => Some(GivenSurface::Own),
+        Some(nodes @ (Nodes::Grid(_) | Nodes::Scattered(_))) => Some(GivenSurface::Nodes(Cow::Borrowed(nodes))),
         Some(_) => {
             faults.push("", "the nodes of this iteration have no u and v: say what the surface is made of");
             None
@@ -110,7 +126,7 @@ fn of_nodes(own: Option<&Nodes>, faults: &mut Faults) -> Option<GivenSurface> {
     }
 }
 
-fn grid(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface> {
+fn grid(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface<'static>> {
     let fields = Fields::of_part(slice, "/grid", &["u", "v", "z"], faults)?;
     let mut axis = |name: &str| {
         let slice = fields.required(name, "/grid", faults)?;
@@ -135,7 +151,7 @@ fn grid(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface> {
     Some(GivenSurface::Grid { u, v, z })
 }
 
-fn points(slice: &[u8], parametrization: Option<&[u8]>, faults: &mut Faults) -> Option<GivenSurface> {
+fn points(slice: &[u8], parametrization: Option<&[u8]>, faults: &mut Faults) -> Option<GivenSurface<'static>> {
     const AT: &str = "/xyz";
     let name: Option<ParametrizationName> = match parametrization {
         Some(slice) => Some(read_part(slice, "/parametrization", faults)?),
@@ -152,7 +168,7 @@ fn points(slice: &[u8], parametrization: Option<&[u8]>, faults: &mut Faults) -> 
     Some(GivenSurface::Points { rows: net.values.chunks(net.columns).map(<[_]>::to_vec).collect(), parametrization })
 }
 
-fn mesh(slice: &[u8], tolerance: Option<&[u8]>, faults: &mut Faults) -> Option<GivenSurface> {
+fn mesh(slice: &[u8], tolerance: Option<&[u8]>, faults: &mut Faults) -> Option<GivenSurface<'static>> {
     let fields = Fields::of_part(slice, "/mesh", &["u", "v", "u_curves", "v_curves"], faults)?;
     let mut axis = |name: &str| {
         let slice = fields.required(name, "/mesh", faults)?;

@@ -1,7 +1,8 @@
 //! Surfaces near nodes: the fit of the service where its spectrum can be told, the banded one where there are too many coefficients.
 
 use super::{
-    curve_result::write_warnings, places::beyond, surface_method_reader::Asked, surface_result::write_surface,
+    curve_result::write_warnings, fault::refused_fit, places::beyond, surface_method_reader::Asked,
+    surface_result::write_surface,
 };
 use crate::{
     api::{
@@ -10,10 +11,10 @@ use crate::{
         problem::Problem,
     },
     estimation::{
-        self, Faults, FitError, FitSpec, Nodes, Plans,
+        self, Faults, FitSpec, Nodes, Plans,
         near::{self, Shape, SurfaceFit, SurfaceInclude, SurfacePoints},
         result::{Arithmetic, Warning},
-        spec::{Degree, Estimator, Knots, Model, Regularization, Scaling},
+        spec::{Degree, Estimator, Include, Knots, Model, Regularization, Scaling},
     },
     geometry::surface::{SurfaceShape, construct::Method, least_squares::AxisKnots},
 };
@@ -21,8 +22,8 @@ use crate::{
 /// Coefficients up to which every fit is that of the service: beyond, its spectrum costs more than it tells.
 const FEW: usize = 150;
 
-/// Fits the B-spline that was asked for to nodes with u and v.
-pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {
+/// Fits the B-spline that was asked for to nodes with u and v, which stand at `base` in the request.
+pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base: &str) -> Result<Vec<u8>, Problem> {
     let Method::BSplineLeastSquares { degrees, knots } = asked.method else {
         return refuse("/method", "only `b_spline_least_squares` is for scattered nodes and grids with missing ones");
     };
@@ -41,9 +42,9 @@ pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans) -> R
         weights: None,
     };
     if size > FEW && is_banded(&spec) {
-        return banded(nodes, &spec);
+        return banded(nodes, &spec, base);
     }
-    let result = estimation::fit_remembering(nodes, &spec, plans).map_err(moved)?;
+    let result = estimation::fit_remembering(nodes, &spec, plans).map_err(|error| refused_fit(error, base))?;
     let Some(Shape::Surface(shape)) = near::shape_of(&spec, &result) else {
         return Err(Problem::internal("a fit of a B-spline surface is none"));
     };
@@ -57,7 +58,7 @@ pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans) -> R
     });
     write_warnings(&mut object, &[]);
     object.end();
-    json.finish().map_err(|_| beyond("/nodes"))
+    json.finish().map_err(|_| beyond(base))
 }
 
 /// Whether the fit of many coefficients knows all that is asked for.
@@ -72,14 +73,19 @@ fn is_banded(spec: &FitSpec) -> bool {
         && spec.scaling != Scaling::Standardized
         && spec.node_uncertainty.is_none()
         && spec.coefficient_norm_limit.is_none()
+        && spec.include == Include { residuals: spec.include.residuals, ..Include::default() }
 }
 
-fn banded(nodes: &Nodes, spec: &FitSpec) -> Result<Vec<u8>, Problem> {
+fn banded(nodes: &Nodes, spec: &FitSpec, base: &str) -> Result<Vec<u8>, Problem> {
     let (u, v, z, weight) = scattered(nodes)?;
     let coordinates = [z];
     let points = SurfacePoints { u: &u, v: &v, coordinates: &coordinates, weight: weight.as_deref() };
-    let fit = near::surface(&points, spec, SurfaceInclude::default()).map_err(moved)?;
-    let mut json = Json::with_capacity(4096 + 30 * fit.surface.control_points().len());
+    // without a penalty they come with the factorisation, with one each asks for a solution
+    let standard_errors = spec.regularization == Regularization::None;
+    let include = SurfaceInclude { standard_errors, residuals: spec.include.residuals };
+    let fit = near::surface(&points, spec, include).map_err(|error| refused_fit(error, base))?;
+    let told = fit.coordinates.iter().filter_map(|c| c.residuals.as_ref()).map(Vec::len).sum::<usize>();
+    let mut json = Json::with_capacity(4096 + 60 * fit.surface.control_points().len() + 22 * told);
     let mut object = json.object();
     let SurfaceFit { surface, .. } = &fit;
     let columns = surface.bases()[1].distinct_knots().len() - 1;
@@ -89,7 +95,7 @@ fn banded(nodes: &Nodes, spec: &FitSpec) -> Result<Vec<u8>, Problem> {
         object.string("code", code).string("message", message);
     });
     object.end();
-    json.finish().map_err(|_| beyond("/nodes"))
+    json.finish().map_err(|_| beyond(base))
 }
 
 fn write_banded(object: &mut Object<'_>, fit: &SurfaceFit, columns: usize) {
@@ -105,6 +111,13 @@ fn write_banded(object: &mut Object<'_>, fit: &SurfaceFit, columns: usize) {
                 .number("rms", residuals.rms)
                 .number("max_abs", residuals.max_abs)
                 .maybe_number("sigma", residuals.sigma);
+            if let Some(errors) = &residuals.standard_errors {
+                let rows: Vec<Vec<f64>> = errors.chunks(fit.surface.bases()[1].size()).map(<[f64]>::to_vec).collect();
+                object.rows("std_errors", &rows);
+            }
+            if let Some(values) = &residuals.residuals {
+                object.numbers("values", values);
+            }
         })
         .field("nodes_per_span", &fit.nodes_per_span.chunks(columns).collect::<Vec<_>>())
         .count("empty_spans", fit.empty_spans);
@@ -146,18 +159,4 @@ fn scattered(nodes: &Nodes) -> Result<Columns, Problem> {
 
 fn refuse<T>(pointer: &str, detail: &str) -> Result<T, Problem> {
     Err(Problem::invalid(Faults::one(pointer, detail)))
-}
-
-/// The model of the fit is the method of the request.
-fn moved(error: FitError) -> Problem {
-    match error {
-        FitError::Invalid(faults) => {
-            let mut out = Faults::default();
-            for fault in faults.list() {
-                out.push(fault.pointer.replacen("/model", "/method", 1), fault.detail.clone());
-            }
-            Problem::invalid(out)
-        }
-        other => other.into(),
-    }
 }

@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::{
     curve_points::ParametrizationName,
+    fault::moved,
     fit_fields::{self, FIT_KEYS, FitFields},
     kept::Built,
     net::Net,
@@ -16,36 +17,23 @@ use super::{
     surface_shape::BordersBody,
 };
 use crate::{
-    api::{
-        nodes_schema::NodesBody,
-        problem::Problem,
-        reader::{self, Fields, NoExtra},
-    },
+    api::{nodes_schema::NodesBody, problem::Problem, reader::Fields},
     estimation::{Faults, Nodes, Plans},
     geometry::surface::{
         Border,
-        construct::{self, Given},
+        construct::{self, Given, Method},
         construct_fault::{Field, SurfaceFault},
     },
 };
 
-// The two requests are declared for the document; `build` reads them.
-/// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points` and `nodes`.
+/// Most patches of a mesh or grid that is filled.
+const MOST_PATCHES: usize = 10_000;
+
+// Declared for the document; `build` reads it.
+/// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points` and `nodes`. One that is kept with an
+/// iteration may say none of them: then it is made of the iteration's nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct SurfaceRequest {
-    #[serde(flatten)]
-    #[schema(inline)]
-    pub of: SurfaceParts,
-    pub method: SurfaceMethodBody,
-    /// For `b_spline_least_squares`.
-    #[serde(flatten)]
-    #[schema(inline)]
-    pub fit: FitFields,
-}
-
-/// A surface to build and to keep with an iteration; by default of the iteration's own nodes.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct KeptSurfaceRequest {
     #[serde(flatten)]
     #[schema(inline)]
     pub of: SurfaceParts,
@@ -98,22 +86,18 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
     let name = asked.name.to_owned();
     // Without a word on the fit, a whole grid is fitted axis by axis, whatever its size.
     let plain = FIT_KEYS.iter().all(|key| fields.get(key).is_none());
+    let near = |nodes: &Nodes, asked, base| {
+        surface_near::build(nodes, asked, fit, plans, base).map(|result| Built { method: name.clone(), result })
+    };
     let (given, tolerance) = match given {
-        GivenSurface::Own | GivenSurface::Scattered(_) => {
-            let posted = match &given {
-                GivenSurface::Scattered(text) => Some(read_nodes(text)?),
-                _ => None,
-            };
-            let Some(nodes) = posted.as_ref().or(own) else { return Err(Problem::internal("no nodes")) };
-            match whole_grid(nodes) {
-                Some(given) if plain || !asked.is_near() => (given, None),
-                _ => return surface_near::build(nodes, asked, fit, plans).map(|result| Built { method: name, result }),
-            }
-        }
+        GivenSurface::Nodes(nodes) => match whole_grid(&nodes) {
+            Some(given) if plain || !asked.is_near() => (given, None),
+            _ => return near(&nodes, asked, "/nodes"),
+        },
         GivenSurface::Grid { u, v, z } if asked.is_near() && !plain => {
-            let nodes =
-                Nodes::grid(u, v, z.concat(), None, None).map_err(|faults| Problem::invalid(of_grid(&faults)))?;
-            return surface_near::build(&nodes, asked, fit, plans).map(|result| Built { method: name, result });
+            let nodes = Nodes::grid(u, v, z.concat(), None, None)
+                .map_err(|faults| Problem::invalid(moved(&faults, "/grid")))?;
+            return near(&nodes, asked, "/grid");
         }
         GivenSurface::Grid { u, v, z } => (Given::Grid { u, v, z }, None),
         GivenSurface::Points { rows, parametrization } => (Given::Points { rows, parametrization }, None),
@@ -124,14 +108,27 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         GivenSurface::Mesh { mesh, tolerance } => (Given::Mesh { mesh, tolerance }, Some(tolerance)),
         GivenSurface::ControlPoints(net) => (control_points(net, &asked), None),
     };
+    check_patches(&given, &asked.method)?;
     let built = construct::build(given, asked.method).map_err(|fault| refused(&fault, &fields))?;
     Ok(Built { method: name, result: surface_result::built(&built, tolerance)? })
 }
 
-fn read_nodes(text: &[u8]) -> Result<Nodes, Problem> {
-    let request = [b"{\"nodes\":", text, b"}"].concat();
-    let (nodes, NoExtra {}) = reader::read_nodes(&request)?;
-    Ok(nodes)
+/// Patches have joints that are all looked at: no more of them than can be told about.
+fn check_patches(given: &Given, method: &Method) -> Result<(), Problem> {
+    let (at, [rows, columns]) = match given {
+        Given::Grid { u, v, .. } => ("/grid", [u.len(), v.len()]),
+        Given::Points { rows, .. } => ("/xyz", [rows.len(), rows.first().map_or(0, Vec::len)]),
+        Given::Mesh { mesh, .. } => ("/mesh", [mesh.us.len(), mesh.vs.len()]),
+        Given::Boundaries { .. } | Given::ControlPoints(_) => return Ok(()),
+    };
+    let fills =
+        matches!(method, Method::CoonsBilinear | Method::CoonsBicubic { .. } | Method::Gregory | Method::Bezier);
+    let patches = rows.saturating_sub(1).saturating_mul(columns.saturating_sub(1));
+    if fills && patches > MOST_PATCHES {
+        let detail = format!("{patches} patches are more than {MOST_PATCHES}: take a B-spline through so many nodes");
+        return Err(Problem::invalid(Faults::one(at, detail)));
+    }
+    Ok(())
 }
 
 /// A grid without missing nodes or weights.
@@ -143,15 +140,6 @@ fn whole_grid(nodes: &Nodes) -> Option<Given> {
     }
     let z = grid.z.chunks(grid.v.len().max(1)).map(<[f64]>::to_vec).collect();
     Some(Given::Grid { u: grid.u.clone(), v: grid.v.clone(), z })
-}
-
-/// Faults of nodes are faults of the grid they were made of.
-fn of_grid(faults: &Faults) -> Faults {
-    let mut out = Faults::default();
-    for fault in faults.list() {
-        out.push(fault.pointer.replacen("/nodes", "/grid", 1), fault.detail.clone());
-    }
-    out
 }
 
 fn control_points(net: Net, asked: &Asked) -> Given {
@@ -176,6 +164,8 @@ fn refused(fault: &SurfaceFault, fields: &Fields) -> Problem {
         Field::U if nodes || base == "mesh" => format!("/{base}/u"),
         Field::V if nodes || base == "mesh" => format!("/{base}/v"),
         Field::Z if nodes => format!("/{base}/z"),
+        // a column of points has no pointer of its own: that of its first point
+        Field::V if base == "xyz" => "/xyz/0".to_owned(),
         Field::U | Field::V | Field::Z | Field::Points => format!("/{base}"),
         Field::Boundaries => format!("/boundaries/{}", border(indices.next())),
         Field::Cross => format!("/method/cross_derivatives/{}", border(indices.next())),

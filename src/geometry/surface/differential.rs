@@ -73,7 +73,7 @@ impl Differential {
     }
 
     /// The same where the jet of the place in space is known already.
-    pub(super) fn at_jet(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Option<Self> {
+    pub fn at_jet(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Option<Self> {
         if is_singular(jet, surface.domain()) { triangle::limit(surface, u, v) } else { Self::of(jet) }
     }
 

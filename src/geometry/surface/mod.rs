@@ -59,6 +59,24 @@ pub struct SurfaceJet {
     pub vv: Vector,
 }
 
+impl SurfaceJet {
+    /// The jet of the place in space of a surface of this dimension: (u, v, z(u, v)) for a graph, else the jet itself.
+    pub fn placed(self, dimension: Dimension, u: f64, v: f64) -> Self {
+        if dimension.is_parametric() {
+            return self;
+        }
+        let raised = |x: f64, y: f64, z: &Vector| Vector::new(x, y, z.x);
+        SurfaceJet {
+            value: raised(u, v, &self.value),
+            u: raised(1.0, 0.0, &self.u),
+            v: raised(0.0, 1.0, &self.v),
+            uu: raised(0.0, 0.0, &self.uu),
+            uv: raised(0.0, 0.0, &self.uv),
+            vv: raised(0.0, 0.0, &self.vv),
+        }
+    }
+}
+
 /// A surface over two parameters.
 pub trait Surface {
     /// [`Dimension::Graph`] or [`Dimension::Space`].
@@ -80,18 +98,6 @@ pub trait Surface {
 
     /// The jet of the surface's place in space: (u, v, z(u, v)) for a graph, else the jet itself.
     fn place(&self, u: f64, v: f64) -> SurfaceJet {
-        let jet = self.jet(u, v);
-        if self.dimension().is_parametric() {
-            return jet;
-        }
-        let raised = |x: f64, y: f64, z: &Vector| Vector::new(x, y, z.x);
-        SurfaceJet {
-            value: raised(u, v, &jet.value),
-            u: raised(1.0, 0.0, &jet.u),
-            v: raised(0.0, 1.0, &jet.v),
-            uu: raised(0.0, 0.0, &jet.uu),
-            uv: raised(0.0, 0.0, &jet.uv),
-            vv: raised(0.0, 0.0, &jet.vv),
-        }
+        self.jet(u, v).placed(self.dimension(), u, v)
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
 use flankfit::api::shapes::{
     curve_closest::CurveFeetBody, curve_evaluate::CurveValuesBody, surface_closest::SurfaceFeetBody,
-    surface_evaluate::SurfaceValuesBody,
+    surface_values::SurfaceValuesBody,
 };
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};

@@ -122,6 +122,19 @@ async fn many_coefficients_take_the_banded_way() {
     assert!(fit["coordinates"][0]["max_abs"].as_f64().unwrap() < 1e-5);
     let found = values(&app, &built["surface"], &[[0.3, 0.7]]).await[0].as_f64().unwrap();
     close(found, 0.9f64.sin() * 1.4f64.cos(), 1e-5);
+    // σ √(H⁻¹)ⱼⱼ of a control point inside is smaller than at a corner, where few nodes tell it
+    let errors: Vec<Vec<f64>> = serde_json::from_value(fit["coordinates"][0]["std_errors"].clone()).unwrap();
+    assert_eq!((errors.len(), errors[0].len()), (15, 15));
+    assert!(errors.iter().flatten().all(|e| *e > 0.0) && errors[7][7] < errors[0][0]);
+    let told = json!({"nodes": nodes, "method": method, "include": ["residuals"]});
+    let told = build(&app, &told).await["banded_fit"]["coordinates"][0].clone();
+    let residuals = numbers(&told["values"]);
+    close(residuals.iter().map(|r| r * r).sum::<f64>(), told["rss"].as_f64().unwrap(), 1e-12);
+    let misses = [0usize, 1234, 3999].map(|k| (k, [u[k], v[k]]));
+    for ((k, at), value) in misses.into_iter().zip(values(&app, &built["surface"], &misses.map(|m| m.1)).await) {
+        let miss = z[k] - value.as_f64().unwrap();
+        assert!((residuals[k] - miss).abs() < 1e-12, "{k} {at:?}: {} is not {miss}", residuals[k]);
+    }
     let penalised = json!({"nodes": nodes, "method": method,
         "regularization": {"type": "tikhonov", "order": 2, "parameter": {"criterion": "fixed", "value": 1e-6}}});
     let built = build(&app, &penalised).await;
@@ -186,7 +199,10 @@ async fn impossible_surfaces_are_pointed_at() {
     apart["boundaries"]["u1"]["control_points"][0][2] = json!(0.5);
     let mut lone = coons.clone();
     lone["boundaries"].as_object_mut().unwrap().retain(|key, _| key == "v0");
+    let many: Vec<f64> = (0..102).map(f64::from).collect();
+    let wide = json!({"u": many, "v": many, "z": vec![many.clone(); 102]});
     let cases = [
+        (json!({"grid": wide, "method": {"type": "coons_bilinear"}}), "/grid"),
         (json!({"method": spline}), ""),
         (json!({"grid": grid}), "/method"),
         (json!({"grid": grid, "xyz": [], "method": spline}), "/xyz"),
