@@ -6,6 +6,7 @@ pub mod cli;
 pub mod config;
 pub mod estimation;
 pub mod formats;
+pub mod gear;
 pub mod geometry;
 pub mod http;
 pub mod jobs;

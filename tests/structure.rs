@@ -43,16 +43,17 @@ const SERVICE: &[&str] = &[
 const RULES: &[Rule] = &[
     Rule { room: "numerics", rooms: &[], foreign: SERVICE },
     Rule { room: "geometry", rooms: &["numerics"], foreign: SERVICE },
-    Rule { room: "formats", rooms: &["geometry", "numerics"], foreign: SERVICE },
+    Rule { room: "formats", rooms: &["estimation", "gear", "geometry", "numerics"], foreign: SERVICE },
     Rule { room: "estimation", rooms: &["geometry", "numerics"], foreign: SERVICE },
+    Rule { room: "gear", rooms: &["estimation", "geometry", "numerics"], foreign: SERVICE },
     Rule {
         room: "api",
-        rooms: &["estimation", "formats", "geometry", "jobs", "numerics", "telemetry"],
+        rooms: &["estimation", "formats", "gear", "geometry", "jobs", "numerics", "telemetry"],
         foreign: &["axum", "clap", "metrics", "nalgebra", "sqlx", "tokio", "tower", "tower_http", "utoipa_axum"],
     },
     Rule {
         room: "jobs",
-        rooms: &["estimation", "telemetry"],
+        rooms: &["estimation", "gear", "telemetry"],
         foreign: &["axum", "clap", "metrics", "nalgebra", "sqlx", "tower", "tower_http", "utoipa", "utoipa_axum"],
     },
     Rule {

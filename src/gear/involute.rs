@@ -1,0 +1,83 @@
+//! The involute helicoid: points, normals and where on a tooth they lie.
+//!
+//! The involute of a flank starts on the base circle at the angle `s (ψ + τ inv α_t)` from the tooth's middle, counterclockwise
+//! (s = ±1 for the left and right flank, τ = ±1 for external and internal gears), and unrolls in the direction −σ, σ = s τ. With the base
+//! tangent point at the angle `χ = s (ψ + τ inv α_t) − σ ξ + turn(z)`, ξ = L / r_b:
+//!
+//! `P = r_b e_r(χ) + σ L e_t(χ) + z e_z`, normal `n = s (cos β_b e_t(χ) − h sin β_b e_z)`
+//!
+//! with e_r = (−sin χ, cos χ), e_t = (−cos χ, −sin χ) and h = ±1 for a right- and a left-hand helix. For external gears these are the printed
+//! forms of ISO 21771 and of Litvin; the normal points out of the material.
+
+use super::{Gear, Side};
+use crate::geometry::space::Vector;
+
+/// inv α = tan α − α for the roll angle ξ = tan α, without cancellation near 0.
+pub fn inv_of_roll(roll: f64) -> f64 {
+    if roll.abs() < 0.2 {
+        // ξ − arctan ξ = ξ³/3 − ξ⁵/5 + …
+        let square = roll * roll;
+        let mut sum = 0.0;
+        for k in (1..=14).rev() {
+            let term = 1.0 / f64::from(2 * k + 1);
+            sum = term - square * sum;
+        }
+        roll * square * sum
+    } else {
+        roll - roll.atan()
+    }
+}
+
+/// A flank of the tooth at the top.
+#[derive(Clone, Copy, Debug)]
+pub struct Flank<'a> {
+    pub gear: &'a Gear,
+    pub side: Side,
+}
+
+/// A place on a flank with the normal out of the material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// mm.
+    pub point: Vector,
+    /// Of length 1.
+    pub normal: Vector,
+}
+
+impl<'a> Flank<'a> {
+    pub fn new(gear: &'a Gear, side: Side) -> Self {
+        Flank { gear, side }
+    }
+
+    /// σ: +1 where the involute unrolls clockwise.
+    fn sense(&self) -> f64 {
+        self.side.sign() * self.gear.outward()
+    }
+
+    /// Where the involute starts on the base circle of z = 0, rad counterclockwise from the tooth's middle.
+    pub fn start_angle(&self) -> f64 {
+        let gear = self.gear;
+        let involute = inv_of_roll(gear.transverse_pressure_angle().tan());
+        self.side.sign() * (gear.half_tooth_angle() + gear.outward() * involute)
+    }
+
+    /// Half the tooth's angle at a roll length, rad; negative beyond the point of a pointed tooth.
+    pub fn half_angle(&self, roll_length: f64) -> f64 {
+        let inv = inv_of_roll(roll_length / self.gear.base_radius());
+        self.side.sign() * self.start_angle() - self.gear.outward() * inv
+    }
+
+    /// The place at a roll length and a z, both mm.
+    pub fn at(&self, roll_length: f64, z: f64) -> Place {
+        let gear = self.gear;
+        let (r, sense) = (gear.base_radius(), self.sense());
+        let chi = self.start_angle() - sense * roll_length / r + gear.turn_per_length() * z;
+        let (sin, cos) = chi.sin_cos();
+        let (along, side) = (sense * roll_length, self.side.sign());
+        let (sin_b, cos_b) = gear.base_helix_angle().sin_cos();
+        Place {
+            point: Vector::new(-r * sin - along * cos, r * cos - along * sin, z),
+            normal: Vector::new(-side * cos_b * cos, -side * cos_b * sin, -side * gear.hand() * sin_b),
+        }
+    }
+}
