@@ -10,5 +10,7 @@
 
 pub mod data;
 pub mod involute;
+pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
+pub use trace::{Kind, Trace};

@@ -1,0 +1,27 @@
+//! Traces: deviations of a tooth flank along a profile or along the helix.
+
+use super::Side;
+
+/// Which way a trace runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Kind {
+    /// From root to tip in one transverse section.
+    Profile,
+    /// Along the face width on one cylinder.
+    Helix,
+}
+
+/// One trace as it was measured, in the order of its samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// The tooth as its instrument names it: `1`, `44`, `1k`.
+    pub tooth: String,
+    pub side: Side,
+    pub kind: Kind,
+    /// Roll length of each sample of a profile, z of each sample of a helix, mm.
+    pub at: Vec<f64>,
+    /// z of a profile, diameter of a helix, mm, where known.
+    pub section: Option<f64>,
+    /// µm as given, NaN where undefined: an undefined sample keeps its place and is never counted.
+    pub deviation: Vec<f64>,
+}
