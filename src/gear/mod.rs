@@ -8,8 +8,10 @@
 //! Nothing here solves a least-squares problem of its own: lines, surfaces, registration and correction are fits of
 //! [`crate::estimation`].
 
+pub mod correction;
 pub mod data;
 pub mod involute;
+pub mod simulation;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
