@@ -1,7 +1,7 @@
 //! The closed loop: plain least squares lets settings run away that λ* holds.
 
 use flankfit::gear::correction::machine::{FlankNode, Machine, Ranges};
-use flankfit::gear::correction::{DEFAULT_RESPONSE_UNCERTAINTY, Setting};
+use flankfit::gear::correction::{DEFAULT_RESPONSE_UNCERTAINTY, Setting, Verdict};
 use flankfit::gear::simulation::{Asked, Run, Simulation, Strategy, case, run};
 use flankfit::gear::{Gear, GearData, Hand, Side};
 
@@ -58,7 +58,10 @@ fn the_case_is_as_ill_conditioned_as_it_says() {
     assert!((5e10..5e11).contains(&condition), "{condition:e}");
     assert_eq!((run.rounds.len(), run.rounds[0].measured.len()), (2, 45));
     assert_eq!(run.rounds[0].measured.iter().filter(|d| d.is_nan()).count(), 4);
-    assert!(run.rounds[1].solution.is_none());
+    assert!(run.rounds[1].solution.is_none() && run.rounds[0].answer.is_none());
+    let answer = run.rounds[1].answer.as_ref().unwrap();
+    assert_eq!(answer.verdict, Verdict::AsPredicted, "{}", answer.sentence);
+    assert!(flankfit::gear::simulation::run(&case::ill_conditioned(0), &Strategy::uncertainty(), 0.01, 21).is_err());
 }
 
 /// Eight settings of which two are nearly mixtures, in very different units; settings of both kinds off.
