@@ -9,8 +9,15 @@
 //! [`crate::estimation`].
 
 pub mod data;
+pub mod flank_grid;
+pub mod generation;
+pub mod geometry;
 pub mod involute;
+pub mod modification;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
+pub use flank_grid::{FlankGrid, GridSpec, ProfileAxis};
+pub use geometry::Geometry;
+pub use modification::Modifications;
 pub use trace::{Kind, Trace};

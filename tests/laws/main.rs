@@ -12,6 +12,8 @@ mod criteria;
 mod curves;
 mod edges;
 mod extremes;
+mod gear_geometry;
+mod gear_geometry_grid;
 mod hard;
 mod large;
 mod least_condition;
