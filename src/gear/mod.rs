@@ -9,7 +9,9 @@
 //! [`crate::estimation`].
 
 pub mod data;
+pub mod evaluation;
 pub mod involute;
+pub mod tolerance;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
