@@ -8,9 +8,11 @@
 //! Nothing here solves a least-squares problem of its own: lines, surfaces, registration and correction are fits of
 //! [`crate::estimation`].
 
+pub mod correction;
 pub mod data;
 pub mod evaluation;
 pub mod involute;
+pub mod simulation;
 pub mod tolerance;
 pub mod trace;
 
