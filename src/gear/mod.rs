@@ -8,12 +8,16 @@
 //! Nothing here solves a least-squares problem of its own: lines, surfaces, registration and correction are fits of
 //! [`crate::estimation`].
 
+pub mod correction;
 pub mod data;
+pub mod evaluation;
 pub mod flank_grid;
 pub mod generation;
 pub mod geometry;
 pub mod involute;
 pub mod modification;
+pub mod simulation;
+pub mod tolerance;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
