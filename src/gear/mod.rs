@@ -9,7 +9,9 @@
 //! [`crate::estimation`].
 
 pub mod data;
+pub mod deviation;
 pub mod involute;
+pub mod registration;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
