@@ -6,10 +6,13 @@ use uuid::Uuid;
 
 use super::{
     fit_spec::present,
-    gear::GearBody,
+    gears::gear::GearBody,
     text::{Moment, ShortText, Tags},
 };
-use crate::jobs::{Cursor, Job, JobDraft, JobPatch, Page, Update};
+use crate::{
+    estimation::Faults,
+    jobs::{Cursor, Job, JobDraft, JobPatch, Page, Update},
+};
 
 /// A job to create.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -107,29 +110,37 @@ fn update<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Re
     })
 }
 
-impl From<NewJobBody> for JobDraft {
-    fn from(body: NewJobBody) -> Self {
-        JobDraft {
+impl TryFrom<NewJobBody> for JobDraft {
+    type Error = Faults;
+
+    fn try_from(body: NewJobBody) -> Result<Self, Faults> {
+        body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose()?;
+        Ok(JobDraft {
             name: body.name.into(),
             part_number: body.part_number.map(String::from),
             serial_number: body.serial_number.map(String::from),
             machine: body.machine.map(String::from),
             gear: body.gear.as_ref().map(gear_text),
             tags: body.tags.0,
-        }
+        })
     }
 }
 
-impl From<JobPatchBody> for JobPatch {
-    fn from(body: JobPatchBody) -> Self {
-        JobPatch {
+impl TryFrom<JobPatchBody> for JobPatch {
+    type Error = Faults;
+
+    fn try_from(body: JobPatchBody) -> Result<Self, Faults> {
+        if let Update::Set(gear) = &body.gear {
+            gear.checked("/gear")?;
+        }
+        Ok(JobPatch {
             name: body.name.map(String::from),
             part_number: body.part_number.map(String::from),
             serial_number: body.serial_number.map(String::from),
             machine: body.machine.map(String::from),
             gear: body.gear.map(|gear| gear_text(&gear)),
             tags: body.tags.map(|tags| tags.0),
-        }
+        })
     }
 }
 
@@ -171,7 +182,7 @@ mod tests {
     #[test]
     fn a_patch_tells_left_out_from_null() {
         let patch: JobPatch =
-            serde_json::from_str::<JobPatchBody>(r#"{"machine":null,"part_number":"P"}"#).unwrap().into();
+            serde_json::from_str::<JobPatchBody>(r#"{"machine":null,"part_number":"P"}"#).unwrap().try_into().unwrap();
         assert_eq!((patch.machine, patch.serial_number), (Update::Clear, Update::Keep));
         assert_eq!(patch.part_number, Update::Set("P".to_owned()));
         assert!(serde_json::from_str::<JobPatchBody>(r#"{"name":null}"#).is_err());
@@ -183,7 +194,7 @@ mod tests {
         let body: NewJobBody =
             serde_json::from_str(r#"{"name":"n","gear":{"teeth":20,"normal_module_mm":2.5}}"#).unwrap();
         let gear = body.gear.clone();
-        let draft = JobDraft::from(body);
+        let draft = JobDraft::try_from(body).unwrap();
         assert_eq!(draft.gear.as_deref(), Some(r#"{"teeth":20,"normal_module_mm":2.5}"#));
         assert_eq!(serde_json::from_str::<GearBody>(&draft.gear.unwrap()).ok(), gear);
     }

@@ -14,7 +14,7 @@ pub mod fit_spec;
 pub mod fit_spec_json;
 pub mod fit_spec_values;
 pub mod fit_text;
-pub mod gear;
+pub mod gears;
 pub mod job_fits;
 pub mod job_iterations;
 pub mod job_problem;

@@ -8,10 +8,14 @@
 //! Nothing here solves a least-squares problem of its own: lines, surfaces, registration and correction are fits of
 //! [`crate::estimation`].
 
+pub mod correction;
 pub mod data;
 pub mod deviation;
+pub mod evaluation;
 pub mod involute;
 pub mod registration;
+pub mod simulation;
+pub mod tolerance;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};

@@ -47,7 +47,7 @@ async fn create_job(State(state): State<AppState>, key: IdempotencyKey, payload:
         let text = payload.into_json(state.settings.body_limit)?;
         let draft: NewJobBody = reader::read_json(&text)?;
         let keyed = known.map(|known| known.answered_by(created));
-        let job = state.jobs.create_job(draft.into(), keyed).await?;
+        let job = state.jobs.create_job(draft.try_into().map_err(Problem::invalid)?, keyed).await?;
         Ok(created(&job, Stored { number: 0, version: job.version }))
     })
     .await
@@ -109,7 +109,7 @@ async fn update_job(
     IfMatch(precondition): IfMatch,
     JsonOf(patch): JsonOf<JobPatchBody>,
 ) -> Result<Response, Problem> {
-    Ok(present(state.jobs.patch_job(id, patch.into(), precondition).await?))
+    Ok(present(state.jobs.patch_job(id, patch.try_into().map_err(Problem::invalid)?, precondition).await?))
 }
 
 /// Deletes a job that has no iterations.

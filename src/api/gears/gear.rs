@@ -1,10 +1,16 @@
-//! A gear's data. A job keeps them as they were given: shape and signs are checked, nothing is computed from them yet.
+//! A gear's data: kept by a job as they were given, checked as a whole before anything is computed from them.
 
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use utoipa::ToSchema;
 
-use super::fit_spec::present;
-use crate::estimation::words::{Shown, counted};
+use crate::{
+    api::fit_spec::present,
+    estimation::{
+        Faults,
+        words::{Shown, counted},
+    },
+    gear::{Gear, GearData, Hand, Tool, data::DEDENDUM},
+};
 
 /// An involute gear, in the usual terms of DIN 3960 / ISO 21771.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -20,22 +26,28 @@ pub struct GearBody {
     #[serde(deserialize_with = "positive")]
     #[schema(exclusive_minimum = 0)]
     pub normal_module_mm: f64,
+    /// α_n. Default 20.
     #[serde(default, deserialize_with = "angle", skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = -90, exclusive_maximum = 90)]
+    #[schema(exclusive_minimum = 0, exclusive_maximum = 80)]
     pub normal_pressure_angle_deg: Option<f64>,
+    /// β on the reference cylinder. Default 0; below 0 is a left-hand helix.
     #[serde(default, deserialize_with = "angle", skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = -90, exclusive_maximum = 90)]
+    #[schema(exclusive_minimum = -89, exclusive_maximum = 89)]
     pub helix_angle_deg: Option<f64>,
+    /// Default right, where the helix angle is not below 0.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub hand: Option<HandName>,
+    /// x, positive towards the tip of the tooth, on internal gears too. Default 0.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub profile_shift_coefficient: Option<f64>,
     #[serde(default, deserialize_with = "maybe_positive", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub face_width_mm: Option<f64>,
+    /// d_a. By default an addendum of (1 + x) m_n.
     #[serde(default, deserialize_with = "maybe_positive", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub tip_diameter_mm: Option<f64>,
+    /// d_f. By default a dedendum of (addendum factor of the tool − x) m_n.
     #[serde(default, deserialize_with = "maybe_positive", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub root_diameter_mm: Option<f64>,
@@ -45,6 +57,45 @@ pub struct GearBody {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub tool: Option<GearToolBody>,
 }
+
+impl GearBody {
+    /// The gear; faults stand under `at`.
+    pub fn checked(&self, at: &str) -> Result<Gear, Faults> {
+        let helix = self.helix_angle_deg.unwrap_or(0.0);
+        let left = helix < 0.0;
+        if left && self.hand == Some(HandName::Right) {
+            let detail = "a helix angle below 0 is a left-hand helix, `hand` says right";
+            return Err(Faults::one(format!("{at}/hand"), detail));
+        }
+        let data = GearData {
+            teeth: self.teeth,
+            normal_module: self.normal_module_mm,
+            pressure_angle: self.normal_pressure_angle_deg.unwrap_or(PRESSURE_ANGLE).to_radians(),
+            helix_angle: helix.abs().to_radians(),
+            hand: if left || self.hand == Some(HandName::Left) { Hand::Left } else { Hand::Right },
+            profile_shift: self.profile_shift_coefficient.unwrap_or(0.0),
+            face_width: self.face_width_mm,
+            tip_diameter: self.tip_diameter_mm,
+            root_diameter: self.root_diameter_mm,
+            internal: self.internal.unwrap_or(false),
+            tool: self.tool.as_ref().map(|tool| Tool {
+                tip_radius: tool.tip_radius_mm.unwrap_or(TIP_RADIUS * self.normal_module_mm),
+                addendum_factor: tool.addendum_factor.unwrap_or(DEDENDUM),
+                protuberance: tool.protuberance_mm.unwrap_or(0.0),
+            }),
+        };
+        Gear::new(data).map_err(|faults| {
+            let mut placed = Faults::default();
+            faults.list().iter().for_each(|fault| placed.push(format!("{at}{}", fault.pointer), fault.detail.clone()));
+            placed
+        })
+    }
+}
+
+/// α_n without data, degrees.
+const PRESSURE_ANGLE: f64 = 20.0;
+/// Tip radius of the tool without data, in normal modules (ISO 53, profile A).
+const TIP_RADIUS: f64 = 0.38;
 
 /// Direction of the helix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -59,12 +110,15 @@ pub enum HandName {
 #[serde(deny_unknown_fields)]
 #[schema(as = GearTool)]
 pub struct GearToolBody {
+    /// Default 0.38 m_n (ISO 53, profile A).
     #[serde(default, deserialize_with = "not_negative", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub tip_radius_mm: Option<f64>,
+    /// In normal modules. Default 1.25.
     #[serde(default, deserialize_with = "not_negative", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub addendum_factor: Option<f64>,
+    /// Default 0.
     #[serde(default, deserialize_with = "not_negative", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub protuberance_mm: Option<f64>,
@@ -121,6 +175,24 @@ mod tests {
     fn a_gear_comes_back_as_it_was_given() {
         let text = r#"{"teeth":83,"normal_module_mm":2.03,"normal_pressure_angle_deg":18.0,"helix_angle_deg":28.0,"hand":"left","profile_shift_coefficient":0.0,"face_width_mm":30.0,"internal":false,"tool":{"tip_radius_mm":0.2}}"#;
         assert_eq!(serde_json::to_string(&read(text).unwrap()).unwrap(), text);
+    }
+
+    #[test]
+    fn impossible_gears_are_pointed_at() {
+        for (text, pointer) in [
+            (r#"{"teeth":20,"normal_module_mm":1,"tip_diameter_mm":18}"#, "/gear/tip_diameter_mm"),
+            (
+                r#"{"teeth":40,"normal_module_mm":1,"tip_diameter_mm":40,"root_diameter_mm":41}"#,
+                "/gear/tip_diameter_mm",
+            ),
+            (r#"{"teeth":40,"normal_module_mm":1,"internal":true,"tip_diameter_mm":43}"#, "/gear/tip_diameter_mm"),
+            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":89.5}"#, "/gear/helix_angle_deg"),
+            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":-5,"hand":"right"}"#, "/gear/hand"),
+            (r#"{"teeth":20,"normal_module_mm":1,"normal_pressure_angle_deg":-5}"#, "/gear/normal_pressure_angle_deg"),
+        ] {
+            let faults = read(text).unwrap().checked("/gear").unwrap_err();
+            assert_eq!(faults.list()[0].pointer, pointer, "{text}: {faults:?}");
+        }
     }
 
     #[test]
