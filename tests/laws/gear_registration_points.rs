@@ -303,3 +303,24 @@ fn borders_leave_the_edges_out() {
     let pointers: Vec<&str> = faults.list().iter().map(|fault| fault.pointer.as_str()).collect();
     assert_eq!(pointers, ["/profile", "/face"]);
 }
+
+#[test]
+fn a_whole_gear_falls_into_its_flanks() {
+    let gear = helical(25.0, Hand::Left);
+    let mut touches = Vec::new();
+    for k in 0..120 {
+        let (tooth, z) = ((7 * k as u32) % 31, 0.2 * k as f64);
+        touches.push(anywhere(above(&gear, tooth, side(k / 31), 12.0 + 0.02 * k as f64, z, 1e-3 * f64::from(tooth))));
+    }
+    touches[40].point.y = f64::NAN;
+    let deviations = measured(&gear, &touches, &Measurement::default());
+    let flanks = deviations.flanks();
+    assert_eq!(flanks.len(), 62);
+    assert_eq!(flanks.iter().map(|flank| flank.index.len()).sum::<usize>(), 119);
+    for (i, flank) in flanks.iter().enumerate() {
+        assert_eq!((flank.tooth, flank.side), (i as u32 / 2, side(i)));
+        assert!(flank.deviation.iter().all(|d| (d - f64::from(flank.tooth)).abs() < 1e-8));
+        assert!(flank.index.iter().zip(&flank.z).all(|(k, z)| (z - 0.2 * *k as f64).abs() < 0.02));
+        assert_eq!(flank.nodes().expect("nodes").posted(), flank.index.len());
+    }
+}

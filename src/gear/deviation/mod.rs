@@ -9,11 +9,13 @@
 //! keeps its place in the list and has no deviation.
 
 pub mod border;
+mod flanks;
 pub mod foot;
 mod grid;
 pub(in crate::gear) mod measure;
 
 pub use border::{Border, Borders};
+pub use flanks::FlankDeviations;
 pub use foot::{Foot, Stray};
 pub use grid::{Topography, grid};
 pub use measure::{Measurement, Strays, Touch, measure};
