@@ -19,6 +19,8 @@ mod gear_correction_machine;
 mod gear_evaluation;
 mod gear_evaluation_classes;
 mod gear_evaluation_surface;
+mod gear_geometry;
+mod gear_geometry_grid;
 mod gear_registration;
 mod gear_registration_motion;
 mod gear_registration_points;
