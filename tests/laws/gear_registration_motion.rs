@@ -24,7 +24,7 @@ fn places(gear: &Gear, teeth: u32, sides: &[Side], form: impl Fn(Side, f64, f64)
     let low = low.max((0.3 * gear.base_radius()).sqrt());
     let mut touches = Vec::new();
     for k in 0..teeth {
-        let tooth = k * gear.data().teeth / teeth;
+        let tooth = k * gear.data().teeth / teeth + 1;
         for &side in sides {
             for i in 0..5 {
                 for j in 0..5 {

@@ -11,7 +11,7 @@ use crate::{
 /// The nodes of one flank that take part, in the order given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlankDeviations {
-    /// Pitches counterclockwise from the tooth at the top.
+    /// From 1, clockwise.
     pub tooth: u32,
     pub side: Side,
     /// Which node each entry was.
