@@ -55,10 +55,10 @@ pub fn side(k: usize) -> Side {
     if k.is_multiple_of(2) { Side::Left } else { Side::Right }
 }
 
-/// The place `distance` mm above a flank.
+/// The place `distance` mm above a flank of a tooth, from 1 clockwise.
 pub fn above(gear: &Gear, tooth: u32, side: Side, roll_length: f64, z: f64, distance: f64) -> Vector {
     let place = Flank::new(gear, side).at(roll_length, z);
     let point = place.point + place.normal * distance;
-    let (sin, cos) = (TAU * f64::from(tooth) / gear.teeth()).sin_cos();
+    let (sin, cos) = (TAU * (1.0 - f64::from(tooth)) / gear.teeth()).sin_cos();
     Vector::new(cos * point.x - sin * point.y, sin * point.x + cos * point.y, point.z)
 }

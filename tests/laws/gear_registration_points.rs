@@ -7,6 +7,8 @@ use flankfit::gear::deviation::{
     Border, Borders, Deviations, Direction, Measurement, Reference, Stray, Strays, Topography, Touch, foot::foot, grid,
     measure,
 };
+use flankfit::gear::flank_grid::{FlankGrid, GridSpec, ProfileAxis};
+use flankfit::gear::modification::{Flanks, Law, Modification, Modifications, Range};
 use flankfit::gear::{Gear, Hand, Side, involute::Flank};
 use flankfit::geometry::space::Vector;
 use proptest::prelude::*;
@@ -63,7 +65,7 @@ proptest! {
         let mut random = Random::new(seed ^ 1);
         let [low, high] = rolls(&gear);
         for k in 0..8 {
-            let (side, tooth) = (side(k), random.below(gear.data().teeth as usize) as u32);
+            let (side, tooth) = (side(k), 1 + random.below(gear.data().teeth as usize) as u32);
             let (roll, z) = (random.between(low, high), random.between(-40.0, 40.0));
             let delta = if k < 2 { 0.0 } else { random.between(-200.0, 200.0) };
             let point = above(&gear, tooth, side, roll, z, 1e-3 * delta);
@@ -84,7 +86,7 @@ proptest! {
             let place = Flank::new(&gear, side).at(roll, z);
             let tangent = Vector::new(place.normal.x, place.normal.y, 0.0).normalize();
             let beside = place.point + tangent * step;
-            let found = foot(&gear, side, Some(0), &beside, 0.0).expect("a foot");
+            let found = foot(&gear, side, Some(1), &beside, 0.0).expect("a foot");
             prop_assert!((1e3 * found.distance - delta).abs() < accuracy);
         }
     }
@@ -95,7 +97,7 @@ proptest! {
         let mut random = Random::new(seed ^ 2);
         let [low, high] = rolls(&gear);
         for k in 0..6 {
-            let (side, tooth) = (side(k), random.below(gear.data().teeth as usize) as u32);
+            let (side, tooth) = (side(k), 1 + random.below(gear.data().teeth as usize) as u32);
             // concave flanks have no room for a ball where they begin
             let (roll, z) = (random.between(low.max(radius), high), random.between(0.0, 30.0));
             let delta = random.between(-80.0, 80.0);
@@ -140,8 +142,8 @@ proptest! {
         let [low, high] = rolls(&gear);
         for k in 0..2 {
             let (side, roll, z) = (side(k), random.between(low.max(0.5), high), random.between(-10.0, 10.0));
-            let point = above(&gear, 0, side, roll, z, delta);
-            let found = foot(&gear, side, Some(0), &point, 0.0).expect("a foot");
+            let point = above(&gear, 1, side, roll, z, delta);
+            let found = foot(&gear, side, Some(1), &point, 0.0).expect("a foot");
             let (place, distance) = closest(&gear, side, &point, [roll + 0.3, z - 0.4]);
             prop_assert!((found.distance.abs() - distance).abs() < 1e-9, "{} and {distance}", found.distance);
             prop_assert!((found.roll_length - place[0]).abs() < 1e-6 && (found.z - place[1]).abs() < 1e-6);
@@ -158,7 +160,7 @@ proptest! {
         let mirrored = Gear::new(flankfit::gear::GearData { hand: other, ..gear.data().clone() }).expect("the same gear");
         let mut random = Random::new(seed ^ 5);
         let [low, high] = rolls(&gear);
-        let point = above(&gear, 0, Side::Left, random.between(low.max(0.5), high), random.between(-9.0, 9.0), delta);
+        let point = above(&gear, 1, Side::Left, random.between(low.max(0.5), high), random.between(-9.0, 9.0), delta);
         let one = foot(&gear, Side::Left, None, &point, 0.0).expect("a foot");
         // in x: the other flank of the other hand
         let two = foot(&mirrored, Side::Right, None, &Vector::new(-point.x, point.y, point.z), 0.0).expect("a foot");
@@ -167,6 +169,33 @@ proptest! {
         let three = foot(&gear, Side::Right, None, &Vector::new(-point.x, point.y, -point.z), 0.0).expect("a foot");
         prop_assert!((one.distance - three.distance).abs() < 1e-12 && (one.z + three.z).abs() < 1e-12);
         prop_assert!((one.roll_length - three.roll_length).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn nodes_of_the_modified_nominal_deviate_by_nothing() {
+    for (k, hand) in [(0, Hand::Right), (1, Hand::Left)] {
+        let gear = helical(24.0, hand);
+        let range = Range::new(&gear, [98.0, 108.0], [0.0, 30.0]).expect("a range");
+        let laws = [Law::ProfileCrowning { amount: 8.0 }, Law::HelixSlope { amount: -6.0 }, Law::Twist { amount: 5.0 }];
+        let list = laws.map(|law| Modification { flanks: Flanks::Both, law }).to_vec();
+        let modifications = Modifications::new(&gear, range, list).expect("modifications");
+        let (side, tooth) = (side(k), 9);
+        let spec = GridSpec {
+            side,
+            axis: ProfileAxis::Diameter,
+            values: vec![98.5, 101.0, 104.0, 107.5],
+            positions: vec![1.0, 12.0, 29.0],
+            tooth,
+        };
+        let nominal = FlankGrid::new(&gear, &spec, Some(&modifications)).expect("a grid");
+        let touches: Vec<Touch> = nominal.points.iter().map(|p| anywhere(Vector::from(*p))).collect();
+        let relief = |side, l, z| modifications.relief(side, l, z).value;
+        let reference = Reference { relief: Some(&relief), ..Reference::new(&gear) };
+        let found = measure(&reference, &touches, &Measurement::default()).expect("points of the flank");
+        assert!(found.nodes.iter().all(|n| (n.tooth, n.side) == (tooth, side) && n.deviation.abs() < 1e-9));
+        let unmodified = measured(&gear, &touches, &Measurement::default());
+        assert!(unmodified.rms().expect("nodes") > 1.0);
     }
 }
 
@@ -196,7 +225,7 @@ fn points_that_are_not_of_the_flank_are_named() {
     let inside = anywhere(Vector::new(0.0, 0.9 * gear.base_radius(), 1.0));
     let wrong_tooth = Touch { tooth: Some(6), ..good };
     let wrong_flank = Touch { side: Some(Side::Right), ..good };
-    let no_tooth = Touch { tooth: Some(31), ..good };
+    let no_tooth = Touch { tooth: Some(32), ..good };
     let endless = anywhere(Vector::new(f64::INFINITY, 1.0, 1.0));
     let before = anywhere(above(&gear, 5, Side::Left, 0.0, 3.0, 0.0) * 1.000_001);
     let touches = [good, inside, wrong_tooth, good, wrong_flank, no_tooth, endless, before];
@@ -219,7 +248,7 @@ fn tip_and_root_circles_that_are_given_hold() {
     let tip = 2.0 * plain.tip_radius();
     let gear = Gear::new(flankfit::gear::GearData { tip_diameter: Some(tip), ..plain.data().clone() }).expect("a gear");
     let roll = gear.roll_length(tip + 6.0).expect("above the base circle");
-    let point = anywhere(above(&gear, 0, Side::Left, roll, 0.0, 0.0));
+    let point = anywhere(above(&gear, 1, Side::Left, roll, 0.0, 0.0));
     assert!(measure(&Reference::new(&plain), &[point], &Measurement::default()).is_ok());
     let faults = measure(&Reference::new(&gear), &[point], &Measurement::default()).expect_err("beyond the tip");
     assert!(faults.list()[0].detail.contains("tip circle"), "{}", faults.list()[0].detail);
@@ -272,7 +301,7 @@ fn a_grid_is_the_same_as_its_points() {
 fn bad_grids_are_refused() {
     let gear = helical(25.0, Hand::Right);
     let mut bad = topography();
-    bad.tooth = 31;
+    bad.tooth = 0;
     bad.roll_length[1] = 9.0;
     bad.z[3] = f64::NAN;
     bad.deviation[2].pop();
@@ -302,4 +331,25 @@ fn borders_leave_the_edges_out() {
     let faults = nodes.set_borders(&mad).expect_err("faults");
     let pointers: Vec<&str> = faults.list().iter().map(|fault| fault.pointer.as_str()).collect();
     assert_eq!(pointers, ["/profile", "/face"]);
+}
+
+#[test]
+fn a_whole_gear_falls_into_its_flanks() {
+    let gear = helical(25.0, Hand::Left);
+    let mut touches = Vec::new();
+    for k in 0..120 {
+        let (tooth, z) = (1 + (7 * k as u32) % 31, 0.2 * k as f64);
+        touches.push(anywhere(above(&gear, tooth, side(k / 31), 12.0 + 0.02 * k as f64, z, 1e-3 * f64::from(tooth))));
+    }
+    touches[40].point.y = f64::NAN;
+    let deviations = measured(&gear, &touches, &Measurement::default());
+    let flanks = deviations.flanks();
+    assert_eq!(flanks.len(), 62);
+    assert_eq!(flanks.iter().map(|flank| flank.index.len()).sum::<usize>(), 119);
+    for (i, flank) in flanks.iter().enumerate() {
+        assert_eq!((flank.tooth, flank.side), (1 + i as u32 / 2, side(i)));
+        assert!(flank.deviation.iter().all(|d| (d - f64::from(flank.tooth)).abs() < 1e-8));
+        assert!(flank.index.iter().zip(&flank.z).all(|(k, z)| (z - 0.2 * *k as f64).abs() < 0.02));
+        assert_eq!(flank.nodes().expect("nodes").posted(), flank.index.len());
+    }
 }

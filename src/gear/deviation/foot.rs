@@ -27,7 +27,7 @@ use crate::{
 /// Where a point belongs on a gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foot {
-    /// Pitches counterclockwise from the tooth at the top, 0 to z − 1.
+    /// 1 is the tooth at the top; numbers go clockwise as the viewer sees them, up to z.
     pub tooth: u32,
     pub side: Side,
     /// mm; never negative.
@@ -46,7 +46,7 @@ pub enum Stray {
     InsideBase { radius: f64, base_radius: f64 },
     #[error("its foot would lie {} mm of roll before the start of the involute on the base circle", short(-roll_length))]
     BeforeInvolute { roll_length: f64 },
-    #[error("the point lies {} mm from the {} flank of tooth {tooth} (counted from 0), farther than {} mm: another flank, or not this gear",
+    #[error("the point lies {} mm from the {} flank of tooth {tooth}, farther than {} mm: another flank, or not this gear",
         short(*distance), word(*side), short(*reach))]
     Far { distance: f64, reach: f64, tooth: u32, side: Side },
     #[error("its foot has diameter {} mm and lies beyond the {} circle of {} mm by more than {} mm", short(*diameter),
@@ -71,8 +71,13 @@ pub(super) fn word(side: Side) -> &'static str {
 }
 
 /// Angle from one tooth to the next, rad.
-pub fn pitch_angle(gear: &Gear) -> f64 {
+fn pitch_angle(gear: &Gear) -> f64 {
     TAU / gear.teeth()
+}
+
+/// How far a tooth (from 1) is turned against the one at the top, rad counterclockwise.
+pub fn tooth_angle(gear: &Gear, tooth: u32) -> f64 {
+    (1.0 - f64::from(tooth)) * pitch_angle(gear)
 }
 
 /// The vector turned about z, counterclockwise.
@@ -99,11 +104,11 @@ pub fn foot(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: 
     let pitch = pitch_angle(gear);
     let count = gear.teeth();
     let index = match tooth {
-        Some(tooth) => f64::from(tooth),
-        None => ((turn - ball / per_angle) / pitch).round().rem_euclid(count),
+        Some(tooth) => f64::from(tooth) - 1.0,
+        None => ((ball / per_angle - turn) / pitch).round().rem_euclid(count),
     };
     // what is left of whole turns
-    let turn = turn - index * pitch;
+    let turn = turn + index * pitch;
     let expected = ball / per_angle;
     let turn = turn - TAU * ((turn - expected) / TAU).round();
     let distance = per_angle * turn;
@@ -112,7 +117,7 @@ pub fn foot(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: 
         return Err(Stray::BeforeInvolute { roll_length });
     }
     Ok(Foot {
-        tooth: index as u32,
+        tooth: index as u32 + 1,
         side,
         roll_length,
         z: centre.z + s * gear.hand() * distance * sin_b,
@@ -123,5 +128,5 @@ pub fn foot(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: 
 /// The point (the ball's centre) that stands `distance` mm out of a place of the flank.
 pub fn above(gear: &Gear, tooth: u32, side: Side, roll_length: f64, z: f64, distance: f64) -> Vector {
     let place = Flank::new(gear, side).at(roll_length, z);
-    turned(place.point + place.normal * distance, f64::from(tooth) * pitch_angle(gear))
+    turned(place.point + place.normal * distance, tooth_angle(gear, tooth))
 }

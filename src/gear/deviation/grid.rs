@@ -2,7 +2,7 @@
 //!
 //! Faults point into the object that holds `roll_length_mm`, `z_mm` and `deviation_um`.
 
-use super::{Deviations, Direction, Node, Reference};
+use super::{Deviations, Direction, Node, Reference, measure::no_tooth};
 use crate::{
     estimation::{
         Faults,
@@ -14,7 +14,7 @@ use crate::{
 /// Deviations at the crossings of two strictly ascending axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Topography {
-    /// Pitches counterclockwise from the tooth at the top.
+    /// From 1, clockwise.
     pub tooth: u32,
     pub side: Side,
     /// mm, root to tip on external gears; a list of diameters goes through [`crate::gear::Gear::roll_length`].
@@ -31,9 +31,8 @@ pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations
     let Topography { tooth, side, roll_length, z, deviation, direction } = topography;
     let mut faults = Faults::default();
     let teeth = reference.gear.data().teeth;
-    if *tooth >= teeth {
-        let detail = format!("tooth {tooth}: {} are counted from 0", counted(teeth as usize, "tooth", "teeth"));
-        faults.push("/tooth", detail);
+    if !(1..=teeth).contains(tooth) {
+        faults.push("/tooth", no_tooth(*tooth, teeth));
     }
     check_axis(&mut faults, "/roll_length_mm", roll_length);
     check_axis(&mut faults, "/z_mm", z);

@@ -8,10 +8,7 @@ use super::{
     foot::{foot, word},
 };
 use crate::{
-    estimation::{
-        Faults,
-        words::{Shown, counted},
-    },
+    estimation::{Faults, words::Shown},
     gear::Side,
     geometry::space::Vector,
 };
@@ -24,7 +21,7 @@ const MOST_COORDINATE: f64 = 1e7;
 pub struct Touch {
     /// A point of the surface or the centre of the ball, mm; NaN in any coordinate: undefined.
     pub point: Vector,
-    /// Pitches counterclockwise from the tooth at the top; `None`: the nearest.
+    /// From 1, clockwise; `None`: the nearest.
     pub tooth: Option<u32>,
     /// `None`: the nearest.
     pub side: Option<Side>,
@@ -107,9 +104,8 @@ pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measureme
             deviation: f64::NAN,
             within: true,
         };
-        if let Some(tooth) = touch.tooth.filter(|tooth| *tooth >= teeth) {
-            let detail = format!("tooth {tooth}: {} are counted from 0", counted(teeth as usize, "tooth", "teeth"));
-            faults.push(format!("/points/{index}/tooth"), detail);
+        if let Some(tooth) = touch.tooth.filter(|tooth| !(1..=teeth).contains(tooth)) {
+            faults.push(format!("/points/{index}/tooth"), no_tooth(tooth, teeth));
         } else if touch.point.iter().any(|x| x.abs() > MOST_COORDINATE) {
             let detail = format!("a coordinate is beyond {} mm", Shown(MOST_COORDINATE));
             faults.push(format!("/points/{index}"), detail);
@@ -172,7 +168,12 @@ fn within_reach(reference: &Reference, foot: Foot, reach: f64) -> Result<Foot, S
     Ok(foot)
 }
 
+/// A gear has no such tooth.
+pub(super) fn no_tooth(tooth: u32, teeth: u32) -> String {
+    format!("{tooth} is not within 1 and {teeth}, the number of teeth")
+}
+
 /// A node as messages name it.
 pub(in crate::gear) fn named(node: &Node) -> String {
-    format!("the {} flank of tooth {} (counted from 0)", word(node.side), node.tooth)
+    format!("the {} flank of tooth {}", word(node.side), node.tooth)
 }

@@ -5,15 +5,17 @@
 //! the normal of the *unmodified* helicoid; the modification's relief at that foot is added, so that a flank that was machined as designed
 //! deviates by 0. [`Direction`] says along which line the size is taken.
 //!
-//! Teeth are counted from 0, the one at the top (+y at z = 0), counterclockwise for the viewer. A point that is undefined (NaN)
+//! Tooth 1 is the one at the top (+y at z = 0); numbers go clockwise as the viewer sees them, up to z. A point that is undefined (NaN)
 //! keeps its place in the list and has no deviation.
 
 pub mod border;
+mod flanks;
 pub mod foot;
 mod grid;
 pub(in crate::gear) mod measure;
 
 pub use border::{Border, Borders};
+pub use flanks::FlankDeviations;
 pub use foot::{Foot, Stray};
 pub use grid::{Topography, grid};
 pub use measure::{Measurement, Strays, Touch, measure};
@@ -82,7 +84,7 @@ impl<'a> Reference<'a> {
 /// A point of a flank and its deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// Pitches counterclockwise from the tooth at the top. Of an undefined point tooth and side are those given, else 0 and left.
+    /// From 1, clockwise. Of an undefined point tooth and side are those given, else 0 (none) and left.
     pub tooth: u32,
     pub side: Side,
     /// mm; NaN where a measured point is undefined.

@@ -13,7 +13,11 @@ use crate::{
         words::{Shown, counted},
     },
     gear::{
-        deviation::{Deviations, Direction, Node, Reference, Stray, foot::foot, measure::named},
+        deviation::{
+            Deviations, Direction, Node, Reference, Stray,
+            foot::{foot, tooth_angle, turned},
+            measure::named,
+        },
         involute::Flank,
     },
     geometry::space::Vector,
@@ -305,6 +309,5 @@ impl<'a> Part<'a> {
 
 fn normal(reference: &Reference, node: &Node) -> Vector {
     let flank = Flank::new(reference.gear, node.side).at(node.roll_length, node.z);
-    let angle = f64::from(node.tooth) * crate::gear::deviation::foot::pitch_angle(reference.gear);
-    crate::gear::deviation::foot::turned(flank.normal, angle)
+    turned(flank.normal, tooth_angle(reference.gear, node.tooth))
 }
