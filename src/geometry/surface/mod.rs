@@ -18,6 +18,7 @@ pub mod construct_fault;
 pub mod continuity;
 pub mod coons;
 mod corner;
+mod descent;
 pub mod differential;
 pub mod evaluate;
 pub mod gregory;
