@@ -102,6 +102,14 @@ proptest! {
             / x.iter().map(|x| (x - mx).powi(2)).sum::<f64>();
         let straight = smooth(&x, &y, None, &fixed(1e20));
         prop_assert!((straight.effective_degrees_of_freedom - 2.0).abs() < 1e-9);
+        // a λ whose square is beyond all doubles
+        for lambda in [1e150, 1e300] {
+            let stiff = smooth(&x, &y, None, &fixed(lambda));
+            prop_assert!((stiff.rss[0] / straight.rss[0] - 1.0).abs() < 1e-9, "{} {}", stiff.rss[0], straight.rss[0]);
+            let rss: f64 = x.iter().zip(&y).map(|(x, y)| (stiff.curve.value(*x).x - y).powi(2)).sum();
+            prop_assert!((stiff.rss[0] / rss - 1.0).abs() < 1e-9 && stiff.max_abs[0] < rss.sqrt() * (1.0 + 1e-12));
+            prop_assert!((stiff.effective_degrees_of_freedom - 2.0).abs() < 1e-9);
+        }
         for x in &x {
             prop_assert!((straight.curve.value(*x).x - (my + slope * (x - mx))).abs() < 1e-12);
         }

@@ -21,8 +21,11 @@ pub struct Equations {
     pub steps: Vec<Dd>,
 }
 
-/// `L D Lᵀ` of R + λK.
+/// `L D Lᵀ` of aR + bK with (a, b) = (1, λ), or (1/λ, 1) where λ > 1: so neither it nor what it solves for leaves the range of doubles
+/// however large λ is.
 struct Factor {
+    a: Dd,
+    b: Dd,
     d: Vec<Dd>,
     /// L once and twice below the diagonal, by columns.
     l: Vec<[Dd; 2]>,
@@ -75,9 +78,11 @@ impl Equations {
 
     fn factor(&self, lambda: f64) -> Factor {
         let n = self.r.len();
+        let lambda = Dd::from(lambda);
+        let (a, b) = if lambda.hi > 1.0 { (lambda.recip(), Dd::ONE) } else { (Dd::ONE, lambda) };
         let (mut d, mut l): (Vec<Dd>, Vec<[Dd; 2]>) = (Vec::with_capacity(n), vec![[Dd::ZERO; 2]; n]);
         for i in 0..n {
-            let mut pivot = self.r[i][0] + self.k[i][0] * lambda;
+            let mut pivot = self.r[i][0] * a + self.k[i][0] * b;
             if i >= 2 {
                 pivot -= l[i - 2][1] * l[i - 2][1] * d[i - 2];
             }
@@ -85,14 +90,14 @@ impl Equations {
                 pivot -= l[i - 1][0] * l[i - 1][0] * d[i - 1];
             }
             let over = Dd::ONE / pivot;
-            let mut beside = self.r[i][1] + self.k[i][1] * lambda;
+            let mut beside = self.r[i][1] * a + self.k[i][1] * b;
             if i >= 1 {
                 beside -= l[i - 1][0] * l[i - 1][1] * d[i - 1];
             }
-            l[i] = [beside * over, self.k[i][2] * lambda * over];
+            l[i] = [beside * over, self.k[i][2] * b * over];
             d.push(pivot);
         }
-        Factor { d, l }
+        Factor { a, b, d, l }
     }
 
     /// `Qᵀ y`.
@@ -115,30 +120,33 @@ impl Equations {
     /// What λ gives for `heights`, by coordinate; `apart` is added to RSS (what repeated abscissae leave).
     pub fn figures(&self, heights: &[Vec<Dd>], lambda: f64, apart: f64) -> Figures {
         let factor = self.factor(lambda);
+        let (a, b) = (factor.a, factor.b);
         let (mut rss, mut roughness, mut slope) = (apart, 0.0, 0.0);
         for y in heights {
-            let mut gamma = self.differences(y);
-            factor.solve(&mut gamma);
-            let (curved, bent) = (Self::multiply(&self.k, &gamma), Self::multiply(&self.r, &gamma));
-            rss += (dot(&gamma, &curved) * lambda * lambda).to_f64();
-            roughness += dot(&gamma, &bent).to_f64();
+            // γ = a x and λγ = b x
+            let mut x = self.differences(y);
+            factor.solve(&mut x);
+            let (curved, bent) = (Self::multiply(&self.k, &x), Self::multiply(&self.r, &x));
+            rss += (dot(&x, &curved) * b * b).to_f64();
+            roughness += (dot(&x, &bent) * a * a).to_f64();
             // dγ/dλ = −H⁻¹Kγ
             let mut moved = curved;
             factor.solve(&mut moved);
-            slope -= 2.0 * dot(&bent, &moved).to_f64();
+            slope -= 2.0 * (dot(&bent, &moved) * a * a * a).to_f64();
         }
         let inverse = factor.inverse();
-        Figures { rss, roughness, roughness_slope: slope, effective: self.effective(&inverse) }
+        Figures { rss, roughness, roughness_slope: slope, effective: self.effective(&inverse, a) }
     }
 
-    fn effective(&self, inverse: &[[Dd; 3]]) -> f64 {
+    fn effective(&self, inverse: &[[Dd; 3]], a: Dd) -> f64 {
         let trace = self.r.iter().zip(inverse).fold(Dd::ZERO, |sum, (r, z)| sum + r[0] * z[0] + (r[1] * z[1]) * 2.0);
-        2.0 + trace.to_f64()
+        2.0 + (trace * a).to_f64()
     }
 
     /// The spline itself.
     pub fn solve(&self, heights: &[Vec<Dd>], lambda: f64) -> Solution {
         let factor = self.factor(lambda);
+        let (a, b) = (factor.a, factor.b);
         let inverse = factor.inverse();
         let m = self.spread.len();
         let mut solution = Solution {
@@ -146,34 +154,36 @@ impl Equations {
             bends: Vec::new(),
             rss: Vec::new(),
             leverage: Vec::with_capacity(m),
-            effective: self.effective(&inverse),
+            effective: self.effective(&inverse, a),
             roughness: 0.0,
         };
         for y in heights {
-            let mut gamma = self.differences(y);
-            factor.solve(&mut gamma);
-            solution.roughness += dot(&gamma, &Self::multiply(&self.r, &gamma)).to_f64();
-            solution.rss.push((dot(&gamma, &Self::multiply(&self.k, &gamma)) * lambda * lambda).to_f64());
+            // γ = a x and λγ = b x
+            let mut x = self.differences(y);
+            factor.solve(&mut x);
+            solution.roughness += (dot(&x, &Self::multiply(&self.r, &x)) * a * a).to_f64();
+            solution.rss.push((dot(&x, &Self::multiply(&self.k, &x)) * b * b).to_f64());
             let mut values = y.clone();
-            for (j, (q, &bend)) in self.q.iter().zip(&gamma).enumerate() {
+            for (j, (q, &x)) in self.q.iter().zip(&x).enumerate() {
                 for i in 0..3 {
-                    values[j + i] -= q[i] * bend * self.spread[j + i] * lambda;
+                    values[j + i] -= q[i] * x * self.spread[j + i] * b;
                 }
             }
             solution.values.push(values);
+            let gamma = x.into_iter().map(|x| x * a);
             solution.bends.push(std::iter::once(Dd::ZERO).chain(gamma).chain([Dd::ZERO]).collect());
         }
         for i in 0..m {
             // row i of Q has entries in columns i − 2 to i
             let columns = i.saturating_sub(2)..(i + 1).min(self.q.len());
             let mut sum = Dd::ZERO;
-            for a in columns.clone() {
-                for b in a..columns.end {
-                    let term = self.q[a][i - a] * self.q[b][i - b] * inverse[a][b - a];
-                    sum += if a == b { term } else { term * 2.0 };
+            for j in columns.clone() {
+                for k in j..columns.end {
+                    let term = self.q[j][i - j] * self.q[k][i - k] * inverse[j][k - j];
+                    sum += if j == k { term } else { term * 2.0 };
                 }
             }
-            solution.leverage.push((Dd::ONE - sum * self.spread[i] * lambda).to_f64().clamp(0.0, 1.0));
+            solution.leverage.push((Dd::ONE - sum * self.spread[i] * b).to_f64().clamp(0.0, 1.0));
         }
         solution
     }
