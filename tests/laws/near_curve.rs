@@ -133,6 +133,48 @@ fn adaptive_knots_end_where_they_must() {
     assert!(all.curve.basis().size() <= 60);
 }
 
+/// Tolerances that the points cannot tell of: the curve stays a curve near them, also where no residual looks.
+#[test]
+fn adaptive_knots_leave_no_swings_between_the_points() {
+    let x: Vec<f64> = (0..=40).map(|i| f64::from(i) / 4.0).collect();
+    let clean: Vec<f64> = x.iter().map(|x| x.sin()).collect();
+    for degree in 1..=5 {
+        for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+            let adaptive = Adaptive { spans: 1, tolerance, most_controls: 200 };
+            let knots = asked(degree, KnotPlacement::Adaptive(adaptive), None);
+            let found = fitted(std::slice::from_ref(&clean), Parameters::Given(&x), &knots);
+            let points = CurvePoints {
+                coordinates: std::slice::from_ref(&clean),
+                parameters: Parameters::Given(&x),
+                weight: None,
+            };
+            let swing = found.swing(&points);
+            assert!(swing < 0.1 && found.max_error < 0.05, "{degree} {tolerance} {swing} {}", found.max_error);
+            for k in 0..=400 {
+                let t = f64::from(k) / 40.0;
+                let off = (found.curve.value(t).x - t.sin()).abs();
+                assert!(off < 0.05, "{degree} {tolerance} {t} {off}");
+            }
+            assert!(found.steps.iter().all(|step| step.max_error >= found.max_error));
+            assert!(found.curve.basis().size() <= 31.max(degree + 1));
+        }
+    }
+    for seed in 0..20 {
+        let mut random = Random::new(seed);
+        let mut x: Vec<f64> = (0..200).map(|_| random.between(0.0, 10.0)).collect();
+        x.extend([0.0, 10.0]);
+        let noisy: Vec<f64> = x.iter().map(|x| x.sin() + 0.1 * random.normal()).collect();
+        let adaptive = Adaptive { spans: 4, tolerance: 1e-6, most_controls: 500 };
+        let knots = asked(3, KnotPlacement::Adaptive(adaptive), None);
+        let found = fitted(&[noisy], Parameters::Given(&x), &knots);
+        assert_eq!(found.stop, Some(Stop::NoRoom));
+        for k in 0..=2000 {
+            let value = found.curve.value(f64::from(k) / 200.0).x;
+            assert!(value.abs() < 5.0, "{seed} {k} {value}");
+        }
+    }
+}
+
 #[test]
 fn averaged_knots_and_faults() {
     let coordinates = helix(50);

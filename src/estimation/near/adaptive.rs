@@ -1,10 +1,17 @@
 //! Knots placed by residuals: start coarse, and give every span that misses the tolerance one more knot, until none does.
 //!
-//! The knot goes where half of the span's squared error lies to its left, midway between two parameters. A knot is only put where the
-//! condition of Schoenberg and Whitney still holds (every basis function has a parameter of its own inside its support), so that X
-//! keeps its full rank. Spans that miss by most come first when not all of them can have a knot.
+//! The knot goes where half of the span's squared error lies to its left, midway between two parameters, and leaves two parameters at
+//! least on either side of it. There are clearly fewer control points than parameters, and the condition of Schoenberg and
+//! Whitney holds (every basis function has a parameter of its own inside its support), so that X keeps its full rank. Spans
+//! that miss by most come first when not all of them can have a knot.
+//!
+//! Near points the error says nothing of the curve between them. A round whose curve swings out there further than all of the points are
+//! apart is not taken; of the others the one that misses by least is answered.
 
-use super::curve::{Fitted, Trial, summary, uniform};
+use super::{
+    curve::{Fitted, Trial, summary, uniform},
+    swing::{Swing, WILD},
+};
 use crate::{
     estimation::{
         design::MOST_COEFFICIENTS,
@@ -18,6 +25,10 @@ use crate::{
 const MOST_STEPS: usize = 64;
 /// A span is not divided into parts narrower than this, relative to the domain.
 const NARROWEST: f64 = 1e-9;
+/// Distinct parameters that a span keeps at least.
+const LEAST_IN_SPAN: usize = 2;
+/// Control points for each distinct parameter at most, beyond the knots to start with.
+const CROWDED: f64 = 0.75;
 
 /// When knots are good enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,13 +57,13 @@ pub enum Stop {
     Tolerance,
     /// There are as many control points as allowed.
     MostControls,
-    /// No span that misses has room for a knot: too few parameters there.
+    /// No span that misses has room for a knot: too few parameters there, or with one the curve swings out between the points.
     NoRoom,
     /// As many rounds as allowed.
     MostSteps,
 }
 
-/// Places knots over `domain`; the fit with the last ones, all rounds, and why they ended.
+/// Places knots over `domain`; the best fit found, the rounds up to it, and why they ended.
 pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitted, Vec<Step>, Stop), FitError> {
     let degree = trial.asked.degree;
     let mut faults = Faults::default();
@@ -72,45 +83,68 @@ pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitte
         .map(|k| trial.parameters[k])
         .collect();
     sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    let swing = Swing::of(trial.points, &sorted);
     let domain = trial.asked.spec.domain.and_then(|domain| domain.u).unwrap_or(domain);
     let mut basis = uniform(degree, asked.spans, domain)?;
+    let room = ((CROWDED * sorted.len() as f64) as usize).max(basis.size());
     let mut steps = Vec::new();
-    let mut best: Option<Fitted> = None;
-    for _ in 0..MOST_STEPS {
-        let fitted = match (trial.fit(Knots::Curve(basis.knots().to_vec())), best.take()) {
+    let mut best: Option<(Fitted, usize)> = None;
+    let mut stop = Stop::MostSteps;
+    for round in 0..MOST_STEPS {
+        let fitted = match (trial.fit(Knots::Curve(basis.knots().to_vec())), &best) {
             (Ok(fitted), _) => fitted,
             // knots that cannot be fitted are no room for knots
-            (Err(_), Some(before)) => return Ok((before, steps, Stop::NoRoom)),
+            (Err(_), Some(_)) => {
+                stop = Stop::NoRoom;
+                break;
+            }
             (Err(error), None) => return Err(error),
         };
+        if round > 0 && swing.out(&trial.shape(&fitted)?) > WILD {
+            stop = Stop::NoRoom;
+            break;
+        }
         let (max_error, rms_error) = summary(&fitted.errors);
         steps.push(Step { knots: basis.knots().to_vec(), max_error, rms_error });
-        if max_error <= asked.tolerance {
-            return Ok((fitted, steps, Stop::Tolerance));
-        }
-        if basis.size() >= asked.most_controls {
-            return Ok((fitted, steps, Stop::MostControls));
-        }
-        let Some(next) = refined(trial, asked, &basis, &fitted, &sorted) else {
-            return Ok((fitted, steps, Stop::NoRoom));
+        let next = if max_error <= asked.tolerance {
+            stop = Stop::Tolerance;
+            None
+        } else if basis.size() >= asked.most_controls {
+            stop = Stop::MostControls;
+            None
+        } else {
+            let next = refined(trial, asked, &basis, &fitted, &sorted, room);
+            if next.is_none() {
+                stop = Stop::NoRoom;
+            }
+            next
         };
-        basis = next;
-        best = Some(fitted);
+        if best.as_ref().is_none_or(|(_, at)| max_error < steps[*at].max_error) {
+            best = Some((fitted, round));
+        }
+        match next {
+            Some(next) => basis = next,
+            None => break,
+        }
     }
     match best {
-        // the knots of the round that was not made are forgotten
-        Some(fitted) => Ok((fitted, steps, Stop::MostSteps)),
+        Some((fitted, at)) => {
+            steps.truncate(at + 1);
+            Ok((fitted, steps, stop))
+        }
         None => Err(FitError::NotConverged("no knots were tried")),
     }
 }
 
-/// One more knot in every span that misses; `None` where none can have one.
+/// One more knot in every span that misses, while there are fewer control points than `room`; `None` where none can have one.
 fn refined(
     trial: &Trial,
     asked: &Adaptive,
     basis: &BSplineBasis,
     fitted: &Fitted,
     sorted: &[f64],
+    room: usize,
 ) -> Option<BSplineBasis> {
     let breaks = basis.distinct_knots();
     let mut spans: Vec<Vec<(f64, f64)>> = vec![Vec::new(); breaks.len() - 1];
@@ -130,13 +164,22 @@ fn refined(
     let narrowest = NARROWEST * (breaks[breaks.len() - 1] - breaks[0]);
     let mut current = basis.clone();
     for (_, span) in missing {
-        if current.size() >= asked.most_controls {
+        if current.size() >= asked.most_controls.min(room) {
             break;
         }
         let ends = [breaks[span], breaks[span + 1]];
-        let places = [halving(&mut spans[span]), Some(0.5 * ends[0] + 0.5 * ends[1])];
+        let middle = 0.5 * ends[0] + 0.5 * ends[1];
+        let has_room = |place: &f64| {
+            let before = |t: f64| sorted.partition_point(|&s| s < t);
+            // a parameter at the end of the domain belongs to the last span
+            let last = if span + 2 == breaks.len() { sorted.len() } else { before(ends[1]) };
+            let (first, here) = (before(ends[0]), before(*place));
+            here >= first + LEAST_IN_SPAN && last >= here + LEAST_IN_SPAN
+        };
+        let place = halving(&mut spans[span]).map(|place| within(place, ends, sorted));
+        let places = [place, Some(middle), Some(within(middle, ends, sorted))];
         let next = places.into_iter().flatten().find_map(|place| {
-            if !(place - ends[0] > narrowest && ends[1] - place > narrowest) {
+            if !(place - ends[0] > narrowest && ends[1] - place > narrowest && has_room(&place)) {
                 return None;
             }
             let mut knots = current.knots().to_vec();
@@ -149,6 +192,18 @@ fn refined(
         }
     }
     (current.size() > basis.size()).then_some(current)
+}
+
+/// The place nearest to `place` between two parameters that leaves as many as a span keeps on either side; `place` where there is none.
+fn within(place: f64, ends: [f64; 2], sorted: &[f64]) -> f64 {
+    let [first, last] = [sorted.partition_point(|&t| t < ends[0]), sorted.partition_point(|&t| t <= ends[1])];
+    let (low, high) = (first + LEAST_IN_SPAN, last.saturating_sub(LEAST_IN_SPAN));
+    let here = sorted.partition_point(|&t| t < place);
+    if low > high || (low..=high).contains(&here) || high == 0 || high >= sorted.len() {
+        return place;
+    }
+    let at = here.clamp(low, high);
+    0.5 * sorted[at - 1] + 0.5 * sorted[at]
 }
 
 /// Midway between the two parameters where the squared error to the left reaches half.

@@ -5,7 +5,10 @@
 //! ([`super::adaptive`]). Estimator, regularisation, scaling and diagnostics are those of the [`FitSpec`] handed over, its model aside.
 //! Errors are distances at equal parameters.
 
-use super::adaptive::{self, Adaptive, Step, Stop};
+use super::{
+    adaptive::{self, Adaptive, Step, Stop},
+    swing::Swing,
+};
 use crate::{
     estimation::{
         error::{Fault, Faults, FitError},
@@ -83,19 +86,37 @@ pub struct CurveFit {
     /// Largest and root mean square distance of counted points from the curve, at their parameters (unweighted).
     pub max_error: f64,
     pub rms_error: f64,
-    /// The knots tried, where they were placed by residuals, the last ones those of the curve; and why no more were tried.
+    /// The knots tried up to the best, which are those of the curve, where they were placed by residuals; and why they are the best.
     pub steps: Vec<Step>,
     pub stop: Option<Stop>,
+}
+
+impl CurveFit {
+    /// How far the curve swings out between neighbouring points at worst: how far it leaves the box of its places at their parameters, over
+    /// the extent of all points. Above [`super::WILD`] it is no curve near the `points` it was fitted to, whatever the residuals say.
+    pub fn swing(&self, points: &CurvePoints) -> f64 {
+        let counted = self.parameters.iter().enumerate().filter(|(k, _)| points.counts(*k));
+        let mut distinct: Vec<f64> = counted.map(|(_, t)| *t).collect();
+        distinct.sort_by(f64::total_cmp);
+        distinct.dedup();
+        Swing::of(points, &distinct).out(&self.curve)
+    }
+}
+
+impl CurvePoints<'_> {
+    /// Points of weight 0 say nothing.
+    pub(super) fn counts(&self, k: usize) -> bool {
+        self.weight.is_none_or(|weight| weight.get(k).is_none_or(|w| *w > 0.0))
+    }
 }
 
 /// Fits one curve of all coordinates.
 pub fn curve(points: &CurvePoints, asked: &CurveAsked) -> Result<CurveFit, FitError> {
     let dimension = check(points, asked)?;
     let parameters = parameters(points)?;
-    let trial = Trial { points, asked, parameters: &parameters };
+    let trial = Trial { points, asked, dimension, parameters: &parameters };
     // points of weight 0 say nothing, of the knots neither
-    let counts = |k: usize| points.weight.is_none_or(|w| w[k] > 0.0);
-    let counted: Vec<f64> = parameters.iter().enumerate().filter(|(k, _)| counts(*k)).map(|(_, &t)| t).collect();
+    let counted: Vec<f64> = parameters.iter().enumerate().filter(|(k, _)| points.counts(*k)).map(|(_, &t)| t).collect();
     if counted.is_empty() {
         return Err(Faults::one("/method/weight", "every point is of weight 0").into());
     }
@@ -121,12 +142,8 @@ pub fn curve(points: &CurvePoints, asked: &CurveAsked) -> Result<CurveFit, FitEr
             (fitted, steps, Some(stop))
         }
     };
-    let Fitted { basis, mut results, errors, spec } = fitted;
-    let controls = (0..basis.size())
-        .map(|i| Vector::from_fn(|c, _| results.get(c).map_or(0.0, |result: &FitResult| result.coefficients[i].value)))
-        .collect();
-    let curve = BSplineCurve::new(basis, dimension, controls, asked.weights.clone())
-        .map_err(|fault| Faults::one("/method", fault.to_string()))?;
+    let curve = trial.shape(&fitted)?;
+    let Fitted { basis: _, mut results, errors, spec } = fitted;
     if !asked.spec.include.residuals {
         for result in &mut results {
             result.residuals.values = None;
@@ -158,6 +175,7 @@ pub fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSp
 pub struct Trial<'a> {
     pub points: &'a CurvePoints<'a>,
     pub asked: &'a CurveAsked,
+    pub dimension: Dimension,
     pub parameters: &'a [f64],
 }
 
@@ -171,6 +189,15 @@ pub struct Fitted {
 }
 
 impl Trial<'_> {
+    /// The curve that the coefficients of all coordinates are the control points of.
+    pub fn shape(&self, fitted: &Fitted) -> Result<BSplineCurve, FitError> {
+        let coordinate =
+            |i: usize, c: usize| fitted.results.get(c).map_or(0.0, |result: &FitResult| result.coefficients[i].value);
+        let controls = (0..fitted.basis.size()).map(|i| Vector::from_fn(|c, _| coordinate(i, c))).collect();
+        BSplineCurve::new(fitted.basis.clone(), self.dimension, controls, self.asked.weights.clone())
+            .map_err(|fault| Faults::one("/method", fault.to_string()).into())
+    }
+
     /// Fits with these knots.
     pub fn fit(&self, knots: Knots) -> Result<Fitted, FitError> {
         let Knots::Curve(full) = &knots else { return Err(Faults::one("/method/knots", "one knot vector").into()) };
