@@ -1,7 +1,7 @@
 //! A measured gear: the samples that are published of it, written as a curve file and read back to the same positions and deviations.
 
 use flankfit::{
-    formats::klingelnberg::{Placed, read_curves},
+    formats::klingelnberg::{Placed, Sense, read_curves},
     gear::{Gear, Kind, Side},
 };
 
@@ -85,7 +85,7 @@ fn read() -> (Vec<Published>, Placed) {
     let file = read_curves(&stored(&published)).unwrap();
     assert_eq!(file.notes.list(), []);
     let gear = Gear::new(file.header.gear(&mut Default::default()).gear_data().unwrap()).unwrap();
-    let placed = file.place(&gear).with_sign(file.din_sign());
+    let placed = file.place(&gear).with_sense(file.signs(), Sense::Din);
     (published, placed)
 }
 
@@ -132,5 +132,19 @@ fn the_cross_of_tooth_1_is_two_grids_on_each_flank() {
             assert_eq!(grid.diameter, [51.0, 51.898, 53.0]);
             assert_eq!((grid.z[0], grid.z[479]), (0.0, 15.0));
         }
+    }
+}
+
+#[test]
+fn the_rounded_tip_lacks_material_on_both_flanks() {
+    let published = published();
+    let file = read_curves(&stored(&published)).unwrap();
+    let gear = Gear::new(file.header.gear(&mut Default::default()).gear_data().unwrap()).unwrap();
+    let placed = file.place(&gear).with_sense(file.signs(), Sense::Material);
+    let profiles: Vec<_> = placed.traces.iter().filter(|placed| placed.trace.kind == Kind::Profile).collect();
+    assert_eq!(profiles.len(), 8);
+    for placed in profiles {
+        let deviation = &placed.trace.deviation;
+        assert!(deviation[468] < deviation[456] - 5.0, "{} {}", deviation[456], deviation[468]);
     }
 }
