@@ -14,6 +14,7 @@ mod edges;
 mod extremes;
 mod gear_evaluation;
 mod gear_evaluation_classes;
+mod gear_evaluation_signs;
 mod gear_evaluation_surface;
 mod hard;
 mod large;
