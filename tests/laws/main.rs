@@ -18,6 +18,7 @@ mod gear_correction_loop;
 mod gear_correction_machine;
 mod gear_evaluation;
 mod gear_evaluation_classes;
+mod gear_evaluation_signs;
 mod gear_evaluation_surface;
 mod gear_geometry;
 mod gear_geometry_grid;
