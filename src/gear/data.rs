@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::{generation::rack, involute::Flank};
 use crate::estimation::{
     Faults,
     words::{Shown, counted},
@@ -44,9 +45,9 @@ impl Side {
 pub struct Tool {
     /// mm.
     pub tip_radius: f64,
-    /// Addendum in normal modules.
+    /// Addendum h_aP0* in normal modules, from the datum line, on which tooth and space of the tool are equal.
     pub addendum_factor: f64,
-    /// How far the tip stands out of the straight flank, mm along its normal.
+    /// How far the tip's rounding stands out of the straight flank, mm along its normal.
     pub protuberance: f64,
 }
 
@@ -60,7 +61,7 @@ pub struct GearData {
     /// β ≥ 0 on the reference cylinder.
     pub helix_angle: f64,
     pub hand: Hand,
-    /// x; positive towards the tip, on internal gears too.
+    /// x as in ISO 21771: positive towards the tip, on internal gears too, so that a positive x makes every tooth thicker.
     pub profile_shift: f64,
     pub face_width: Option<f64>,
     pub tip_diameter: Option<f64>,
@@ -101,7 +102,33 @@ impl Gear {
             data,
         };
         gear.check_circles()?;
+        gear.check_tooth()?;
+        rack::check(&gear)?;
         Ok(gear)
+    }
+
+    /// Between root and tip there must be a tooth, and a space beside it.
+    fn check_tooth(&self) -> Result<(), Faults> {
+        let flank = Flank::new(self, Side::Left);
+        let half_tooth = |radius: f64| flank.half_angle(self.roll_length(2.0 * radius).unwrap_or(0.0));
+        // Teeth get thinner outwards on external gears and inwards on internal ones, the spaces the other way.
+        let inner = if self.data.internal { self.tip_radius } else { self.root_radius };
+        let outer = if self.data.internal { self.root_radius } else { self.tip_radius };
+        let (thick, wide) = if self.data.internal { (outer, inner) } else { (inner, outer) };
+        let mut faults = Faults::default();
+        if !(half_tooth(thick) > 0.0) {
+            faults.push(
+                "/profile_shift_coefficient",
+                format!("the flanks of a tooth meet before the root: no tooth is left on {} mm", Shown(2.0 * thick)),
+            );
+        }
+        if !(half_tooth(wide) < PI / self.teeth()) {
+            faults.push(
+                "/profile_shift_coefficient",
+                format!("the teeth leave no space between them on {} mm", Shown(2.0 * wide)),
+            );
+        }
+        faults.into_result(())
     }
 
     /// Circles that leave no involute between them.
@@ -203,6 +230,11 @@ impl Gear {
     /// d_f/2, given or with a dedendum of (h_aP0* − x) m_n.
     pub fn root_radius(&self) -> f64 {
         self.root_radius
+    }
+
+    /// 2π / z.
+    pub fn pitch_angle(&self) -> f64 {
+        2.0 * PI / self.teeth()
     }
 
     /// Transverse base pitch p_bt = π m_t cos α_t.

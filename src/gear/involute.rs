@@ -12,13 +12,13 @@
 use super::{Gear, Side};
 use crate::geometry::space::Vector;
 
-/// inv α = tan α − α for the roll angle ξ = tan α, without cancellation near 0.
+/// inv α = tan α − α for the roll angle ξ = tan α, without cancellation near 0 (a few units of the last place everywhere).
 pub fn inv_of_roll(roll: f64) -> f64 {
-    if roll.abs() < 0.2 {
-        // ξ − arctan ξ = ξ³/3 − ξ⁵/5 + …
+    if roll.abs() < 0.5 {
+        // ξ − arctan ξ = ξ³/3 − ξ⁵/5 + …, whose terms beyond these are below the last place of the first.
         let square = roll * roll;
         let mut sum = 0.0;
-        for k in (1..=14).rev() {
+        for k in (1..=28).rev() {
             let term = 1.0 / f64::from(2 * k + 1);
             sum = term - square * sum;
         }
@@ -28,11 +28,30 @@ pub fn inv_of_roll(roll: f64) -> f64 {
     }
 }
 
+/// The roll angle ξ ≥ 0 with ξ − arctan ξ = `involute`, for `involute` ≥ 0.
+///
+/// The function is convex: Newton's iteration from the lower bound ∛(3 inv) passes the root at most once and comes down to it.
+pub fn roll_of_inv(involute: f64) -> f64 {
+    let mut roll = (3.0 * involute).cbrt();
+    if !(roll > 0.0) {
+        return 0.0;
+    }
+    for _ in 0..60 {
+        let step = (inv_of_roll(roll) - involute) * (1.0 + 1.0 / (roll * roll));
+        roll -= step;
+        if step.abs() <= 2.0 * f64::EPSILON * roll {
+            break;
+        }
+    }
+    roll
+}
+
 /// A flank of the tooth at the top.
 #[derive(Clone, Copy, Debug)]
 pub struct Flank<'a> {
     pub gear: &'a Gear,
     pub side: Side,
+    start_angle: f64,
 }
 
 /// A place on a flank with the normal out of the material.
@@ -46,19 +65,19 @@ pub struct Place {
 
 impl<'a> Flank<'a> {
     pub fn new(gear: &'a Gear, side: Side) -> Self {
-        Flank { gear, side }
+        let involute = inv_of_roll(gear.transverse_pressure_angle().tan());
+        let start_angle = side.sign() * (gear.half_tooth_angle() + gear.outward() * involute);
+        Flank { gear, side, start_angle }
     }
 
     /// σ: +1 where the involute unrolls clockwise.
-    fn sense(&self) -> f64 {
+    pub fn sense(&self) -> f64 {
         self.side.sign() * self.gear.outward()
     }
 
     /// Where the involute starts on the base circle of z = 0, rad counterclockwise from the tooth's middle.
     pub fn start_angle(&self) -> f64 {
-        let gear = self.gear;
-        let involute = inv_of_roll(gear.transverse_pressure_angle().tan());
-        self.side.sign() * (gear.half_tooth_angle() + gear.outward() * involute)
+        self.start_angle
     }
 
     /// Half the tooth's angle at a roll length, rad; negative beyond the point of a pointed tooth.
@@ -67,12 +86,17 @@ impl<'a> Flank<'a> {
         self.side.sign() * self.start_angle() - self.gear.outward() * inv
     }
 
+    /// The base tangent point's angle χ at a roll length and a z, rad counterclockwise from the tooth's middle at z = 0.
+    pub fn tangent_angle(&self, roll_length: f64, z: f64) -> f64 {
+        let gear = self.gear;
+        self.start_angle - self.sense() * roll_length / gear.base_radius() + gear.turn_per_length() * z
+    }
+
     /// The place at a roll length and a z, both mm.
     pub fn at(&self, roll_length: f64, z: f64) -> Place {
         let gear = self.gear;
         let (r, sense) = (gear.base_radius(), self.sense());
-        let chi = self.start_angle() - sense * roll_length / r + gear.turn_per_length() * z;
-        let (sin, cos) = chi.sin_cos();
+        let (sin, cos) = self.tangent_angle(roll_length, z).sin_cos();
         let (along, side) = (sense * roll_length, self.side.sign());
         let (sin_b, cos_b) = gear.base_helix_angle().sin_cos();
         Place {

@@ -8,9 +8,22 @@
 //! Nothing here solves a least-squares problem of its own: lines, surfaces, registration and correction are fits of
 //! [`crate::estimation`].
 
+pub mod correction;
 pub mod data;
+pub mod deviation;
+pub mod evaluation;
+pub mod flank_grid;
+pub mod generation;
+pub mod geometry;
 pub mod involute;
+pub mod modification;
+pub mod registration;
+pub mod simulation;
+pub mod tolerance;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
+pub use flank_grid::{FlankGrid, GridSpec, ProfileAxis};
+pub use geometry::Geometry;
+pub use modification::Modifications;
 pub use trace::{Kind, Trace};

@@ -11,6 +11,16 @@ pub enum Kind {
     Helix,
 }
 
+/// Along what deviations are taken; `normal = transverse · cos β_b`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Direction {
+    /// The base tangent in the transverse plane, as ISO 1328-1 has it.
+    #[default]
+    Transverse,
+    /// The normal of the flank.
+    Normal,
+}
+
 /// One trace as it was measured, in the order of its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {

@@ -11,6 +11,7 @@ mod collinearity;
 mod curves;
 mod filip;
 mod folder;
+mod gear_p40;
 mod near;
 mod nist;
 mod oracle_check;

@@ -17,7 +17,7 @@
 //! same for every level. Repetitions are computed in parallel and gathered in order.
 
 mod measured;
-mod normal;
+pub(crate) mod normal;
 mod references;
 mod repetition;
 mod result;

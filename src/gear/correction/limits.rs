@@ -1,0 +1,239 @@
+//! Settings at their limits: an active set over fits of the service.
+//!
+//! What is answered is settled when it is a fixed point of the fits: the free settings are the fit of what the settings at their limits leave
+//! over, they keep their own limits, and every setting at a limit, freed while the others stay, would be driven past it again. For plain least
+//! squares the last is the condition of Karush, Kuhn and Tucker (a freed setting moves against the sign of its multiplier), so that the
+//! answer is the minimum within the limits; for regularised fits it says the same with each fit's own λ*. Each round moves from a
+//! point within the limits towards the fit of the free settings and stops at the first limit in the way, or frees a setting that would come
+//! back (Lawson and Hanson; Stark and Parker). Rounds are bounded, and where regularised fits do not settle the best
+//! point seen is answered, which the answer says.
+
+use super::{
+    damping::{self, Damping, Trust},
+    problem::Correction,
+    solution::Limit,
+};
+use crate::estimation::{
+    FitError, FitResult, FitSpec, Nodes, fit,
+    result::Warning,
+    spec::{Attraction, Count, JamesStein, Model, Regularization},
+};
+
+/// Rounds for each setting, at most.
+const ROUNDS: usize = 8;
+/// How far, against the setting's changes at large, a freed setting must come back to be freed.
+const TOLERANCE: f64 = 1e-10;
+
+/// A fit of some settings, the others being given.
+pub(super) struct Fitted {
+    pub result: FitResult,
+    pub trust: Option<Trust>,
+}
+
+/// Where the settings stand.
+pub(super) struct Standing {
+    pub change: Vec<f64>,
+    pub at: Vec<Option<Limit>>,
+    /// The fit of the free settings; `None` when every setting is at a limit.
+    pub fitted: Option<Fitted>,
+    pub settled: bool,
+}
+
+/// Fits the settings `free` to what the others, changed by `change`, leave over.
+pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) -> Result<Fitted, FitError> {
+    let asked = correction.asked();
+    let fixed: Vec<usize> = (0..change.len()).filter(|j| !free.contains(j)).collect();
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for &k in correction.counted() {
+        let row = correction.row(k);
+        x.extend(free.iter().map(|&j| row[j]));
+        let moved: f64 = fixed.iter().map(|&j| row[j] * change[j]).sum();
+        y.push(correction.target(k) - asked.deviation[k] - moved);
+    }
+    let weight = asked.weight.as_ref().map(|w| correction.counted().iter().map(|&k| w[k]).collect::<Vec<f64>>());
+    let square: f64 = y.iter().enumerate().map(|(i, y)| weight.as_ref().map_or(1.0, |w| w[i]) * y * y).sum();
+    let names = free.iter().map(|&j| asked.settings[j].name.clone()).collect();
+    let nodes = Nodes::matrix(x, free.len(), y, Some(names), weight)?;
+    let spec = FitSpec {
+        scaling: asked.scaling,
+        noise_sigma: asked.noise_sigma,
+        coefficient_norm_limit: asked.coefficient_norm_limit,
+        include: asked.include,
+        ..FitSpec::new(Model::Linear)
+    };
+    match &asked.damping {
+        Damping::Asked(regularization) => {
+            let regularization = among(regularization, free, change.len());
+            Ok(Fitted { result: fit(&nodes, &FitSpec { regularization, ..spec })?, trust: None })
+        }
+        Damping::Uncertainty => {
+            let plain = fit(&nodes, &FitSpec { regularization: Regularization::None, ..spec.clone() })?;
+            let trust = damping::trust(&plain, square, asked.response_uncertainty, asked.noise_sigma);
+            let regularization = damping::regularization(&plain, trust);
+            let result = match regularization {
+                Regularization::None => plain,
+                regularization => fit(&nodes, &FitSpec { regularization, ..spec })?,
+            };
+            Ok(Fitted { result, trust })
+        }
+    }
+}
+
+/// The caller's regularisation for some of the settings: targets lose the entries of the others, and of so many directions or eigenvalues
+/// there are at most as many as there are.
+fn among(regularization: &Regularization, free: &[usize], all: usize) -> Regularization {
+    let of = |target: &Vec<f64>| match target.len() == all {
+        true => free.iter().map(|&j| target[j]).collect(),
+        false => target.clone(),
+    };
+    if free.len() == all {
+        return regularization.clone();
+    }
+    match regularization.clone() {
+        Regularization::Spectral { scheme, count: Count::Given(count), condition_limit, lambda_star } => {
+            let count = Count::Given(count.min(free.len() - 1));
+            Regularization::Spectral { scheme, count, condition_limit, lambda_star }
+        }
+        Regularization::TruncatedSvd { rank } => Regularization::TruncatedSvd { rank: rank.min(free.len()) },
+        // fewer than three directions pay for no factor
+        Regularization::JamesStein(_) if free.len() < 3 => Regularization::None,
+        Regularization::JamesStein(asked) => {
+            Regularization::JamesStein(JamesStein { target: asked.target.as_ref().map(of), ..asked })
+        }
+        Regularization::Attraction(asked) => {
+            Regularization::Attraction(Attraction { target: of(&asked.target), ..asked })
+        }
+        other => other,
+    }
+}
+
+/// From the fit without limits to settings within them.
+pub(super) fn within(correction: &Correction, unlimited: &[f64]) -> Result<Standing, FitError> {
+    let settings = &correction.asked().settings;
+    let n = settings.len();
+    let low = |j: usize| settings[j].min.unwrap_or(f64::NEG_INFINITY);
+    let high = |j: usize| settings[j].max.unwrap_or(f64::INFINITY);
+    // nothing changed is where to start from, or as near to it as the limits allow
+    let mut point: Vec<f64> = (0..n).map(|j| 0f64.max(low(j)).min(high(j))).collect();
+    let mut at: Vec<Option<Limit>> = vec![None; n];
+    let mut seen: Vec<Vec<Option<Limit>>> = Vec::new();
+    let mut best: Option<(f64, Standing)> = None;
+    let mut goal = unlimited.to_vec();
+    let mut fitted = None;
+    for _ in 0..ROUNDS * n + ROUNDS {
+        let first = (0..n)
+            .filter(|&j| at[j].is_none())
+            .filter_map(|j| {
+                let (limit, end) = match goal[j] {
+                    x if x < low(j) => (Limit::Min, low(j)),
+                    x if x > high(j) => (Limit::Max, high(j)),
+                    _ => return None,
+                };
+                let way = (end - point[j]) / (goal[j] - point[j]);
+                Some((way.clamp(0.0, 1.0), j, limit, end))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((way, j, limit, end)) = first {
+            for i in 0..n {
+                if at[i].is_none() {
+                    point[i] = (point[i] + way * (goal[i] - point[i])).max(low(i)).min(high(i));
+                }
+            }
+            (point[j], at[j]) = (end, Some(limit));
+        } else {
+            point.clone_from(&goal);
+            let freed = coming_back(correction, &at, &point)?;
+            let repeated = seen.contains(&at);
+            let standing = Standing { change: point.clone(), at: at.clone(), fitted: fitted.take(), settled: true };
+            let Some(j) = freed else { return Ok(standing) };
+            let left = remaining(correction, &point);
+            if best.as_ref().is_none_or(|(least, _)| left < *least) {
+                best = Some((left, Standing { settled: false, ..standing }));
+            }
+            if repeated {
+                break;
+            }
+            seen.push(at.clone());
+            at[j] = None;
+        }
+        let free: Vec<usize> = (0..n).filter(|&j| at[j].is_none()).collect();
+        goal.clone_from(&point);
+        fitted = match free.is_empty() {
+            true => None,
+            false => {
+                let of_free = fit_free(correction, &free, &point)?;
+                for (&j, coefficient) in free.iter().zip(&of_free.result.coefficients) {
+                    goal[j] = coefficient.value;
+                }
+                Some(of_free)
+            }
+        };
+    }
+    match best {
+        Some((_, standing)) => Ok(standing),
+        None => Err(FitError::NotConverged("the settings at their limits did not settle within the rounds allowed")),
+    }
+}
+
+/// A setting at a limit that, freed, would come back inside. Those that the remaining deviations pull inwards most are asked first; for plain
+/// least squares the first of them does come back.
+fn coming_back(correction: &Correction, at: &[Option<Limit>], point: &[f64]) -> Result<Option<usize>, FitError> {
+    let mut pulls: Vec<(f64, usize, Limit)> = pull(correction, point)
+        .into_iter()
+        .enumerate()
+        .filter_map(|(j, pull)| match at[j]? {
+            Limit::Min => Some((pull, j, Limit::Min)),
+            Limit::Max => Some((-pull, j, Limit::Max)),
+        })
+        .collect();
+    pulls.sort_by(|a, b| b.0.total_cmp(&a.0));
+    for (_, j, limit) in pulls {
+        let free: Vec<usize> = (0..at.len()).filter(|&i| i == j || at[i].is_none()).collect();
+        let fitted = fit_free(correction, &free, point)?;
+        let value =
+            free.iter().zip(&fitted.result.coefficients).find(|(i, _)| **i == j).map_or(point[j], |(_, c)| c.value);
+        let inward = match limit {
+            Limit::Min => value - point[j],
+            Limit::Max => point[j] - value,
+        };
+        if inward > TOLERANCE * value.abs().max(point[j].abs()) {
+            return Ok(Some(j));
+        }
+    }
+    Ok(None)
+}
+
+/// How much the remaining deviations ask for more of each setting: −Jᵀ W (d + JΔ − t), for columns of length 1.
+fn pull(correction: &Correction, change: &[f64]) -> Vec<f64> {
+    let n = change.len();
+    let (mut sums, mut squares) = (vec![0.0; n], vec![0.0; n]);
+    for &k in correction.counted() {
+        let (row, w) = (correction.row(k), correction.weight(k));
+        let left = left_at(correction, k, change);
+        for j in 0..n {
+            sums[j] -= w * row[j] * left;
+            squares[j] += w * row[j] * row[j];
+        }
+    }
+    sums.iter().zip(&squares).map(|(sum, square)| sum / square.sqrt()).collect()
+}
+
+/// d + JΔ − t at a node.
+fn left_at(correction: &Correction, k: usize, change: &[f64]) -> f64 {
+    let moved: f64 = correction.row(k).iter().zip(change).map(|(j, c)| j * c).sum();
+    correction.asked().deviation[k] + moved - correction.target(k)
+}
+
+/// Σ w (d + JΔ − t)².
+fn remaining(correction: &Correction, change: &[f64]) -> f64 {
+    let square = |k: &usize| correction.weight(*k) * left_at(correction, *k, change).powi(2);
+    correction.counted().iter().map(square).sum()
+}
+
+/// What the answer says when fits with different settings at limits contradict each other.
+pub(super) fn unsettled() -> Warning {
+    Warning {
+        code: "limits_not_settled",
+        message: "regularised fits do not agree on which settings stay at their limits: the best point within them is answered".into(),
+    }
+}

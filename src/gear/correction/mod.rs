@@ -1,0 +1,25 @@
+//! Correction: from measured deviations to changes of machine settings, and whether the machine answered as predicted.
+//!
+//! With deviations d (µm, + = material out), the wanted deviation t and the sensitivity matrix J (nodes × settings, µm per unit of
+//! the setting) the flank after a change Δ of the settings is predicted to be `d + J Δ`. Δ is what makes `‖d + J Δ − t‖` small, that is
+//! a fit of [`crate::estimation`] with J as measurement matrix and the heights **y = t − d**. A positive entry of J means that more of the
+//! setting leaves material standing at the node; a positive change means more of the setting.
+//!
+//! * [`problem`]: what is asked, checked;
+//! * [`damping`]: how far J is trusted, which is how λ* is chosen unless the caller says otherwise;
+//! * [`limits`]: settings that may not go as far as they should;
+//! * [`solution`]: the answer;
+//! * [`compare`]: predicted beside measured;
+//! * [`machine`]: J of cylindrical gear grinding.
+
+pub mod compare;
+pub mod damping;
+mod limits;
+pub mod machine;
+pub mod problem;
+pub mod solution;
+
+pub use compare::{Answer, Comparison, Verdict, compare};
+pub use damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping, Trust};
+pub use problem::{Asked, Correction, Setting};
+pub use solution::{Change, Indistinguishable, Limit, Predicted, Solution};

@@ -1,0 +1,222 @@
+//! What a correction is asked for, checked once.
+
+use super::damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping};
+use crate::estimation::{
+    Faults,
+    spec::{Include, Scaling},
+    words::{Shown, counted, entries},
+};
+
+/// Most settings of a machine.
+pub const MOST_SETTINGS: usize = 64;
+/// Most entries of a sensitivity matrix.
+pub const MOST_ENTRIES: usize = 2_000_000;
+
+/// One setting of the machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    pub name: String,
+    /// The unit that changes are counted in, as text.
+    pub unit: String,
+    /// Least change allowed (usually negative), in that unit.
+    pub min: Option<f64>,
+    /// Greatest change allowed.
+    pub max: Option<f64>,
+}
+
+impl Setting {
+    /// A setting that may go anywhere.
+    pub fn free(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Setting { name: name.into(), unit: unit.into(), min: None, max: None }
+    }
+}
+
+/// A correction as it is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    /// d, µm for each node; NaN where it is undefined: such a node takes no part and is predicted nowhere.
+    pub deviation: Vec<f64>,
+    /// ≥ 0 for each node; 0 leaves a node out.
+    pub weight: Option<Vec<f64>>,
+    /// t, µm for each node; 0 by default.
+    pub target: Option<Vec<f64>>,
+    /// J row by row, `sensitivity[k * settings.len() + j]`: µm at node k for one unit of setting j.
+    pub sensitivity: Vec<f64>,
+    pub settings: Vec<Setting>,
+    pub damping: Damping,
+    pub scaling: Scaling,
+    /// Standard deviation of a measured deviation of weight 1, µm; by default that of the residuals.
+    pub noise_sigma: Option<f64>,
+    /// r of the bias bounds, in the scaled columns (µm of a whole column); by default the norm of the least-squares estimate, which settings
+    /// that cannot be told apart make very large.
+    pub coefficient_norm_limit: Option<f64>,
+    /// η, standard uncertainty of an entry of J relative to the entry.
+    pub response_uncertainty: f64,
+    pub include: Include,
+}
+
+impl Asked {
+    /// The defaults for deviations and a sensitivity matrix.
+    pub fn new(deviation: Vec<f64>, sensitivity: Vec<f64>, settings: Vec<Setting>) -> Self {
+        Asked {
+            deviation,
+            weight: None,
+            target: None,
+            sensitivity,
+            settings,
+            damping: Damping::default(),
+            scaling: Scaling::UnitLength,
+            noise_sigma: None,
+            coefficient_norm_limit: None,
+            response_uncertainty: DEFAULT_RESPONSE_UNCERTAINTY,
+            include: Include::default(),
+        }
+    }
+}
+
+/// A correction that can be computed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correction {
+    pub(super) asked: Asked,
+    /// The nodes that take part, ascending.
+    pub(super) counted: Vec<usize>,
+}
+
+impl Correction {
+    /// Checks everything. Faults point into an object `{deviation_um, weight, target_um, sensitivity: {settings, matrix}, limits,
+    /// noise_sigma_um,
+    /// coefficient_norm_limit, response_uncertainty}`.
+    pub fn new(asked: Asked) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        check_settings(&asked.settings, &mut faults);
+        let (rows, columns) = (asked.deviation.len(), asked.settings.len());
+        if columns == 0 || columns > MOST_SETTINGS || rows == 0 {
+            if rows == 0 {
+                faults.push("/deviation_um", "there are no nodes");
+            }
+            return Err(faults);
+        }
+        if asked.sensitivity.len() != rows * columns || asked.sensitivity.len() > MOST_ENTRIES {
+            faults.push(
+                "/sensitivity/matrix",
+                format!(
+                    "{}; {} and {} ask for {} (at most {MOST_ENTRIES})",
+                    entries(asked.sensitivity.len()),
+                    counted(rows, "node", "nodes"),
+                    counted(columns, "setting", "settings"),
+                    rows * columns
+                ),
+            );
+        }
+        for (at, value) in asked.sensitivity.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
+            let pointer = format!("/sensitivity/matrix/{}/{}", at / columns, at % columns);
+            faults.push(pointer, format!("{value} is not a finite number"));
+        }
+        for (k, _) in asked.deviation.iter().enumerate().filter(|(_, d)| d.is_infinite()) {
+            faults.push(format!("/deviation_um/{k}"), "the deviation is infinite; an undefined one is null");
+        }
+        check_list("/target_um", asked.target.as_deref(), rows, f64::is_finite, "a finite number", &mut faults);
+        let usable = |w: f64| w.is_finite() && w >= 0.0;
+        check_list("/weight", asked.weight.as_deref(), rows, usable, "a finite weight of at least 0", &mut faults);
+        if let Some(sigma) = asked.noise_sigma
+            && !(sigma.is_finite() && sigma > 0.0)
+        {
+            faults.push("/noise_sigma_um", format!("{} is not a finite number above 0", Shown(sigma)));
+        }
+        if let Some(limit) = asked.coefficient_norm_limit
+            && !(limit.is_finite() && limit > 0.0)
+        {
+            faults.push("/coefficient_norm_limit", format!("{} is not a finite number above 0", Shown(limit)));
+        }
+        if !(0.0..=1.0).contains(&asked.response_uncertainty) {
+            let detail = format!("{} is not a share between 0 and 1", Shown(asked.response_uncertainty));
+            faults.push("/response_uncertainty", detail);
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let counts = |k: &usize| !asked.deviation[*k].is_nan() && asked.weight.as_ref().is_none_or(|w| w[*k] > 0.0);
+        let counted_nodes: Vec<usize> = (0..rows).filter(counts).collect();
+        if counted_nodes.len() < columns {
+            let detail = format!(
+                "{} cannot be told from {}",
+                counted(columns, "setting", "settings"),
+                counted(counted_nodes.len(), "defined node", "defined nodes")
+            );
+            return Err(Faults::one("/deviation_um", detail));
+        }
+        for (j, setting) in asked.settings.iter().enumerate() {
+            if counted_nodes.iter().all(|&k| asked.sensitivity[k * columns + j] == 0.0) {
+                let detail = format!("`{}` changes none of the defined nodes: leave it out", setting.name);
+                faults.push(format!("/sensitivity/settings/{j}"), detail);
+            }
+        }
+        faults.into_result(Correction { asked, counted: counted_nodes })
+    }
+
+    /// What was asked for.
+    pub fn asked(&self) -> &Asked {
+        &self.asked
+    }
+
+    /// The nodes that take part, ascending.
+    pub fn counted(&self) -> &[usize] {
+        &self.counted
+    }
+
+    pub(super) fn target(&self, k: usize) -> f64 {
+        self.asked.target.as_ref().map_or(0.0, |target| target[k])
+    }
+
+    pub(super) fn weight(&self, k: usize) -> f64 {
+        self.asked.weight.as_ref().map_or(1.0, |weight| weight[k])
+    }
+
+    /// Row k of J.
+    pub(super) fn row(&self, k: usize) -> &[f64] {
+        let columns = self.asked.settings.len();
+        &self.asked.sensitivity[k * columns..(k + 1) * columns]
+    }
+}
+
+fn check_settings(settings: &[Setting], faults: &mut Faults) {
+    if settings.is_empty() || settings.len() > MOST_SETTINGS {
+        let given = counted(settings.len(), "setting", "settings");
+        faults.push("/sensitivity/settings", format!("{given}; a correction has 1 to {MOST_SETTINGS}"));
+    }
+    for (j, setting) in settings.iter().enumerate().take(MOST_SETTINGS) {
+        if setting.name.is_empty() {
+            faults.push(format!("/sensitivity/settings/{j}"), "a setting needs a name");
+        } else if settings[..j].iter().any(|other| other.name == setting.name) {
+            faults.push(format!("/sensitivity/settings/{j}"), format!("`{}` is there twice", setting.name));
+        }
+        for (end, limit) in [("min", setting.min), ("max", setting.max)] {
+            if limit.is_some_and(|limit| !limit.is_finite()) {
+                faults.push(format!("/limits/{j}/{end}"), "the limit is not finite; leave it out for none");
+            }
+        }
+        if let (Some(min), Some(max)) = (setting.min, setting.max)
+            && min > max
+        {
+            let detail = format!("the least change {} is above the greatest, {}", Shown(min), Shown(max));
+            faults.push(format!("/limits/{j}/min"), detail);
+        }
+    }
+}
+
+fn check_list(
+    pointer: &str,
+    list: Option<&[f64]>,
+    wanted: usize,
+    good: impl Fn(f64) -> bool,
+    what: &str,
+    faults: &mut Faults,
+) {
+    let Some(list) = list else { return };
+    if list.len() != wanted {
+        faults.push(pointer, format!("{} for {}", entries(list.len()), counted(wanted, "node", "nodes")));
+    }
+    for (k, value) in list.iter().enumerate().filter(|(_, x)| !good(**x)) {
+        faults.push(format!("{pointer}/{k}"), format!("{value} is not {what}"));
+    }
+}

@@ -1,0 +1,219 @@
+//! The answer to a correction.
+
+use super::{
+    damping::{Damping, Trust},
+    limits::{Fitted, Standing, fit_free, unsettled, within},
+    problem::Correction,
+};
+use crate::estimation::{
+    FitError, FitResult,
+    result::{RegularizationKind, Warning},
+    spec::Regularization,
+};
+
+/// Which limit a setting stands at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    Min,
+    Max,
+}
+
+/// What becomes of one setting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    pub name: String,
+    pub unit: String,
+    /// Δ, to be added to the setting.
+    pub change: f64,
+    /// What the fit without limits asks for.
+    pub unlimited: f64,
+    /// Of a free setting, given those at limits; `None` at a limit and without degrees of freedom.
+    pub std_error: Option<f64>,
+    /// Sharp bound on what regularisation took away, given the norm of the least-squares estimate; `None` at a limit.
+    pub bias_bound: Option<f64>,
+    pub limited: Option<Limit>,
+}
+
+/// Settings whose effects nearly cancel on these nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Indistinguishable {
+    /// Places in the list of settings, the leading one first.
+    pub settings: Vec<usize>,
+    pub names: Vec<String>,
+    /// √(λₙ/λᵢ) of the direction; `None` where they depend on each other exactly.
+    pub condition_index: Option<f64>,
+    pub sentence: String,
+}
+
+/// The flank after the correction, if the machine answers as J says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predicted {
+    /// d + JΔ, µm for each node; NaN where d is.
+    pub deviation: Vec<f64>,
+    /// Standard uncertainty of JΔ at each node, µm, entries of J being uncertain by η independently: η √Σ (J_kj Δ_j)².
+    pub uncertainty: Vec<f64>,
+    /// √(Σ w (d + JΔ − t)² / Σ w), µm.
+    pub rms: f64,
+    /// Largest |d + JΔ − t| of the nodes that take part, µm.
+    pub max: f64,
+    /// The same before the correction.
+    pub rms_before: f64,
+    pub max_before: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    pub settings: Vec<Change>,
+    pub indistinguishable: Vec<Indistinguishable>,
+    pub predicted: Predicted,
+    /// How λ* came about, where uncertainty chose it.
+    pub trust: Option<Trust>,
+    /// The fit of all settings, without limits.
+    pub fit: FitResult,
+    /// The fit of the free settings, where some are at their limits and some are not.
+    pub limited_fit: Option<FitResult>,
+    /// What the fits do not say.
+    pub warnings: Vec<Warning>,
+}
+
+impl Correction {
+    /// Computes the changes of the settings. Pure; the same input gives the same bits.
+    pub fn solve(&self) -> Result<Solution, FitError> {
+        let n = self.asked.settings.len();
+        let all: Vec<usize> = (0..n).collect();
+        let Fitted { result: fit, trust } = fit_free(self, &all, &vec![0.0; n])?;
+        let unlimited: Vec<f64> = fit.coefficients.iter().map(|c| c.value).collect();
+        let inside = self
+            .asked
+            .settings
+            .iter()
+            .zip(&unlimited)
+            .all(|(setting, x)| setting.min.is_none_or(|min| min <= *x) && setting.max.is_none_or(|max| *x <= max));
+        let standing = match inside {
+            true => Standing { change: unlimited.clone(), at: vec![None; n], fitted: None, settled: true },
+            false => within(self, &unlimited)?,
+        };
+        let mut warnings = Vec::new();
+        if !standing.settled {
+            warnings.push(unsettled());
+        }
+        let limited_fit = standing.fitted.map(|fitted| fitted.result);
+        let settings = self.changes(&fit, limited_fit.as_ref(), &standing.change, &standing.at, &unlimited);
+        let predicted = self.predict(&standing.change);
+        self.warn(&settings, &fit, &mut warnings);
+        Ok(Solution {
+            settings,
+            indistinguishable: self.indistinguishable(&fit),
+            predicted,
+            trust,
+            fit,
+            limited_fit,
+            warnings,
+        })
+    }
+
+    fn changes(
+        &self,
+        fit: &FitResult,
+        limited: Option<&FitResult>,
+        change: &[f64],
+        at: &[Option<Limit>],
+        unlimited: &[f64],
+    ) -> Vec<Change> {
+        let mut of_free = limited.unwrap_or(fit).coefficients.iter();
+        self.asked
+            .settings
+            .iter()
+            .enumerate()
+            .map(|(j, setting)| {
+                let own = if at[j].is_none() { of_free.next() } else { None };
+                Change {
+                    name: setting.name.clone(),
+                    unit: setting.unit.clone(),
+                    change: change[j],
+                    unlimited: unlimited[j],
+                    std_error: own.and_then(|c| c.std_error),
+                    bias_bound: own.map(|c| c.bias_bound),
+                    limited: at[j],
+                }
+            })
+            .collect()
+    }
+
+    /// The flank after the change `change` of the settings.
+    pub fn predict(&self, change: &[f64]) -> Predicted {
+        let asked = &self.asked;
+        let eta = asked.response_uncertainty;
+        let (mut deviation, mut uncertainty) = (Vec::new(), Vec::new());
+        for (k, d) in asked.deviation.iter().enumerate() {
+            let (mut moved, mut square) = (0.0, 0.0);
+            for (j, c) in self.row(k).iter().zip(change) {
+                moved += j * c;
+                square += (j * c) * (j * c);
+            }
+            deviation.push(d + moved);
+            uncertainty.push(eta * square.sqrt());
+        }
+        let [rms, max] = self.size(&deviation);
+        let [rms_before, max_before] = self.size(&asked.deviation);
+        Predicted { deviation, uncertainty, rms, max, rms_before, max_before }
+    }
+
+    /// Weighted root mean square and largest modulus about the target, over the nodes that take part.
+    fn size(&self, deviation: &[f64]) -> [f64; 2] {
+        let (mut sum, mut weight, mut max) = (0.0, 0.0, 0.0f64);
+        for &k in &self.counted {
+            let left = deviation[k] - self.target(k);
+            sum += self.weight(k) * left * left;
+            weight += self.weight(k);
+            max = max.max(left.abs());
+        }
+        [(sum / weight).sqrt(), max]
+    }
+
+    fn indistinguishable(&self, fit: &FitResult) -> Vec<Indistinguishable> {
+        let place = |name: &String| self.asked.settings.iter().position(|setting| setting.name == *name);
+        fit.collinearity
+            .near_dependencies
+            .iter()
+            .map(|dependency| Indistinguishable {
+                settings: dependency.terms.iter().filter_map(place).collect(),
+                names: dependency.terms.clone(),
+                condition_index: dependency.condition_index,
+                sentence: dependency.sentence.clone(),
+            })
+            .collect()
+    }
+
+    fn warn(&self, settings: &[Change], fit: &FitResult, warnings: &mut Vec<Warning>) {
+        let limited: Vec<String> =
+            settings.iter().filter(|s| s.limited.is_some()).map(|s| format!("`{}`", s.name)).collect();
+        if !limited.is_empty() {
+            warnings.push(Warning {
+                code: "settings_limited",
+                message: format!(
+                    "{} would go further than allowed; the others make up for it as far as they can",
+                    limited.join(", ")
+                ),
+            });
+        }
+        let plain = matches!(self.asked.damping, Damping::Asked(Regularization::None));
+        if plain && let Some(worst) = fit.collinearity.near_dependencies.first() {
+            warnings.push(Warning {
+                code: "undamped_correction",
+                message: format!(
+                    "plain least squares divides by what the sensitivity hardly knows ({}): repeated, such a correction can drive the settings away",
+                    worst.sentence
+                ),
+            });
+        }
+        if fit.regularization.kind == RegularizationKind::TruncatedSvd
+            && matches!(self.asked.damping, Damping::Uncertainty)
+        {
+            warnings.push(Warning {
+                code: "dependent_settings",
+                message: "some settings depend on each other exactly on these nodes: the smallest changes that do the same are answered".into(),
+            });
+        }
+    }
+}

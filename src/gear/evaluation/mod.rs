@@ -1,0 +1,206 @@
+//! Evaluation of measured traces by ISO 1328-1:2013: slope, form, total deviation and crowning of every trace, means and variations over the
+//! teeth, twist, pitch, run-out, and the class that each value reaches; beside it the second-order surface of a whole flank.
+//!
+//! Deviations are µm along the base tangent of the transverse plane (asked in [`crate::gear::trace::Direction`], answered so). Every line and
+//! surface is a fit of [`crate::estimation`]. Conventions of sign stand in [`settings`].
+
+pub mod flank_surface;
+pub mod pitch;
+pub mod runout;
+pub mod settings;
+mod single;
+pub mod summary;
+
+use settings::{Settings, Window};
+use single::Subject;
+pub use single::{EDGE, FEWEST_SAMPLES, Samples, Values};
+pub use summary::{Position, Spread, Summary, Twist};
+
+use super::{
+    Gear, Kind, Side, Trace,
+    tolerance::{Characteristic, Class, OutOfScope, Tolerances},
+};
+use crate::estimation::{Faults, words::entries};
+
+/// A trace and, where the flank is modified by design, its design line: µm per sample in the sign and direction of the deviations, taken away from them.
+#[derive(Clone, Copy, Debug)]
+pub struct Posted<'a> {
+    pub trace: &'a Trace,
+    pub design: Option<&'a [f64]>,
+}
+
+/// Something that the reader must know, with a stable code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Notice {
+    pub code: &'static str,
+    /// JSON Pointer into the request, where it belongs to a place there.
+    pub pointer: Option<String>,
+    pub message: String,
+}
+
+/// Classes of slope, form and total deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Classes {
+    pub slope: Class,
+    pub form: Class,
+    pub total: Class,
+}
+
+/// One trace, evaluated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluated {
+    pub tooth: String,
+    pub position: Position,
+    pub side: Side,
+    pub kind: Kind,
+    pub section: Option<f64>,
+    pub samples: Samples,
+    /// `None` where the trace cannot be evaluated; a notice says why.
+    pub values: Option<Values>,
+    /// `None` where there is no tolerance, or where the trace does not cover the evaluation range.
+    pub classes: Option<Classes>,
+}
+
+/// The answer to traces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluation {
+    /// One per trace, in their order.
+    pub traces: Vec<Evaluated>,
+    /// What profiles were evaluated with; `None` without profiles.
+    pub profile: Option<Window>,
+    pub helix: Option<Window>,
+    /// Over the teeth, for every kind and flank that there are.
+    pub summaries: Vec<Summary>,
+    pub twists: Vec<Twist>,
+    /// The coarsest class of all.
+    pub overall: Option<Class>,
+    pub tolerances: Result<Tolerances, OutOfScope>,
+    pub notices: Vec<Notice>,
+}
+
+/// Evaluates traces. Faults point into the request: `/traces/3/deviation_um`, `/evaluation/helix_range_mm`. A trace that is sound but cannot be
+/// evaluated has no values and a notice; the others are evaluated.
+pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<Evaluation, Faults> {
+    check(posted)?;
+    let [profile, helix] = windows(gear, posted, settings)?;
+    let tolerances = Tolerances::new(gear);
+    let mut notices = Vec::new();
+    if let Err(out) = &tolerances {
+        notices.push(Notice { code: "outside_the_standard", pointer: None, message: format!("no classes: {out}") });
+    } else if helix.is_some() && gear.data().face_width.is_none() {
+        let message = "no classes of the helix: tolerances need the face width of the gear".into();
+        notices.push(Notice { code: "no_face_width", pointer: Some("/gear/face_width_mm".into()), message });
+    }
+    let mut traces = Vec::with_capacity(posted.len());
+    for (i, posted) in posted.iter().enumerate() {
+        let trace = posted.trace;
+        let window = match trace.kind {
+            Kind::Profile => &profile,
+            Kind::Helix => &helix,
+        };
+        let Some(window) = window else { continue };
+        let subject = Subject { gear, trace, design: posted.design, settings, window, pointer: format!("/traces/{i}") };
+        let (samples, values, covers) = subject.evaluate(&mut notices);
+        let classes = match (&tolerances, &values) {
+            (Ok(tolerances), Some(values)) if covers => classes(tolerances, trace.kind, values, settings),
+            _ => None,
+        };
+        traces.push(Evaluated {
+            tooth: trace.tooth.clone(),
+            position: Position::of(&trace.tooth),
+            side: trace.side,
+            kind: trace.kind,
+            section: trace.section,
+            samples,
+            values,
+            classes,
+        });
+    }
+    let summaries = summary::summaries(&traces);
+    let twists = summary::twists(&traces);
+    let overall =
+        super::tolerance::overall(traces.iter().filter_map(|t| t.classes).flat_map(|c| [c.slope, c.form, c.total]));
+    Ok(Evaluation { traces, profile, helix, summaries, twists, overall, tolerances, notices })
+}
+
+fn classes(tolerances: &Tolerances, kind: Kind, values: &Values, settings: &Settings) -> Option<Classes> {
+    let [slope, form, total] = match kind {
+        Kind::Profile => [Characteristic::ProfileSlope, Characteristic::ProfileForm, Characteristic::ProfileTotal],
+        Kind::Helix => [Characteristic::HelixSlope, Characteristic::HelixForm, Characteristic::HelixTotal],
+    };
+    let class = |characteristic, value| tolerances.class(characteristic, value, settings.rounding);
+    Some(Classes {
+        slope: class(slope, values.slope)?,
+        form: class(form, values.form)?,
+        total: class(total, values.total)?,
+    })
+}
+
+/// What profiles and helices are evaluated with, where there are any.
+fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Option<Window>; 2], Faults> {
+    let first = |kind| posted.iter().position(|posted| posted.trace.kind == kind);
+    let mut faults = Faults::default();
+    let mut window = |kind, pointer: &str, made: Option<Result<Window, Faults>>| match (first(kind), made) {
+        (_, Some(Ok(window))) => Some(window),
+        (_, Some(Err(more))) => {
+            faults.append(more);
+            None
+        }
+        (Some(i), None) => {
+            faults.push(pointer, format!("trace {i} needs an evaluation range, and none is given"));
+            None
+        }
+        (None, None) => None,
+    };
+    let asked = settings.profile.as_ref().filter(|_| first(Kind::Profile).is_some());
+    let made = asked.map(|asked| Window::of_profile(gear, asked));
+    let profile = window(Kind::Profile, "/evaluation/profile_diameter_range_mm", made);
+    let asked = settings.helix.as_ref().filter(|_| first(Kind::Helix).is_some());
+    let made = asked.map(|asked| Window::of_helix(gear, asked));
+    let helix = window(Kind::Helix, "/evaluation/helix_range_mm", made);
+    faults.into_result([profile, helix])
+}
+
+/// The most samples of all traces together.
+pub const MOST_SAMPLES: usize = 20_000_000;
+
+fn check(posted: &[Posted]) -> Result<(), Faults> {
+    let mut faults = Faults::default();
+    if posted.is_empty() {
+        faults.push("/traces", "there are no traces");
+    }
+    let mut samples = 0;
+    for (i, Posted { trace, design }) in posted.iter().enumerate() {
+        samples += trace.at.len();
+        let positions = match trace.kind {
+            Kind::Profile => format!("/traces/{i}/roll_length_mm"),
+            Kind::Helix => format!("/traces/{i}/z_mm"),
+        };
+        let lengths = [("deviation_um", Some(trace.deviation.len())), ("design_um", design.map(<[f64]>::len))];
+        for (name, length) in lengths {
+            if let Some(length) = length.filter(|&length| length != trace.at.len()) {
+                let detail = format!("{}, but {} would match the positions", entries(length), trace.at.len());
+                faults.push(format!("/traces/{i}/{name}"), detail);
+            }
+        }
+        for (k, at) in trace.at.iter().enumerate() {
+            if !at.is_finite() {
+                faults.push(format!("{positions}/{k}"), "the number is not finite in double precision");
+            }
+        }
+        for (k, deviation) in trace.deviation.iter().enumerate() {
+            if deviation.is_infinite() {
+                faults.push(format!("/traces/{i}/deviation_um/{k}"), "the number is not finite in double precision");
+            }
+        }
+        for (k, line) in design.iter().flat_map(|design| design.iter()).enumerate() {
+            if !line.is_finite() {
+                faults.push(format!("/traces/{i}/design_um/{k}"), "the number is not finite in double precision");
+            }
+        }
+    }
+    if samples > MOST_SAMPLES {
+        faults.push("/traces", format!("{samples} samples; at most {MOST_SAMPLES} are evaluated at once"));
+    }
+    faults.into_result(())
+}

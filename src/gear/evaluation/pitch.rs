@@ -1,0 +1,236 @@
+//! Pitch deviations of one flank all around the gear.
+//!
+//! Teeth are numbered 1 … z in the direction in which deviations count positive; the index deviation δᵢ is the arc, in µm on the measuring circle,
+//! by which flank i stands beyond its place relative to the first one there is. Of these: single pitch deviations `f_pi = δᵢ − δᵢ₋₁` (of the
+//! pitch that ends at flank i, all around: `f_p1 = δ₁ − δ_z`), `f_p` = greatest |f_pi|, `F_p` = range of δ, `F_pk` = greatest |δᵢ₊ₖ − δᵢ|,
+//! `f_u` = greatest |f_pi − f_pi₋₁|.
+//!
+//! A tooth that was not measured leaves out what needs it. What is left is then a lower bound of the gear's value: [`Pitch::complete`] is
+//! false and no class is given.
+
+use std::f64::consts::TAU;
+
+use super::Notice;
+use crate::{
+    estimation::{
+        Faults,
+        words::{Shown, counted, entries},
+    },
+    gear::{
+        Gear, Side,
+        tolerance::{Characteristic, Class, Rounding, Tolerances},
+    },
+};
+
+/// What was measured: one number per tooth, NaN where there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PitchMeasured {
+    /// Index deviations, µm on the measuring circle.
+    Index(Vec<f64>),
+    /// Where the flanks are, rad in the direction of counting, from anywhere.
+    Angles(Vec<f64>),
+    /// Single pitch deviations f_pi, µm on the measuring circle. Their sum all around is 0 by definition; what is left of it is taken off evenly.
+    Single(Vec<f64>),
+}
+
+/// What pitch deviations are evaluated with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PitchSettings {
+    pub side: Side,
+    /// Diameter of the measuring circle, mm; by default the reference circle. Angles become arcs there.
+    pub diameter: Option<f64>,
+    /// k of F_pk, 1 to z − 1; by default z/8, rounded.
+    pub sector: Option<usize>,
+    pub rounding: Rounding,
+}
+
+/// A value with the tooth (from 1) where it was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extreme {
+    /// µm, with its sign.
+    pub value: f64,
+    pub tooth: usize,
+}
+
+/// Pitch deviations of one flank, µm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pitch {
+    pub side: Side,
+    /// mm.
+    pub diameter: f64,
+    /// δᵢ about the first tooth that is there; of single pitches only where none is missing.
+    pub index: Vec<Option<f64>>,
+    /// f_pi.
+    pub single: Vec<Option<f64>>,
+    /// The f_pi of greatest amount; f_p is its amount.
+    pub single_pitch: Option<Extreme>,
+    /// F_p.
+    pub cumulative: Option<f64>,
+    /// k.
+    pub sector: Option<usize>,
+    /// The difference of greatest amount over k pitches, at the tooth where the sector ends; F_pk is its amount.
+    pub sector_pitch: Option<Extreme>,
+    /// f_u, at the later of the two pitches.
+    pub adjacent: Option<Extreme>,
+    /// Σ f_pi as given, µm; only of single pitches.
+    pub closure: Option<f64>,
+    pub missing: usize,
+    /// Whether every tooth was measured.
+    pub complete: bool,
+    pub single_class: Option<Class>,
+    pub cumulative_class: Option<Class>,
+    pub notices: Vec<Notice>,
+}
+
+/// Evaluates pitch deviations. Faults point to `/deviations` (the numbers of the teeth), `/diameter_mm` and `/sector`.
+pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) -> Result<Pitch, Faults> {
+    let teeth = gear.data().teeth as usize;
+    let diameter = settings.diameter.unwrap_or(2.0 * gear.reference_radius());
+    let sector = settings.sector.or_else(|| (teeth > 1).then(|| ((teeth as f64 / 8.0).round() as usize).max(1)));
+    let given = check(teeth, diameter, sector, measured)?;
+    let missing = given.iter().filter(|d| d.is_nan()).count();
+    let mut notices = Vec::new();
+    let mut closure = None;
+    let (index, single) = match measured {
+        PitchMeasured::Index(_) => of_index(given.to_vec()),
+        PitchMeasured::Angles(_) => of_index(arcs(given, diameter)),
+        PitchMeasured::Single(_) => {
+            let sum = given.iter().sum::<f64>();
+            closure = (missing == 0).then_some(sum);
+            of_single(given, closure)
+        }
+    };
+    if let Some(sum) = closure.filter(|sum| sum.abs() > CLOSURE * teeth as f64) {
+        let message = format!(
+            "the single pitch deviations add up to {} µm around the gear instead of 0; that was taken off evenly",
+            Shown(sum)
+        );
+        notices.push(Notice { code: "pitches_do_not_close", pointer: Some("/deviations".into()), message });
+    }
+    if missing > 0 {
+        let message = format!(
+            "{} of {teeth} missing: the values are those of the others and can only be greater on the whole gear; no class is given",
+            counted(missing, "tooth", "teeth")
+        );
+        notices.push(Notice { code: "missing_teeth", pointer: Some("/deviations".into()), message });
+    }
+    let complete = missing == 0;
+    let single_pitch = greatest(single.iter().enumerate().filter_map(|(i, f)| Some((i, (*f)?))));
+    let cumulative = range(&index);
+    let classified = match (complete, Tolerances::new(gear)) {
+        (false, _) => [None; 2],
+        (true, Ok(tolerances)) => {
+            let class = |of, value: Option<f64>| tolerances.class(of, value?, settings.rounding);
+            [
+                class(Characteristic::SinglePitch, single_pitch.map(|f| f.value)),
+                class(Characteristic::CumulativePitch, cumulative),
+            ]
+        }
+        (true, Err(out)) => {
+            notices.push(Notice { code: "outside_the_standard", pointer: None, message: format!("no classes: {out}") });
+            [None; 2]
+        }
+    };
+    let difference =
+        |values: &[Option<f64>], i: usize, back: usize| Some((i, values[i]? - values[(i + teeth - back) % teeth]?));
+    let sector_pitch = sector.and_then(|k| greatest((0..teeth).filter_map(|i| difference(&index, i, k))));
+    let adjacent = (teeth > 1).then(|| greatest((0..teeth).filter_map(|i| difference(&single, i, 1)))).flatten();
+    Ok(Pitch {
+        side: settings.side,
+        diameter,
+        single_pitch,
+        cumulative,
+        sector,
+        sector_pitch,
+        adjacent,
+        closure,
+        missing,
+        complete,
+        single_class: classified[0],
+        cumulative_class: classified[1],
+        index,
+        single,
+        notices,
+    })
+}
+
+/// Rounding to a tenth of a µm leaves at most this much a tooth.
+const CLOSURE: f64 = 0.05;
+
+type Deviations = (Vec<Option<f64>>, Vec<Option<f64>>);
+
+fn of_index(given: Vec<f64>) -> Deviations {
+    let teeth = given.len();
+    let first = given.iter().copied().find(|d| !d.is_nan()).unwrap_or_default();
+    let index: Vec<Option<f64>> = given.iter().map(|d| (!d.is_nan()).then_some(d - first)).collect();
+    let single = (0..teeth).map(|i| Some(index[i]? - index[(i + teeth - 1) % teeth]?)).collect();
+    (index, single)
+}
+
+/// With a gap there is nothing that index deviations could be added up across.
+fn of_single(given: &[f64], closure: Option<f64>) -> Deviations {
+    let Some(sum) = closure else {
+        let single = given.iter().map(|f| (!f.is_nan()).then_some(*f)).collect();
+        return (vec![None; given.len()], single);
+    };
+    let even = sum / given.len() as f64;
+    let single: Vec<f64> = given.iter().map(|f| f - even).collect();
+    let mut index = vec![Some(0.0)];
+    let mut reached = 0.0;
+    for f in &single[1..] {
+        reached += f;
+        index.push(Some(reached));
+    }
+    (index, single.into_iter().map(Some).collect())
+}
+
+/// Arcs by which the flanks stand beyond their places, about the first one there is.
+fn arcs(angles: &[f64], diameter: f64) -> Vec<f64> {
+    let teeth = angles.len() as f64;
+    let Some(first) = angles.iter().position(|a| !a.is_nan()) else { return angles.to_vec() };
+    let beyond = |i: usize| {
+        let turn = angles[i] - angles[first] - TAU * (i - first) as f64 / teeth;
+        // a full turn more or less is the same flank
+        let turn = turn - TAU * (turn / TAU).round();
+        1e3 * 0.5 * diameter * turn
+    };
+    (0..angles.len()).map(|i| if angles[i].is_nan() { f64::NAN } else { beyond(i) }).collect()
+}
+
+/// Of equal amounts the first tooth.
+fn greatest(values: impl Iterator<Item = (usize, f64)>) -> Option<Extreme> {
+    values.fold(None, |best: Option<Extreme>, (i, value)| match best {
+        Some(best) if best.value.abs() >= value.abs() => Some(best),
+        _ => Some(Extreme { value, tooth: i + 1 }),
+    })
+}
+
+fn range(values: &[Option<f64>]) -> Option<f64> {
+    let ends = values.iter().flatten().fold(None, |ends: Option<[f64; 2]>, &v| {
+        Some(ends.map_or([v, v], |[least, most]| [least.min(v), most.max(v)]))
+    });
+    ends.map(|[least, most]| most - least)
+}
+
+fn check(teeth: usize, diameter: f64, sector: Option<usize>, measured: &PitchMeasured) -> Result<&[f64], Faults> {
+    let (PitchMeasured::Index(given) | PitchMeasured::Angles(given) | PitchMeasured::Single(given)) = measured;
+    let mut faults = Faults::default();
+    if given.len() != teeth {
+        faults.push("/deviations", format!("{}, but the gear has {teeth} teeth", entries(given.len())));
+    }
+    for (i, value) in given.iter().enumerate() {
+        if value.is_infinite() {
+            faults.push(format!("/deviations/{i}"), "the number is not finite in double precision");
+        }
+    }
+    if !given.is_empty() && given.iter().all(|d| d.is_nan()) {
+        faults.push("/deviations", "no tooth was measured");
+    }
+    if !(diameter > 0.0 && diameter.is_finite()) {
+        faults.push("/diameter_mm", format!("{} is not a diameter above 0 mm", Shown(diameter)));
+    }
+    if let Some(k) = sector.filter(|k| !(1..teeth).contains(k)) {
+        faults.push("/sector", format!("{k} pitches; a sector has 1 to {}", teeth.saturating_sub(1)));
+    }
+    faults.into_result(given.as_slice())
+}

@@ -1,0 +1,176 @@
+//! Run-out: how unevenly a ball or another probe goes into the tooth spaces.
+//!
+//! `F_r` is the range of the probe's radial readings all around. Eccentricity is the first harmonic of the readings, the least-squares fit of
+//! `r₀ + a cos φ + b sin φ` at the angles φᵢ = 2π (i − 1)/z of the spaces; alone it makes a run-out of twice its amount.
+//!
+//! Without a probe the readings follow from the index deviations of both flanks: a space that is wider by Δw on the measuring circle lets the ball go
+//! deeper by Δw / (2 tan α), with the transverse pressure angle α there. Whether the answer was derived so is said.
+
+use super::{Notice, pitch::Pitch};
+use crate::{
+    estimation::{
+        self, Faults, FitError, FitSpec, Nodes,
+        spec::{Model, Regularization},
+        words::{Shown, counted, entries},
+    },
+    gear::{
+        Gear,
+        tolerance::{Characteristic, Class, Rounding, Tolerances},
+    },
+};
+
+/// Which way teeth are numbered, as the viewer sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counting {
+    Clockwise,
+    Counterclockwise,
+}
+
+/// The first harmonic.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eccentricity {
+    /// µm.
+    pub amount: f64,
+    /// From the scatter about the harmonic; none where nothing scatters freely.
+    pub std_error: Option<f64>,
+    /// Where the readings are greatest, rad in the direction of counting from the first reading, −π to π.
+    pub angle: f64,
+}
+
+/// Run-out of a gear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Runout {
+    /// F_r, µm.
+    pub runout: f64,
+    /// Readings outwards, µm, one per tooth space.
+    pub readings: Vec<Option<f64>>,
+    /// `None` with fewer readings than tell it.
+    pub eccentricity: Option<Eccentricity>,
+    /// Whether the readings follow from index deviations.
+    pub derived: bool,
+    pub missing: usize,
+    /// Only where no space is missing.
+    pub class: Option<Class>,
+    pub notices: Vec<Notice>,
+}
+
+/// Run-out from radial readings, µm (outwards positive), one per tooth space, NaN where there is none. Faults point to `/readings_um`.
+pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Result<Runout, Faults> {
+    let teeth = gear.data().teeth as usize;
+    let mut faults = Faults::default();
+    if readings.len() != teeth {
+        faults.push("/readings_um", format!("{}, but the gear has {teeth} tooth spaces", entries(readings.len())));
+    }
+    for (i, reading) in readings.iter().enumerate() {
+        if reading.is_infinite() {
+            faults.push(format!("/readings_um/{i}"), "the number is not finite in double precision");
+        }
+    }
+    if !readings.is_empty() && readings.iter().all(|r| r.is_nan()) {
+        faults.push("/readings_um", "no space was measured");
+    }
+    faults.into_result(())?;
+    Ok(evaluate(gear, readings, rounding, false))
+}
+
+/// Run-out from the index deviations of both flanks, measured on one circle and counted in the same direction. Reading i is that of the space
+/// between tooth i and the next one. Faults point to `/left` and `/right`.
+pub fn from_pitches(
+    gear: &Gear,
+    left: &Pitch,
+    right: &Pitch,
+    counting: Counting,
+    rounding: Rounding,
+) -> Result<Runout, Faults> {
+    let teeth = gear.data().teeth as usize;
+    let mut faults = Faults::default();
+    for (pointer, pitch) in [("/left", left), ("/right", right)] {
+        if pitch.index.len() != teeth {
+            faults.push(pointer, format!("{}, but the gear has {teeth} teeth", entries(pitch.index.len())));
+        }
+    }
+    let diameter = left.diameter;
+    if diameter != right.diameter {
+        let detail = format!("measured on {} mm, the left flank on {} mm", Shown(right.diameter), Shown(diameter));
+        faults.push("/right", detail);
+    }
+    let base = 2.0 * gear.base_radius();
+    if !(diameter > base) {
+        let detail = format!(
+            "the measuring circle of {} mm is not above the base circle of {} mm",
+            Shown(diameter),
+            Shown(base)
+        );
+        faults.push("/left", detail);
+    }
+    faults.into_result(())?;
+    // the left flank lies counterclockwise of its tooth: it is the one that bounds the next space when counting runs that way
+    let (near, far) = match counting {
+        Counting::Counterclockwise => (left, right),
+        Counting::Clockwise => (right, left),
+    };
+    let tan = ((diameter - base) * (diameter + base)).sqrt() / base;
+    let reading = |i: usize| Some((near.index[i]? - far.index[(i + 1) % teeth]?) / (2.0 * tan) * gear.outward());
+    let readings: Vec<f64> = (0..teeth).map(|i| reading(i).unwrap_or(f64::NAN)).collect();
+    if readings.iter().all(|r| r.is_nan()) {
+        return Err(Faults::one("/left", "no space has index deviations of both of its flanks"));
+    }
+    Ok(evaluate(gear, &readings, rounding, true))
+}
+
+/// At least one reading is there.
+fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) -> Runout {
+    let there = readings.iter().filter(|r| !r.is_nan());
+    let (least, most) = there.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &r| (a.min(r), b.max(r)));
+    let runout = most - least;
+    let missing = readings.iter().filter(|r| r.is_nan()).count();
+    let mut notices = Vec::new();
+    if missing > 0 {
+        let message = format!(
+            "{} of {} missing: the run-out is that of the others and can only be greater on the whole gear; no class is given",
+            counted(missing, "tooth space", "tooth spaces"),
+            readings.len()
+        );
+        notices.push(Notice { code: "missing_teeth", pointer: None, message });
+    }
+    let class = match Tolerances::new(gear) {
+        _ if missing > 0 => None,
+        Ok(tolerances) => tolerances.class(Characteristic::Runout, runout, rounding),
+        Err(out) => {
+            notices.push(Notice { code: "outside_the_standard", pointer: None, message: format!("no class: {out}") });
+            None
+        }
+    };
+    let eccentricity = eccentricity(readings).unwrap_or_else(|error| {
+        let message = format!("no eccentricity: {error}");
+        notices.push(Notice { code: "no_eccentricity", pointer: None, message });
+        None
+    });
+    let readings = readings.iter().map(|r| (!r.is_nan()).then_some(*r)).collect();
+    Runout { runout, readings, eccentricity, derived, missing, class, notices }
+}
+
+/// `None` with fewer than three readings or with readings that do not tell the three numbers apart.
+fn eccentricity(readings: &[f64]) -> Result<Option<Eccentricity>, FitError> {
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for (i, &reading) in readings.iter().enumerate().filter(|(_, r)| !r.is_nan()) {
+        let (sin, cos) = (std::f64::consts::TAU * i as f64 / readings.len() as f64).sin_cos();
+        x.extend([1.0, cos, sin]);
+        y.push(reading);
+    }
+    if y.len() < 3 {
+        return Ok(None);
+    }
+    let spec = FitSpec { regularization: Regularization::None, ..FitSpec::new(Model::Linear) };
+    let fit = estimation::fit(&Nodes::matrix(x, 3, y, None, None)?, &spec)?;
+    if fit.spectrum.rank < 3 {
+        return Ok(None);
+    }
+    let [cos, sin] = [&fit.coefficients[1], &fit.coefficients[2]];
+    let amount = cos.value.hypot(sin.value);
+    let std_error = cos.std_error.zip(sin.std_error).map(|(a, b)| match amount > 0.0 {
+        true => (cos.value * a).hypot(sin.value * b) / amount,
+        false => a.max(b),
+    });
+    Ok(Some(Eccentricity { amount, std_error, angle: sin.value.atan2(cos.value) }))
+}

@@ -1,0 +1,267 @@
+//! What an evaluation is asked for: ranges, reference lengths, signs, rules. Nothing is guessed: what the request leaves open is a fault.
+
+use super::super::{
+    Gear, Side,
+    trace::{Direction, Kind},
+};
+use crate::estimation::{Faults, words::Shown};
+
+/// Which way a posted deviation counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum DeviationSign {
+    /// Positive where material stands out, on every trace.
+    #[default]
+    Material,
+    /// Profiles as [`DeviationSign::Material`]; helices positive where the flank is turned counterclockwise for the viewer, that is material on left
+    /// and space on right flanks. A rising trace is then a right-hand deviation on both flanks.
+    Din,
+    /// Positive where the flank is turned clockwise for the viewer, on every trace: the turning axis of some instruments, as their curve files hold it.
+    Clockwise,
+}
+
+impl DeviationSign {
+    /// What a posted deviation is multiplied with so that material counts positive.
+    pub fn to_material(self, kind: Kind, side: Side) -> f64 {
+        match (self, kind) {
+            (DeviationSign::Material, _) | (DeviationSign::Din, Kind::Profile) => 1.0,
+            (DeviationSign::Din, Kind::Helix) => side.sign(),
+            (DeviationSign::Clockwise, _) => -side.sign(),
+        }
+    }
+}
+
+/// The sign of answered slopes. f_Hα is positive under `Din` and `Vdi` where material grows from root to tip (the pressure angle is too small).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum SlopeSign {
+    /// f_Hβ is positive where the helix deviates towards the right hand, whatever the flank and the hand of the gear (β with its sign).
+    #[default]
+    Din,
+    /// f_Hβ is positive where material grows with z, on both flanks.
+    Vdi,
+    /// Slopes of the numbers as they were posted, towards the tip and towards greater z.
+    AsGiven,
+}
+
+impl SlopeSign {
+    /// What the slope of material is multiplied with.
+    pub fn of_material(self, given: DeviationSign, kind: Kind, side: Side) -> f64 {
+        match (self, kind) {
+            (SlopeSign::Din, Kind::Helix) => side.sign(),
+            (SlopeSign::Din, Kind::Profile) | (SlopeSign::Vdi, _) => 1.0,
+            (SlopeSign::AsGiven, _) => given.to_material(kind, side),
+        }
+    }
+}
+
+/// About what the form deviation is taken, and whose slope is answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum MeanCurve {
+    /// The least-squares line.
+    #[default]
+    Line,
+    /// The least-squares parabola, for crowned designs: its chord over the evaluation range gives the slope.
+    Parabola,
+}
+
+/// Samples outside the evaluation range whose material stands out more than all within: on profiles from the evaluation range to the tip, on
+/// helices from the evaluation range to both ends of the trace. They raise the highest, never the lowest point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum PlusMaterial {
+    /// Only samples of the evaluation range count.
+    #[default]
+    Ignored,
+    /// They count in form and total deviation.
+    FormAndTotal,
+    /// They count in the form deviation only, as some instruments do: F may then be smaller than f_f.
+    Form,
+    /// They count in the total deviation only.
+    Total,
+}
+
+impl PlusMaterial {
+    pub fn in_form(self) -> bool {
+        matches!(self, PlusMaterial::Form | PlusMaterial::FormAndTotal)
+    }
+
+    pub fn in_total(self) -> bool {
+        matches!(self, PlusMaterial::Total | PlusMaterial::FormAndTotal)
+    }
+}
+
+/// The length that a profile slope is extended to.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum ProfileReference {
+    /// L_α, the roll length of the evaluation range.
+    #[default]
+    EvaluationRange,
+    /// From the start of the evaluation range (its root end) up to the tip circle.
+    ToTip,
+    /// mm of roll length.
+    Given(f64),
+}
+
+/// The length that a helix slope is extended to.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum HelixReference {
+    /// b.
+    #[default]
+    FaceWidth,
+    /// L_β, the length of the evaluation range.
+    EvaluationRange,
+    /// mm along the axis.
+    Given(f64),
+}
+
+/// How profiles are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProfileSettings {
+    /// Ascending diameters, mm.
+    pub diameters: [f64; 2],
+    pub reference: ProfileReference,
+    pub mean: MeanCurve,
+    pub plus_material: PlusMaterial,
+}
+
+impl ProfileSettings {
+    /// The defaults on a range of diameters.
+    pub fn on(diameters: [f64; 2]) -> Self {
+        let (reference, mean, plus_material) = Default::default();
+        ProfileSettings { diameters, reference, mean, plus_material }
+    }
+}
+
+/// How helices are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HelixSettings {
+    /// Ascending z, mm.
+    pub range: [f64; 2],
+    pub reference: HelixReference,
+    pub mean: MeanCurve,
+    pub plus_material: PlusMaterial,
+}
+
+impl HelixSettings {
+    /// The defaults on a range of z.
+    pub fn on(range: [f64; 2]) -> Self {
+        let (reference, mean, plus_material) = Default::default();
+        HelixSettings { range, reference, mean, plus_material }
+    }
+}
+
+/// Everything about an evaluation but gear and traces. Faults point into `/evaluation`.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Settings {
+    /// Needed when there are profiles.
+    pub profile: Option<ProfileSettings>,
+    /// Needed when there are helices.
+    pub helix: Option<HelixSettings>,
+    pub given: DeviationSign,
+    pub direction: Direction,
+    pub sign: SlopeSign,
+    pub rounding: super::super::tolerance::Rounding,
+}
+
+/// What traces of one kind are evaluated with, in the coordinate of their samples (roll length or z, mm); answered as it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    pub low: f64,
+    pub high: f64,
+    /// What slopes are extended to.
+    pub reference: f64,
+    /// +1 where slopes count towards greater coordinates, −1 on internal gears' profiles, whose tip lies at smaller roll lengths.
+    pub sense: f64,
+    /// How far samples are looked at for plus material.
+    pub zone: [f64; 2],
+    pub mean: MeanCurve,
+    pub plus_material: PlusMaterial,
+}
+
+impl Window {
+    /// Length of the evaluation range.
+    pub fn length(&self) -> f64 {
+        self.high - self.low
+    }
+
+    /// Of profiles.
+    pub fn of_profile(gear: &Gear, asked: &ProfileSettings) -> Result<Self, Faults> {
+        const RANGE: &str = "/evaluation/profile_diameter_range_mm";
+        const LENGTH: &str = "/evaluation/profile_reference_length_mm";
+        let mut faults = Faults::default();
+        let mut ends = [0.0; 2];
+        for (k, &diameter) in asked.diameters.iter().enumerate() {
+            match gear.roll_length(diameter).filter(|l| l.is_finite()) {
+                Some(length) => ends[k] = length,
+                None => {
+                    let base = Shown(2.0 * gear.base_radius());
+                    let detail =
+                        format!("{} mm is not a diameter on the involute, which starts at {base} mm", Shown(diameter));
+                    faults.push(format!("{RANGE}/{k}"), detail);
+                }
+            }
+        }
+        let [low, high] = faults.into_result(ends)?;
+        ascending(RANGE, asked.diameters, high - low)?;
+        let tip = gear.roll_length(2.0 * gear.tip_radius());
+        let internal = gear.outward() < 0.0;
+        let reference = match asked.reference {
+            ProfileReference::EvaluationRange => high - low,
+            ProfileReference::Given(length) => given(LENGTH, length)?,
+            ProfileReference::ToTip => {
+                let length = tip.map_or(f64::NAN, |tip| if internal { high - tip } else { tip - low });
+                if !(length > 0.0) {
+                    let detail = format!(
+                        "the tip circle of {} mm has no roll length beyond the start of the evaluation range",
+                        Shown(2.0 * gear.tip_radius())
+                    );
+                    return Err(Faults::one("/evaluation/profile_diameter_range_mm", detail));
+                }
+                length
+            }
+        };
+        // beyond the tip there is no flank
+        let zone = match tip {
+            Some(tip) if internal => [tip.min(low), high],
+            Some(tip) => [low, tip.max(high)],
+            None => [low, high],
+        };
+        let (mean, plus_material) = (asked.mean, asked.plus_material);
+        Ok(Window { low, high, reference, sense: gear.outward(), zone, mean, plus_material })
+    }
+
+    /// Of helices.
+    pub fn of_helix(gear: &Gear, asked: &HelixSettings) -> Result<Self, Faults> {
+        const RANGE: &str = "/evaluation/helix_range_mm";
+        const LENGTH: &str = "/evaluation/helix_reference_length_mm";
+        let [low, high] = asked.range;
+        ascending(RANGE, asked.range, high - low)?;
+        let reference = match asked.reference {
+            HelixReference::EvaluationRange => high - low,
+            HelixReference::Given(length) => given(LENGTH, length)?,
+            HelixReference::FaceWidth => gear.data().face_width.ok_or_else(|| {
+                Faults::one(
+                    LENGTH,
+                    "the gear has no face width that slopes could be extended to; give one, or the length",
+                )
+            })?,
+        };
+        let zone = [f64::NEG_INFINITY, f64::INFINITY];
+        let (mean, plus_material) = (asked.mean, asked.plus_material);
+        Ok(Window { low, high, reference, sense: 1.0, zone, mean, plus_material })
+    }
+}
+
+/// `length` is that of the range in the coordinate of the samples.
+fn ascending(pointer: &str, range: [f64; 2], length: f64) -> Result<(), Faults> {
+    if length > 0.0 && length.is_finite() {
+        return Ok(());
+    }
+    let detail = format!("{} to {} mm is not an ascending range", Shown(range[0]), Shown(range[1]));
+    Err(Faults::one(pointer, detail))
+}
+
+fn given(pointer: &str, length: f64) -> Result<f64, Faults> {
+    if length > 0.0 && length.is_finite() {
+        return Ok(length);
+    }
+    Err(Faults::one(pointer, format!("{} is not a length above 0 mm", Shown(length))))
+}

@@ -1,0 +1,147 @@
+//! Over the teeth: mean, variation and the worst tooth of every figure, and the twist of teeth with several traces.
+
+use super::{
+    super::{Kind, Side},
+    Evaluated,
+};
+
+/// Where on its flank a trace lies, as the letter behind the tooth's number says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Position {
+    /// No letter of the four below: the trace that counts in means.
+    Middle,
+    /// `f`: a helix near the root.
+    Root,
+    /// `k`: a helix near the tip.
+    Tip,
+    /// `u`: a profile at the lower end, of small z.
+    Lower,
+    /// `o`: a profile at the upper end, of great z.
+    Upper,
+}
+
+impl Position {
+    /// Of `44`, `1k`, `1u`; names that are not a number with one letter lie in the middle.
+    pub fn of(tooth: &str) -> Self {
+        Self::split(tooth).1
+    }
+
+    /// The tooth's own name and the position.
+    pub fn split(tooth: &str) -> (&str, Self) {
+        let number = tooth.trim_end_matches(['f', 'k', 'u', 'o']);
+        let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit());
+        let position = match &tooth[number.len()..] {
+            "f" => Position::Root,
+            "k" => Position::Tip,
+            "u" => Position::Lower,
+            "o" => Position::Upper,
+            _ => Position::Middle,
+        };
+        if digits && position != Position::Middle { (number, position) } else { (tooth, Position::Middle) }
+    }
+}
+
+/// A figure over the teeth, µm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spread {
+    pub mean: f64,
+    /// Greatest minus least.
+    pub variation: f64,
+    /// The tooth with the greatest amount, and its figure; of equal ones the first by name.
+    pub worst_tooth: String,
+    pub worst: f64,
+}
+
+/// Figures of one kind of trace on one flank over the teeth. Traces beside the middle ([`Position`]) do not count.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    pub side: Side,
+    pub kind: Kind,
+    /// Traces that count.
+    pub count: usize,
+    pub slope: Spread,
+    pub form: Spread,
+    pub total: Spread,
+    pub crowning: Spread,
+}
+
+/// Twist of a tooth flank: by helices `S = f_Hβ(tip) − f_Hβ(root)`, by profiles `f_Hα(upper) − f_Hα(lower)`, in the sign of the slopes and
+/// between the sections that were measured (nothing is extended).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Twist {
+    pub tooth: String,
+    pub side: Side,
+    /// Which traces it is from.
+    pub kind: Kind,
+    /// µm.
+    pub twist: f64,
+    pub std_error: Option<f64>,
+    /// Diameters of the two helices or z of the two profiles, mm, in the order root, tip or lower, upper; where known.
+    pub sections: Option<[f64; 2]>,
+}
+
+pub(super) fn summaries(traces: &[Evaluated]) -> Vec<Summary> {
+    let mut summaries = Vec::new();
+    for kind in [Kind::Profile, Kind::Helix] {
+        for side in [Side::Left, Side::Right] {
+            let counted: Vec<_> = traces
+                .iter()
+                .filter(|t| t.kind == kind && t.side == side && t.position == Position::Middle)
+                .filter_map(|t| t.values.map(|values| (t.tooth.as_str(), values)))
+                .collect();
+            let over = |figure: fn(&super::Values) -> f64| {
+                Spread::new(counted.iter().map(|(tooth, values)| (*tooth, figure(values))).collect())
+            };
+            let spreads = (over(|v| v.slope), over(|v| v.form), over(|v| v.total), over(|v| v.crowning));
+            if let (Some(slope), Some(form), Some(total), Some(crowning)) = spreads {
+                summaries.push(Summary { side, kind, count: counted.len(), slope, form, total, crowning });
+            }
+        }
+    }
+    summaries
+}
+
+impl Spread {
+    /// `None` of no figures. The order of the teeth makes no difference, not in the last bit either.
+    fn new(mut figures: Vec<(&str, f64)>) -> Option<Self> {
+        figures.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| a.0.cmp(b.0)));
+        let (least, greatest) = (figures.first()?.1, figures.last()?.1);
+        let mean = figures.iter().map(|f| f.1).sum::<f64>() / figures.len() as f64;
+        let worst = figures.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then_with(|| b.0.cmp(a.0)))?;
+        Some(Spread { mean, variation: greatest - least, worst_tooth: worst.0.to_owned(), worst: worst.1 })
+    }
+}
+
+/// In the order in which teeth first appear. Of several traces at the same position the first counts.
+pub(super) fn twists(traces: &[Evaluated]) -> Vec<Twist> {
+    let mut seen: Vec<(&str, Side, Kind)> = Vec::new();
+    for trace in traces {
+        let key = (Position::split(&trace.tooth).0, trace.side, trace.kind);
+        if trace.position != Position::Middle && !seen.contains(&key) {
+            seen.push(key);
+        }
+    }
+    seen.into_iter().filter_map(|key| twist(traces, key)).collect()
+}
+
+fn twist(traces: &[Evaluated], (tooth, side, kind): (&str, Side, Kind)) -> Option<Twist> {
+    let [from, to] = match kind {
+        Kind::Helix => [Position::Root, Position::Tip],
+        Kind::Profile => [Position::Lower, Position::Upper],
+    };
+    let at = |position| {
+        traces.iter().find(|t| {
+            t.kind == kind && t.side == side && t.position == position && Position::split(&t.tooth).0 == tooth
+        })
+    };
+    let (from, to) = (at(from)?, at(to)?);
+    let (a, b) = (from.values?, to.values?);
+    Some(Twist {
+        tooth: tooth.to_owned(),
+        side,
+        kind,
+        twist: b.slope - a.slope,
+        std_error: a.slope_std_error.zip(b.slope_std_error).map(|(a, b)| a.hypot(b)),
+        sections: from.section.zip(to.section).map(|(a, b)| [a, b]),
+    })
+}

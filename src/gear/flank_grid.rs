@@ -1,0 +1,313 @@
+//! Nodes of a flank: points and unit normals over a list of profile values and a list of places on the face width.
+//!
+//! A section z is the section 0 turned by `z tan β_b / r_b`. So sine and cosine are taken once for each profile value and once for each z, and every
+//! node is one turned by the other: 1 million nodes are bound by memory, and a point keeps to the involute within some units of the last place.
+//!
+//! Modifications move a point by −relief along the *nominal* normal n. The normal answered is that of the *modified* surface: with the
+//! local frame e_r, e_t, e_z of [`super::involute`], w = h tan β_b e_t + e_z, the relief H and A = (L − s σ H cos β_b)/r_b it is the direction of
+//!
+//! `A n + H_L e_r + A cos² β_b (H_z + σ h tan β_b H_L) w`,
+//!
+//! which is orthogonal to both derivatives of P − H n. Where the modified profile has shrunk into the base cylinder (A ≤ 0), n is kept.
+
+use rayon::prelude::*;
+
+use super::{
+    Gear, Geometry, Modifications, Side,
+    involute::Flank,
+    modification::{Column, Relief},
+};
+use crate::estimation::{
+    Faults,
+    words::{Shown, counted},
+};
+
+/// Most nodes of one grid.
+pub const MOST_NODES: usize = 2_000_000;
+
+/// Nodes that one thread takes at a time; fewer are not shared out.
+const CHUNK: usize = 4096;
+
+/// What the profile values are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileAxis {
+    /// √(r² − r_b²), mm.
+    RollLength,
+    /// L / r_b, rad.
+    RollAngle,
+    /// mm.
+    Diameter,
+}
+
+impl ProfileAxis {
+    /// Roll lengths of `values`; faults point at `{at}/0`, `{at}/1` ….
+    pub fn roll_lengths(self, gear: &Gear, values: &[f64], at: &str) -> Result<Vec<f64>, Faults> {
+        let mut faults = Faults::default();
+        let base = gear.base_radius();
+        // What no gear reaches, and no square of it overflows.
+        let most = 1e7;
+        let mut roll_of = |(index, value): (usize, &f64)| {
+            let (roll, detail) = match self {
+                ProfileAxis::RollLength => (*value, format!("a roll length of {} mm", Shown(*value))),
+                ProfileAxis::RollAngle => (*value * base, format!("a roll angle of {}°", Shown(value.to_degrees()))),
+                ProfileAxis::Diameter => (
+                    gear.roll_length(*value).unwrap_or(f64::NAN),
+                    format!("a diameter of {} mm, where the base circle has {} mm,", Shown(*value), Shown(2.0 * base)),
+                ),
+            };
+            if !(roll >= 0.0 && roll <= most) {
+                faults.push(format!("{at}/{index}"), format!("{detail} has no involute"));
+            }
+            roll
+        };
+        let rolls = values.iter().enumerate().map(&mut roll_of).collect();
+        faults.into_result(rolls)
+    }
+}
+
+/// Which nodes are wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridSpec {
+    pub side: Side,
+    pub axis: ProfileAxis,
+    pub values: Vec<f64>,
+    /// z of every column, mm.
+    pub positions: Vec<f64>,
+    /// 1 is the tooth at the top; numbers go clockwise as the viewer sees them, up to z.
+    pub tooth: u32,
+}
+
+/// A grid that leaves the flank that is really there: the involute itself goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GridWarning {
+    /// So many profile values, `first` the first of them, lie beyond the tip form diameter (mm).
+    BeyondTip { first: usize, count: usize, diameter: f64 },
+    /// They lie below the root form diameter (mm), where fillet or undercut has replaced the involute.
+    BelowForm { first: usize, count: usize, diameter: f64 },
+    /// The places span more than the face width (mm).
+    BeyondFace { span: f64, face_width: f64 },
+}
+
+impl GridWarning {
+    /// A stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            GridWarning::BeyondTip { .. } => "beyond_tip",
+            GridWarning::BelowForm { .. } => "below_form_diameter",
+            GridWarning::BeyondFace { .. } => "beyond_face_width",
+        }
+    }
+}
+
+/// Nodes in rows of one profile value each, z running fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlankGrid {
+    /// Of every row, mm.
+    pub roll_lengths: Vec<f64>,
+    /// Of every column, mm.
+    pub positions: Vec<f64>,
+    /// Of length rows × columns, mm.
+    pub points: Vec<[f64; 3]>,
+    /// Of length 1, out of the material.
+    pub normals: Vec<[f64; 3]>,
+    pub warnings: Vec<GridWarning>,
+}
+
+impl FlankGrid {
+    /// The nodes of `spec`, modified or not. Faults point at `/profile/values/…`, `/face_width_positions_mm/…` and `/tooth`.
+    pub fn new(gear: &Gear, spec: &GridSpec, modifications: Option<&Modifications>) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        let (rows, columns) = (spec.values.len(), spec.positions.len());
+        for (pointer, count) in [("/profile/values", rows), ("/face_width_positions_mm", columns)] {
+            if count == 0 {
+                faults.push(pointer, "at least one place is needed");
+            }
+        }
+        if rows.saturating_mul(columns) > MOST_NODES {
+            let nodes = counted(rows.saturating_mul(columns), "node", "nodes");
+            faults.push("/profile/values", format!("{nodes}; a grid has at most {MOST_NODES}"));
+        }
+        if !(1..=gear.data().teeth).contains(&spec.tooth) {
+            faults.push(
+                "/tooth",
+                format!("{} is not within 1 and {}, the number of teeth", spec.tooth, gear.data().teeth),
+            );
+        }
+        for (index, z) in spec.positions.iter().enumerate() {
+            if !(z.abs() <= 1e6) {
+                faults.push(
+                    format!("/face_width_positions_mm/{index}"),
+                    format!("{} is not a place on the axis", Shown(*z)),
+                );
+            }
+        }
+        faults.into_result(())?;
+        let roll_lengths = spec.axis.roll_lengths(gear, &spec.values, "/profile/values")?;
+        let warnings = warnings(gear, &roll_lengths, &spec.positions);
+        let mut grid = FlankGrid {
+            points: vec![[0.0; 3]; rows * columns],
+            normals: vec![[0.0; 3]; rows * columns],
+            positions: spec.positions.clone(),
+            roll_lengths,
+            warnings,
+        };
+        grid.fill(&Frame::new(gear, spec.side, spec.tooth), modifications.filter(|m| !m.is_none_on(spec.side)));
+        Ok(grid)
+    }
+
+    /// The columns' number.
+    pub fn columns(&self) -> usize {
+        self.positions.len()
+    }
+
+    fn fill(&mut self, frame: &Frame, modifications: Option<&Modifications>) {
+        let sections: Vec<Section> = self.positions.iter().map(|z| frame.section(*z)).collect();
+        let columns: Option<Vec<Column>> =
+            modifications.map(|m| self.positions.iter().map(|z| m.column(frame.side, *z)).collect());
+        let width = sections.len();
+        let rows = self.points.par_chunks_exact_mut(width).zip(self.normals.par_chunks_exact_mut(width));
+        let rows = rows.zip(self.roll_lengths.par_iter()).with_min_len(CHUNK.div_ceil(width));
+        rows.for_each(|((points, normals), roll)| {
+            let profile = frame.profile(*roll);
+            let nodes = points.iter_mut().zip(normals).zip(&sections);
+            match modifications.zip(columns.as_ref()) {
+                None => {
+                    nodes.for_each(|((point, normal), section)| (*point, *normal) = frame.nominal(&profile, section))
+                }
+                Some((modifications, columns)) => {
+                    let row = modifications.row(frame.side, *roll);
+                    for (((point, normal), section), column) in nodes.zip(columns) {
+                        (*point, *normal) = frame.modified(&profile, section, row.at(column));
+                    }
+                }
+            }
+        });
+    }
+}
+
+/// What all nodes of a flank share.
+struct Frame<'a> {
+    flank: Flank<'a>,
+    side: Side,
+    /// s, σ, h.
+    sign: f64,
+    sense: f64,
+    hand: f64,
+    base_radius: f64,
+    sin_base: f64,
+    cos_base: f64,
+    tan_base: f64,
+    /// Of the tooth, rad counterclockwise.
+    turn: f64,
+}
+
+/// One profile value in the section z = 0.
+struct Profile {
+    roll: f64,
+    sin: f64,
+    cos: f64,
+    x: f64,
+    y: f64,
+}
+
+/// One z.
+struct Section {
+    z: f64,
+    sin: f64,
+    cos: f64,
+}
+
+impl<'a> Frame<'a> {
+    fn new(gear: &'a Gear, side: Side, tooth: u32) -> Self {
+        let flank = Flank::new(gear, side);
+        let (sin_base, cos_base) = gear.base_helix_angle().sin_cos();
+        Frame {
+            flank,
+            side,
+            sign: side.sign(),
+            sense: flank.sense(),
+            hand: gear.hand(),
+            base_radius: gear.base_radius(),
+            sin_base,
+            cos_base,
+            tan_base: sin_base / cos_base,
+            turn: -gear.pitch_angle() * f64::from(tooth - 1),
+        }
+    }
+
+    fn profile(&self, roll: f64) -> Profile {
+        let (sin, cos) = (self.flank.tangent_angle(roll, 0.0) + self.turn).sin_cos();
+        let along = self.sense * roll;
+        let (x, y) = (-self.base_radius * sin - along * cos, self.base_radius * cos - along * sin);
+        Profile { roll, sin, cos, x, y }
+    }
+
+    fn section(&self, z: f64) -> Section {
+        let (sin, cos) = (self.flank.gear.turn_per_length() * z).sin_cos();
+        Section { z, sin, cos }
+    }
+
+    #[inline]
+    fn nominal(&self, at: &Profile, section: &Section) -> ([f64; 3], [f64; 3]) {
+        let (sin, cos) = (section.sin, section.cos);
+        let tangent = -self.sign * self.cos_base;
+        (
+            [at.x * cos - at.y * sin, at.x * sin + at.y * cos, section.z],
+            [
+                tangent * (at.cos * cos - at.sin * sin),
+                tangent * (at.sin * cos + at.cos * sin),
+                -self.sign * self.hand * self.sin_base,
+            ],
+        )
+    }
+
+    #[inline]
+    fn modified(&self, at: &Profile, section: &Section, relief: Relief) -> ([f64; 3], [f64; 3]) {
+        let (mut point, mut normal) = self.nominal(at, section);
+        // µm to mm.
+        let (height, by_roll, by_z) = (1e-3 * relief.value, 1e-3 * relief.by_roll, 1e-3 * relief.by_z);
+        for (x, n) in point.iter_mut().zip(normal) {
+            *x -= height * n;
+        }
+        let shrunk = (at.roll - self.sign * self.sense * height * self.cos_base) / self.base_radius;
+        if shrunk > 0.0 {
+            let (sin, cos) = (at.sin * section.cos + at.cos * section.sin, at.cos * section.cos - at.sin * section.sin);
+            let lean = self.hand * self.tan_base;
+            let along = shrunk * self.cos_base * self.cos_base * (by_z + self.sense * lean * by_roll);
+            let tilted = [
+                shrunk * normal[0] - by_roll * sin - along * lean * cos,
+                shrunk * normal[1] + by_roll * cos - along * lean * sin,
+                shrunk * normal[2] + along,
+            ];
+            let length = (tilted[0] * tilted[0] + tilted[1] * tilted[1] + tilted[2] * tilted[2]).sqrt();
+            normal = tilted.map(|x| x / length);
+        }
+        (point, normal)
+    }
+}
+
+/// Where the grid leaves the flank.
+fn warnings(gear: &Gear, roll_lengths: &[f64], positions: &[f64]) -> Vec<GridWarning> {
+    let geometry = Geometry::of(gear);
+    let mut found = Vec::new();
+    // Callers round: what lies beyond by less than this is on the border.
+    let margin = 1e-6 * gear.data().normal_module;
+    let outward = gear.outward();
+    let beyond = |limit: f64, towards: f64| {
+        let mut outside = roll_lengths.iter().enumerate().filter(|(_, roll)| towards * (**roll - limit) > margin);
+        outside.next().map(|(first, _)| (first, 1 + outside.count()))
+    };
+    if let Some((first, count)) = beyond(geometry.roll_length_tip_form, outward) {
+        found.push(GridWarning::BeyondTip { first, count, diameter: geometry.tip_form_diameter });
+    }
+    if let Some((first, count)) = beyond(geometry.roll_length_root_form, -outward) {
+        found.push(GridWarning::BelowForm { first, count, diameter: geometry.root_form_diameter });
+    }
+    if let Some(face_width) = gear.data().face_width {
+        let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(low, high), z| (low.min(*z), high.max(*z)));
+        if high - low > face_width + margin {
+            found.push(GridWarning::BeyondFace { span: high - low, face_width });
+        }
+    }
+    found
+}

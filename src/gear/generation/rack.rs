@@ -1,0 +1,226 @@
+//! The fillet that a rack tool's tip leaves on an external gear, in closed form.
+//!
+//! The rack lies with its datum line x m_n outside the pitch line, which rolls on the reference circle. u runs along the pitch line, w outwards from
+//! it, u = 0 in the middle of the gear's tooth. A tool point (u, w) with the normal (n_u, n_w) cuts where its normal passes through the pitch
+//! point (n · v = 0), after the gear has turned by θ = (u − w q)/r, q = n_u/n_w, and is then at `R(−θ) (w q, r + w)` in the gear.
+//!
+//! The tip's rounding is a circle in the tool's *normal* section. At the angle δ from its lowest point, with centre (c, w_c) and radius ρ,
+//!
+//! `u = (c + ρ sin δ)/cos β,  w = w_c − ρ cos δ,  q = −tan δ cos β`:
+//!
+//! in the transverse section an ellipse. A protuberance pr puts the centre ρ − pr behind the straight flank instead of ρ; the rounding then
+//! reaches up to where it crosses that flank, in a concave corner (a protuberance flank of another angle is not described by the data).
+//! ρ = 0 is a sharp corner, whose normals fill the angle between tip and flank: the same formulas.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
+use super::Polar;
+use crate::estimation::{Faults, words::Shown};
+use crate::gear::{Gear, Side, involute::Flank};
+
+/// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal modules.
+pub const STANDARD_TIP_RADIUS: f64 = 0.38;
+
+/// A rack tool in its normal section, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RackTool {
+    pub addendum: f64,
+    pub tip_radius: f64,
+    pub protuberance: f64,
+    /// Whether the gear's data name it; else it is the standard one that reaches the root circle.
+    pub given: bool,
+}
+
+impl RackTool {
+    /// The tool of an external gear; `None` where no tool is given and no rack reaches the root circle.
+    pub fn of(gear: &Gear) -> Option<Self> {
+        let data = gear.data();
+        if data.internal {
+            return None;
+        }
+        if let Some(tool) = data.tool {
+            return Some(RackTool {
+                addendum: tool.addendum_factor * data.normal_module,
+                tip_radius: tool.tip_radius,
+                protuberance: tool.protuberance,
+                given: true,
+            });
+        }
+        let addendum = gear.reference_radius() + data.profile_shift * data.normal_module - gear.root_radius();
+        let full = full_radius(gear, addendum, 0.0);
+        let tip_radius = full.min(STANDARD_TIP_RADIUS * data.normal_module);
+        (addendum > 0.0 && full >= 0.0).then_some(RackTool { addendum, tip_radius, protuberance: 0.0, given: false })
+    }
+}
+
+/// The tip radius at which a tool's tip is all round, mm; below 0 where its flanks meet before its tip.
+fn full_radius(gear: &Gear, addendum: f64, protuberance: f64) -> f64 {
+    let data = gear.data();
+    let (sin, cos) = data.pressure_angle.sin_cos();
+    (FRAC_PI_4 * data.normal_module * cos - addendum * sin + protuberance) / (1.0 - sin)
+}
+
+/// Refuses tools that cannot exist. Faults point into the gear (`/tool/tip_radius_mm` …).
+pub fn check(gear: &Gear) -> Result<(), Faults> {
+    let mut faults = Faults::default();
+    let Some(tool) = RackTool::of(gear).filter(|tool| tool.given) else { return Ok(()) };
+    let full = full_radius(gear, tool.addendum, tool.protuberance);
+    if tool.protuberance > tool.tip_radius {
+        let detail = format!(
+            "{} mm is more than the tip radius of {} mm: the rounding would not reach the straight flank",
+            Shown(tool.protuberance),
+            Shown(tool.tip_radius)
+        );
+        faults.push("/tool/protuberance_mm", detail);
+    } else if full < 0.0 {
+        let detail = format!(
+            "the flanks of the tool meet before its tip, an addendum of {} mm at a pressure angle of {}°",
+            Shown(tool.addendum),
+            Shown(gear.data().pressure_angle.to_degrees())
+        );
+        faults.push("/tool/addendum_factor", detail);
+    } else if tool.tip_radius > full {
+        let detail =
+            format!("{} mm does not fit into the tool's tip, which takes {} mm", Shown(tool.tip_radius), Shown(full));
+        faults.push("/tool/tip_radius_mm", detail);
+    }
+    let depth = tool.addendum - gear.data().profile_shift * gear.data().normal_module;
+    if !(depth < gear.reference_radius()) {
+        faults.push("/tool/addendum_factor", "the tool cuts through the gear's axis");
+    }
+    faults.into_result(())
+}
+
+/// What a rack tool leaves on an external gear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RackFillet {
+    pub tool: RackTool,
+    pitch_radius: f64,
+    cos_helix: f64,
+    /// Centre of the rounding in the normal section.
+    centre: [f64; 2],
+    /// δ where the rounding gives way to the straight flank.
+    last: f64,
+    /// Roll length that the lowest point of the straight flank generates; below 0 where it lies below the base tangent point.
+    straight_roll: f64,
+    /// Where fillet and involute meet.
+    form_roll: f64,
+    form_angle: f64,
+}
+
+impl RackFillet {
+    /// The fillet of `tool`, with the place where it meets the involute.
+    pub fn new(gear: &Gear, tool: RackTool) -> Self {
+        let data = gear.data();
+        let (sin, cos) = data.pressure_angle.sin_cos();
+        let shift = data.profile_shift * data.normal_module;
+        let above_datum = tool.tip_radius - tool.addendum;
+        let behind = tool.protuberance - tool.tip_radius;
+        let centre = [-FRAC_PI_4 * data.normal_module + (above_datum * sin + behind) / cos, shift + above_datum];
+        let touching = FRAC_PI_2 - data.pressure_angle;
+        let beyond = if tool.protuberance > 0.0 { (-behind / tool.tip_radius).clamp(-1.0, 1.0).acos() } else { 0.0 };
+        let last = touching + beyond;
+        let sin_t = gear.transverse_pressure_angle().sin();
+        let roll_of =
+            |delta: f64| gear.reference_radius() * sin_t + (centre[1] - tool.tip_radius * delta.cos()) / sin_t;
+        let mut fillet = RackFillet {
+            tool,
+            pitch_radius: gear.reference_radius(),
+            cos_helix: data.helix_angle.cos(),
+            centre,
+            last,
+            straight_roll: roll_of(last),
+            form_roll: 0.0,
+            form_angle: last,
+        };
+        if tool.protuberance == 0.0 && fillet.straight_roll >= 0.0 {
+            fillet.form_roll = fillet.straight_roll;
+        } else {
+            let from = if roll_of(touching) > 0.0 { touching } else { fillet.angle_at(gear.base_radius()) };
+            (fillet.form_angle, fillet.form_roll) = fillet.crossing(gear, from);
+        }
+        fillet
+    }
+
+    /// Where the fillet comes out of the involute beyond `from`: the angle δ, and the roll length.
+    fn crossing(&self, gear: &Gear, from: f64) -> (f64, f64) {
+        let flank = Flank::new(gear, Side::Left);
+        let roll = |delta: f64| gear.roll_length(2.0 * self.at(delta).radius).unwrap_or(0.0);
+        let outside = |delta: f64| self.at(delta).half_angle >= flank.half_angle(roll(delta));
+        // Beyond a right angle the rounding cuts nothing: its normal no longer reaches the pitch line ahead of it.
+        let (mut low, mut high) = (from, self.last.min(FRAC_PI_2 - 1e-6).max(from));
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if !(low < middle && middle < high) {
+                break;
+            }
+            if outside(middle) { high = middle } else { low = middle }
+        }
+        (high, roll(high))
+    }
+
+    /// δ at a radius between root and the end of the rounding; radii grow with δ.
+    pub fn angle_at(&self, radius: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.last.min(FRAC_PI_2 - 1e-6));
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if !(low < middle && middle < high) {
+                break;
+            }
+            if self.at(middle).radius < radius { low = middle } else { high = middle }
+        }
+        high
+    }
+
+    /// The tool's transverse point (u, w) and the slope q = n_u/n_w of its normal at δ.
+    pub fn tool_point(&self, delta: f64) -> ([f64; 2], f64) {
+        let (sin, cos) = delta.sin_cos();
+        let [c, height] = self.centre;
+        let u = (c + self.tool.tip_radius * sin) / self.cos_helix;
+        ([u, height - self.tool.tip_radius * cos], -sin / cos * self.cos_helix)
+    }
+
+    /// What the tool's point at δ cuts, 0 ≤ δ < π/2.
+    pub fn at(&self, delta: f64) -> Polar {
+        let ([u, w], q) = self.tool_point(delta);
+        let (along, out) = (w * q, self.pitch_radius + w);
+        Polar { radius: along.hypot(out), half_angle: (-along).atan2(out) - (u - along) / self.pitch_radius }
+    }
+
+    /// The root circle that the tool cuts, mm.
+    pub fn root_radius(&self) -> f64 {
+        self.pitch_radius + self.centre[1] - self.tool.tip_radius
+    }
+
+    /// Where the fillet meets the involute, as roll length.
+    pub fn form_roll(&self) -> f64 {
+        self.form_roll
+    }
+
+    /// δ there.
+    pub fn form_angle(&self) -> f64 {
+        self.form_angle
+    }
+
+    /// Roll length that the lowest point of the straight flank generates, mm; negative with undercut.
+    pub fn straight_roll(&self) -> f64 {
+        self.straight_roll
+    }
+
+    /// Whether the straight flank reaches below the base tangent point, so that the tip cuts into the involute.
+    pub fn undercut(&self) -> bool {
+        self.straight_roll < -1e-12 * self.pitch_radius
+    }
+
+    /// The smallest profile shift coefficient without undercut: the straight flank ends at the base tangent point.
+    pub fn least_shift(&self, gear: &Gear) -> f64 {
+        let sin_t = gear.transverse_pressure_angle().sin();
+        gear.data().profile_shift - self.straight_roll * sin_t / gear.data().normal_module
+    }
+
+    /// `count` + 1 points from the root circle to where the involute starts, or to `most` if the involute starts beyond that radius.
+    pub fn points(&self, count: usize, most: f64) -> Vec<Polar> {
+        let end = if self.at(self.form_angle).radius <= most { self.form_angle } else { self.angle_at(most) };
+        (0..=count).map(|k| self.at(end * k as f64 / count.max(1) as f64)).collect()
+    }
+}

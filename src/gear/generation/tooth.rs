@@ -1,0 +1,163 @@
+//! The whole tooth as a transverse profile at z = 0: fillets, involutes, tip arc, root arc.
+//!
+//! Every part ends where the next one begins, so a closed profile crosses itself nowhere: the fillet is taken up to the root form
+//! diameter, the involute from there to the tip or to where the flanks meet. A gear whose fillets meet within the tooth has no profile: the
+//! tool cuts the tooth off.
+
+use super::{Polar, Root};
+use crate::estimation::{
+    Faults,
+    words::{Shown, counted},
+};
+use crate::gear::{Gear, Side, geometry::pointed_diameter, involute::Flank};
+
+/// Most points of a profile.
+pub const MOST_POINTS: usize = 2_000_000;
+
+/// Into how many steps every part of a profile goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Steps {
+    pub involute: usize,
+    pub fillet: usize,
+    pub tip: usize,
+    /// Of the arc between two teeth.
+    pub root: usize,
+}
+
+impl Default for Steps {
+    fn default() -> Self {
+        Steps { involute: 40, fillet: 30, tip: 8, root: 8 }
+    }
+}
+
+/// The transverse section of a gear's teeth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tooth {
+    /// The left flank from the root circle to the tip.
+    flank: Vec<Polar>,
+    steps: Steps,
+    internal: bool,
+    teeth: u32,
+    pitch_angle: f64,
+}
+
+impl Tooth {
+    /// The tooth that root, flank and tip of `gear` make. Faults point into the gear, or at `/steps`.
+    pub fn new(gear: &Gear, steps: Steps) -> Result<Self, Faults> {
+        let parts = [steps.involute, steps.fillet, steps.tip, steps.root];
+        let sum: usize = parts.iter().fold(4, |sum, part| sum.saturating_add(part.saturating_mul(2)));
+        if parts.contains(&0) || sum.saturating_mul(gear.data().teeth as usize) > MOST_POINTS {
+            let points = counted(sum, "point", "points");
+            let detail =
+                format!("{points} for each tooth; every part has a step, and a gear {MOST_POINTS} points at most");
+            return Err(Faults::one("/steps", detail));
+        }
+        let root = Root::of(gear);
+        let flank = Flank::new(gear, Side::Left);
+        let tip = gear.tip_radius();
+        let reached = pointed_diameter(gear).map_or(tip, |pointed| {
+            let pointed = 0.5 * pointed;
+            if gear.data().internal { tip.max(pointed) } else { tip.min(pointed) }
+        });
+        let mut points = root.points(steps.fillet, reached, gear);
+        let tip_roll = gear.roll_length(2.0 * reached).unwrap_or(0.0);
+        let form_roll = root.form_roll();
+        if gear.outward() * (tip_roll - form_roll) > 0.0 {
+            points.extend((1..=steps.involute).map(|k| {
+                // Equal steps of the roll angle's square, which is the arc length: the involute starts with a curvature beyond all bounds.
+                let t = k as f64 / steps.involute as f64;
+                let roll =
+                    (form_roll * form_roll + t * (tip_roll - form_roll) * (tip_roll + form_roll)).max(0.0).sqrt();
+                Polar { radius: 0.5 * gear.diameter(roll), half_angle: flank.half_angle(roll).max(0.0) }
+            }));
+        }
+        if let Some(last) = points.last().copied().filter(|last| gear.data().internal && last.radius > tip) {
+            // Below the base circle an internal tooth goes on radially.
+            let below = reached < gear.base_radius();
+            points.extend(below.then_some(Polar { radius: tip, half_angle: last.half_angle }));
+        }
+        let tooth = Tooth {
+            flank: points,
+            steps,
+            internal: gear.data().internal,
+            teeth: gear.data().teeth,
+            pitch_angle: gear.pitch_angle(),
+        };
+        tooth.check(gear)?;
+        Ok(tooth)
+    }
+
+    /// A tooth has material everywhere but in its very tip, and leaves a space.
+    fn check(&self, gear: &Gear) -> Result<(), Faults> {
+        let inner = self.flank.len().saturating_sub(1);
+        if let Some(cut) = self.flank[..inner].iter().find(|p| !(p.half_angle > 0.0)) {
+            let detail = format!("the tool cuts the teeth off on {} mm", Shown(2.0 * cut.radius));
+            let pointer = if gear.data().tool.is_some() { "/tool" } else { "/profile_shift_coefficient" };
+            return Err(Faults::one(pointer, detail));
+        }
+        let wide = |p: &&Polar| !(p.half_angle <= 0.5 * self.pitch_angle * (1.0 + 1e-12));
+        if let Some(closed) = self.flank.iter().find(wide) {
+            let detail = format!("the teeth leave no space between them on {} mm", Shown(2.0 * closed.radius));
+            return Err(Faults::one("/profile_shift_coefficient", detail));
+        }
+        Ok(())
+    }
+
+    /// The left flank from the root circle to the tip; the right one is its mirror image.
+    pub fn flank(&self) -> &[Polar] {
+        &self.flank
+    }
+
+    /// Right flank from the root, tip arc, left flank to the root: counterclockwise about the gear's axis, at `turn`.
+    fn open(&self, turn: f64) -> Vec<[f64; 2]> {
+        let mut points: Vec<[f64; 2]> = self.flank.iter().map(|p| p.point(-1.0, turn)).collect();
+        if let Some(tip) = self.flank.last() {
+            points.extend(arc(*tip, self.steps.tip, -tip.half_angle, tip.half_angle, turn));
+            // Flanks that meet have one point in common.
+            let skip = usize::from(tip.half_angle == 0.0);
+            points.extend(self.flank.iter().rev().skip(skip).map(|p| p.point(1.0, turn)));
+        }
+        points
+    }
+
+    /// One tooth, closed along the root circle beneath it: counterclockwise, without the first point once more.
+    pub fn closed(&self) -> Vec<[f64; 2]> {
+        let mut points = self.open(0.0);
+        if let Some(root) = self.flank.first() {
+            points.extend(arc(*root, self.steps.root, root.half_angle, -root.half_angle, 0.0));
+        }
+        if self.internal {
+            points.reverse();
+        }
+        points
+    }
+
+    /// All teeth with the root arcs between them, counterclockwise, without the first point once more. On internal gears this is the border of
+    /// the hole.
+    pub fn gear(&self) -> Vec<[f64; 2]> {
+        let mut points = Vec::new();
+        for k in 0..self.teeth {
+            let turn = f64::from(k) * self.pitch_angle;
+            points.extend(self.open(turn));
+            if let Some(root) = self.flank.first() {
+                let next = self.pitch_angle - root.half_angle;
+                if next > root.half_angle * (1.0 + 1e-12) {
+                    points.extend(arc(*root, self.steps.root, root.half_angle, next, turn));
+                } else {
+                    // A tool with a full round tip leaves no arc: the fillets share their lowest point.
+                    points.pop();
+                }
+            }
+        }
+        points
+    }
+}
+
+/// The inner points of an arc of `steps` steps on the radius of `at`; none where it has no length.
+fn arc(at: Polar, steps: usize, from: f64, to: f64, turn: f64) -> impl Iterator<Item = [f64; 2]> {
+    let count = if from == to { 1 } else { steps };
+    (1..count).map(move |k| {
+        let half_angle = from + (to - from) * k as f64 / count as f64;
+        Polar { radius: at.radius, half_angle }.point(1.0, turn)
+    })
+}

@@ -1,0 +1,187 @@
+//! The analytic modifications. Each depends on the profile alone or on the face width alone, but for the twist, which is their product.
+
+use super::{Range, Topography};
+use crate::estimation::{Faults, words::Shown};
+use crate::gear::Gear;
+
+/// How a relief grows from its start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Growth {
+    /// With the distance t from its start.
+    Linear,
+    /// With t², tangent to the unmodified flank.
+    Parabolic,
+}
+
+/// An end of the face width.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// I: the end of lower z.
+    Low,
+    /// II: the end of higher z.
+    High,
+}
+
+/// A modification. Amounts in µm, positive = material removed; the table of [`super`] says what each is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Law {
+    ProfileCrowning {
+        amount: f64,
+    },
+    ProfileSlope {
+        amount: f64,
+    },
+    /// `start_diameter` in mm lies within the range.
+    TipRelief {
+        amount: f64,
+        start_diameter: f64,
+        growth: Growth,
+    },
+    /// `start_diameter` in mm lies within the range.
+    RootRelief {
+        amount: f64,
+        start_diameter: f64,
+        growth: Growth,
+    },
+    HelixCrowning {
+        amount: f64,
+    },
+    HelixSlope {
+        amount: f64,
+    },
+    /// `length` in mm is at most that of the range.
+    EndRelief {
+        end: End,
+        amount: f64,
+        length: f64,
+        growth: Growth,
+    },
+    Twist {
+        amount: f64,
+    },
+    Topography(Topography),
+}
+
+/// A checked analytic modification.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Part {
+    ProfileCrowning(f64),
+    ProfileSlope(f64),
+    /// From roll length `start`, where t = 0, to `end`, where t = 1.
+    Profile {
+        amount: f64,
+        start: f64,
+        end: f64,
+        growth: Growth,
+    },
+    HelixCrowning(f64),
+    HelixSlope(f64),
+    /// The same along z.
+    Helix {
+        amount: f64,
+        start: f64,
+        end: f64,
+        growth: Growth,
+    },
+    Twist(f64),
+}
+
+/// Relief and its slope at `x` of one that runs from `start` to `end`.
+fn grown(amount: f64, start: f64, end: f64, growth: Growth, x: f64) -> (f64, f64) {
+    let (t, slope) = ((x - start) / (end - start), amount / (end - start));
+    match growth {
+        _ if t < 0.0 => (0.0, 0.0),
+        Growth::Linear => (amount * t, slope),
+        Growth::Parabolic => (amount * t * t, 2.0 * t * slope),
+    }
+}
+
+impl Part {
+    /// Checks `law`; `at` is its pointer. A topography is checked where it is made.
+    pub(super) fn new(gear: &Gear, range: &Range, law: &Law, at: &str) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        let most = 1000.0 * gear.data().normal_module;
+        let mut amount_of = |amount: f64| {
+            if !(amount.abs() <= most) {
+                let detail = format!("{} is not within ±{} µm, one normal module", Shown(amount), Shown(most));
+                faults.push(format!("{at}/amount_um"), detail);
+            }
+            amount
+        };
+        let part = match *law {
+            Law::ProfileCrowning { amount } => Part::ProfileCrowning(amount_of(amount)),
+            Law::ProfileSlope { amount } => Part::ProfileSlope(amount_of(amount)),
+            Law::HelixCrowning { amount } => Part::HelixCrowning(amount_of(amount)),
+            Law::HelixSlope { amount } => Part::HelixSlope(amount_of(amount)),
+            Law::Twist { amount } => Part::Twist(amount_of(amount)),
+            Law::TipRelief { amount, start_diameter, growth } | Law::RootRelief { amount, start_diameter, growth } => {
+                let amount = amount_of(amount);
+                let to_tip = matches!(law, Law::TipRelief { .. });
+                let [root, tip] = range.profile();
+                let (end, other) = if to_tip { (tip, root) } else { (root, tip) };
+                let start = gear.roll_length(start_diameter).unwrap_or(f64::NAN);
+                // Within the range, and not at the end that the relief runs to.
+                let share = (start - end) / (other - end);
+                if !(share > 0.0 && share <= 1.0) {
+                    let detail = format!(
+                        "{} mm does not lie between {} mm and {} mm, or leaves no way to the end of the relief",
+                        Shown(start_diameter),
+                        Shown(gear.diameter(root)),
+                        Shown(gear.diameter(tip))
+                    );
+                    faults.push(format!("{at}/start_diameter_mm"), detail);
+                }
+                Part::Profile { amount, start, end, growth }
+            }
+            Law::EndRelief { end, amount, length, growth } => {
+                let amount = amount_of(amount);
+                let [low, high] = range.helix();
+                if !(length > 0.0 && length <= high - low) {
+                    let detail = format!(
+                        "{} mm is not above 0 and up to {} mm, the range's length",
+                        Shown(length),
+                        Shown(high - low)
+                    );
+                    faults.push(format!("{at}/length_mm"), detail);
+                }
+                match end {
+                    End::Low => Part::Helix { amount, start: low + length, end: low, growth },
+                    End::High => Part::Helix { amount, start: high - length, end: high, growth },
+                }
+            }
+            // Checked where it was made, and kept apart.
+            Law::Topography(_) => Part::Twist(0.0),
+        };
+        faults.into_result(part)
+    }
+
+    /// What depends on the roll length alone: relief and its slope.
+    pub(super) fn along_profile(&self, range: &Range, roll_length: f64) -> (f64, f64) {
+        let (u, slope) = (range.u(roll_length), range.u_slope());
+        match *self {
+            Part::ProfileCrowning(amount) => (amount * u * u, 2.0 * amount * u * slope),
+            Part::ProfileSlope(amount) => (0.5 * amount * u, 0.5 * amount * slope),
+            Part::Profile { amount, start, end, growth } => grown(amount, start, end, growth, roll_length),
+            Part::HelixCrowning(_) | Part::HelixSlope(_) | Part::Helix { .. } | Part::Twist(_) => (0.0, 0.0),
+        }
+    }
+
+    /// What depends on z alone: relief and its slope.
+    pub(super) fn along_helix(&self, range: &Range, z: f64) -> (f64, f64) {
+        let (v, slope) = (range.v(z), range.v_slope());
+        match *self {
+            Part::HelixCrowning(amount) => (amount * v * v, 2.0 * amount * v * slope),
+            Part::HelixSlope(amount) => (0.5 * amount * v, 0.5 * amount * slope),
+            Part::Helix { amount, start, end, growth } => grown(amount, start, end, growth, z),
+            Part::ProfileCrowning(_) | Part::ProfileSlope(_) | Part::Profile { .. } | Part::Twist(_) => (0.0, 0.0),
+        }
+    }
+
+    /// S.
+    pub(super) fn twist(&self) -> f64 {
+        match *self {
+            Part::Twist(amount) => amount,
+            _ => 0.0,
+        }
+    }
+}

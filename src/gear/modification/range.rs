@@ -1,0 +1,88 @@
+//! The part of the flank that amounts of modifications refer to.
+
+use crate::estimation::{Faults, words::Shown};
+use crate::gear::{Gear, Geometry};
+
+/// Ends of profile and face width, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Roll length at the root end and at the tip end; the second is the smaller one on internal gears.
+    profile: [f64; 2],
+    /// z, ascending.
+    helix: [f64; 2],
+}
+
+impl Range {
+    /// From two diameters (in any order) and two z (in any order). Faults point at `/profile_diameter_range_mm` and
+    /// `/helix_range_mm`.
+    pub fn new(gear: &Gear, diameters: [f64; 2], helix: [f64; 2]) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        let mut profile = [0.0; 2];
+        for (index, diameter) in diameters.into_iter().enumerate() {
+            match gear.roll_length(diameter).filter(|roll| roll.is_finite()) {
+                Some(roll) => profile[index] = roll,
+                None => faults.push(
+                    format!("/profile_diameter_range_mm/{index}"),
+                    format!(
+                        "{} mm has no involute; the base diameter is {} mm",
+                        Shown(diameter),
+                        Shown(2.0 * gear.base_radius())
+                    ),
+                ),
+            }
+        }
+        if faults.is_empty() && profile[0] == profile[1] {
+            faults.push("/profile_diameter_range_mm", "the two diameters are one");
+        }
+        if let Some(index) = helix.iter().position(|z| !(z.abs() <= 1e6)) {
+            faults.push(
+                format!("/helix_range_mm/{index}"),
+                format!("{} is not a place on the axis", Shown(helix[index])),
+            );
+        } else if helix[0] == helix[1] {
+            faults.push("/helix_range_mm", "the two ends are one");
+        }
+        if (profile[1] - profile[0]) * gear.outward() < 0.0 {
+            profile.reverse();
+        }
+        faults.into_result(Range { profile, helix: [helix[0].min(helix[1]), helix[0].max(helix[1])] })
+    }
+
+    /// The whole usable profile, and the face width from z = 0; `None` where there is no usable profile, or the width is not given.
+    pub fn whole(gear: &Gear) -> Option<Self> {
+        let usable = Geometry::of(gear).usable?;
+        Some(Range { profile: usable.roll_lengths, helix: [0.0, gear.data().face_width?] })
+    }
+
+    /// Roll lengths at the root end and at the tip end.
+    pub fn profile(&self) -> [f64; 2] {
+        self.profile
+    }
+
+    /// z of both ends, ascending.
+    pub fn helix(&self) -> [f64; 2] {
+        self.helix
+    }
+
+    /// −1 at the root end, +1 at the tip end.
+    pub fn u(&self, roll_length: f64) -> f64 {
+        let [a, b] = self.profile;
+        ((roll_length - a) + (roll_length - b)) / (b - a)
+    }
+
+    /// du/dL.
+    pub fn u_slope(&self) -> f64 {
+        2.0 / (self.profile[1] - self.profile[0])
+    }
+
+    /// −1 at the end of lower z, +1 at the other.
+    pub fn v(&self, z: f64) -> f64 {
+        let [a, b] = self.helix;
+        ((z - a) + (z - b)) / (b - a)
+    }
+
+    /// dv/dz.
+    pub fn v_slope(&self) -> f64 {
+        2.0 / (self.helix[1] - self.helix[0])
+    }
+}

@@ -1,0 +1,139 @@
+//! Whole runs: measure, fit, correct, machine again.
+
+use super::{Asked, Simulation, rms};
+use crate::{
+    estimation::{
+        Faults, FitError,
+        spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme},
+    },
+    gear::correction::{self, Answer, Comparison, Correction, Damping, Solution, compare},
+};
+
+/// A way to correct.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Strategy {
+    pub name: String,
+    pub damping: Damping,
+}
+
+impl Strategy {
+    /// Plain least squares.
+    pub fn least_squares() -> Self {
+        Strategy { name: "least_squares".into(), damping: Damping::Asked(Regularization::None) }
+    }
+
+    /// The default of corrections: spectral, λ* from the uncertainty of J and the noise.
+    pub fn uncertainty() -> Self {
+        Strategy { name: "spectral_uncertainty".into(), damping: Damping::Uncertainty }
+    }
+
+    /// The service's spectral regularisation with its own count and a criterion.
+    pub fn spectral(criterion: Criterion) -> Self {
+        let regularization = Regularization::Spectral {
+            scheme: Scheme::FirstOrder,
+            count: Count::Auto,
+            condition_limit: DEFAULT_CONDITION_LIMIT,
+            lambda_star: Parameter::Criterion(criterion),
+        };
+        Strategy { name: format!("spectral_{}", criterion.name()), damping: Damping::Asked(regularization) }
+    }
+
+    /// Ridge with a criterion.
+    pub fn ridge(criterion: Criterion) -> Self {
+        let regularization = Regularization::Ridge { parameter: Parameter::Criterion(criterion) };
+        Strategy { name: format!("ridge_{}", criterion.name()), damping: Damping::Asked(regularization) }
+    }
+
+    /// All that are worth comparing, the default first and plain least squares second.
+    pub fn all() -> Vec<Strategy> {
+        let mut all = vec![Self::uncertainty(), Self::least_squares()];
+        all.extend(Criterion::ALL.map(Self::spectral));
+        all.extend([Criterion::MinMse, Criterion::Gcv, Criterion::Hkb, Criterion::LawlessWang].map(Self::ridge));
+        all
+    }
+}
+
+/// One measurement with the correction that followed from it, if any.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Round {
+    /// Corrections before.
+    pub number: u64,
+    /// Deviations, µm for each node, NaN where undefined.
+    pub measured: Vec<f64>,
+    pub measured_rms: f64,
+    /// Without noise and over all nodes, which only a simulation knows.
+    pub true_rms: f64,
+    /// How the machine answered to the correction before; `None` for the first measurement.
+    pub answer: Option<Answer>,
+    /// `None` for the last measurement.
+    pub solution: Option<Solution>,
+}
+
+/// All rounds of one machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    pub strategy: String,
+    /// One more than corrections.
+    pub rounds: Vec<Round>,
+}
+
+/// What a correction is asked for in a round: the probe noise is known, the uncertainty of the response is what the caller says it is.
+pub fn asked(
+    simulation: &Simulation,
+    measured: Vec<f64>,
+    strategy: &Strategy,
+    response_uncertainty: f64,
+) -> correction::Asked {
+    let Asked { sensitivity, settings, probe_noise, .. } = simulation.asked();
+    correction::Asked {
+        damping: strategy.damping.clone(),
+        noise_sigma: Some(*probe_noise).filter(|sigma| *sigma > 0.0),
+        response_uncertainty,
+        ..correction::Asked::new(measured, sensitivity.clone(), settings.clone())
+    }
+}
+
+/// Most corrections of a run: settings that run away are still numbers then.
+pub const MOST_CORRECTIONS: usize = 20;
+
+/// Corrects a machine `corrections` times. Refuses more than [`MOST_CORRECTIONS`] (`/corrections`) and what [`Simulation::new`] refuses.
+pub fn run(
+    machine: &Asked,
+    strategy: &Strategy,
+    response_uncertainty: f64,
+    corrections: usize,
+) -> Result<Run, FitError> {
+    if corrections > MOST_CORRECTIONS {
+        let detail = format!("{corrections} corrections; at most {MOST_CORRECTIONS}");
+        return Err(Faults::one("/corrections", detail).into());
+    }
+    let mut simulation = Simulation::new(machine.clone())?;
+    let mut rounds: Vec<Round> = Vec::with_capacity(corrections + 1);
+    for number in 0..=corrections {
+        let (measured, true_rms) = (simulation.measure(), simulation.true_rms());
+        let answer = match rounds.last() {
+            Some(Round { measured: before, solution: Some(solution), .. }) => Some(compare(&Comparison {
+                before: before.clone(),
+                predicted: solution.predicted.deviation.clone(),
+                measured: measured.clone(),
+                noise_sigma: machine.probe_noise,
+                uncertainty: Some(solution.predicted.uncertainty.clone()),
+                response_uncertainty,
+            })?),
+            _ => None,
+        };
+        let solution = match number < corrections {
+            true => {
+                let asked = asked(&simulation, measured.clone(), strategy, response_uncertainty);
+                let solution = Correction::new(asked)?.solve()?;
+                let change: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
+                simulation.apply(&change)?;
+                Some(solution)
+            }
+            false => None,
+        };
+        let measured_rms = rms(&measured);
+        rounds.push(Round { number: number as u64, measured, measured_rms, true_rms, answer, solution });
+    }
+    Ok(Run { strategy: strategy.name.clone(), rounds })
+}

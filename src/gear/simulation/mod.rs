@@ -1,0 +1,168 @@
+//! The closed loop simulated: a machine whose settings are off, a probe, and corrections until the flank is good.
+//!
+//! A machine answers to settings that are off by e with the deviations `G e`, where its true response G differs from the sensitivity J that
+//! the correction knows: `G_kj = J_kj (1 + ρ g_kj)`, g standard normal, drawn once. A measurement is `G e` plus probe noise, some nodes
+//! undefined. A correction Δ makes e + Δ of e.
+//!
+//! * [`Simulation`]: the machine, step by step, so that a caller may keep every round;
+//! * [`closed_loop`]: whole runs with several ways to correct;
+//! * [`case`]: the ill-conditioned case.
+//!
+//! *Reproducible.* Stream 0 of the seed gives e, stream 1 the response; measurement number r takes stream 2 + 2r for its noise and 3 + 2r for
+//! the nodes that it misses. Measuring twice without a correction between gives the same numbers.
+
+pub mod case;
+pub mod closed_loop;
+
+use crate::estimation::{
+    Faults,
+    randomization::normal::Normals,
+    words::{Shown, counted, entries},
+};
+
+pub use closed_loop::{Round, Run, Strategy, run};
+
+use super::correction::{
+    Setting,
+    problem::{MOST_ENTRIES, MOST_SETTINGS},
+};
+
+/// A machine to be simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    pub seed: u64,
+    /// J row by row, µm at each node per unit of each setting: what corrections know.
+    pub sensitivity: Vec<f64>,
+    pub settings: Vec<Setting>,
+    /// Standard deviation of what each setting is off by at first, in its unit.
+    pub setting_error: Vec<f64>,
+    /// ρ, by how much an entry of the true response differs from that of J, relative to it.
+    pub response_noise: f64,
+    /// Standard deviation of a measured deviation, µm.
+    pub probe_noise: f64,
+    /// Share of the nodes that a measurement misses, below 1.
+    pub missing: f64,
+}
+
+/// A machine with its hidden state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulation {
+    asked: Asked,
+    response: Vec<f64>,
+    off: Vec<f64>,
+    corrections: u64,
+}
+
+impl Simulation {
+    /// Draws the machine. Faults point into an object with the fields of [`Asked`] (`/sensitivity/matrix`, `/sensitivity/settings`,
+    /// `/setting_error`, `/response_noise`, `/probe_noise_um`, `/missing`).
+    pub fn new(asked: Asked) -> Result<Self, Faults> {
+        check(&asked)?;
+        let mut normals = Normals::new(asked.seed, 0);
+        let off = asked.setting_error.iter().map(|error| error * normals.draw()).collect();
+        let mut normals = Normals::new(asked.seed, 1);
+        let response = asked.sensitivity.iter().map(|j| j * (1.0 + asked.response_noise * normals.draw())).collect();
+        Ok(Simulation { asked, response, off, corrections: 0 })
+    }
+
+    /// What it was made from.
+    pub fn asked(&self) -> &Asked {
+        &self.asked
+    }
+
+    /// Nodes of the flank.
+    pub fn nodes(&self) -> usize {
+        self.asked.sensitivity.len() / self.asked.settings.len()
+    }
+
+    /// Corrections so far.
+    pub fn corrections(&self) -> u64 {
+        self.corrections
+    }
+
+    /// What the settings are off by, which no correction sees.
+    pub fn off(&self) -> &[f64] {
+        &self.off
+    }
+
+    /// G e: the deviations without noise, µm for each node.
+    pub fn flank(&self) -> Vec<f64> {
+        let row = |row: &[f64]| row.iter().zip(&self.off).map(|(g, e)| g * e).sum();
+        self.response.chunks_exact(self.off.len()).map(row).collect()
+    }
+
+    /// Root mean square of the deviations without noise, over all nodes, µm.
+    pub fn true_rms(&self) -> f64 {
+        rms(&self.flank())
+    }
+
+    /// What the probe measures, µm for each node, NaN where it missed.
+    pub fn measure(&self) -> Vec<f64> {
+        let mut noise = Normals::new(self.asked.seed, 2 + 2 * self.corrections);
+        let mut measured: Vec<f64> = self.flank().iter().map(|d| d + self.asked.probe_noise * noise.draw()).collect();
+        let missed = (self.asked.missing * measured.len() as f64).floor() as usize;
+        let lots = Normals::new(self.asked.seed, 3 + 2 * self.corrections).take(measured.len());
+        let mut order: Vec<usize> = (0..measured.len()).collect();
+        order.sort_by(|&a, &b| lots[a].total_cmp(&lots[b]));
+        for &k in &order[..missed] {
+            measured[k] = f64::NAN;
+        }
+        measured
+    }
+
+    /// Changes the settings and machines again. Refuses a list of another length and changes that are not finite (`/change`).
+    pub fn apply(&mut self, change: &[f64]) -> Result<(), Faults> {
+        if change.len() != self.off.len() {
+            let wanted = counted(self.off.len(), "setting", "settings");
+            return Err(Faults::one("/change", format!("{} for {wanted}", entries(change.len()))));
+        }
+        if let Some(j) = change.iter().zip(&self.off).position(|(c, e)| !(c + e).is_finite()) {
+            return Err(Faults::one(format!("/change/{j}"), "the setting would no longer be a finite number"));
+        }
+        self.off.iter_mut().zip(change).for_each(|(e, c)| *e += c);
+        self.corrections += 1;
+        Ok(())
+    }
+}
+
+/// Root mean square of what is defined; NaN where nothing is.
+pub(super) fn rms(deviation: &[f64]) -> f64 {
+    let (sum, count) =
+        deviation.iter().filter(|d| !d.is_nan()).fold((0.0, 0.0), |(sum, count), d| (sum + d * d, count + 1.0));
+    f64::sqrt(sum / count)
+}
+
+fn check(asked: &Asked) -> Result<(), Faults> {
+    let mut faults = Faults::default();
+    let columns = asked.settings.len();
+    if columns == 0 || columns > MOST_SETTINGS {
+        let given = counted(columns, "setting", "settings");
+        return Err(Faults::one("/sensitivity/settings", format!("{given}; a machine has 1 to {MOST_SETTINGS}")));
+    }
+    let numbers = asked.sensitivity.len();
+    if numbers == 0 || !numbers.is_multiple_of(columns) || numbers > MOST_ENTRIES {
+        let detail = format!("{} are not rows of {columns} (at most {MOST_ENTRIES})", entries(numbers));
+        faults.push("/sensitivity/matrix", detail);
+    }
+    for (at, value) in asked.sensitivity.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
+        let pointer = format!("/sensitivity/matrix/{}/{}", at / columns, at % columns);
+        faults.push(pointer, format!("{value} is not a finite number"));
+    }
+    if asked.setting_error.len() != columns {
+        let wanted = counted(columns, "setting", "settings");
+        faults.push("/setting_error", format!("{} for {wanted}", entries(asked.setting_error.len())));
+    }
+    let deviations = asked.setting_error.iter().enumerate().map(|(j, e)| (format!("/setting_error/{j}"), *e)).chain([
+        ("/response_noise".to_owned(), asked.response_noise),
+        ("/probe_noise_um".to_owned(), asked.probe_noise),
+    ]);
+    for (pointer, value) in deviations {
+        if !(value.is_finite() && value >= 0.0) {
+            faults.push(pointer, format!("{} is not a finite deviation of at least 0", Shown(value)));
+        }
+    }
+    if !(0.0..1.0).contains(&asked.missing) {
+        faults.push("/missing", format!("{} is not a share of at least 0 and below 1", Shown(asked.missing)));
+    }
+    faults.into_result(())
+}

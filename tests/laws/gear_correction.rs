@@ -1,0 +1,302 @@
+//! Corrections: changes of settings from deviations and a sensitivity matrix.
+
+use flankfit::estimation::FitError;
+use flankfit::estimation::spec::Regularization;
+use flankfit::gear::correction::{Asked, Correction, Damping, Limit, Setting, Solution};
+use flankfit::gear::simulation::case;
+use proptest::prelude::*;
+
+fn settings(n: usize) -> Vec<Setting> {
+    (0..n).map(|j| Setting::free(format!("s{j}"), "µm")).collect()
+}
+
+fn plain(deviation: Vec<f64>, sensitivity: Vec<f64>, settings: Vec<Setting>) -> Asked {
+    Asked { damping: Damping::Asked(Regularization::None), ..Asked::new(deviation, sensitivity, settings) }
+}
+
+fn solve(asked: Asked) -> Solution {
+    Correction::new(asked).unwrap().solve().unwrap()
+}
+
+fn changes(solution: &Solution) -> Vec<f64> {
+    solution.settings.iter().map(|s| s.change).collect()
+}
+
+fn pointers(asked: Asked) -> Vec<String> {
+    Correction::new(asked).unwrap_err().list().iter().map(|f| f.pointer.clone()).collect()
+}
+
+fn times(j: &[f64], x: &[f64]) -> Vec<f64> {
+    j.chunks_exact(x.len()).map(|row| row.iter().zip(x).map(|(a, b)| a * b).sum()).collect()
+}
+
+/// Jᵀ W (d + JΔ), by the normal equations' own sums.
+fn gradient(j: &[f64], d: &[f64], w: &[f64], x: &[f64]) -> Vec<f64> {
+    let left: Vec<f64> = times(j, x).iter().zip(d).map(|(a, b)| a + b).collect();
+    (0..x.len()).map(|c| left.iter().enumerate().map(|(k, r)| w[k] * j[k * x.len() + c] * r).sum()).collect()
+}
+
+fn entries(count: usize, size: f64) -> impl Strategy<Value = Vec<f64>> {
+    proptest::collection::vec(-size..size, count)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    /// Settings that are off by e, an exact linear response and no noise: −e, and nothing is left.
+    #[test]
+    fn an_exact_response_is_corrected_in_one_step(j in entries(60, 1.0), e in entries(5, 10.0)) {
+        let deviation = times(&j, &e);
+        prop_assume!(deviation.iter().any(|d| d.abs() > 1e-3));
+        let solution = solve(plain(deviation.clone(), j.clone(), settings(5)));
+        prop_assume!(solution.fit.spectrum.condition.unwrap() < 1e6);
+        for (change, e) in changes(&solution).iter().zip(&e) {
+            prop_assert!((change + e).abs() < 1e-9, "{change} for {e}");
+        }
+        prop_assert!(solution.predicted.rms < 1e-9 && solution.predicted.max < 1e-9);
+        prop_assert!(solution.settings.iter().all(|s| s.limited.is_none() && s.change == s.unlimited));
+        let size = (deviation.iter().map(|d| d * d).sum::<f64>() / 12.0).sqrt();
+        prop_assert!((solution.predicted.rms_before - size).abs() < 1e-12 * size);
+    }
+
+    /// The least-squares correction is linear in the deviations, and so is the prediction.
+    #[test]
+    fn corrections_superpose(j in entries(40, 1.0), d in entries(10, 5.0), f in entries(10, 5.0), a in -3.0f64..3.0) {
+        let sum: Vec<f64> = d.iter().zip(&f).map(|(d, f)| d + a * f).collect();
+        let [one, two, both] = [d, f, sum].map(|d| solve(plain(d, j.clone(), settings(4))));
+        prop_assume!(one.fit.spectrum.condition.unwrap() < 1e6);
+        for k in 0..4 {
+            let [x, y, z] = [&one, &two, &both].map(|s| s.settings[k].change);
+            prop_assert!((z - x - a * y).abs() < 1e-8 * (1.0 + x.abs() + y.abs()));
+        }
+        for k in 0..10 {
+            let [x, y, z] = [&one, &two, &both].map(|s| s.predicted.deviation[k]);
+            prop_assert!((z - x - a * y).abs() < 1e-8);
+        }
+    }
+
+    /// Within limits the answer is the minimum of the weighted sum: the conditions of Karush, Kuhn and Tucker hold.
+    #[test]
+    fn limits_hold_with_their_multipliers(
+        j in entries(60, 1.0), d in entries(12, 10.0), w in proptest::collection::vec(0.1f64..3.0, 12), size in 0.1f64..8.0,
+        low in proptest::collection::vec(-1.0f64..0.3, 5), high in proptest::collection::vec(0.3f64..1.0, 5),
+    ) {
+        let limited: Vec<Setting> = settings(5)
+            .into_iter()
+            .enumerate()
+            .map(|(i, s)| Setting { min: Some(size * low[i]), max: Some(size * high[i]), ..s })
+            .collect();
+        let solution = solve(Asked { weight: Some(w.clone()), ..plain(d.clone(), j.clone(), limited.clone()) });
+        prop_assume!(solution.fit.spectrum.condition.unwrap() < 1e4);
+        let x = changes(&solution);
+        let gradient = gradient(&j, &d, &w, &x);
+        for (i, setting) in solution.settings.iter().enumerate() {
+            prop_assert!(limited[i].min.unwrap() <= x[i] && x[i] <= limited[i].max.unwrap());
+            match setting.limited {
+                None => {
+                    prop_assert!(gradient[i].abs() < 1e-7, "free, gradient {}", gradient[i]);
+                    prop_assert!(setting.std_error.is_some());
+                }
+                Some(Limit::Min) => {
+                    prop_assert!(x[i] == limited[i].min.unwrap() && gradient[i] > -1e-7);
+                    prop_assert!(setting.std_error.is_none() && setting.bias_bound.is_none());
+                }
+                Some(Limit::Max) => prop_assert!(x[i] == limited[i].max.unwrap() && gradient[i] < 1e-7),
+            }
+        }
+        let warned = solution.warnings.iter().any(|w| w.code == "settings_limited");
+        prop_assert_eq!(warned, solution.settings.iter().any(|s| s.limited.is_some()));
+        prop_assert!(solution.warnings.iter().all(|w| w.code != "limits_not_settled"));
+    }
+
+    /// A node of weight 2 counts as two nodes of weight 1; weight 0 and an undefined deviation are as good as no node.
+    #[test]
+    fn weights_count_nodes_and_undefined_ones_take_no_part(j in entries(40, 1.0), d in entries(10, 5.0)) {
+        let mut weight = vec![1.0; 10];
+        (weight[2], weight[5]) = (2.0, 0.0);
+        let mut undefined = d.clone();
+        undefined[7] = f64::NAN;
+        let asked = Asked { weight: Some(weight), ..plain(undefined, j.clone(), settings(4)) };
+        let weighted = Correction::new(asked).unwrap();
+        prop_assert_eq!(weighted.counted().len(), 8);
+        let weighted = weighted.solve().unwrap();
+        prop_assume!(weighted.fit.spectrum.condition.unwrap() < 1e6);
+        let kept = [0, 1, 2, 2, 3, 4, 6, 8, 9];
+        let rows = kept.iter().flat_map(|&k| j[4 * k..4 * k + 4].to_vec()).collect();
+        let repeated = solve(plain(kept.iter().map(|&k| d[k]).collect(), rows, settings(4)));
+        for (a, b) in weighted.settings.iter().zip(&repeated.settings) {
+            prop_assert!((a.change - b.change).abs() < 1e-8 * (1.0 + b.change.abs()));
+        }
+        prop_assert!(weighted.predicted.deviation[7].is_nan());
+        prop_assert!(weighted.predicted.deviation[5].is_finite());
+        prop_assert!((weighted.predicted.rms - repeated.predicted.rms).abs() < 1e-9);
+    }
+
+    /// Corrections do not depend on the unit that a setting is counted in.
+    #[test]
+    fn units_of_settings_do_not_matter(seed in 0u64..200, log in proptest::collection::vec(-4.0f64..4.0, 6)) {
+        let asked = case::ill_conditioned(seed);
+        let deviation = flankfit::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
+        let unit: Vec<f64> = log.iter().map(|x| 10f64.powf(*x)).collect();
+        let other = asked.sensitivity.iter().enumerate().map(|(i, x)| x * unit[i % 6]).collect();
+        let one = solve(Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone()));
+        let two = solve(Asked::new(deviation, other, asked.settings));
+        for (k, (a, b)) in one.settings.iter().zip(&two.settings).enumerate() {
+            prop_assert!((a.change - b.change * unit[k]).abs() < 1e-6 * (1.0 + a.change.abs()));
+        }
+    }
+}
+
+/// What is wanted need not be 0: a target is reached, and the rest is told about it.
+#[test]
+fn targets_are_reached() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0]).collect();
+    let target = times(&j, &[2.0, -0.5]);
+    let solution = solve(Asked { target: Some(target.clone()), ..plain(vec![0.0; 9], j, settings(2)) });
+    assert!((changes(&solution)[0] - 2.0).abs() < 1e-12 && (changes(&solution)[1] + 0.5).abs() < 1e-12);
+    assert!(solution.predicted.rms < 1e-12 && solution.predicted.rms_before > 1.0);
+    assert!(solution.predicted.deviation.iter().zip(&target).all(|(p, t)| (p - t).abs() < 1e-12));
+}
+
+/// The tilt is named together with what it is a mixture of, and λ* keeps its change small.
+#[test]
+fn settings_that_cannot_be_told_apart_are_named() {
+    let asked = case::ill_conditioned(3);
+    let deviation = flankfit::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
+    let of = |damping| {
+        let asked = Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone());
+        solve(Asked { damping, noise_sigma: Some(0.3), ..asked })
+    };
+    let solution = of(Damping::Uncertainty);
+    let [group] = &solution.indistinguishable[..] else { panic!("{:?}", solution.indistinguishable) };
+    let mut names = group.names.clone();
+    names.sort();
+    assert_eq!(names, ["helix_angle", "tilt", "twist"]);
+    assert!(group.settings.contains(&5) && group.condition_index.unwrap() > 1e5 && !group.sentence.is_empty());
+    let trust = solution.trust.unwrap();
+    assert_eq!(trust.damped, 1);
+    assert!((trust.from_response - 6.0 * 0.02 * 0.02).abs() < 1e-12);
+    assert_eq!(solution.fit.regularization.lambda_star, Some(trust.lambda_star));
+    // every error of the response is multiplied with at most 1/√λ*
+    for (f, l) in solution.fit.regularization.filter_factors.iter().zip(&solution.fit.spectrum.eigenvalues) {
+        assert!(f / l.sqrt() <= trust.gain * (1.0 + 1e-12));
+    }
+    // the bounds hold what was taken away, and a smaller r makes them smaller
+    for (setting, coefficient) in solution.settings.iter().zip(&solution.fit.coefficients) {
+        let taken = (setting.change - coefficient.least_squares).abs();
+        assert!(taken <= setting.bias_bound.unwrap() * (1.0 + 1e-9), "{taken} {:?}", setting.bias_bound);
+    }
+    let known = Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone());
+    let known = solve(Asked { noise_sigma: Some(0.3), coefficient_norm_limit: Some(300.0), ..known });
+    for (small, large) in known.settings.iter().zip(&solution.settings) {
+        assert!(small.change == large.change && small.bias_bound.unwrap() <= large.bias_bound.unwrap());
+    }
+    let plain = of(Damping::Asked(Regularization::None));
+    assert!(plain.warnings.iter().any(|w| w.code == "undamped_correction"));
+    assert!(changes(&plain)[5].abs() > 1e3 && changes(&solution).iter().all(|x| x.abs() < 100.0));
+    assert!(solution.predicted.rms < 1.0);
+}
+
+/// Two settings that do exactly the same share the change; a limit on one sends the rest to the other.
+#[test]
+fn settings_that_do_the_same_share_the_change() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0, f64::from(k) - 4.0]).collect();
+    let deviation = times(&j, &[1.0, 3.0, 3.0]);
+    let asked = Asked::new(deviation, j, settings(3));
+    let solution = solve(asked.clone());
+    let x = changes(&solution);
+    assert!((x[0] + 1.0).abs() < 1e-9 && (x[1] + 3.0).abs() < 1e-9 && (x[2] + 3.0).abs() < 1e-9, "{x:?}");
+    assert!(solution.warnings.iter().any(|w| w.code == "dependent_settings"));
+    assert!(solution.indistinguishable.iter().any(|g| g.settings.contains(&1) && g.settings.contains(&2)));
+    let mut limited = asked;
+    limited.settings[1].min = Some(-0.5);
+    let solution = solve(limited);
+    let x = changes(&solution);
+    assert!(x[1] == -0.5 && (x[2] + 5.5).abs() < 1e-9, "{x:?}");
+    assert_eq!(solution.settings[1].limited, Some(Limit::Min));
+    assert!(solution.predicted.rms < 1e-9);
+}
+
+/// Nearly collinear settings within narrow limits: regularised fits settle, and the others make up for what one may not do.
+#[test]
+fn limits_settle_for_nearly_collinear_settings() {
+    for seed in 0..40 {
+        let asked = case::ill_conditioned(seed);
+        let deviation = flankfit::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
+        let mut correction = Asked::new(deviation, asked.sensitivity, asked.settings);
+        correction.noise_sigma = Some(0.3);
+        let free = solve(correction.clone());
+        let most = free.settings.iter().map(|s| s.change.abs()).fold(0.0, f64::max);
+        for setting in &mut correction.settings {
+            (setting.min, setting.max) = (Some(-0.5 * most), Some(0.5 * most));
+        }
+        let solution = solve(correction);
+        assert!(solution.settings.iter().any(|s| s.limited.is_some()));
+        assert!(solution.settings.iter().all(|s| s.change.abs() <= 0.5 * most));
+        assert!(solution.predicted.rms < solution.predicted.rms_before);
+        assert!(solution.warnings.iter().all(|w| w.code != "limits_not_settled"), "seed {seed}");
+    }
+}
+
+/// Forty settings, most of them at narrow limits.
+#[test]
+fn many_settings_at_their_limits_settle() {
+    let place = |k: usize, j: usize| ((k * 37 + j * 101 + k * j * 13) % 97) as f64 / 48.0 - 1.0;
+    let j: Vec<f64> = (0..120).flat_map(|k| (0..40).map(move |j| place(k, j))).collect();
+    let deviation = times(&j, &(0..40).map(|j| f64::from(j) - 19.5).collect::<Vec<f64>>());
+    let mut asked = Asked::new(deviation, j, settings(40));
+    for setting in &mut asked.settings {
+        (setting.min, setting.max) = (Some(-5.0), Some(5.0));
+    }
+    let solution = solve(asked);
+    let limited = solution.settings.iter().filter(|s| s.limited.is_some()).count();
+    assert!(limited >= 20 && solution.settings.iter().all(|s| s.change.abs() <= 5.0), "{limited}");
+    assert!(solution.predicted.rms < solution.predicted.rms_before);
+}
+
+/// Every setting at a limit is an answer as well.
+#[test]
+fn all_settings_may_be_at_their_limits() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0]).collect();
+    let mut asked = plain(times(&j, &[10.0, 10.0]), j, settings(2));
+    for setting in &mut asked.settings {
+        (setting.min, setting.max) = (Some(-1.0), Some(1.0));
+    }
+    let solution = solve(asked);
+    assert_eq!(changes(&solution), [-1.0, -1.0]);
+    assert!(solution.limited_fit.is_none() && solution.settings.iter().all(|s| s.limited == Some(Limit::Min)));
+    assert!(solution.settings.iter().all(|s| (s.unlimited + 10.0).abs() < 1e-9));
+}
+
+#[test]
+fn faults_are_named_by_their_place() {
+    let j = vec![1.0; 8];
+    let good = Asked::new(vec![1.0; 4], j, settings(2));
+    assert_eq!(pointers(Asked { sensitivity: vec![1.0; 7], ..good.clone() }), ["/sensitivity/matrix"]);
+    assert_eq!(pointers(Asked { weight: Some(vec![1.0, -1.0, 1.0, 1.0]), ..good.clone() }), ["/weight/1"]);
+    assert_eq!(pointers(Asked { target: Some(vec![1.0]), ..good.clone() }), ["/target_um"]);
+    assert_eq!(pointers(Asked { noise_sigma: Some(0.0), ..good.clone() }), ["/noise_sigma_um"]);
+    assert_eq!(pointers(Asked { coefficient_norm_limit: Some(-1.0), ..good.clone() }), ["/coefficient_norm_limit"]);
+    assert_eq!(pointers(Asked { response_uncertainty: f64::NAN, ..good.clone() }), ["/response_uncertainty"]);
+    assert_eq!(pointers(Asked { deviation: vec![f64::NAN; 4], ..good.clone() }), ["/deviation_um"]);
+    let mut twice = good.clone();
+    twice.settings[1].name = "s0".into();
+    assert_eq!(pointers(twice), ["/sensitivity/settings/1"]);
+    let mut crossed = good.clone();
+    (crossed.settings[0].min, crossed.settings[0].max) = (Some(1.0), Some(0.0));
+    assert_eq!(pointers(crossed), ["/limits/0/min"]);
+    let idle = Asked { sensitivity: [1.0, 0.0].repeat(4), ..good.clone() };
+    assert_eq!(pointers(idle), ["/sensitivity/settings/1"]);
+    let infinite = Asked { sensitivity: [1.0, f64::INFINITY].repeat(4), ..good };
+    assert_eq!(pointers(infinite)[0], "/sensitivity/matrix/0/1");
+}
+
+/// A regularisation that the service refuses is refused here.
+#[test]
+fn the_services_refusals_come_through() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k)]).collect();
+    let asked = Asked::new(vec![1.0; 9], j, settings(2));
+    let damping = Damping::Asked(Regularization::TruncatedSvd { rank: 7 });
+    let error = Correction::new(Asked { damping, ..asked }).unwrap().solve().unwrap_err();
+    assert!(matches!(error, FitError::Invalid(_)));
+}
