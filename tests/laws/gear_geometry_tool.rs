@@ -284,7 +284,7 @@ fn a_pinion_cutter_leaves_the_involute() {
             let Some([x, y]) = motion.contact(&tool) else { continue };
             let radius = x.hypot(y);
             let Some(roll) = gear.roll_length(2.0 * radius) else { continue };
-            if radius < 57.0 || radius > 63.0 {
+            if !(57.0..=63.0).contains(&radius) {
                 continue;
             }
             count += 1;

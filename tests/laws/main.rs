@@ -21,6 +21,7 @@ mod gear_evaluation_classes;
 mod gear_evaluation_surface;
 mod gear_geometry;
 mod gear_geometry_grid;
+mod gear_geometry_tool;
 mod hard;
 mod large;
 mod least_condition;
