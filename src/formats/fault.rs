@@ -21,6 +21,10 @@ pub enum ExportFault {
     NoPlace { at: [f64; 2] },
     #[error("the tolerance {tolerance} is not a length that nodes can be compared by")]
     Tolerance { tolerance: f64 },
+    #[error(
+        "chords come no nearer than {reached:e} to the curve within a million of them and the rounding of its places, not {tolerance:e}"
+    )]
+    Chords { tolerance: f64, reached: f64 },
     #[error("the field {name} has {given} values for {wanted} nodes")]
     FieldLength { name: String, given: usize, wanted: usize },
     #[error("value {index} of the field {name} is not finite")]

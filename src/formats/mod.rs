@@ -1,5 +1,5 @@
 //! Files that other programs read: splines for CAD (IGES, STEP), facets for looking (OBJ, STL, VTK) and nodes with elements for
-//! finite elements (tables, Abaqus, ADINA).
+//! finite elements (tables, Abaqus, ADINA); and files that are read: gear measurements, gear models, points.
 //!
 //! Writers are pure functions from shapes and a [`Label`] to text or bytes: no clock, no file system, the same bytes for the same
 //! input. Lengths are millimetres where a format has a unit. A double is written with the digits that bring back its very bits, and
@@ -9,21 +9,37 @@ mod axis;
 pub mod cad;
 pub mod fault;
 pub mod fe_mesh;
+pub mod file_error;
+pub mod gear_facts;
+pub mod gear_file;
+pub mod gms;
 pub mod iges;
+pub mod klingelnberg;
 pub mod label;
+pub mod note;
 mod number;
 pub mod obj;
+pub mod points;
 mod polar;
 pub mod quad_mesh;
+pub mod rexs;
 pub mod sampling;
+mod source;
 pub mod step;
 pub mod stl;
 mod text;
+pub mod topography;
 pub mod vtk;
 
 pub use cad::{CadShape, NamedShape};
 pub use fault::ExportFault;
+pub use file_error::{FileError, Place};
+pub use gear_facts::{Datum, GearFacts};
+pub use gear_file::GearFile;
 pub use label::{Label, Moment};
+pub use note::{Note, NoteCode, Notes};
 pub use obj::{NamedLine, NamedMesh};
 pub use quad_mesh::{Face, QuadMesh};
 pub use sampling::SurfaceSample;
+pub use source::MOST_BYTES;
+pub use topography::Topography;

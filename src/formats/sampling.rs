@@ -1,20 +1,19 @@
 //! Curves and surfaces at chosen parameters: what facets and elements are made of.
 
+use std::{cmp::Ordering, collections::BinaryHeap};
+
 use super::fault::ExportFault;
 use crate::geometry::{
     curve::Curve,
     space::Vector,
-    surface::{
-        Surface,
-        differential::{self, Differential},
-    },
+    surface::{Surface, differential::Local},
 };
 
 /// More nodes than this are refused for one surface.
 pub const MOST_NODES: usize = 4_000_000;
 
-/// Between two neighbouring breaks of a curve there are at most 2 to this power chords.
-const MOST_HALVINGS: u32 = 12;
+/// Chords of one curve at most.
+const MOST_CHORDS: usize = 1 << 20;
 
 /// A surface at the nodes of a grid of parameters, v running fastest.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,14 +46,12 @@ impl SurfaceSample {
             curvatures: Vec::with_capacity(wanted),
         };
         for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))) {
-            let differential = Differential::at(surface, u, v);
-            let place = differential.map_or_else(|| surface.place(u, v).value, |d| d.point);
-            if !place.iter().all(|x| x.is_finite()) {
+            let Local { point, normal, differential } = Local::at(surface, u, v);
+            if !point.iter().all(|x| x.is_finite()) {
                 return Err(ExportFault::NoPlace { at: [u, v] });
             }
-            sample.nodes.push(place);
-            let normal = differential.map(|d| d.normal).or_else(|| differential::normal(surface, u, v));
-            sample.normals.push(normal.filter(|n| n.iter().all(|x| x.is_finite())));
+            sample.nodes.push(point);
+            sample.normals.push(normal);
             let curvature = differential.map(|d| [d.mean, d.gaussian]);
             sample.curvatures.push(curvature.filter(|c| c.iter().all(|x| x.is_finite())));
         }
@@ -63,6 +60,17 @@ impl SurfaceSample {
 
     /// `intervals` along u and v for every patch between the surface's breaks.
     pub fn by_patches(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, ExportFault> {
+        counted(&[surface], intervals)?;
+        Self::of_counted(surface, intervals)
+    }
+
+    /// The same for surfaces that make one mesh, one sample each; all of their nodes together are counted before the first is made.
+    pub fn of_each(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<Vec<Self>, ExportFault> {
+        counted(surfaces, intervals)?;
+        surfaces.iter().map(|surface| Self::of_counted(*surface, intervals)).collect()
+    }
+
+    fn of_counted(surface: &dyn Surface, intervals: [usize; 2]) -> Result<Self, ExportFault> {
         let [us, vs] = surface.breaks();
         Self::new(surface, &between(&us, intervals[0]), &between(&vs, intervals[1]))
     }
@@ -92,6 +100,17 @@ impl SurfaceSample {
     }
 }
 
+/// Refuses more nodes than [`MOST_NODES`], before there is any list of that length.
+fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<(), ExportFault> {
+    let nodes = |surface: &dyn Surface| {
+        let [us, vs] = surface.breaks().map(|breaks| breaks.len().saturating_sub(1));
+        let along = |pieces: usize, steps: usize| pieces.saturating_mul(steps.max(1)).saturating_add(1);
+        along(us, intervals[0]).saturating_mul(along(vs, intervals[1]))
+    };
+    let wanted = surfaces.iter().fold(0usize, |sum, surface| sum.saturating_add(nodes(*surface)));
+    if wanted > MOST_NODES { Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES }) } else { Ok(()) }
+}
+
 /// `intervals` equal steps (at least one) from each value to the next; the values given are met exactly.
 pub fn between(values: &[f64], intervals: usize) -> Vec<f64> {
     let steps = intervals.max(1);
@@ -106,32 +125,67 @@ pub fn between(values: &[f64], intervals: usize) -> Vec<f64> {
 
 /// Parameters at which chords stay within `tolerance` (mm) of the curve, looked at in three places of each chord.
 ///
-/// Breaks are always among them. Where 12 halvings do not suffice the chords are as short as these make them.
+/// Breaks are always among them. The chord that strays most is halved first; a tolerance that takes more than a million chords, or
+/// lies below the rounding of the places, is refused with what was reached.
 pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, ExportFault> {
     if !(tolerance > 0.0) {
         return Err(ExportFault::Tolerance { tolerance });
     }
     let breaks = curve.breaks();
-    let mut all: Vec<f64> = breaks.first().copied().into_iter().collect();
+    let chord = |a: f64, b: f64| Chord { ends: [a, b], strays: sagitta(curve, a, b) };
+    let mut waiting = BinaryHeap::new();
     for pair in breaks.windows(2) {
-        // the pieces still to be looked at, the leftmost on top
-        let mut waiting = vec![(pair[0], pair[1], 0)];
-        while let Some((a, b, depth)) = waiting.pop() {
-            let middle = a + (b - a) / 2.0;
-            // one halving at least, lest an S look straight
-            if depth == 0 || (depth < MOST_HALVINGS && sagitta(curve, a, b) > tolerance) {
-                waiting.push((middle, b, depth + 1));
-                waiting.push((a, middle, depth + 1));
-            } else {
-                all.push(b);
-            }
-        }
-        if all.len() > MOST_NODES {
-            return Err(ExportFault::TooManyNodes { wanted: all.len(), most: MOST_NODES });
-        }
+        // one halving at least, lest an S look straight
+        let middle = pair[0] + (pair[1] - pair[0]) / 2.0;
+        waiting.extend([chord(pair[0], middle), chord(middle, pair[1])]);
     }
+    if waiting.len() > MOST_CHORDS {
+        return Err(ExportFault::TooManyNodes { wanted: waiting.len(), most: MOST_CHORDS });
+    }
+    while let Some(worst) = waiting.peek().copied().filter(|worst| !(worst.strays <= tolerance)) {
+        let [a, b] = worst.ends;
+        let middle = a + (b - a) / 2.0;
+        if !worst.strays.is_finite() {
+            return Err(ExportFault::NoPlace { at: [middle, 0.0] });
+        }
+        if waiting.len() == MOST_CHORDS || !(a < middle && middle < b) {
+            return Err(ExportFault::Chords { tolerance, reached: worst.strays });
+        }
+        waiting.pop();
+        waiting.extend([chord(a, middle), chord(middle, b)]);
+    }
+    let mut all: Vec<f64> = waiting.into_iter().map(|chord| chord.ends[0]).chain(breaks.last().copied()).collect();
+    all.sort_by(f64::total_cmp);
     Ok(all)
 }
+
+/// A chord and how far the curve strays from it; the one that it strays from most is the greatest.
+#[derive(Clone, Copy, Debug)]
+struct Chord {
+    ends: [f64; 2],
+    strays: f64,
+}
+
+impl Ord for Chord {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // alike: the place decides, so that the order is always the same
+        self.strays.total_cmp(&other.strays).then(self.ends[0].total_cmp(&other.ends[0]))
+    }
+}
+
+impl PartialOrd for Chord {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Chord {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Chord {}
 
 /// How far the curve over [a, b] strays from its chord.
 fn sagitta(curve: &dyn Curve, a: f64, b: f64) -> f64 {
@@ -191,6 +245,17 @@ mod tests {
             SurfaceSample::by_patches(&surface, [MOST_NODES, 1]),
             Err(ExportFault::TooManyNodes { wanted: 2 * (MOST_NODES + 1), most: MOST_NODES })
         );
+        // refused before any list of that length is made
+        for intervals in [[10_000_000_000, 1], [1 << 62, 2], [usize::MAX; 2]] {
+            let refused = SurfaceSample::by_patches(&surface, intervals);
+            assert!(matches!(refused, Err(ExportFault::TooManyNodes { .. })), "{intervals:?}");
+        }
+        // all patches of a mesh count together
+        let patches: [&dyn Surface; 5] = [&surface; 5];
+        let wanted = 5 * 1001 * 1001;
+        let refused = SurfaceSample::of_each(&patches, [1000, 1000]);
+        assert_eq!(refused, Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES }));
+        assert_eq!(SurfaceSample::of_each(&patches, [2, 3]).unwrap().len(), 5);
     }
 
     #[test]
@@ -205,8 +270,12 @@ mod tests {
             assert!(10.0 - ((pair[0] + pair[1]) / 2.0).norm() < 1.01e-3);
         }
         assert_eq!(curve_parameters(&arc, 0.0), Err(ExportFault::Tolerance { tolerance: 0.0 }));
-        // a tolerance below rounding ends all the same
-        assert_eq!(curve_parameters(&arc, 1e-30).unwrap().len(), 4097);
+        // 2.05e-8 was reached where no more than 12 halvings were made
+        let fine = curve_nodes(&arc, &curve_parameters(&arc, 1e-10).unwrap()).unwrap();
+        assert!(fine.windows(2).all(|pair| 10.0 - ((pair[0] + pair[1]) / 2.0).norm() < 1.01e-10));
+        // a tolerance below rounding is refused, in bounded time
+        let Err(ExportFault::Chords { tolerance, reached }) = curve_parameters(&arc, 1e-30) else { panic!() };
+        assert!(tolerance == 1e-30 && reached > 1e-30 && reached < 1e-10, "{reached}");
     }
 
     #[test]

@@ -10,12 +10,14 @@
 
 pub mod correction;
 pub mod data;
+pub mod deviation;
 pub mod evaluation;
 pub mod flank_grid;
 pub mod generation;
 pub mod geometry;
 pub mod involute;
 pub mod modification;
+pub mod registration;
 pub mod simulation;
 pub mod tolerance;
 pub mod trace;

@@ -181,6 +181,16 @@ fn settings_that_cannot_be_told_apart_are_named() {
     for (f, l) in solution.fit.regularization.filter_factors.iter().zip(&solution.fit.spectrum.eigenvalues) {
         assert!(f / l.sqrt() <= trust.gain * (1.0 + 1e-12));
     }
+    // the bounds hold what was taken away, and a smaller r makes them smaller
+    for (setting, coefficient) in solution.settings.iter().zip(&solution.fit.coefficients) {
+        let taken = (setting.change - coefficient.least_squares).abs();
+        assert!(taken <= setting.bias_bound.unwrap() * (1.0 + 1e-9), "{taken} {:?}", setting.bias_bound);
+    }
+    let known = Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone());
+    let known = solve(Asked { noise_sigma: Some(0.3), coefficient_norm_limit: Some(300.0), ..known });
+    for (small, large) in known.settings.iter().zip(&solution.settings) {
+        assert!(small.change == large.change && small.bias_bound.unwrap() <= large.bias_bound.unwrap());
+    }
     let plain = of(Damping::Asked(Regularization::None));
     assert!(plain.warnings.iter().any(|w| w.code == "undamped_correction"));
     assert!(changes(&plain)[5].abs() > 1e3 && changes(&solution).iter().all(|x| x.abs() < 100.0));
@@ -228,6 +238,22 @@ fn limits_settle_for_nearly_collinear_settings() {
     }
 }
 
+/// Forty settings, most of them at narrow limits.
+#[test]
+fn many_settings_at_their_limits_settle() {
+    let place = |k: usize, j: usize| ((k * 37 + j * 101 + k * j * 13) % 97) as f64 / 48.0 - 1.0;
+    let j: Vec<f64> = (0..120).flat_map(|k| (0..40).map(move |j| place(k, j))).collect();
+    let deviation = times(&j, &(0..40).map(|j| f64::from(j) - 19.5).collect::<Vec<f64>>());
+    let mut asked = Asked::new(deviation, j, settings(40));
+    for setting in &mut asked.settings {
+        (setting.min, setting.max) = (Some(-5.0), Some(5.0));
+    }
+    let solution = solve(asked);
+    let limited = solution.settings.iter().filter(|s| s.limited.is_some()).count();
+    assert!(limited >= 20 && solution.settings.iter().all(|s| s.change.abs() <= 5.0), "{limited}");
+    assert!(solution.predicted.rms < solution.predicted.rms_before);
+}
+
 /// Every setting at a limit is an answer as well.
 #[test]
 fn all_settings_may_be_at_their_limits() {
@@ -250,6 +276,7 @@ fn faults_are_named_by_their_place() {
     assert_eq!(pointers(Asked { weight: Some(vec![1.0, -1.0, 1.0, 1.0]), ..good.clone() }), ["/weight/1"]);
     assert_eq!(pointers(Asked { target: Some(vec![1.0]), ..good.clone() }), ["/target_um"]);
     assert_eq!(pointers(Asked { noise_sigma: Some(0.0), ..good.clone() }), ["/noise_sigma_um"]);
+    assert_eq!(pointers(Asked { coefficient_norm_limit: Some(-1.0), ..good.clone() }), ["/coefficient_norm_limit"]);
     assert_eq!(pointers(Asked { response_uncertainty: f64::NAN, ..good.clone() }), ["/response_uncertainty"]);
     assert_eq!(pointers(Asked { deviation: vec![f64::NAN; 4], ..good.clone() }), ["/deviation_um"]);
     let mut twice = good.clone();

@@ -1,7 +1,7 @@
 //! The closed loop: plain least squares lets settings run away that λ* holds.
 
 use flankfit::gear::correction::machine::{FlankNode, Machine, Ranges};
-use flankfit::gear::correction::{DEFAULT_RESPONSE_UNCERTAINTY, Setting};
+use flankfit::gear::correction::{DEFAULT_RESPONSE_UNCERTAINTY, Setting, Verdict};
 use flankfit::gear::simulation::{Asked, Run, Simulation, Strategy, case, run};
 use flankfit::gear::{Gear, GearData, Hand, Side};
 
@@ -58,7 +58,10 @@ fn the_case_is_as_ill_conditioned_as_it_says() {
     assert!((5e10..5e11).contains(&condition), "{condition:e}");
     assert_eq!((run.rounds.len(), run.rounds[0].measured.len()), (2, 45));
     assert_eq!(run.rounds[0].measured.iter().filter(|d| d.is_nan()).count(), 4);
-    assert!(run.rounds[1].solution.is_none());
+    assert!(run.rounds[1].solution.is_none() && run.rounds[0].answer.is_none());
+    let answer = run.rounds[1].answer.as_ref().unwrap();
+    assert_eq!(answer.verdict, Verdict::AsPredicted, "{}", answer.sentence);
+    assert!(flankfit::gear::simulation::run(&case::ill_conditioned(0), &Strategy::uncertainty(), 0.01, 21).is_err());
 }
 
 /// Eight settings of which two are nearly mixtures, in very different units; settings of both kinds off.
@@ -143,22 +146,7 @@ fn a_grinding_machine_is_brought_down() {
             }
         }
         let sensitivity = machine.sensitivity(&gear, &nodes, Ranges { profile, helix }).unwrap();
-        let columns = sensitivity.settings.len();
-        let setting_error: Vec<f64> = (0..columns)
-            .map(|j| {
-                let square: f64 = sensitivity.matrix.iter().skip(j).step_by(columns).map(|x| x * x).sum();
-                6.0 / (square / nodes.len() as f64).sqrt()
-            })
-            .collect();
-        let asked = |seed| Asked {
-            seed,
-            sensitivity: sensitivity.matrix.clone(),
-            settings: sensitivity.settings.clone(),
-            setting_error: setting_error.clone(),
-            response_noise: 0.01,
-            probe_noise: 0.3,
-            missing: 0.1,
-        };
+        let asked = |seed| case::off_by(seed, sensitivity.clone(), 6.0);
         let runs = runs(asked, &Strategy::uncertainty(), DEFAULT_RESPONSE_UNCERTAINTY, 3, 40);
         assert!(median(&runs, 0) > 8.0);
         for round in 2..=3 {
@@ -197,4 +185,19 @@ fn steps_and_runs_agree() {
     let refused = Simulation::new(Asked { missing: 1.0, setting_error: vec![-1.0; 6], ..case::ill_conditioned(0) });
     let pointers: Vec<String> = refused.unwrap_err().list().iter().map(|f| f.pointer.clone()).collect();
     assert_eq!((pointers[0].as_str(), pointers.last().unwrap().as_str()), ("/setting_error/0", "/missing"));
+}
+
+/// Every way to correct runs, under a name of its own.
+#[test]
+fn every_strategy_runs() {
+    let all = Strategy::all();
+    let mut names: Vec<&str> = all.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names[..2], ["spectral_uncertainty", "least_squares"]);
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), all.len());
+    for strategy in &all {
+        let run = run(&case::ill_conditioned(2), strategy, 0.02, 2).unwrap();
+        assert!(run.strategy == strategy.name && run.rounds.iter().all(|round| round.true_rms.is_finite()));
+    }
 }

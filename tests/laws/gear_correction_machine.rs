@@ -223,14 +223,13 @@ fn one_flank_cannot_tell_offset_from_thickness() {
 fn impossible_nodes_and_ranges_have_their_places() {
     let gear = &gears()[0];
     let (mut nodes, ranges) = nodes(gear);
-    nodes[3].roll_length = 0.0;
+    nodes[3].roll_length = -1.0;
     nodes[4].z = f64::NAN;
     let backwards = Ranges { helix: [5.0, 5.0], ..ranges };
     let faults = Machine::FormGrinding.sensitivity(gear, &nodes, backwards).unwrap_err();
     let pointers: Vec<&str> = faults.list().iter().map(|f| f.pointer.as_str()).collect();
     assert_eq!(pointers, ["/ranges/helix", "/nodes/3/roll_length", "/nodes/4/z"]);
-    nodes[3].roll_length = 1e-4;
-    nodes[4].z = 0.0;
-    let faults = Machine::FormGrinding.sensitivity(gear, &nodes, ranges).unwrap_err();
-    assert_eq!(faults.list()[0].pointer, "/nodes/3/roll_length");
+    // the base circle is a place on the involute
+    (nodes[3].roll_length, nodes[4].z) = (0.0, 0.0);
+    assert!(Machine::FormGrinding.sensitivity(gear, &nodes, ranges).unwrap().matrix.iter().all(|x| x.is_finite()));
 }

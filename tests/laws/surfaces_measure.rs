@@ -1,5 +1,6 @@
 //! Laws of what is measured on surfaces: closest points against dense sampling, areas of known bodies.
 
+use crate::oracle::random::Random;
 use crate::surfaces::{boundary_curves, revolved, vector};
 use flankfit::geometry::{
     BSplineBasis,
@@ -89,6 +90,33 @@ proptest! {
         prop_assert!((found.signed_distance.unwrap() - lift).abs() < 1e-14);
         prop_assert!((found.parameters[0] - s).abs() < 1e-13 && (found.parameters[1] - t).abs() < 1e-13);
         prop_assert!(found.is_orthogonal || lift.abs() < 1e-9);
+    }
+}
+
+/// Heights that jump by several times the distance of the control points: many feet, the nearest of them in a narrow valley.
+#[test]
+fn the_nearest_of_many_feet_on_rough_heights() {
+    let mut random = Random::new(4711);
+    for size in [1.0, 4.0, 12.0] {
+        let bases = [(12, 10.0), (9, 6.0)].map(|(n, high)| BSplineBasis::uniform(3, n - 3, 0.0, high).unwrap());
+        let heights = (0..108).map(|_| Vector::new(size * random.normal(), 0.0, 0.0)).collect();
+        let surface = BSplineSurface::new(bases, Dimension::Graph, heights, None).unwrap();
+        let places: Vec<Vector> = (0..=240)
+            .flat_map(|i| (0..=180).map(move |j| (f64::from(i) / 24.0, f64::from(j) / 30.0)))
+            .map(|(u, v)| surface.place(u, v).value)
+            .collect();
+        let nodes: Vec<Vector> = (0..1000)
+            .map(|_| {
+                let [a, b, c] = [0; 3].map(|_| random.unit());
+                Vector::new(12.0 * a - 1.0, 8.0 * b - 1.0, 3.0 * size * (c - 0.5))
+            })
+            .collect();
+        for (node, found) in nodes.iter().zip(ClosestPoint::on(&surface).to_each(&nodes)) {
+            let nearest = places.iter().map(|p| (p - node).norm_squared()).fold(f64::INFINITY, f64::min).sqrt();
+            assert!(found.distance <= nearest * (1.0 + 1e-9), "{size} {node:?}: {found:?} {nearest}");
+            let at = surface.place(found.parameters[0], found.parameters[1]).value;
+            assert!((at - found.point).norm() < 1e-14 * (1.0 + at.norm()));
+        }
     }
 }
 

@@ -201,24 +201,20 @@ fn write_surface(
     asked: &Asked,
     label: &Label,
 ) -> Result<Written, ExportFault> {
-    let extent = || surface_extent(shape);
-    let tolerance = || asked.tolerance.unwrap_or_else(|| 1e-6 * extent());
+    // once: it looks at all of the surface
+    let tolerance = asked.tolerance.unwrap_or_else(|| 1e-6 * surface_extent(shape));
     let mesh = || {
-        let samples: Vec<SurfaceSample> = match shape {
-            SurfaceShape::Patchwork(work) => work
-                .patches()
-                .iter()
-                .map(|patch| SurfaceSample::by_patches(patch, asked.samples))
-                .collect::<Result<_, _>>()?,
-            single => vec![SurfaceSample::by_patches(single, asked.samples)?],
+        let patches: Vec<&dyn Surface> = match shape {
+            SurfaceShape::Patchwork(work) => work.patches().iter().map(SurfaceShape::surface).collect(),
+            single => vec![single.surface()],
         };
-        QuadMesh::joined(&samples, tolerance())
+        QuadMesh::joined(&SurfaceSample::of_each(&patches, asked.samples)?, tolerance)
     };
     Ok(match format {
         SurfaceFormatName::Iges | SurfaceFormatName::Step => {
-            let parts = shape.to_b_splines(tolerance());
-            if let Some(part) = parts.iter().find(|part| part.deviation > tolerance()) {
-                return Err(ExportFault::Deviation { deviation: part.deviation, tolerance: tolerance() });
+            let parts = shape.to_b_splines(tolerance);
+            if let Some(part) = parts.iter().find(|part| part.deviation > tolerance) {
+                return Err(ExportFault::Deviation { deviation: part.deviation, tolerance });
             }
             let shapes: Vec<_> =
                 parts.iter().map(|part| NamedShape { name, shape: CadShape::Surface(&part.surface) }).collect();
@@ -275,10 +271,12 @@ fn file_name(name: &str, ending: &str) -> String {
 fn refused(pointer: &'static str) -> impl Fn(ExportFault) -> Problem {
     move |fault| {
         let pointer = match &fault {
-            ExportFault::TooManyNodes { .. } | ExportFault::TooLong { .. } if pointer == "/surface" => "/samples",
-            ExportFault::Tolerance { .. } | ExportFault::TooManyNodes { .. } | ExportFault::Deviation { .. } => {
-                "/tolerance"
-            }
+            ExportFault::TooManyNodes { .. } if pointer == "/surface" => "/samples/0",
+            ExportFault::TooLong { .. } if pointer == "/surface" => "/samples",
+            ExportFault::Tolerance { .. }
+            | ExportFault::TooManyNodes { .. }
+            | ExportFault::Chords { .. }
+            | ExportFault::Deviation { .. } => "/tolerance",
             _ => pointer,
         };
         Problem::invalid(Faults::one(pointer, fault.to_string()))
@@ -292,8 +290,15 @@ fn curve_extent(curve: &CurveShape) -> f64 {
 }
 
 fn surface_extent(surface: &SurfaceShape) -> f64 {
-    let [us, vs] = surface.breaks().map(|breaks| sampling::between(&breaks, 4));
-    extent(us.iter().flat_map(|u| vs.iter().map(move |v| surface.place(*u, *v).value)))
+    // patch by patch: the lines of one are no lines of the others
+    let patches = match surface {
+        SurfaceShape::Patchwork(work) => work.patches(),
+        single => std::slice::from_ref(single),
+    };
+    extent(patches.iter().flat_map(|patch| {
+        let [us, vs] = patch.breaks().map(|breaks| sampling::between(&breaks, 4));
+        us.into_iter().flat_map(move |u| vs.clone().into_iter().map(move |v| patch.place(u, v).value))
+    }))
 }
 
 fn extent(points: impl Iterator<Item = crate::geometry::space::Vector>) -> f64 {

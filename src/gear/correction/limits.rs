@@ -4,8 +4,8 @@
 //! over, they keep their own limits, and every setting at a limit, freed while the others stay, would be driven past it again. For plain least
 //! squares the last is the condition of Karush, Kuhn and Tucker (a freed setting moves against the sign of its multiplier), so that the
 //! answer is the minimum within the limits; for regularised fits it says the same with each fit's own λ*. Each round moves from a
-//! point within the limits towards the fit of the free settings and stops at the first limit in the way, or frees the setting that would come
-//! back furthest (Lawson and Hanson; Stark and Parker). Rounds are bounded, and where regularised fits do not settle the best
+//! point within the limits towards the fit of the free settings and stops at the first limit in the way, or frees a setting that would come
+//! back (Lawson and Hanson; Stark and Parker). Rounds are bounded, and where regularised fits do not settle the best
 //! point seen is answered, which the answer says.
 
 use super::{
@@ -57,6 +57,7 @@ pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) 
     let spec = FitSpec {
         scaling: asked.scaling,
         noise_sigma: asked.noise_sigma,
+        coefficient_norm_limit: asked.coefficient_norm_limit,
         include: asked.include,
         ..FitSpec::new(Model::Linear)
     };
@@ -115,7 +116,8 @@ pub(super) fn within(correction: &Correction, unlimited: &[f64]) -> Result<Stand
     // nothing changed is where to start from, or as near to it as the limits allow
     let mut point: Vec<f64> = (0..n).map(|j| 0f64.max(low(j)).min(high(j))).collect();
     let mut at: Vec<Option<Limit>> = vec![None; n];
-    let (mut seen, mut best): (Vec<Vec<Option<Limit>>>, Option<(f64, Standing)>) = (Vec::new(), None);
+    let mut seen: Vec<Vec<Option<Limit>>> = Vec::new();
+    let mut best: Option<(f64, Standing)> = None;
     let mut goal = unlimited.to_vec();
     let mut fitted = None;
     for _ in 0..ROUNDS * n + ROUNDS {
@@ -173,39 +175,59 @@ pub(super) fn within(correction: &Correction, unlimited: &[f64]) -> Result<Stand
     }
 }
 
-/// The setting at a limit that, freed, would come back inside by most of its own way.
+/// A setting at a limit that, freed, would come back inside. Those that the remaining deviations pull inwards most are asked first; for plain
+/// least squares the first of them does come back.
 fn coming_back(correction: &Correction, at: &[Option<Limit>], point: &[f64]) -> Result<Option<usize>, FitError> {
-    let mut most: Option<(f64, usize)> = None;
-    for (j, limit) in at.iter().enumerate() {
-        let Some(limit) = limit else { continue };
+    let mut pulls: Vec<(f64, usize, Limit)> = pull(correction, point)
+        .into_iter()
+        .enumerate()
+        .filter_map(|(j, pull)| match at[j]? {
+            Limit::Min => Some((pull, j, Limit::Min)),
+            Limit::Max => Some((-pull, j, Limit::Max)),
+        })
+        .collect();
+    pulls.sort_by(|a, b| b.0.total_cmp(&a.0));
+    for (_, j, limit) in pulls {
         let free: Vec<usize> = (0..at.len()).filter(|&i| i == j || at[i].is_none()).collect();
         let fitted = fit_free(correction, &free, point)?;
-        let Some(value) = free.iter().position(|&i| i == j).map(|i| fitted.result.coefficients[i].value) else {
-            continue;
-        };
+        let value =
+            free.iter().zip(&fitted.result.coefficients).find(|(i, _)| **i == j).map_or(point[j], |(_, c)| c.value);
         let inward = match limit {
             Limit::Min => value - point[j],
             Limit::Max => point[j] - value,
         };
-        let share = inward / value.abs().max(point[j].abs());
-        if share > TOLERANCE && most.is_none_or(|(largest, _)| share > largest) {
-            most = Some((share, j));
+        if inward > TOLERANCE * value.abs().max(point[j].abs()) {
+            return Ok(Some(j));
         }
     }
-    Ok(most.map(|(_, j)| j))
+    Ok(None)
+}
+
+/// How much the remaining deviations ask for more of each setting: −Jᵀ W (d + JΔ − t), for columns of length 1.
+fn pull(correction: &Correction, change: &[f64]) -> Vec<f64> {
+    let n = change.len();
+    let (mut sums, mut squares) = (vec![0.0; n], vec![0.0; n]);
+    for &k in correction.counted() {
+        let (row, w) = (correction.row(k), correction.weight(k));
+        let left = left_at(correction, k, change);
+        for j in 0..n {
+            sums[j] -= w * row[j] * left;
+            squares[j] += w * row[j] * row[j];
+        }
+    }
+    sums.iter().zip(&squares).map(|(sum, square)| sum / square.sqrt()).collect()
+}
+
+/// d + JΔ − t at a node.
+fn left_at(correction: &Correction, k: usize, change: &[f64]) -> f64 {
+    let moved: f64 = correction.row(k).iter().zip(change).map(|(j, c)| j * c).sum();
+    correction.asked().deviation[k] + moved - correction.target(k)
 }
 
 /// Σ w (d + JΔ − t)².
-pub(super) fn remaining(correction: &Correction, change: &[f64]) -> f64 {
-    correction
-        .counted()
-        .iter()
-        .map(|&k| {
-            let moved: f64 = correction.row(k).iter().zip(change).map(|(j, c)| j * c).sum();
-            let left = correction.asked().deviation[k] + moved - correction.target(k);
-            correction.weight(k) * left * left
-        })
-        .sum()
+fn remaining(correction: &Correction, change: &[f64]) -> f64 {
+    let square = |k: &usize| correction.weight(*k) * left_at(correction, *k, change).powi(2);
+    correction.counted().iter().map(square).sum()
 }
 
 /// What the answer says when fits with different settings at limits contradict each other.

@@ -1,22 +1,21 @@
 //! Sensitivities of machines that grind cylindrical gears: what one unit of each setting does to the flank.
 //!
 //! A column holds, for each node, the deviation along the normal of the nominal flank (µm, + = material left standing) after one unit more of
-//! the setting. Profile angles are central differences of the nominal generator: the flank of a gear with another pressure angle against
-//! the nominal one. The other settings move or bend the generated flank by what is linear in them, so their derivatives are
-//! exact: a motion with the velocity w at the node leaves `w · n`.
+//! the setting: the derivative of the nominal generator by that setting at a fixed node. All of them are exact: a flank that moves with
+//! the velocity w at the node stands out by `w · n`, and a flank of other gear data turns about the axis by what ψ, inv and r_b change.
 //!
 //! With `u = −1…1` over the evaluated roll lengths and `v = −1…1` over the evaluated z, s = ±1 on left and right flanks:
 //!
-//! | setting | unit | both | deviation for one unit more |
+//! | setting | unit | machine | deviation for one unit more |
 //! |---|---|---|---|
-//! | `profile_angle` | ′ | yes | tool's normal pressure angle: difference of generated flanks; on spur gears `−tan α (L − L_0)` for each rad, about −0.106 µm for each ′ and mm at 20° |
-//! | `helix_angle` | ′ | yes | helix angle made, turning about the middle of the evaluated z: `s h (z − z_m) cos α_n / cos β` for each rad, h = ±1 for right and left hand |
-//! | `profile_crowning` | µm | yes | `−u²` |
-//! | `lead_crowning` | µm | yes | form grinding `−v²`; generating grinding `−v_t²`, see below |
+//! | `profile_angle` | ′ | both | tool's normal pressure angle, for each rad `cos β_b (2 x r_b / (z cos² α_n) − τ tan α_t (dα_t/dα_n) (L − L_0))`: about −0.106 µm for each ′ and mm of roll length at 20° |
+//! | `helix_angle` | ′ | both | helix angle made, turning about the middle of the evaluated z: `s h (z − z_m) cos α_n / cos β` for each rad, h = ±1 for right and left hand |
+//! | `profile_crowning` | µm | both | `−u²` |
+//! | `lead_crowning` | µm | both | form grinding `−v²`; generating grinding `−v_t²`, see below |
 //! | `twist` | µm | generating | `uv/4`: the twist 4c_uv of the second-order surface grows by 1 µm |
-//! | `tooth_thickness` | µm | yes | normal tooth thickness on the reference cylinder: `½ cos α_n` on both flanks |
+//! | `tooth_thickness` | µm | both | normal tooth thickness on the reference cylinder: `½ cos α_n` on both flanks |
 //! | `infeed` | µm | form | wheel moved away from the gear's axis: the gap moves outwards as it is |
-//! | `tool_axis_offset` | µm | yes | tool moved to the left (−x) in the gap that it is in (generating: in the pitch plane, across its teeth, `s cos α_n`): left flanks keep what right flanks lose |
+//! | `tool_axis_offset` | µm | both | tool moved to the left (−x) in the gap that it is in (generating: in the pitch plane, across its teeth, `s cos α_n`): left flanks keep what right flanks lose |
 //!
 //! **Generating grinding.** The worm rolls with the gear as a rack does, so moving it along or across the pitch plane moves each flank along
 //! its normal by the same amount everywhere: the tooth thickness *is* the infeed (`½ cos α_n` for one µm of thickness), and there is no setting
@@ -41,8 +40,6 @@ use crate::{
 
 /// One arc-minute, rad.
 const MINUTE: f64 = std::f64::consts::PI / 10_800.0;
-/// Half the step of central differences, rad: the cube root of the rounding of a length, so that truncation and rounding are alike small.
-const STEP: f64 = 1e-5;
 /// µm in a mm.
 const MICRO: f64 = 1e3;
 
@@ -136,57 +133,24 @@ impl Machine {
         self.kinds().map(Kind::setting).to_vec()
     }
 
-    /// J at the nodes. Faults point into `{gear, nodes, ranges}`: ranges without length, nodes that are no places on an involute, a gear that
-    /// does not exist with a slightly other pressure angle.
+    /// J at the nodes. Faults point into `{gear, nodes, ranges}`: ranges without length, nodes that are no places on an involute.
     pub fn sensitivity(self, gear: &Gear, nodes: &[FlankNode], ranges: Ranges) -> Result<Sensitivity, Faults> {
         check(nodes, ranges)?;
-        let made = Made::new(self, gear, ranges)?;
+        let made = Made { machine: self, gear, ranges };
         let kinds = self.kinds();
-        let mut matrix = Vec::with_capacity(nodes.len() * kinds.len());
-        let mut faults = Faults::default();
-        for (k, node) in nodes.iter().enumerate() {
-            for kind in kinds {
-                let entry = made.deviation(kind, *node);
-                if !entry.is_finite() {
-                    let detail = format!(
-                        "roll length {} mm lies on the base circle of the flank with another pressure angle, where it ends",
-                        Shown(node.roll_length)
-                    );
-                    faults.push(format!("/nodes/{k}/roll_length"), detail);
-                    break;
-                }
-                matrix.push(entry);
-            }
-        }
-        faults.into_result(Sensitivity { settings: self.settings(), matrix })
+        let matrix = nodes.iter().flat_map(|node| kinds.map(|kind| made.deviation(kind, *node))).collect();
+        Ok(Sensitivity { settings: self.settings(), matrix })
     }
 }
 
-/// A gear with the neighbours that differences need.
+/// A gear on its machine.
 struct Made<'a> {
     machine: Machine,
     gear: &'a Gear,
     ranges: Ranges,
-    /// With a pressure angle smaller and greater by [`STEP`].
-    neighbours: [Gear; 2],
 }
 
-impl<'a> Made<'a> {
-    fn new(machine: Machine, gear: &'a Gear, ranges: Ranges) -> Result<Self, Faults> {
-        let with = |step: f64| {
-            let mut data = gear.data().clone();
-            data.pressure_angle += step;
-            // the circles stay where they are; they take no part in the flank
-            (data.tip_diameter, data.root_diameter) = (Some(2.0 * gear.tip_radius()), Some(2.0 * gear.root_radius()));
-            Gear::new(data).map_err(|faults| {
-                let mut pointed = Faults::default();
-                faults.list().iter().for_each(|f| pointed.push(format!("/gear{}", f.pointer), f.detail.clone()));
-                pointed
-            })
-        };
-        Ok(Made { machine, gear, ranges, neighbours: [with(-STEP)?, with(STEP)?] })
-    }
-
+impl Made<'_> {
     /// Deviation for one unit of a setting, µm.
     fn deviation(&self, kind: Kind, node: FlankNode) -> f64 {
         let gear = self.gear;
@@ -195,10 +159,7 @@ impl<'a> Made<'a> {
         let (u, v) = (along(node.roll_length, self.ranges.profile), along(node.z, self.ranges.helix));
         let sign = node.side.sign();
         match kind {
-            Kind::ProfileAngle => {
-                let [less, more] = self.neighbours.each_ref().map(|gear| self.stands_out(gear, node));
-                MICRO * MINUTE * (more - less) / (2.0 * STEP)
-            }
+            Kind::ProfileAngle => MICRO * MINUTE * self.pressure_angle(node),
             Kind::HelixAngle => {
                 // d(tan β)/dβ = 1/cos²β; a turn by θ moves the flank by s θ r_b cos β_b along its normal
                 let turn = gear.hand() * MINUTE / (gear.data().helix_angle.cos().powi(2) * gear.reference_radius());
@@ -220,23 +181,28 @@ impl<'a> Made<'a> {
         }
     }
 
-    /// By how much the flank of `made` stands out at a node of the nominal one, mm along the nominal normal, to first order.
-    fn stands_out(&self, made: &Gear, node: FlankNode) -> f64 {
-        let place = Flank::new(self.gear, node.side).at(node.roll_length, node.z);
-        let (x, y) = (place.point.x, place.point.y);
-        let Some(roll_length) = made.roll_length(2.0 * x.hypot(y)) else { return f64::NAN };
-        let other = Flank::new(made, node.side).at(roll_length, node.z);
-        // both on the same circle: the angle between them, counterclockwise from the node
-        let turned = (x * other.point.y - y * other.point.x).atan2(x * other.point.x + y * other.point.y);
-        node.side.sign() * turned * made.base_radius() * made.base_helix_angle().cos()
+    /// How far a flank stands out for each rad more of the normal pressure angle, mm. At a fixed radius inv α changes with the base radius by
+    /// −L / r_b², so that base circle and start of the involute together leave a straight line over the roll length.
+    fn pressure_angle(&self, node: FlankNode) -> f64 {
+        let (gear, data) = (self.gear, self.gear.data());
+        let transverse = gear.transverse_pressure_angle();
+        let square = data.pressure_angle.cos().powi(2);
+        let more_transverse = transverse.cos().powi(2) / (data.helix_angle.cos() * square);
+        let thicker = gear.base_radius() * 2.0 * data.profile_shift / (gear.teeth() * square);
+        let steeper = gear.outward() * transverse.tan() * more_transverse * (node.roll_length - self.reference_roll());
+        gear.base_helix_angle().cos() * (thicker - steeper)
+    }
+
+    /// L_0.
+    fn reference_roll(&self) -> f64 {
+        self.gear.base_radius() * self.gear.transverse_pressure_angle().tan()
     }
 
     /// Where a worm is when it makes a node.
     fn tool_position(&self, node: FlankNode) -> f64 {
         let gear = self.gear;
-        let square = (gear.reference_radius() - gear.base_radius()) * (gear.reference_radius() + gear.base_radius());
         let sense = node.side.sign() * gear.outward();
-        node.z + sense * gear.hand() * (node.roll_length - square.sqrt()) * gear.base_helix_angle().tan()
+        node.z + sense * gear.hand() * (node.roll_length - self.reference_roll()) * gear.base_helix_angle().tan()
     }
 
     /// Deviation when the gap beside a flank moves by (x, y) in its section, its middle pointing up.
@@ -263,8 +229,8 @@ fn check(nodes: &[FlankNode], ranges: Ranges) -> Result<(), Faults> {
         faults.push("/nodes", format!("{}; at least one is needed", counted(0, "node", "nodes")));
     }
     for (k, node) in nodes.iter().enumerate() {
-        if !(node.roll_length > 0.0 && node.roll_length <= 1e6) {
-            let detail = format!("{} is not a roll length above 0 mm", Shown(node.roll_length));
+        if !(0.0..=1e6).contains(&node.roll_length) {
+            let detail = format!("{} is not a roll length of at least 0 mm", Shown(node.roll_length));
             faults.push(format!("/nodes/{k}/roll_length"), detail);
         }
         if !(node.z.abs() <= 1e6) {

@@ -8,9 +8,9 @@ use crate::estimation::{
 };
 
 /// Most settings of a machine.
-pub const MOST_SETTINGS: usize = 100;
+pub const MOST_SETTINGS: usize = 64;
 /// Most entries of a sensitivity matrix.
-pub const MOST_ENTRIES: usize = 20_000_000;
+pub const MOST_ENTRIES: usize = 2_000_000;
 
 /// One setting of the machine.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +47,9 @@ pub struct Asked {
     pub scaling: Scaling,
     /// Standard deviation of a measured deviation of weight 1, µm; by default that of the residuals.
     pub noise_sigma: Option<f64>,
+    /// r of the bias bounds, in the scaled columns (µm of a whole column); by default the norm of the least-squares estimate, which settings
+    /// that cannot be told apart make very large.
+    pub coefficient_norm_limit: Option<f64>,
     /// η, standard uncertainty of an entry of J relative to the entry.
     pub response_uncertainty: f64,
     pub include: Include,
@@ -64,6 +67,7 @@ impl Asked {
             damping: Damping::default(),
             scaling: Scaling::UnitLength,
             noise_sigma: None,
+            coefficient_norm_limit: None,
             response_uncertainty: DEFAULT_RESPONSE_UNCERTAINTY,
             include: Include::default(),
         }
@@ -80,7 +84,8 @@ pub struct Correction {
 
 impl Correction {
     /// Checks everything. Faults point into an object `{deviation_um, weight, target_um, sensitivity: {settings, matrix}, limits,
-    /// noise_sigma_um, response_uncertainty}`.
+    /// noise_sigma_um,
+    /// coefficient_norm_limit, response_uncertainty}`.
     pub fn new(asked: Asked) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         check_settings(&asked.settings, &mut faults);
@@ -117,6 +122,11 @@ impl Correction {
             && !(sigma.is_finite() && sigma > 0.0)
         {
             faults.push("/noise_sigma_um", format!("{} is not a finite number above 0", Shown(sigma)));
+        }
+        if let Some(limit) = asked.coefficient_norm_limit
+            && !(limit.is_finite() && limit > 0.0)
+        {
+            faults.push("/coefficient_norm_limit", format!("{} is not a finite number above 0", Shown(limit)));
         }
         if !(0.0..=1.0).contains(&asked.response_uncertainty) {
             let detail = format!("{} is not a share between 0 and 1", Shown(asked.response_uncertainty));

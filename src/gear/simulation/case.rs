@@ -1,6 +1,7 @@
-//! The case that shows what λ* is for: settings of which one is nearly a mixture of two others.
+//! Machines to simulate: the case that shows what λ* is for, and any sensitivity with settings off by a given size.
 
 use super::{Asked, Setting};
+use crate::gear::correction::machine::Sensitivity;
 
 /// Nodes along the profile and along the helix.
 pub const GRID: [usize; 2] = [5, 9];
@@ -38,4 +39,18 @@ pub fn ill_conditioned(seed: u64) -> Asked {
         probe_noise: 0.3,
         missing: 0.1,
     }
+}
+
+/// A machine with the sensitivity of `known` whose settings are off so that each alone deviates by `size` µm RMS over the nodes (standard deviation);
+/// a setting that changes no node is not off. Response, noise and misses as in [`ill_conditioned`].
+pub fn off_by(seed: u64, known: Sensitivity, size: f64) -> Asked {
+    let columns = known.settings.len().max(1);
+    let rows = (known.matrix.len() / columns) as f64;
+    let error = |j: usize| {
+        let square: f64 = known.matrix.iter().skip(j).step_by(columns).map(|x| x * x).sum();
+        if square > 0.0 { size / (square / rows).sqrt() } else { 0.0 }
+    };
+    let setting_error = (0..known.settings.len()).map(error).collect();
+    let Sensitivity { settings, matrix } = known;
+    Asked { seed, sensitivity: matrix, settings, setting_error, response_noise: 0.01, probe_noise: 0.3, missing: 0.1 }
 }

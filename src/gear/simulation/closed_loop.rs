@@ -3,10 +3,10 @@
 use super::{Asked, Simulation, rms};
 use crate::{
     estimation::{
-        FitError,
+        Faults, FitError,
         spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme},
     },
-    gear::correction::{self, Correction, Damping, Solution},
+    gear::correction::{self, Answer, Comparison, Correction, Damping, Solution, compare},
 };
 
 /// A way to correct.
@@ -63,6 +63,8 @@ pub struct Round {
     pub measured_rms: f64,
     /// Without noise and over all nodes, which only a simulation knows.
     pub true_rms: f64,
+    /// How the machine answered to the correction before; `None` for the first measurement.
+    pub answer: Option<Answer>,
     /// `None` for the last measurement.
     pub solution: Option<Solution>,
 }
@@ -91,17 +93,35 @@ pub fn asked(
     }
 }
 
-/// Corrects a machine `corrections` times.
+/// Most corrections of a run: settings that run away are still numbers then.
+pub const MOST_CORRECTIONS: usize = 20;
+
+/// Corrects a machine `corrections` times. Refuses more than [`MOST_CORRECTIONS`] (`/corrections`) and what [`Simulation::new`] refuses.
 pub fn run(
     machine: &Asked,
     strategy: &Strategy,
     response_uncertainty: f64,
     corrections: usize,
 ) -> Result<Run, FitError> {
+    if corrections > MOST_CORRECTIONS {
+        let detail = format!("{corrections} corrections; at most {MOST_CORRECTIONS}");
+        return Err(Faults::one("/corrections", detail).into());
+    }
     let mut simulation = Simulation::new(machine.clone())?;
-    let mut rounds = Vec::with_capacity(corrections + 1);
+    let mut rounds: Vec<Round> = Vec::with_capacity(corrections + 1);
     for number in 0..=corrections {
         let (measured, true_rms) = (simulation.measure(), simulation.true_rms());
+        let answer = match rounds.last() {
+            Some(Round { measured: before, solution: Some(solution), .. }) => Some(compare(&Comparison {
+                before: before.clone(),
+                predicted: solution.predicted.deviation.clone(),
+                measured: measured.clone(),
+                noise_sigma: machine.probe_noise,
+                uncertainty: Some(solution.predicted.uncertainty.clone()),
+                response_uncertainty,
+            })?),
+            _ => None,
+        };
         let solution = match number < corrections {
             true => {
                 let asked = asked(&simulation, measured.clone(), strategy, response_uncertainty);
@@ -113,7 +133,7 @@ pub fn run(
             false => None,
         };
         let measured_rms = rms(&measured);
-        rounds.push(Round { number: number as u64, measured, measured_rms, true_rms, solution });
+        rounds.push(Round { number: number as u64, measured, measured_rms, true_rms, answer, solution });
     }
     Ok(Run { strategy: strategy.name.clone(), rounds })
 }

@@ -22,7 +22,10 @@ use crate::estimation::{
 
 pub use closed_loop::{Round, Run, Strategy, run};
 
-use super::correction::Setting;
+use super::correction::{
+    Setting,
+    problem::{MOST_ENTRIES, MOST_SETTINGS},
+};
 
 /// A machine to be simulated.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,11 +135,13 @@ pub(super) fn rms(deviation: &[f64]) -> f64 {
 fn check(asked: &Asked) -> Result<(), Faults> {
     let mut faults = Faults::default();
     let columns = asked.settings.len();
-    if columns == 0 {
-        return Err(Faults::one("/sensitivity/settings", "there are no settings"));
+    if columns == 0 || columns > MOST_SETTINGS {
+        let given = counted(columns, "setting", "settings");
+        return Err(Faults::one("/sensitivity/settings", format!("{given}; a machine has 1 to {MOST_SETTINGS}")));
     }
-    if asked.sensitivity.is_empty() || !asked.sensitivity.len().is_multiple_of(columns) {
-        let detail = format!("{} are not rows of {columns}", entries(asked.sensitivity.len()));
+    let numbers = asked.sensitivity.len();
+    if numbers == 0 || !numbers.is_multiple_of(columns) || numbers > MOST_ENTRIES {
+        let detail = format!("{} are not rows of {columns} (at most {MOST_ENTRIES})", entries(numbers));
         faults.push("/sensitivity/matrix", detail);
     }
     for (at, value) in asked.sensitivity.iter().enumerate().filter(|(_, x)| !x.is_finite()) {

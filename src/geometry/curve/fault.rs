@@ -47,6 +47,8 @@ pub enum CurveFault {
     TooManyDerivatives { node: usize, given: usize, most: usize },
     #[error("number {index} ({}) repeats number {first}", Shown(*.value))]
     Repeated { part: Part, index: usize, first: usize, value: f64 },
+    #[error("number {index} ({}) lies no more than {difference:e} above the one before it, which leaves a double no digits", Shown(*.value))]
+    TooClose { part: Part, index: usize, value: f64, difference: f64 },
     #[error("number {index} ({}) lies below the one before it ({}); the order of nodes is never changed", Shown(*.value), Shown(*.before))]
     Descending { part: Part, index: usize, value: f64, before: f64 },
     #[error("degree {degree} asks for at least {least} nodes, {nodes} are given")]
@@ -73,6 +75,8 @@ pub enum CurveFault {
     NodeOutOfDomain { node: usize, value: f64, low: f64, high: f64 },
     #[error("coefficient {index} of the curve is beyond the range of a double")]
     NotRepresentable { index: usize },
+    #[error("by rounding alone the curve misses node {index} by {miss:e}")]
+    Misses { index: usize, miss: f64 },
     #[error(
         "in double-double precision the polynomial still misses node {index} by {miss:e}: too many nodes in this order; \
          use the barycentric form or a spline"
@@ -90,6 +94,7 @@ impl CurveFault {
             | Count { part, .. }
             | NotFinite { part, .. }
             | Repeated { part, .. }
+            | TooClose { part, .. }
             | Descending { part, .. }
             | NotPeriodic { part, .. } => Some(*part),
             DerivativeNotFinite { .. } | TooManyDerivatives { .. } => Some(Part::Derivatives),
@@ -97,7 +102,7 @@ impl CurveFault {
             Knots(_) | SchoenbergWhitney { .. } => Some(Part::Knots),
             Controls(_) => Some(Part::Controls),
             OutOfDomain { .. } | NodeOutOfDomain { .. } => Some(Part::X),
-            Singular { .. } | NotRepresentable { .. } | Unstable { .. } => None,
+            Singular { .. } | NotRepresentable { .. } | Misses { .. } | Unstable { .. } => None,
         }
     }
 
@@ -105,9 +110,11 @@ impl CurveFault {
     pub fn indices(&self) -> Vec<usize> {
         use CurveFault::*;
         match self {
-            NotFinite { index, .. } | Repeated { index, .. } | Descending { index, .. } | NotPeriodic { index, .. } => {
-                vec![*index]
-            }
+            NotFinite { index, .. }
+            | Repeated { index, .. }
+            | TooClose { index, .. }
+            | Descending { index, .. }
+            | NotPeriodic { index, .. } => vec![*index],
             DerivativeNotFinite { node, order } => vec![*node, *order],
             TooManyDerivatives { node, .. } | NodeOutOfDomain { node, .. } => vec![*node],
             Knots(fault) => fault.index().into_iter().collect(),
@@ -126,7 +133,10 @@ pub(crate) fn check_finite(part: Part, values: &[f64]) -> Result<(), CurveFault>
     }
 }
 
-/// Refuses numbers that are not finite, repeated or descending.
+/// Differences below this have no room for the second half of a double-double, and their reciprocals soon none for the first.
+const LEAST_STEP: f64 = 1e-290;
+
+/// Refuses numbers that are not finite, repeated, descending, or so close that their differences lose digits.
 pub(crate) fn check_ascending(part: Part, values: &[f64]) -> Result<(), CurveFault> {
     check_finite(part, values)?;
     for (i, pair) in values.windows(2).enumerate() {
@@ -136,6 +146,9 @@ pub(crate) fn check_ascending(part: Part, values: &[f64]) -> Result<(), CurveFau
         }
         if value < before {
             return Err(CurveFault::Descending { part, index, value, before });
+        }
+        if value - before < LEAST_STEP {
+            return Err(CurveFault::TooClose { part, index, value, difference: value - before });
         }
     }
     Ok(())

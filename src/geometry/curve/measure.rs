@@ -3,12 +3,18 @@
 //! A graph is measured as the plane curve (x, y(x)): x and y count in one unit.
 
 use super::{Curve, CurveFault};
+use crate::numerics::sum2;
+use std::collections::VecDeque;
 
 /// The relative error that an arc length is computed to, if nobody asks for another.
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 
-/// How often a smooth piece is halved at most.
-const DEEPEST: u32 = 40;
+/// Parts of one call at most, beyond the smooth pieces.
+pub const MOST_PARTS: usize = 10_000;
+
+/// A derivative by the parameter is taken to be right to this part of the largest place over the width of the smooth piece: rounding
+/// of the places alone makes that much of it.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// How a curve bends at one place. None where the curve stands still, so that it has no direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,48 +43,127 @@ pub fn bending(curve: &(impl Curve + ?Sized), t: f64) -> Bending {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcLength {
     pub length: f64,
+    /// What quadrature may be off, and what rounding of the places leaves unknown.
     pub error: f64,
+    /// Whether the error is within the tolerance asked for. It is not where the curve is short against its distance from the origin, and
+    /// where the parts that a call may make do not suffice.
+    pub converged: bool,
 }
 
 /// The length of the curve from `from` to `to` (below 0 where `to` lies before `from`), by Gauss–Kronrod quadrature of 7 and 15 points
-/// per smooth piece, halved until the estimated error is below `tolerance` times the length. Refused outside of the domain.
+/// per smooth piece, halved until the estimated error is below `tolerance` times the length or below what rounding of the places
+/// makes, at most [`MOST_PARTS`] times. Refused outside of the domain.
 pub fn arc_length(curve: &(impl Curve + ?Sized), from: f64, to: f64, tolerance: f64) -> Result<ArcLength, CurveFault> {
+    let mut parts = MOST_PARTS;
+    part_length(curve, &curve.breaks(), [from, to], tolerance, &mut parts)
+}
+
+/// The lengths from the start of the domain to each of `at`, in that order, and last the whole length; errors add up along the way.
+/// All of them together make no more than [`MOST_PARTS`] parts beyond one for each piece between the places.
+pub fn arc_lengths(
+    curve: &(impl Curve + ?Sized),
+    at: &[f64],
+    tolerance: f64,
+) -> Result<(Vec<ArcLength>, ArcLength), CurveFault> {
+    let ([low, high], breaks) = (curve.domain(), curve.breaks());
+    let mut order: Vec<usize> = (0..at.len()).collect();
+    order.sort_by(|a, b| at[*a].total_cmp(&at[*b]));
+    let mut parts = MOST_PARTS;
+    let mut sum = ArcLength { length: 0.0, error: 0.0, converged: true };
+    let mut lengths = vec![sum; at.len()];
+    let mut reached = low;
+    for place in order.into_iter().map(Some).chain([None]) {
+        let to = place.map_or(high, |place| at[place]);
+        let step = part_length(curve, &breaks, [reached, to], tolerance, &mut parts)?;
+        sum.length += step.length;
+        sum.error += step.error;
+        sum.converged = sum.error <= allowance(tolerance) * sum.length;
+        reached = to;
+        if let Some(place) = place {
+            lengths[place] = sum;
+        }
+    }
+    Ok((lengths, sum))
+}
+
+/// No sum of rounded numbers is better than a few units in the last place.
+fn allowance(tolerance: f64) -> f64 {
+    tolerance.max(16.0 * f64::EPSILON)
+}
+
+/// A part of a smooth piece of the curve.
+struct Part {
+    ends: [f64; 2],
+    /// The width of the piece.
+    piece: f64,
+    estimate: Estimate,
+}
+
+impl Part {
+    fn new(curve: &(impl Curve + ?Sized), ends: [f64; 2], piece: f64) -> Self {
+        Part { ends, piece, estimate: estimate(curve, ends[0], ends[1]) }
+    }
+
+    /// What rounding of the places makes of its length.
+    fn noise(&self) -> f64 {
+        let share = (self.ends[1] - self.ends[0]) / self.piece;
+        ROUNDING * self.estimate.farthest * share + 8.0 * f64::EPSILON * self.estimate.value
+    }
+}
+
+/// One length; what it halves is taken off `halvings`.
+fn part_length(
+    curve: &(impl Curve + ?Sized),
+    breaks: &[f64],
+    [from, to]: [f64; 2],
+    tolerance: f64,
+    halvings: &mut usize,
+) -> Result<ArcLength, CurveFault> {
     let [low, high] = curve.domain();
     if let Some(value) = [from, to].into_iter().find(|t| !(low <= *t && *t <= high)) {
         return Err(CurveFault::OutOfDomain { value, low, high });
     }
     let (start, end) = (from.min(to), from.max(to));
-    let mut places = vec![start];
-    places.extend(curve.breaks().into_iter().filter(|b| start < *b && *b < end));
-    places.push(end);
-    let rough: Vec<Estimate> = places.windows(2).map(|p| estimate(curve, p[0], p[1])).collect();
-    let total: f64 = rough.iter().map(|e| e.value).sum();
-    // every piece may err as much as its share of the parameter
+    if start == end {
+        return Ok(ArcLength { length: 0.0, error: 0.0, converged: true });
+    }
+    // level by level, so that what is left when the halvings are used up is spread over the curve
+    let first = breaks.partition_point(|place| *place <= start).saturating_sub(1);
+    let mut waiting: VecDeque<Part> = breaks[first..]
+        .windows(2)
+        .take_while(|piece| piece[0] < end)
+        .map(|piece| Part::new(curve, [piece[0].max(start), piece[1].min(end)], piece[1] - piece[0]))
+        .collect();
+    let total: f64 = waiting.iter().map(|part| part.estimate.value).sum();
+    // every part may err as much as its share of the parameter
     let allowed = tolerance.max(4.0 * f64::EPSILON) * total / (end - start);
-    let mut sum = ArcLength { length: 0.0, error: 0.0 };
-    for (piece, rough) in places.windows(2).zip(rough) {
-        let mut waiting = vec![(piece[0], piece[1], rough, 0)];
-        while let Some((a, b, here, depth)) = waiting.pop() {
-            let middle = 0.5 * a + 0.5 * b;
-            let done = here.error <= allowed * (b - a) || here.error <= 8.0 * f64::EPSILON * here.value;
-            if done || depth == DEEPEST || !(a < middle && middle < b) {
-                sum.length += here.value;
-                sum.error += here.error;
-            } else {
-                waiting.push((middle, b, estimate(curve, middle, b), depth + 1));
-                waiting.push((a, middle, estimate(curve, a, middle), depth + 1));
-            }
+    let (mut values, mut errors, mut noises) = (Vec::new(), Vec::new(), Vec::new());
+    while let Some(part) = waiting.pop_front() {
+        let ([a, b], error) = (part.ends, part.estimate.error);
+        let middle = 0.5 * a + 0.5 * b;
+        let done = error <= allowed * (b - a) || error <= part.noise();
+        if done || *halvings == 0 || !(a < middle && middle < b) {
+            values.push(part.estimate.value);
+            errors.push(error);
+            noises.push(part.noise());
+        } else {
+            *halvings -= 1;
+            waiting.extend([[a, middle], [middle, b]].map(|ends| Part::new(curve, ends, part.piece)));
         }
     }
-    // the sum rounds as well
-    sum.error += 2.0 * f64::EPSILON * sum.length;
-    sum.length *= (to - from).signum();
-    Ok(sum)
+    let length = sum2(&values).to_f64();
+    // what rounds here does so independently of what rounds there
+    let noise = noises.iter().map(|n| n * n).sum::<f64>().sqrt();
+    let error = errors.iter().sum::<f64>() + noise + 2.0 * f64::EPSILON * length;
+    let converged = error <= allowance(tolerance) * length;
+    Ok(ArcLength { length: length * (to - from).signum(), error, converged })
 }
 
 struct Estimate {
     value: f64,
     error: f64,
+    /// The largest coordinate of the places looked at.
+    farthest: f64,
 }
 
 /// Places and weights of 15 points on [-1, 1] for the places ≥ 0, and the weights of the 7 of them that are Gauss's.
@@ -97,7 +182,12 @@ const KRONROD: [(f64, f64, f64); 8] = [
 /// raised to the power that their orders differ by.
 fn estimate(curve: &(impl Curve + ?Sized), low: f64, high: f64) -> Estimate {
     let (center, half) = (0.5 * low + 0.5 * high, 0.5 * (high - low));
-    let speed = |t: f64| curve.place(t)[1].norm();
+    let mut farthest = 0.0f64;
+    let mut speed = |t: f64| {
+        let [place, first, ..] = curve.place(t);
+        farthest = farthest.max(place.amax());
+        first.norm()
+    };
     let mut samples = [[0.0; 2]; 8];
     let (mut kronrod, mut gauss) = (0.0, 0.0);
     for (sample, (x, long, short)) in samples.iter_mut().zip(KRONROD) {
@@ -114,7 +204,7 @@ fn estimate(curve: &(impl Curve + ?Sized), low: f64, high: f64) -> Estimate {
         .sum();
     let difference = (kronrod - gauss).abs();
     let error = if spread > 0.0 { spread * (200.0 * difference / spread).powf(1.5).min(1.0) } else { difference };
-    Estimate { value: kronrod * half, error: error * half }
+    Estimate { value: kronrod * half, error: error * half, farthest }
 }
 
 #[cfg(test)]
@@ -156,6 +246,50 @@ mod tests {
             let bending = bending(&arc, t);
             assert!((bending.curvature.unwrap() - 1.0 / 3.0).abs() < 1e-15 && bending.torsion.is_none());
         }
+    }
+
+    /// Curves whose speed is mostly or wholly rounding: answered in bounded time, with the error that rounding leaves.
+    #[test]
+    fn where_rounding_hides_the_speed() {
+        let basis = |knots: &[f64]| BSplineBasis::new(3, knots.to_vec()).unwrap();
+        let knots = [0., 0., 0., 0., 0.3, 0.7, 1., 1., 1., 1.];
+        let point = Vector::new(0.1, 0.7, 1e3 / 3.0);
+        let weights = Some(vec![1.0, 0.3, 0.7, 2.0, 1.1, 0.9]);
+        let still = BSplineCurve::new(basis(&knots), Dimension::Space, vec![point; 6], weights).unwrap();
+        let found = arc_length(&still, 0.0, 1.0, DEFAULT_TOLERANCE).unwrap();
+        assert!(found.length.abs() <= found.error && found.error < 1e-10, "{found:?}");
+
+        let half = 0.5f64.sqrt();
+        let far = |x: f64, y: f64| Vector::new(1e6 + x, 1e6 + y, 0.0);
+        let corners = [(1., 0.), (1., 1.), (0., 1.), (-1., 1.), (-1., 0.), (-1., -1.), (0., -1.), (1., -1.), (1., 0.)];
+        let points = corners.map(|(x, y)| far(x, y)).to_vec();
+        let weights = Some(vec![1.0, half, 1.0, half, 1.0, half, 1.0, half, 1.0]);
+        let knots = vec![0., 0., 0., 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1., 1., 1.];
+        let circle =
+            BSplineCurve::new(BSplineBasis::new(2, knots).unwrap(), Dimension::Plane, points, weights).unwrap();
+        let found = arc_length(&circle, 0.0, 1.0, DEFAULT_TOLERANCE).unwrap();
+        let off = (found.length - std::f64::consts::TAU).abs();
+        assert!(off <= found.error && found.error < 1e-7 && !found.converged, "{found:?}");
+
+        let points = [0.0, 1.1e-3, 1.7e-3, 3e-3].map(|x| Vector::new(1000.0 + x, 0.0, 0.0)).to_vec();
+        let tiny = BSplineCurve::new(basis(&[0., 0., 0., 0., 1., 1., 1., 1.]), Dimension::Plane, points, None).unwrap();
+        let found = arc_length(&tiny, 0.0, 1.0, DEFAULT_TOLERANCE).unwrap();
+        assert!((found.length - 3e-3).abs() <= found.error && found.error < 1e-10 && !found.converged, "{found:?}");
+    }
+
+    /// One budget for all lengths of a call; and they are the lengths one by one.
+    #[test]
+    fn many_lengths_at_once() {
+        let arc = quarter(3.0);
+        assert!(arc_length(&arc, 0.0, 1.0, DEFAULT_TOLERANCE).unwrap().converged);
+        let at = [0.75, 0.0, 0.25, 1.0, 0.25];
+        let (lengths, whole) = arc_lengths(&arc, &at, DEFAULT_TOLERANCE).unwrap();
+        for (t, found) in at.iter().zip(&lengths) {
+            let exact = arc_length(&arc, 0.0, *t, DEFAULT_TOLERANCE).unwrap().length;
+            assert!((found.length - exact).abs() <= found.error && found.converged, "{t}");
+        }
+        assert_eq!((whole.length, lengths[2].length), (lengths[3].length, lengths[4].length));
+        assert!(arc_lengths(&arc, &[1.5], DEFAULT_TOLERANCE).is_err());
     }
 
     fn curve(dimension: Dimension, c: &[[f64; 3]]) -> PiecewisePolynomial {

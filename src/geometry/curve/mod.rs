@@ -37,7 +37,7 @@ pub use cubic_hermite::{Tangents, cubic_hermite};
 pub use cubic_spline::{End, Ends, cubic_spline};
 pub use fault::{CurveFault, Part};
 pub use interpolate::{Collocation, KnotChoice, interpolate};
-pub use measure::{ArcLength, Bending, arc_length, bending};
+pub use measure::{ArcLength, Bending, arc_length, arc_lengths, bending};
 pub use parametrization::Parametrization;
 pub use piecewise::PiecewisePolynomial;
 pub use polynomial::Polynomial;

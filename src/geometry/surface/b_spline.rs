@@ -2,7 +2,7 @@
 //!
 //! Control point (i, j) belongs to function i along u and j along v, and stands at `i · (number along v) + j`.
 
-use super::{Surface, SurfaceJet};
+use super::{Surface, SurfaceJet, bends::bends};
 use crate::geometry::{
     BSplineBasis,
     space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector, check_controls},
@@ -123,6 +123,10 @@ impl Surface for BSplineSurface {
     fn value(&self, u: f64, v: f64) -> Vector {
         let (p, w) = self.sums(u, v, 0);
         if self.weights.is_none() { p[0] } else { p[0] / w[0] }
+    }
+
+    fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
+        bends(self, cuts)
     }
 
     fn breaks(&self) -> [Vec<f64>; 2] {

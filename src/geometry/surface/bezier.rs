@@ -98,6 +98,10 @@ impl Surface for BezierSurface {
         self.spline.value(u, v)
     }
 
+    fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
+        self.spline.bends(cuts)
+    }
+
     fn breaks(&self) -> [Vec<f64>; 2] {
         self.spline.breaks()
     }

@@ -1,13 +1,16 @@
 //! The point of a surface that is closest to a given one: the orthogonal distance of a node.
 //!
-//! The surface is divided into small rectangles between its breaks, each within a ball, and the balls into a tree. A question descends
-//! into the nearest ball first and leaves out every ball that lies further away than the best point found. In each rectangle
-//! that is left, a damped Newton iteration looks for the foot of the perpendicular; it is held within the surface's own smooth piece,
-//! so that edges and corners are found as such. The radius of a ball comes from samples and from second derivatives, with room to spare.
+//! The surface is divided into small rectangles between its breaks, each within a ball, and the balls into a tree. What lies nearest comes
+//! first: balls are opened into balls, rectangles are searched and halved, until nothing is left that could be nearer than the best
+//! point found. What is left out is left out by a bound that holds in all of it: Taylor's formula with bounds of the second
+//! derivatives (`bends.rs`, `closest_cell.rs`). Of surfaces that are no B-splines those bounds come from samples, with room to spare.
+//!
+//! Feet are found by a damped Newton iteration, held within the surface's own smooth piece, so that edges and corners are found as such.
 
-use super::{Surface, SurfaceJet, differential::normal};
+use super::{Surface, SurfaceJet, bends::sampled, closest_cell::Cell, differential::normal};
 use crate::geometry::space::Vector;
 use rayon::prelude::*;
+use std::{cmp::Ordering, collections::BinaryHeap};
 
 /// Rectangles along each parameter at least.
 const LEAST_LEAVES: usize = 16;
@@ -16,8 +19,11 @@ const STEPS: usize = 60;
 const HALVINGS: usize = 40;
 /// Roundings of the coordinates in a squared distance.
 const NOISE: f64 = 8.0 * f64::EPSILON;
-/// How much more the rectangles may bulge than the second derivatives at nine samples say.
-const SLACK: f64 = 3.0;
+/// What could be nearer by this part of the distance at most is left out.
+const NEAR: f64 = 1e-9;
+/// Rectangles that one question halves at most. Only where a whole line or part of the surface is as near as its foot, about the centre of
+/// a sphere, are there so many; these places are then as good.
+const MOST_HALVED: usize = 20_000;
 
 /// The closest point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,11 +50,11 @@ pub struct ClosestPoint<'a> {
 /// A rectangle of parameters, and the smooth piece that it is part of.
 #[derive(Clone, Copy)]
 struct Leaf {
-    middle: [f64; 2],
-    /// Half the sides.
-    half: [f64; 2],
-    piece: [[f64; 2]; 2],
+    cell: Cell,
+    piece: Rectangle,
 }
+
+type Rectangle = [[f64; 2]; 2];
 
 #[derive(Clone, Copy)]
 struct Ball {
@@ -72,8 +78,56 @@ struct Best {
     is_orthogonal: bool,
 }
 
+/// What is still to be looked at: nothing in it is nearer than `bound`.
+struct Open {
+    bound: f64,
+    /// How many were there before.
+    order: usize,
+    part: Part,
+}
+
+enum Part {
+    Ball(usize),
+    Cell(Cell, Rectangle),
+}
+
+impl Ord for Open {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // the least bound is the greatest, and the first of those that are alike
+        other.bound.total_cmp(&self.bound).then(other.order.cmp(&self.order))
+    }
+}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Open {}
+
+/// The parts of one question that are open.
+#[derive(Default)]
+struct Queue {
+    heap: BinaryHeap<Open>,
+    count: usize,
+}
+
+impl Queue {
+    fn push(&mut self, bound: f64, part: Part) {
+        self.heap.push(Open { bound, order: self.count, part });
+        self.count += 1;
+    }
+}
+
 impl<'a> ClosestPoint<'a> {
-    /// Prepares `surface`: some ten evaluations for each of at least 256 rectangles.
+    /// Prepares `surface`: bounds of its derivatives in each of at least 256 rectangles.
     pub fn on(surface: &'a (dyn Surface + Sync)) -> Self {
         let breaks = surface.breaks();
         let [us, vs] = breaks.each_ref().map(|places| {
@@ -86,22 +140,37 @@ impl<'a> ClosestPoint<'a> {
             };
             places.windows(2).flat_map(|pair| (0..parts).map(move |k| part(pair, k))).collect::<Vec<_>>()
         });
-        let mut found = ClosestPoint { surface, leaves: Vec::new(), tree: Vec::new() };
-        found.divide(&us, &vs);
+        let cuts = [&us, &vs].map(|parts| {
+            let ends = parts.iter().map(|(part, _)| part[1]);
+            parts.first().map(|(part, _)| part[0]).into_iter().chain(ends).collect::<Vec<f64>>()
+        });
+        let bends = surface.bends([&cuts[0], &cuts[1]]);
+        let mut leaves = Vec::with_capacity(us.len() * vs.len());
+        for (i, (u, piece_u)) in us.iter().enumerate() {
+            for (j, (v, piece_v)) in vs.iter().enumerate() {
+                let bends = bends.as_ref().map_or_else(|| sampled(surface, *u, *v), |bends| bends[i * vs.len() + j]);
+                leaves.push(Leaf { cell: Cell::new(surface, *u, *v, bends), piece: [*piece_u, *piece_v] });
+            }
+        }
+        let mut found = ClosestPoint { surface, leaves, tree: Vec::new() };
+        found.divide([0, us.len()], [0, vs.len()], vs.len());
         found
     }
 
     /// Builds the ball of a block of rectangles and returns its number; the block is halved along its longer side.
-    fn divide(&mut self, us: &[Interval], vs: &[Interval]) -> usize {
-        let ball = if us.len() == 1 && vs.len() == 1 {
-            self.leaf(us[0], vs[0])
+    fn divide(&mut self, [i, end_i]: [usize; 2], [j, end_j]: [usize; 2], columns: usize) -> usize {
+        let (rows, wide) = (end_i - i, end_j - j);
+        let ball = if rows == 1 && wide == 1 {
+            let leaf = i * columns + j;
+            let cell = &self.leaves[leaf].cell;
+            Ball { center: cell.jet.value, radius: cell.radius() * (1.0 + 1e-12), content: Content::Leaf(leaf) }
         } else {
-            let (a, b) = if us.len() >= vs.len() {
-                let (low, high) = us.split_at(us.len() / 2);
-                (self.divide(low, vs), self.divide(high, vs))
+            let (a, b) = if rows >= wide {
+                let middle = i + rows / 2;
+                (self.divide([i, middle], [j, end_j], columns), self.divide([middle, end_i], [j, end_j], columns))
             } else {
-                let (low, high) = vs.split_at(vs.len() / 2);
-                (self.divide(us, low), self.divide(us, high))
+                let middle = j + wide / 2;
+                (self.divide([i, end_i], [j, middle], columns), self.divide([i, end_i], [middle, end_j], columns))
             };
             around(&self.tree[a], &self.tree[b], Content::Balls(a, b))
         };
@@ -109,49 +178,72 @@ impl<'a> ClosestPoint<'a> {
         self.tree.len() - 1
     }
 
-    fn leaf(&mut self, (u, piece_u): Interval, (v, piece_v): Interval) -> Ball {
-        let middle = [0.5 * u[0] + 0.5 * u[1], 0.5 * v[0] + 0.5 * v[1]];
-        let (hu, hv) = (0.5 * (u[1] - u[0]), 0.5 * (v[1] - v[0]));
-        let center = self.surface.place(middle[0], middle[1]).value;
-        let (mut radius, mut bulge) = (0.0f64, 0.0f64);
-        for su in [-1.0, 0.0, 1.0] {
-            for sv in [-1.0, 0.0, 1.0] {
-                let (x, y) = ((middle[0] + su * hu).clamp(u[0], u[1]), (middle[1] + sv * hv).clamp(v[0], v[1]));
-                let jet = self.surface.place(x, y);
-                radius = radius.max((jet.value - center).norm());
-                let bend = jet.uu.norm() * hu * hu + 2.0 * jet.uv.norm() * hu * hv + jet.vv.norm() * hv * hv;
-                bulge = bulge.max(bend);
-            }
-        }
-        self.leaves.push(Leaf { middle, half: [hu, hv], piece: [piece_u, piece_v] });
-        // between samples half a side apart a function leaves its interpolant by an eighth of that square times its bend
-        let content = Content::Leaf(self.leaves.len() - 1);
-        Ball { center, radius: radius * (1.0 + 1e-12) + SLACK * 0.125 * bulge, content }
-    }
-
     /// The closest point to `node` (in space; a surface of heights takes the place of z(u, v) there).
     pub fn to(&self, node: &Vector) -> SurfacePoint {
         let mut best = Best { at: [0.0; 2], point: Vector::zeros(), square: f64::INFINITY, is_orthogonal: false };
-        let mut open = vec![(self.tree.len() - 1, 0.0)];
-        while let Some((number, bound)) = open.pop() {
-            if bound * bound >= best.square {
-                continue;
+        let mut queue = Queue::default();
+        queue.push(0.0, Part::Ball(self.tree.len() - 1));
+        let mut halved = 0;
+        while let Some(Open { bound, part, .. }) = queue.heap.pop() {
+            let distance = best.square.sqrt();
+            if distance.is_finite() && bound >= distance - NEAR * distance - NOISE * (node.norm() + best.point.norm()) {
+                break;
             }
-            match self.tree[number].content {
-                Content::Leaf(leaf) => self.search(&self.leaves[leaf], node, &mut best),
-                Content::Balls(a, b) => {
-                    let bound = |k: usize| {
-                        let ball = &self.tree[k];
-                        ((ball.center - node).norm() - ball.radius).max(0.0)
-                    };
-                    let middle = |k: usize| (self.tree[k].center - node).norm_squared();
-                    let (a, b) = if middle(a) <= middle(b) { (a, b) } else { (b, a) };
-                    open.push((b, bound(b)));
-                    open.push((a, bound(a)));
+            match part {
+                Part::Ball(ball) => match self.tree[ball].content {
+                    Content::Leaf(leaf) => {
+                        let Leaf { cell, piece } = self.leaves[leaf];
+                        queue.push(cell.bound(node).max(bound), Part::Cell(cell, piece));
+                    }
+                    Content::Balls(a, b) => {
+                        for k in [a, b] {
+                            let ball = &self.tree[k];
+                            queue.push(((ball.center - node).norm() - ball.radius).max(bound), Part::Ball(k));
+                        }
+                    }
+                },
+                Part::Cell(cell, piece) => {
+                    if self.settles(&cell, piece, node, &mut best) || halved == MOST_HALVED {
+                        continue;
+                    }
+                    halved += 1;
+                    for half in cell.halves(self.surface).into_iter().flatten() {
+                        queue.push(half.bound(node).max(bound), Part::Cell(half, piece));
+                    }
                 }
             }
         }
         self.finished(node, &best)
+    }
+
+    /// Looks for a nearer point from a rectangle; whether there is surely none left in it.
+    fn settles(&self, cell: &Cell, piece: Rectangle, node: &Vector, best: &mut Best) -> bool {
+        if (cell.jet.value - node).norm_squared() < best.square {
+            let found = self.descend(piece, cell.middle, &cell.jet, node);
+            if found.square < best.square {
+                *best = found;
+            }
+        }
+        if !cell.is_convex(node) {
+            return false;
+        }
+        let mut sides = cell.sides();
+        for (side, piece) in sides.iter_mut().zip(piece) {
+            *side = side.map(|x| x.clamp(piece[0], piece[1]));
+        }
+        let inside = (0..2).all(|k| sides[k][0] <= best.at[k] && best.at[k] <= sides[k][1]);
+        // a foot of the whole piece that lies in it is its nearest place
+        if inside && best.is_orthogonal {
+            return true;
+        }
+        let found = self.descend(sides, cell.middle, &cell.jet, node);
+        if found.square < best.square {
+            // the rectangle's own border is no border of the piece
+            let jet = self.surface.place(found.at[0], found.at[1]);
+            let further = self.descend(piece, found.at, &jet, node);
+            *best = if further.square <= found.square { further } else { found };
+        }
+        true
     }
 
     /// The closest points to many nodes, in their order.
@@ -172,34 +264,9 @@ impl<'a> ClosestPoint<'a> {
         }
     }
 
-    /// Looks for the foot from the middle of a rectangle, and from the nearest of nine places in it where that is another one:
-    /// close to a border the way from the middle may lead elsewhere.
-    fn search(&self, leaf: &Leaf, node: &Vector, best: &mut Best) {
-        self.descend(leaf, leaf.middle, node, best);
-        let square = |at: [f64; 2]| (self.surface.place(at[0], at[1]).value - node).norm_squared();
-        let mut nearest = (leaf.middle, square(leaf.middle));
-        for su in [-1.0, 0.0, 1.0] {
-            for sv in [-1.0, 0.0, 1.0] {
-                let place = |k: usize, s: f64| {
-                    let [low, high] = leaf.piece[k];
-                    (leaf.middle[k] + s * leaf.half[k]).clamp(low, high)
-                };
-                let at = [place(0, su), place(1, sv)];
-                let found = square(at);
-                if found < nearest.1 {
-                    nearest = (at, found);
-                }
-            }
-        }
-        if nearest.0 != leaf.middle {
-            self.descend(leaf, nearest.0, node, best);
-        }
-    }
-
-    /// Newton's iteration from `start`, within the smooth piece of the rectangle.
-    fn descend(&self, leaf: &Leaf, start: [f64; 2], node: &Vector, best: &mut Best) {
-        let mut at = start;
-        let mut jet = self.surface.place(at[0], at[1]);
+    /// Newton's iteration from `start`, whose jet is known, held within `room`.
+    fn descend(&self, room: Rectangle, start: [f64; 2], jet: &SurfaceJet, node: &Vector) -> Best {
+        let (mut at, mut jet) = (start, *jet);
         let mut square = (jet.value - node).norm_squared();
         let mut is_orthogonal = false;
         for _ in 0..STEPS {
@@ -207,7 +274,7 @@ impl<'a> ClosestPoint<'a> {
             let gradient = [rest.dot(&jet.u), rest.dot(&jet.v)];
             // a border that the point is pressed against holds that parameter
             let pressed = [0, 1].map(|k| {
-                let [low, high] = leaf.piece[k];
+                let [low, high] = room[k];
                 at[k] <= low && gradient[k] >= 0.0 || at[k] >= high && gradient[k] <= 0.0
             });
             let size = rest.norm();
@@ -217,24 +284,21 @@ impl<'a> ClosestPoint<'a> {
             if (pressed[0] || flat(0, &jet.u)) && (pressed[1] || flat(1, &jet.v)) {
                 break;
             }
-            let Some((next, next_jet, next_square)) = self.step(leaf, node, at, &jet, pressed) else { break };
+            let Some((next, next_jet, next_square)) = self.step(room, node, at, &jet, pressed) else { break };
             let moved = (0..2).any(|k| (next[k] - at[k]).abs() > 2.0 * f64::EPSILON * at[k].abs());
             (at, jet, square) = (next, next_jet, next_square);
             if !moved {
                 break;
             }
         }
-        let point = jet.value;
-        if square < best.square {
-            *best = Best { at, point, square, is_orthogonal };
-        }
+        Best { at, point: jet.value, square, is_orthogonal }
     }
 
     /// One step downhill: Newton's where the Hessian is positive definite, else ever more of the gradient's direction; `None` if none
     /// is found that lowers the distance.
     fn step(
         &self,
-        leaf: &Leaf,
+        room: Rectangle,
         node: &Vector,
         at: [f64; 2],
         jet: &SurfaceJet,
@@ -245,7 +309,7 @@ impl<'a> ClosestPoint<'a> {
         let gradient = [rest.dot(&jet.u), rest.dot(&jet.v)];
         let gauss = [jet.u.norm_squared(), jet.u.dot(&jet.v), jet.v.norm_squared()];
         let bend = [rest.dot(&jet.uu), rest.dot(&jet.uv), rest.dot(&jet.vv)];
-        let widths = leaf.piece.map(|[low, high]| high - low);
+        let widths = room.map(|[low, high]| high - low);
         let newton = [0, 1, 2].map(|k| gauss[k] + bend[k]);
         let direction = direction(newton, gradient, pressed)
             .or_else(|| direction(gauss, gradient, pressed))
@@ -254,7 +318,7 @@ impl<'a> ClosestPoint<'a> {
         let mut length = 1.0;
         for _ in 0..HALVINGS {
             let next = [0, 1].map(|k| {
-                let [low, high] = leaf.piece[k];
+                let [low, high] = room[k];
                 (at[k] + length * direction[k]).clamp(low, high)
             });
             if next == at {
@@ -283,9 +347,6 @@ fn steepness(node: &Vector, jet: &SurfaceJet, pressed: [bool; 2]) -> f64 {
     };
     along(0, &jet.u).max(along(1, &jet.v))
 }
-
-/// A part of an axis and the smooth piece that it lies in.
-type Interval = ([f64; 2], [f64; 2]);
 
 /// Solves `H d = −g` for the parameters that are free; `None` unless H is clearly positive definite on these.
 fn direction([a, b, c]: [f64; 3], [gu, gv]: [f64; 2], pressed: [bool; 2]) -> Option<[f64; 2]> {

@@ -80,7 +80,7 @@ pub struct Built {
     pub residual_sum_of_squares: Option<f64>,
     /// The largest gap between curves that meet, of a mesh.
     pub gap: Option<Worst>,
-    /// How far the surface is from its curves at worst, where patches have cubic borders.
+    /// How far the surface is from its boundary curves at worst: where patches have cubic borders, or curves leave gaps.
     pub deviation: Option<Worst>,
     /// How its patches meet.
     pub joints: Vec<Joint>,
@@ -200,11 +200,8 @@ fn in_boundaries(
     }
     let boundaries = Boundaries::three_sided(curves, tolerance)?;
     match method {
-        Method::CoonsBilinear => Ok(Built::of(SurfaceShape::Coons(Box::new(CoonsPatch::bilinear(boundaries))))),
-        Method::CoonsBicubic { twists } => {
-            let patch = CoonsPatch::bicubic(boundaries, cross, &twists, tolerance)?;
-            Ok(Built::of(SurfaceShape::Coons(Box::new(patch))))
-        }
+        Method::CoonsBilinear => Ok(coons(CoonsPatch::bilinear(boundaries))),
+        Method::CoonsBicubic { twists } => Ok(coons(CoonsPatch::bicubic(boundaries, cross, &twists, tolerance)?)),
         Method::Gregory => {
             let (patch, off) = gregory(&boundaries, &cross, tolerance)?;
             Ok(Built { deviation: Some(off), ..Built::of(SurfaceShape::Gregory(Box::new(patch))) })
@@ -217,6 +214,12 @@ fn in_boundaries(
         }
         other => Err(SurfaceFault::Combination { given: "boundary curves", method: name(&other) }),
     }
+}
+
+/// A Coons patch keeps its curves but for what brings their corners together.
+fn coons(patch: CoonsPatch) -> Built {
+    let off = deviation(patch.boundaries(), &patch);
+    Built { deviation: Some(off), ..Built::of(SurfaceShape::Coons(Box::new(patch))) }
 }
 
 fn of_net(net: Net, method: Method) -> Result<Built, SurfaceFault> {

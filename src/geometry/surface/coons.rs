@@ -14,6 +14,7 @@ use super::{
     boundaries::{Border, Boundaries, BoundaryFault, CORNERS, breaks_over, jet_over, merged},
     corner::twist_share_at,
     jets::Blend,
+    to_b_spline,
 };
 use crate::geometry::{
     curve::{BSplineCurve, Curve, CurveShape},
@@ -155,6 +156,10 @@ impl Surface for CoonsPatch {
             self.take_rational_twists(cross, &mut jet, u, v);
         }
         jet
+    }
+
+    fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
+        to_b_spline::coons(self)?.bends(cuts)
     }
 
     fn breaks(&self) -> [Vec<f64>; 2] {

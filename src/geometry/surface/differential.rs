@@ -85,10 +85,39 @@ impl Differential {
     }
 }
 
+/// A place of a surface with whatever the derivatives tell there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Local {
+    pub point: Vector,
+    /// Unit normal along S_u × S_v; where the parameters are singular its limit from inside, which may exist where curvatures have none (at
+    /// the tip of a three-sided patch that ends as a cone does).
+    pub normal: Option<Vector>,
+    /// `None` where there is no tangent plane, or no limit of the curvatures.
+    pub differential: Option<Differential>,
+}
+
+impl Local {
+    /// At (u, v).
+    pub fn at(surface: &dyn Surface, u: f64, v: f64) -> Self {
+        Self::of(surface, &surface.place(u, v), u, v)
+    }
+
+    /// The same where the jet of the place in space is known already.
+    pub fn of(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Self {
+        let finite = |normal: &Vector| normal.iter().all(|x| x.is_finite());
+        let differential = Differential::at_jet(surface, jet, u, v);
+        let normal = differential.map(|told| told.normal).or_else(|| normal_at(surface, jet, u, v));
+        Local { point: jet.value, normal: normal.filter(finite), differential }
+    }
+}
+
 /// The unit normal at (u, v), along S_u × S_v; by a limit where the parameters are singular. A tip without curvature may have one.
 pub fn normal(surface: &dyn Surface, u: f64, v: f64) -> Option<Vector> {
-    let jet = surface.place(u, v);
-    if is_singular(&jet, surface.domain()) {
+    normal_at(surface, &surface.place(u, v), u, v)
+}
+
+fn normal_at(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Option<Vector> {
+    if is_singular(jet, surface.domain()) {
         return triangle::normal_limit(surface, u, v);
     }
     jet.u.cross(&jet.v).try_normalize(0.0)

@@ -11,6 +11,7 @@ use super::{
     bezier::one_span,
     corner::twist_share_at,
     jets::{Blend, product},
+    to_b_spline,
 };
 use crate::{
     geometry::space::{ControlFault, Dimension, Vector},
@@ -134,6 +135,10 @@ impl Surface for GregoryPatch {
             value += half * twist_share_at([i, j], s, t)[0];
         }
         value
+    }
+
+    fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
+        to_b_spline::gregory(self)?.bends(cuts)
     }
 
     fn breaks(&self) -> [Vec<f64>; 2] {

@@ -56,7 +56,8 @@ pub struct Filled {
     pub patchwork: Patchwork,
     /// The largest gap at a crossing of two curves, and where.
     pub gap: Worst,
-    /// How far borders of patches are from the curves at worst, and where.
+    /// How far borders of patches are from the curves at worst, and where: by cubics that curves are replaced by, and by corners half-way
+    /// between curves that leave a gap.
     pub deviation: Worst,
 }
 
@@ -120,24 +121,28 @@ impl CurveMesh {
                 [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]
             };
             let none = [const { None }; 4];
-            let patch = match fill {
-                Fill::CoonsBilinear => SurfaceShape::Coons(Box::new(CoonsPatch::bilinear(mesh))),
+            let (patch, off) = match fill {
+                Fill::CoonsBilinear => {
+                    let patch = CoonsPatch::bilinear(mesh);
+                    let off = deviation(patch.boundaries(), &patch);
+                    (SurfaceShape::Coons(Box::new(patch)), off)
+                }
                 Fill::CoonsBicubic | Fill::CoonsBicubicFlat => {
                     let patch = CoonsPatch::bicubic(mesh, none, &Twists::Given(twists()), tolerance).map_err(fault)?;
-                    SurfaceShape::Coons(Box::new(patch))
+                    let off = deviation(patch.boundaries(), &patch);
+                    (SurfaceShape::Coons(Box::new(patch)), off)
                 }
                 Fill::Gregory => {
                     let (patch, off) = gregory(&mesh, &none, tolerance).map_err(fault)?;
-                    worst.see(off.value, off.at);
-                    SurfaceShape::Gregory(Box::new(patch))
+                    (SurfaceShape::Gregory(Box::new(patch)), off)
                 }
                 Fill::Bezier => {
                     let patch = bicubic(&mesh, &twists()).map_err(fault)?;
                     let off = deviation(&mesh, &patch);
-                    worst.see(off.value, off.at);
-                    SurfaceShape::Bezier(patch)
+                    (SurfaceShape::Bezier(patch), off)
                 }
             };
+            worst.see(off.value, off.at);
             patches.push(patch);
         }
         let patchwork = Patchwork::new(self.us.clone(), self.vs.clone(), patches)?;

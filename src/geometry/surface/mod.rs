@@ -8,9 +8,11 @@
 pub mod area;
 mod axis;
 pub mod b_spline;
+mod bends;
 pub mod bezier;
 pub mod boundaries;
 pub mod closest;
+mod closest_cell;
 pub mod construct;
 pub mod construct_fault;
 pub mod continuity;
@@ -39,7 +41,7 @@ pub use closest::{ClosestPoint, SurfacePoint};
 pub use construct::{Built, Given, Method, build};
 pub use construct_fault::{Field, SurfaceFault};
 pub use coons::CoonsPatch;
-pub use differential::Differential;
+pub use differential::{Differential, Local};
 pub use evaluate::Evaluator;
 pub use gregory::GregoryPatch;
 pub use grid::NodeGrid;
@@ -90,6 +92,13 @@ pub trait Surface {
 
     /// For u and for v: the places, both ends included and ascending, between which the surface is infinitely smooth.
     fn breaks(&self) -> [Vec<f64>; 2];
+
+    /// Bounds of the sizes of ∂²/∂u², ∂²/∂u∂v and ∂²/∂v² in each rectangle between neighbouring `cuts` of u and of v (ascending, within
+    /// the domain), v running fastest. `None` where the surface has none to offer.
+    fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
+        let _ = cuts;
+        None
+    }
 
     /// The point or number at (u, v).
     fn value(&self, u: f64, v: f64) -> Vector {

@@ -113,6 +113,24 @@ impl Surface for Patchwork {
         self.at(u, v).value(u, v)
     }
 
+    fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
+        let place = |axis: usize, line: &f64| cuts[axis].iter().position(|cut| cut == line);
+        let places =
+            |axis: usize| self.lines[axis].iter().map(|line| place(axis, line)).collect::<Option<Vec<usize>>>();
+        let (us, vs) = (places(0)?, places(1)?);
+        let columns = cuts[1].len() - 1;
+        let mut all = vec![[0.0; 3]; (cuts[0].len() - 1) * columns];
+        for (i, u) in us.windows(2).enumerate() {
+            for (j, v) in vs.windows(2).enumerate() {
+                let own = self.patch(i, j).bends([&cuts[0][u[0]..=u[1]], &cuts[1][v[0]..=v[1]]])?;
+                for (k, row) in own.chunks(v[1] - v[0]).enumerate() {
+                    all[(u[0] + k) * columns + v[0]..][..row.len()].copy_from_slice(row);
+                }
+            }
+        }
+        Some(all)
+    }
+
     fn breaks(&self) -> [Vec<f64>; 2] {
         let (mut us, mut vs) = (self.lines[0].clone(), self.lines[1].clone());
         for patch in &self.patches {

@@ -48,6 +48,10 @@ impl Surface for SurfaceShape {
         self.surface().value(u, v)
     }
 
+    fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
+        self.surface().bends(cuts)
+    }
+
     fn breaks(&self) -> [Vec<f64>; 2] {
         self.surface().breaks()
     }

@@ -36,11 +36,11 @@ impl SurfaceShape {
             SurfaceShape::Bezier(patch) => exact(patch.as_b_spline().clone()),
             SurfaceShape::Coons(patch) => match coons(patch) {
                 Some(surface) => exact(surface),
-                None => approached(patch.as_ref(), tolerance),
+                None => approached(patch.as_ref(), !patch.has_one_twist_at_each_corner(), tolerance),
             },
             SurfaceShape::Gregory(patch) => match gregory(patch) {
                 Some(surface) => exact(surface),
-                None => approached(patch.as_ref(), tolerance),
+                None => approached(patch.as_ref(), true, tolerance),
             },
             SurfaceShape::Patchwork(work) => {
                 work.patches().iter().flat_map(|patch| patch.to_b_splines(tolerance)).collect()
@@ -50,7 +50,7 @@ impl SurfaceShape {
 }
 
 /// A Gregory patch that is a Bézier patch.
-fn gregory(patch: &GregoryPatch) -> Option<BSplineSurface> {
+pub(super) fn gregory(patch: &GregoryPatch) -> Option<BSplineSurface> {
     if !patch.is_polynomial() {
         return None;
     }
@@ -71,7 +71,7 @@ struct Side {
 }
 
 /// A Coons patch whose curves are polynomials and whose corners have one twist each.
-fn coons(patch: &CoonsPatch) -> Option<BSplineSurface> {
+pub(super) fn coons(patch: &CoonsPatch) -> Option<BSplineSurface> {
     if !patch.has_one_twist_at_each_corner() {
         return None;
     }
@@ -190,20 +190,29 @@ fn missing(wanted: &[f64], given: &[f64]) -> Vec<f64> {
 }
 
 /// Bicubic interpolants of the pieces between the breaks.
-fn approached(surface: &dyn Surface, tolerance: f64) -> Vec<Converted> {
+/// Where corners have two twists each (`graded`) second derivatives have no limit there, and those of order 4 grow as 1 / r²; nodes
+/// as dense there as the root of r make the deviation alike everywhere.
+fn approached(surface: &dyn Surface, graded: bool, tolerance: f64) -> Vec<Converted> {
     let [us, vs] = surface.breaks();
     let mut found = Vec::new();
     for u in us.windows(2) {
         for v in vs.windows(2) {
-            found.extend(approached_piece(surface, [u[0], u[1]], [v[0], v[1]], tolerance));
+            found.extend(approached_piece(surface, [u[0], u[1]], [v[0], v[1]], graded, tolerance));
         }
     }
     found
 }
 
-fn approached_piece(surface: &dyn Surface, u: [f64; 2], v: [f64; 2], tolerance: f64) -> Option<Converted> {
+fn approached_piece(
+    surface: &dyn Surface,
+    u: [f64; 2],
+    v: [f64; 2],
+    graded: bool,
+    tolerance: f64,
+) -> Option<Converted> {
     let places = |[low, high]: [f64; 2], n: usize| -> Vec<f64> {
-        let at = |k: usize| if k == n { high } else { low + (high - low) * (k as f64 / n as f64) };
+        let share = |s: f64| if graded { s * s * (3.0 - 2.0 * s) } else { s };
+        let at = |k: usize| if k == n { high } else { low + (high - low) * share(k as f64 / n as f64) };
         (0..=n).map(at).collect()
     };
     let mut spans = FIRST;

@@ -80,7 +80,9 @@ async fn impossible_files_are_pointed_at() {
         (json!({"format": "iges"}), "/surface"),
         (json!({"surface": patch(), "format": "stl", "samples": [0, 5]}), "/samples"),
         (json!({"surface": patch(), "format": "stl", "samples": [5]}), "/samples"),
-        (json!({"surface": patch(), "format": "stl", "samples": [100000000, 1000000]}), "/samples"),
+        (json!({"surface": patch(), "format": "stl", "samples": [100000000, 1000000]}), "/samples/0"),
+        (json!({"surface": patch(), "format": "stl", "samples": [10000000000u64, 1]}), "/samples/0"),
+        (json!({"surface": patch(), "format": "stl", "samples": [1u64 << 62, 2]}), "/samples/0"),
         (json!({"surface": patch(), "format": "step", "tolerance": 0}), "/tolerance"),
         (json!({"surface": patch(), "format": "step", "name": ""}), "/name"),
     ] {

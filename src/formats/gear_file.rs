@@ -1,0 +1,59 @@
+//! One door for every file of measurements and gears: the content says what it is.
+
+use super::{
+    file_error::{FileError, shown},
+    klingelnberg::{self, Curves, FileKind, Values},
+    points::{self, ListedPoint},
+    rexs::{self, RexsModel},
+    source::decode,
+};
+
+/// What a file held.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GearFile {
+    /// `.mka`
+    Curves(Box<Curves>),
+    /// `.mew`
+    Values(Box<Values>),
+    /// REXS 1.x
+    Model(RexsModel),
+    /// CSV
+    Points(Vec<ListedPoint>),
+}
+
+/// Reads a file. Its content decides; the ending of its `name` only says what was meant where the content fits nothing, so that the error
+/// can name the line that is wrong.
+pub fn read(bytes: &[u8], name: Option<&str>) -> Result<GearFile, FileError> {
+    let text = decode(bytes)?;
+    let start = text.trim_start();
+    let ending = name.and_then(|name| name.rsplit_once('.')).map(|(_, ending)| ending.to_lowercase());
+    let meant = |endings: &[&str]| ending.as_deref().is_some_and(|ending| endings.contains(&ending));
+    match klingelnberg::kind_of(&text) {
+        Some(FileKind::Curves) => return Ok(GearFile::Curves(Box::new(klingelnberg::parse_curves(&text)?))),
+        Some(FileKind::Values) => return Ok(GearFile::Values(Box::new(klingelnberg::parse_values(&text)?))),
+        None => {}
+    }
+    if start.starts_with('<') {
+        return rexs::parse(&text).map(GearFile::Model);
+    }
+    if points::looks_like_points(&text) {
+        return points::parse(&text).map(GearFile::Points);
+    }
+    if meant(&["mka"]) {
+        return klingelnberg::parse_curves(&text).map(|file| GearFile::Curves(Box::new(file)));
+    }
+    if meant(&["mew"]) {
+        return klingelnberg::parse_values(&text).map(|file| GearFile::Values(Box::new(file)));
+    }
+    if meant(&["rexs", "xml"]) {
+        return rexs::parse(&text).map(GearFile::Model);
+    }
+    if meant(&["csv", "txt", "tsv"]) {
+        return points::parse(&text).map(GearFile::Points);
+    }
+    let place = super::source::place_in(&text, text.len() - start.len());
+    if start.starts_with('{') {
+        return Err(FileError::Unsupported { place, what: "a JSON file; REXS is read as XML".into() });
+    }
+    Err(FileError::Unrecognised { place, found: shown(start.lines().next().unwrap_or_default()) })
+}

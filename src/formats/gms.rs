@@ -1,0 +1,164 @@
+//! Corrections of a machine under the names of OPC UA for Geometrical Measuring Systems 1.0 (OPC 40210, `CorrectionType`).
+//!
+//! That standard names variables in an address space and no file. The text written here is CSV, a line for each correction with the names of its
+//! variables as header: what an operator opens, a machine control imports, and a server maps one column to one variable; a
+//! structured form is the interface's own answer from the same [`Correction`]s.
+//!
+//! A correction has an absolute value, a relative one, or both: here the relative value is the change to be added to the setting,
+//! the absolute one the setting after it. Limits are those of the absolute value, or of the change where that is all there is.
+
+use super::{number::real, points::field};
+
+/// Unit of a correction, as OPC UA has it: a code of UN/CEFACT recommendation 20.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Unit {
+    Micrometre,
+    Millimetre,
+    Degree,
+    Radian,
+    /// A number without unit.
+    One,
+}
+
+impl Unit {
+    /// What is shown.
+    pub fn display_name(self) -> &'static str {
+        match self {
+            Unit::Micrometre => "µm",
+            Unit::Millimetre => "mm",
+            Unit::Degree => "°",
+            Unit::Radian => "rad",
+            Unit::One => "1",
+        }
+    }
+
+    /// The common code.
+    pub fn code(self) -> &'static str {
+        match self {
+            Unit::Micrometre => "4H",
+            Unit::Millimetre => "MMT",
+            Unit::Degree => "DD",
+            Unit::Radian => "C81",
+            Unit::One => "C62",
+        }
+    }
+
+    /// `UnitId` of `EUInformation`: the characters of the code as bytes of a number, the first one highest (OPC 10000-8).
+    pub fn id(self) -> i32 {
+        self.code().bytes().fold(0, |id, byte| id << 8 | i32::from(byte))
+    }
+}
+
+/// A correction value for one characteristic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correction {
+    /// `Identifier`, unique in its list.
+    pub identifier: String,
+    /// `CharacteristicIdentifier`: what is corrected.
+    pub characteristic: String,
+    /// `CorrectionValueRelative`: change of the setting.
+    pub relative: Option<f64>,
+    /// `CorrectionValueAbsolute`: the setting after the change.
+    pub absolute: Option<f64>,
+    /// `UpperControlLimit`
+    pub upper_limit: Option<f64>,
+    /// `LowerControlLimit`
+    pub lower_limit: Option<f64>,
+    /// `EngineeringUnits` of all four values.
+    pub unit: Unit,
+    /// `Description`
+    pub description: Option<String>,
+    /// `ProgramName` of the machine or measuring program.
+    pub program: Option<String>,
+}
+
+/// Why corrections cannot be written. `index` counts from 0.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CorrectionFault {
+    #[error("correction {index} has neither an absolute nor a relative value")]
+    NoValue { index: usize },
+    #[error("correction {index}: {name} is {value}, no finite number")]
+    NotFinite { index: usize, name: &'static str, value: f64 },
+    #[error("correction {index}: the lower limit {lower} lies above the upper one, {upper}")]
+    Limits { index: usize, lower: f64, upper: f64 },
+    #[error("correction {index} has no {name}")]
+    Unnamed { index: usize, name: &'static str },
+    #[error("corrections {first} and {second} have the same identifier {identifier}")]
+    Repeated { first: usize, second: usize, identifier: String },
+}
+
+/// Columns, in the order of the standard's table; units stand where a variable has them as its property.
+pub const COLUMNS: [&str; 10] = [
+    "Identifier",
+    "CharacteristicIdentifier",
+    "CorrectionValueRelative",
+    "CorrectionValueAbsolute",
+    "UpperControlLimit",
+    "LowerControlLimit",
+    "EngineeringUnits.DisplayName",
+    "EngineeringUnits.UnitId",
+    "Description",
+    "ProgramName",
+];
+
+/// Writes a list of corrections: a header, then one line each with CRLF (RFC 4180).
+pub fn write_csv(corrections: &[Correction]) -> Result<String, CorrectionFault> {
+    check(corrections)?;
+    let mut out = COLUMNS.join(",");
+    out.push_str("\r\n");
+    for correction in corrections {
+        let value = |value: Option<f64>| value.map(real).unwrap_or_default();
+        let text = |text: &Option<String>| text.as_deref().map(field).unwrap_or_default();
+        let fields = [
+            field(&correction.identifier),
+            field(&correction.characteristic),
+            value(correction.relative),
+            value(correction.absolute),
+            value(correction.upper_limit),
+            value(correction.lower_limit),
+            correction.unit.display_name().into(),
+            correction.unit.id().to_string(),
+            text(&correction.description),
+            text(&correction.program),
+        ];
+        out.push_str(&fields.join(","));
+        out.push_str("\r\n");
+    }
+    Ok(out)
+}
+
+/// Whether every correction is one by the standard: named, with a value, with limits in their order.
+pub fn check(corrections: &[Correction]) -> Result<(), CorrectionFault> {
+    let mut seen = std::collections::HashMap::with_capacity(corrections.len());
+    for (index, correction) in corrections.iter().enumerate() {
+        for (name, text) in [("identifier", &correction.identifier), ("characteristic", &correction.characteristic)] {
+            if text.trim().is_empty() {
+                return Err(CorrectionFault::Unnamed { index, name });
+            }
+        }
+        if let Some(first) = seen.insert(correction.identifier.as_str(), index) {
+            let identifier = correction.identifier.clone();
+            return Err(CorrectionFault::Repeated { first, second: index, identifier });
+        }
+        let values = [
+            ("the relative value", correction.relative),
+            ("the absolute value", correction.absolute),
+            ("the upper limit", correction.upper_limit),
+            ("the lower limit", correction.lower_limit),
+        ];
+        for (name, value) in values {
+            if let Some(value) = value.filter(|value| !value.is_finite()) {
+                return Err(CorrectionFault::NotFinite { index, name, value });
+            }
+        }
+        if correction.relative.is_none() && correction.absolute.is_none() {
+            return Err(CorrectionFault::NoValue { index });
+        }
+        if let (Some(lower), Some(upper)) = (correction.lower_limit, correction.upper_limit)
+            && lower > upper
+        {
+            return Err(CorrectionFault::Limits { index, lower, upper });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,142 @@
+//! A file of values: header and numbered results.
+
+use super::{
+    super::{
+        note::{NoteCode, Notes},
+        source::{Line, Lines, number},
+    },
+    FileError, FileKind, Header,
+    results::{Characteristic, Place, Statistic, code_of},
+    trace_head::{is_tooth, side_of},
+};
+use crate::gear::Side;
+
+/// Stored instead of a value that was not measured.
+const NOT_MEASURED: f64 = -9999.0;
+/// Stored instead of a statistic that could not be formed.
+const NOT_AVAILABLE: f64 = 8999.0;
+
+/// What stands for a result.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reading {
+    /// µm for deviations, mm for diameters and spans.
+    Value(f64),
+    NotMeasured,
+    NotAvailable,
+}
+
+impl Reading {
+    pub fn value(self) -> Option<f64> {
+        match self {
+            Reading::Value(value) => Some(value),
+            Reading::NotMeasured | Reading::NotAvailable => None,
+        }
+    }
+}
+
+/// A numbered result. Its code says what it is; the label names the tooth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResultLine {
+    pub code: u32,
+    /// As printed, with single spaces: `fHb links 1`.
+    pub name: String,
+    /// `None` for a code of no known meaning.
+    pub characteristic: Option<Characteristic>,
+    pub place: Place,
+    pub statistic: Statistic,
+    pub side: Option<Side>,
+    pub tooth: Option<String>,
+    pub reading: Reading,
+    pub line: usize,
+}
+
+/// A file of values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Values {
+    pub header: Header,
+    pub results: Vec<ResultLine>,
+    pub notes: Notes,
+}
+
+impl Values {
+    /// Reads the text of a file.
+    pub(super) fn parse(text: &str) -> Result<Self, FileError> {
+        let mut lines = Lines::new(text);
+        let mut notes = Notes::default();
+        let header = Header::parse(&mut lines, FileKind::Values, &mut notes)?;
+        let mut results = Vec::new();
+        let mut seen = std::collections::HashSet::new();
+        for line in lines.filter(|line| !line.is_blank()) {
+            if let Some(result) = result_of(line, header.separator, &mut notes)? {
+                if !seen.insert(result.code) {
+                    notes.push(
+                        NoteCode::RepeatedResult,
+                        line.number,
+                        format!("the result {} stands here again", result.code),
+                    );
+                }
+                results.push(result);
+            } else {
+                let text = format!("the line {} is no result", super::super::file_error::shown(line.text));
+                notes.push(NoteCode::UnknownBlock, line.number, text);
+            }
+        }
+        Ok(Values { header, results, notes })
+    }
+
+    /// The first result of a code.
+    pub fn get(&self, code: u32) -> Option<&ResultLine> {
+        self.results.iter().find(|result| result.code == code)
+    }
+}
+
+/// `10111 : fHb links 1 : -2.9`; `None` for a line that does not begin with a code.
+fn result_of(line: Line, separator: char, notes: &mut Notes) -> Result<Option<ResultLine>, FileError> {
+    let text = line.text.trim_start();
+    let digits = text.bytes().take_while(u8::is_ascii_digit).count();
+    if digits == 0 {
+        return Ok(None);
+    }
+    let Some(rest) = text[digits..].trim_start_matches(' ').strip_prefix(separator) else { return Ok(None) };
+    let code: u32 = text[..digits].parse().map_err(|_| line.expected(text, "the code of a result"))?;
+    let Some((label, value)) = rest.rsplit_once(separator) else {
+        return Err(line.expected(rest, "a label, the separator and a value"));
+    };
+    let printed = value.trim();
+    let value =
+        number(printed).ok_or_else(|| line.expected(if printed.is_empty() { value } else { printed }, "a value"))?;
+    let reading = match value {
+        NOT_MEASURED => Reading::NotMeasured,
+        NOT_AVAILABLE => Reading::NotAvailable,
+        value => Reading::Value(value),
+    };
+    let meaning = code_of(code);
+    let words = || label.split_ascii_whitespace();
+    let by_label = words().find_map(side_of);
+    let by_code = meaning.and_then(|meaning| meaning.side);
+    if let (Some(label), Some(code_side)) = (by_label, by_code)
+        && label != code_side
+    {
+        notes.push(
+            NoteCode::SideDisagrees,
+            line.number,
+            format!("result {code} belongs to the other flank than its label says"),
+        );
+    }
+    let name = words().collect::<Vec<_>>().join(" ");
+    let statistic = meaning.map_or(Statistic::Unknown, |meaning| meaning.statistic);
+    // the last word that looks like a tooth, of a result that has one
+    let tooth =
+        matches!(statistic, Statistic::Tooth | Statistic::Unknown).then(|| words().rev().find(|word| is_tooth(word)));
+    Ok(Some(ResultLine {
+        code,
+        name,
+        characteristic: meaning.map(|meaning| meaning.characteristic),
+        place: meaning.map_or(Place::Middle, |meaning| meaning.place),
+        statistic,
+        side: by_code.or(by_label),
+        tooth: tooth.flatten().map(str::to_owned),
+        reading,
+        line: line.number,
+    }))
+}

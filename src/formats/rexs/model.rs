@@ -1,0 +1,276 @@
+//! Gears of a document.
+
+use super::{
+    super::{
+        file_error::{FileError, shown},
+        gear_facts::{GearFacts, radians, teeth},
+        note::{NoteCode, Notes},
+        source::{number, place_in},
+        topography::Topography,
+    },
+    document::{Attribute, Component, Document, Value},
+    topography::{Shape, shape},
+};
+use crate::gear::Side;
+
+/// A deviation somewhere on a flank.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScatteredDeviation {
+    /// mm.
+    pub diameter: f64,
+    /// Place on the face width, mm.
+    pub z: f64,
+    /// µm with the sign stored.
+    pub deviation: f64,
+}
+
+/// A flank of a gear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RexsFlank {
+    /// Of its component.
+    pub id: String,
+    pub side: Side,
+    /// α_n, rad.
+    pub pressure_angle: Option<f64>,
+    pub profile_shift: Option<f64>,
+    pub topography: Option<Topography>,
+    /// Deviations that fill no grid.
+    pub scattered: Vec<ScatteredDeviation>,
+}
+
+/// A gear of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RexsGear {
+    /// Of its component.
+    pub id: String,
+    pub name: Option<String>,
+    pub facts: GearFacts,
+    /// Left before right; those that the model has.
+    pub flanks: Vec<RexsFlank>,
+    pub line: usize,
+}
+
+/// The gears of a model, in the order of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RexsModel {
+    /// `1.4`
+    pub version: String,
+    pub gears: Vec<RexsGear>,
+    pub notes: Notes,
+}
+
+/// What an attribute measures.
+#[derive(Clone, Copy)]
+enum Quantity {
+    Number,
+    Length,
+    Angle,
+}
+
+impl RexsModel {
+    pub(super) fn of(text: &str, document: Document) -> Result<Self, FileError> {
+        let mut reader = Reader { text, notes: Notes::default() };
+        let by_id = document.components.iter().rev().map(|component| (component.id.as_str(), component)).collect();
+        let mut sides: std::collections::HashMap<&str, [Option<&Component>; 2]> = Default::default();
+        let by_id: std::collections::HashMap<&str, &Component> = by_id;
+        for relation in &document.flanks {
+            let part = |role: &str| {
+                relation.iter().find(|(name, _)| name == role).and_then(|(_, id)| by_id.get(id.as_str())).copied()
+            };
+            if let Some(gear) = part("gear") {
+                sides.insert(&gear.id, [part("left"), part("right")]);
+            }
+        }
+        let mut gears = Vec::new();
+        for component in document.components.iter().filter(|component| component.kind != "cylindrical_gear_flank") {
+            let flanks = sides.get(component.id.as_str()).copied().unwrap_or_default();
+            gears.push(reader.gear(component, flanks)?);
+        }
+        Ok(RexsModel { version: document.version, gears, notes: reader.notes })
+    }
+
+    /// The gear with an id, or the only one. The errors list the ids there are.
+    pub fn gear(&self, id: Option<&str>) -> Result<&RexsGear, FileError> {
+        let ids = || self.gears.iter().map(|gear| gear.id.clone()).collect();
+        match (id, self.gears.as_slice()) {
+            (_, []) => Err(FileError::NoGear),
+            (None, [gear]) => Ok(gear),
+            (None, _) => Err(FileError::SeveralGears { ids: ids() }),
+            (Some(id), gears) => gears
+                .iter()
+                .find(|gear| gear.id == id)
+                .ok_or_else(|| FileError::NoSuchGear { id: id.into(), ids: ids() }),
+        }
+    }
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    notes: Notes,
+}
+
+impl Reader<'_> {
+    fn gear(&mut self, component: &Component, flanks: [Option<&Component>; 2]) -> Result<RexsGear, FileError> {
+        let line = place_in(self.text, component.offset).line;
+        let mut read = Vec::new();
+        for (flank, side) in flanks.into_iter().zip([Side::Left, Side::Right]) {
+            if let Some(flank) = flank {
+                read.push(self.flank(flank, side)?);
+            }
+        }
+        let number = |names: &[&str], quantity| self.value(component, names, quantity);
+        const ANGLES: [&str; 2] = ["helix_angle_reference_diameter", "helix_angle"];
+        let mut facts = GearFacts {
+            normal_module: number(&["normal_module"], Quantity::Length)?,
+            face_width: number(&["face_width", "facewidth"], Quantity::Length)?,
+            tip_diameter: number(&["tip_diameter"], Quantity::Length)?,
+            root_diameter: number(&["root_diameter"], Quantity::Length)?,
+            pressure_angle: number(&["normal_pressure_angle"], Quantity::Angle)?,
+            profile_shift: number(
+                &["profile_shift_coefficient", "addendum_modification_coefficient"],
+                Quantity::Number,
+            )?,
+            internal: Some(component.kind == "ring_gear"),
+            ..GearFacts::default()
+        };
+        if let Some(angle) = number(&ANGLES, Quantity::Angle)? {
+            facts.set_helix_angle(angle);
+            facts.hand = facts.hand.or((angle > 0.0).then_some(crate::gear::Hand::Right));
+        }
+        if let Some(value) = number(&["number_of_teeth"], Quantity::Number)? {
+            let offset = component.attribute(&["number_of_teeth"]).map_or(component.offset, |a| a.offset);
+            let found = value.to_string();
+            let fault = || self.fault(offset, "a whole number of teeth other than 0", &found);
+            facts.teeth = Some(teeth(value).ok_or_else(fault)?);
+            if value < 0.0 {
+                facts.internal = Some(true);
+            }
+        }
+        // a gear in one value, where the file has it for each flank
+        let both = |of: fn(&RexsFlank) -> Option<f64>| {
+            let mut values = read.iter().filter_map(of);
+            let first = values.next();
+            (first, values.next().is_some_and(|other| Some(other) != first))
+        };
+        for (fact, (value, differs), name) in [
+            (&mut facts.pressure_angle, both(|flank| flank.pressure_angle), "pressure angles"),
+            (&mut facts.profile_shift, both(|flank| flank.profile_shift), "profile shifts"),
+        ] {
+            if fact.is_none() && differs {
+                let text = format!(
+                    "left and right flank of gear {} have different {name}; none is taken",
+                    shown(&component.id)
+                );
+                self.notes.push(NoteCode::FlanksDiffer, line, text);
+            } else if fact.is_none() {
+                *fact = value;
+            }
+        }
+        Ok(RexsGear { id: component.id.clone(), name: component.name.clone(), facts, flanks: read, line })
+    }
+
+    fn flank(&mut self, component: &Component, side: Side) -> Result<RexsFlank, FileError> {
+        let (topography, scattered) = self.topography(component, side)?;
+        const SHIFTS: [&str; 2] = ["profile_shift_coefficient", "addendum_modification_coefficient"];
+        Ok(RexsFlank {
+            id: component.id.clone(),
+            side,
+            pressure_angle: self.value(component, &["normal_pressure_angle"], Quantity::Angle)?,
+            profile_shift: self.value(component, &SHIFTS, Quantity::Number)?,
+            topography,
+            scattered,
+        })
+    }
+
+    fn topography(
+        &mut self,
+        component: &Component,
+        side: Side,
+    ) -> Result<(Option<Topography>, Vec<ScatteredDeviation>), FileError> {
+        const DIAMETERS: [&str; 2] = ["diameters_of_topographical_deviation", "diameters_of_topographical_deviations"];
+        const COORDINATES: [&str; 2] =
+            ["coordinates_of_topographical_deviation", "coordinates_of_topographical_deviations"];
+        let Some(amounts) = component.attribute(&["topographical_deviation_amounts"]) else {
+            return Ok((None, Vec::new()));
+        };
+        let diameters = self.list(component, &DIAMETERS, amounts)?;
+        let coordinates = self.list(component, &COORDINATES, amounts)?;
+        let scale = 1000.0 * self.scale(amounts, Quantity::Length)?;
+        let shape = shape(&amounts.value, &diameters, &coordinates)
+            .map_err(|expected| self.fault(amounts.offset, expected, "other lists"))?;
+        let line = place_in(self.text, amounts.offset).line;
+        match shape {
+            Shape::Grid { diameter, z, amounts, assumed } => {
+                if assumed {
+                    let text =
+                        "the order of the topography's amounts is not said; coordinates are taken to run fastest";
+                    self.notes.push(NoteCode::OrderAssumed, line, text);
+                }
+                let deviation = amounts.iter().map(|amount| scale * amount).collect();
+                Ok((Some(Topography { tooth: None, side, diameter, z, deviation }), Vec::new()))
+            }
+            Shape::Scattered(points) => {
+                self.notes.push(NoteCode::NotAGrid, line, "the points of the topography fill no grid");
+                let scattered =
+                    |[diameter, z, amount]: [f64; 3]| ScatteredDeviation { diameter, z, deviation: scale * amount };
+                Ok((None, points.into_iter().map(scattered).collect()))
+            }
+        }
+    }
+
+    /// A list of lengths that a topography cannot be without, mm.
+    fn list(&self, component: &Component, names: &[&str], amounts: &Attribute) -> Result<Vec<f64>, FileError> {
+        let attribute = component.attribute(names).ok_or_else(|| {
+            self.fault(amounts.offset, "diameters and coordinates of the topography's amounts", "amounts alone")
+        })?;
+        let scale = self.scale(attribute, Quantity::Length)?;
+        match &attribute.value {
+            Value::Array(values) | Value::Matrix { values, .. } if values.iter().all(|x| x.is_finite()) => {
+                Ok(values.iter().map(|x| scale * x).collect())
+            }
+            _ => Err(self.fault(attribute.offset, "a list of numbers", &attribute.id)),
+        }
+    }
+
+    /// The number of an attribute: mm, rad, or without unit. `None` if the component has no such attribute.
+    fn value(&self, component: &Component, names: &[&str], quantity: Quantity) -> Result<Option<f64>, FileError> {
+        let Some(attribute) = component.attribute(names) else { return Ok(None) };
+        let found = match &attribute.value {
+            Value::Text(text) => text.as_str(),
+            _ => "a list",
+        };
+        let value = number(found).ok_or_else(|| self.fault(attribute.offset, "a number", found))?;
+        if let (Quantity::Angle, true) = (quantity, in_degrees(&attribute.unit)) {
+            return Ok(Some(radians(value)));
+        }
+        Ok(Some(value * self.scale(attribute, quantity)?))
+    }
+
+    /// What turns a unit into mm or rad. Attributes without unit are in those of the specification, mm and degrees.
+    fn scale(&self, attribute: &Attribute, quantity: Quantity) -> Result<f64, FileError> {
+        let unit = attribute.unit.trim();
+        let scale = match (quantity, unit) {
+            (Quantity::Number, "" | "none" | "-" | "1") | (Quantity::Length, "" | "mm") | (Quantity::Angle, "rad") => {
+                Some(1.0)
+            }
+            (Quantity::Length, "mum" | "um" | "µm" | "μm") => Some(1e-3),
+            (Quantity::Length, "cm") => Some(10.0),
+            (Quantity::Length, "m") => Some(1000.0),
+            (Quantity::Length, "in" | "inch") => Some(25.4),
+            (Quantity::Angle, unit) if in_degrees(unit) => Some(radians(1.0)),
+            _ => None,
+        };
+        scale.ok_or_else(|| FileError::Unsupported {
+            place: place_in(self.text, attribute.offset),
+            what: format!("the unit {} of {}", shown(unit), attribute.id),
+        })
+    }
+
+    fn fault(&self, offset: usize, expected: &'static str, found: &str) -> FileError {
+        FileError::Expected { place: place_in(self.text, offset), expected, found: shown(found) }
+    }
+}
+
+fn in_degrees(unit: &str) -> bool {
+    matches!(unit.trim(), "" | "deg" | "°" | "none")
+}

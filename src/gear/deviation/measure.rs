@@ -1,0 +1,191 @@
+//! Measured points, or centres of a probe ball, become deviations.
+//!
+//! The centre of a ball that touches the flank stands one radius along the normal above the touching point, so compensation is a subtraction
+//! from the normal distance. Faults point into the object that holds `points`, `probe_radius` and `reach`.
+
+use super::{
+    Deviations, Direction, Foot, Node, Reference, Stray,
+    foot::{foot, normal, word},
+};
+use crate::{
+    estimation::{Faults, words::Shown},
+    gear::Side,
+    geometry::space::Vector,
+};
+
+/// No coordinate is larger, mm.
+const MOST_COORDINATE: f64 = 1e7;
+
+/// A measured point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// A point of the surface or the centre of the ball, mm; NaN in any coordinate: undefined.
+    pub point: Vector,
+    /// From 1, clockwise; `None`: the nearest.
+    pub tooth: Option<u32>,
+    /// `None`: the nearest, or the one that `normal` tells.
+    pub side: Option<Side>,
+    /// Roughly the normal out of the material, of any length; it tells the flanks of a tooth or of a gap apart.
+    pub normal: Option<Vector>,
+}
+
+impl Touch {
+    /// A point of which only the place is known.
+    pub fn anywhere(point: Vector) -> Self {
+        Touch { point, tooth: None, side: None, normal: None }
+    }
+}
+
+/// What becomes of points without a foot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Strays {
+    /// The whole measurement is refused; every such point is named.
+    #[default]
+    Refuse,
+    /// They are undefined, and listed in [`Deviations::strays`].
+    Undefined,
+}
+
+/// How points were measured and what is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measurement {
+    /// mm; 0 for points of the surface.
+    pub ball_radius: f64,
+    pub direction: Direction,
+    /// How far from its flank a point may lie, mm. By default a quarter of the normal base pitch, at most [`Measurement::MOST_REACH`];
+    /// beyond half of it a point belongs to another tooth.
+    pub reach: Option<f64>,
+    pub strays: Strays,
+}
+
+impl Measurement {
+    /// Default of `reach` for large teeth, mm.
+    pub const MOST_REACH: f64 = 2.0;
+
+    /// The `reach` that holds, mm.
+    pub fn reach(&self, reference: &Reference) -> f64 {
+        self.reach.unwrap_or_else(|| Self::MOST_REACH.min(0.25 * normal_base_pitch(reference)))
+    }
+
+    fn check(&self, reference: &Reference) -> Result<(), Faults> {
+        let mut faults = Faults::default();
+        if !(self.ball_radius >= 0.0 && self.ball_radius <= 1e3) {
+            let detail = format!("{} is not a radius of 0 to 1000 mm", Shown(self.ball_radius));
+            faults.push("/probe_radius_mm", detail);
+        }
+        if let Some(reach) = self.reach {
+            let most = 0.5 * normal_base_pitch(reference);
+            if !(reach > 0.0 && reach <= most) {
+                let detail = format!("{} is not above 0 and up to half the base pitch, {most:.4} mm", Shown(reach));
+                faults.push("/reach_mm", detail);
+            }
+        }
+        faults.into_result(())
+    }
+}
+
+/// Distance between corresponding flanks of neighbouring teeth, mm.
+fn normal_base_pitch(reference: &Reference) -> f64 {
+    reference.gear.base_pitch() * reference.gear.base_helix_angle().cos()
+}
+
+/// The deviation of every point. Points with a coordinate that is NaN are undefined; one beyond 1e7 mm is a fault.
+pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measurement) -> Result<Deviations, Faults> {
+    measurement.check(reference)?;
+    let reach = measurement.reach(reference);
+    let teeth = reference.gear.data().teeth;
+    let mut faults = Faults::default();
+    let mut strays = Vec::new();
+    let mut nodes = Vec::with_capacity(touches.len());
+    for (index, touch) in touches.iter().enumerate() {
+        let undefined = Node {
+            tooth: touch.tooth.unwrap_or(0),
+            side: touch.side.unwrap_or(Side::Left),
+            roll_length: f64::NAN,
+            z: f64::NAN,
+            deviation: f64::NAN,
+            within: true,
+        };
+        if let Some(tooth) = touch.tooth.filter(|tooth| !(1..=teeth).contains(tooth)) {
+            faults.push(format!("/points/{index}/tooth"), no_tooth(tooth, teeth));
+        } else if touch.point.iter().any(|x| x.abs() > MOST_COORDINATE) {
+            let detail = format!("a coordinate is beyond {} mm", Shown(MOST_COORDINATE));
+            faults.push(format!("/points/{index}"), detail);
+        } else if !touch.point.iter().any(|x| x.is_nan()) {
+            let found = nearest(reference, touch, measurement.ball_radius, reach)
+                .and_then(|foot| reference.node(&foot, measurement.direction));
+            match (found, measurement.strays) {
+                (Ok(node), _) => {
+                    nodes.push(node);
+                    continue;
+                }
+                (Err(stray), Strays::Refuse) => faults.push(format!("/points/{index}"), stray.to_string()),
+                (Err(stray), Strays::Undefined) => strays.push((index, stray)),
+            }
+        }
+        nodes.push(undefined);
+    }
+    faults.into_result(Deviations {
+        direction: measurement.direction,
+        ball_radius: measurement.ball_radius,
+        nodes,
+        strays,
+    })
+}
+
+/// The foot within reach, on the nearer flank where none is named; of two faults that of the nearer flank.
+fn nearest(reference: &Reference, touch: &Touch, ball: f64, reach: f64) -> Result<Foot, Stray> {
+    let gear = reference.gear;
+    let on = |side| {
+        let found = foot(gear, side, touch.tooth, &touch.point, ball)?;
+        let Foot { tooth, roll_length, z, .. } = found;
+        match touch.normal {
+            Some(given) if given.dot(&normal(gear, tooth, side, roll_length, z)) <= 0.0 => {
+                Err(Stray::Against { tooth, side })
+            }
+            _ => within_reach(reference, found, reach),
+        }
+    };
+    let Some(side) = touch.side else {
+        return match (on(Side::Left), on(Side::Right)) {
+            (Ok(left), Ok(right)) => Ok(if right.distance.abs() < left.distance.abs() { right } else { left }),
+            (Err(Stray::Far { distance: left, .. }), Err(far @ Stray::Far { distance: right, .. }))
+                if right.abs() < left.abs() =>
+            {
+                Err(far)
+            }
+            (Ok(foot), _) | (_, Ok(foot)) => Ok(foot),
+            (Err(stray), _) => Err(stray),
+        };
+    };
+    on(side)
+}
+
+/// Refuses feet that are far, or beyond tip and root where the gear's data name these circles.
+fn within_reach(reference: &Reference, foot: Foot, reach: f64) -> Result<Foot, Stray> {
+    let Foot { distance, tooth, side, roll_length, .. } = foot;
+    if !(distance.abs() <= reach) {
+        return Err(Stray::Far { distance, reach, tooth, side });
+    }
+    let gear = reference.gear;
+    let (diameter, outward) = (gear.diameter(roll_length), gear.outward());
+    let circles = [(gear.data().tip_diameter, outward, true), (gear.data().root_diameter, -outward, false)];
+    for (circle, beyond, tip) in circles {
+        if let Some(circle) = circle
+            && 0.5 * beyond * (diameter - circle) > reach
+        {
+            return Err(Stray::OffTooth { diameter, circle, tip, reach });
+        }
+    }
+    Ok(foot)
+}
+
+/// A gear has no such tooth.
+pub(super) fn no_tooth(tooth: u32, teeth: u32) -> String {
+    format!("{tooth} is not within 1 and {teeth}, the number of teeth")
+}
+
+/// A node as messages name it.
+pub(in crate::gear) fn named(node: &Node) -> String {
+    format!("the {} flank of tooth {}", word(node.side), node.tooth)
+}

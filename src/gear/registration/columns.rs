@@ -1,0 +1,127 @@
+//! Columns of the registration: what each motion of the part adds to the deviations.
+//!
+//! With the normal n and the place Q of a point a shift along e adds n·e and a turn about a axis a adds (Q × n)·a, in µm per µm and µm per
+//! µrad. On an involute helicoid two of the six are the same at every point of a side:
+//!
+//! `n·e_z = −s h sin β_b`, `(Q × n)·e_z = s r_b cos β_b`,
+//!
+//! with the same sign s in both. So rotation and axial shift are parallel on one flank, on both flanks and on all teeth: a screw motion carries a
+//! cylindrical gear's flanks into themselves. The two enter the fit as one column, and its coefficient is shared between them
+//! afterwards, by minimum norm in the scaled columns. On spur gears the axial shift adds nothing at all.
+
+use super::pose::Motion;
+use crate::{
+    estimation::{Faults, spec::Scaling},
+    gear::{Gear, Side},
+};
+
+/// Name of the column of rotation and axial shift together.
+pub const SCREW: &str = "rotation_with_axial_shift";
+
+/// A column of the fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Column {
+    Motion(Motion),
+    /// Rotation and axial shift; its coefficient is the normal distance that they add to left flanks, µm.
+    Screw,
+}
+
+impl Column {
+    /// As the fit calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Column::Motion(motion) => motion.name(),
+            Column::Screw => SCREW,
+        }
+    }
+}
+
+/// Which motions are free, and how they enter the fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Freedom {
+    /// In the order of [`Motion::ALL`].
+    pub motions: Vec<Motion>,
+    pub columns: Vec<Column>,
+    /// µm of normal distance on left flanks per µm of axial shift.
+    axial: f64,
+    /// µm of normal distance on left flanks per µrad of rotation.
+    rotation: f64,
+}
+
+impl Freedom {
+    /// Refuses none, a motion that stands twice, and what no point can tell; faults point into `/motions`.
+    pub fn new(gear: &Gear, asked: &[Motion]) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        if asked.is_empty() {
+            faults.push("/motions", "no motion is free");
+        }
+        for (i, motion) in asked.iter().enumerate() {
+            if asked[..i].contains(motion) {
+                faults.push(format!("/motions/{i}"), format!("`{}` stands twice", motion.name()));
+            }
+        }
+        let (sin_b, cos_b) = gear.base_helix_angle().sin_cos();
+        // + 0 makes no difference between left- and right-handed spur gears
+        let (axial, rotation) = (0.0 - gear.hand() * sin_b, 1e-3 * gear.base_radius() * cos_b);
+        if axial == 0.0 && asked == [Motion::AxialShift] {
+            faults.push(
+                "/motions/0",
+                "the flanks of a spur gear are the same along the axis: no point tells an axial shift",
+            );
+        }
+        faults.into_result(())?;
+        let motions: Vec<Motion> = Motion::ALL.into_iter().filter(|motion| asked.contains(motion)).collect();
+        let both = motions.contains(&Motion::AxialShift) && motions.contains(&Motion::Rotation);
+        let columns = motions
+            .iter()
+            .filter(|motion| match motion {
+                Motion::AxialShift => !both && axial != 0.0,
+                _ => true,
+            })
+            .map(|motion| match motion {
+                Motion::Rotation if both && axial != 0.0 => Column::Screw,
+                motion => Column::Motion(*motion),
+            })
+            .collect();
+        Ok(Freedom { motions, columns, axial, rotation })
+    }
+
+    /// Whether the fit has a column for every motion.
+    pub fn is_whole(&self) -> bool {
+        self.columns.len() == self.motions.len()
+    }
+
+    /// One entry of a row: `other` are those of [`super::pose::Undoing::columns`].
+    pub fn entry(&self, column: Column, side: Side, other: &[f64; 4]) -> f64 {
+        match column {
+            Column::Screw => side.sign(),
+            Column::Motion(Motion::XShift) => other[0],
+            Column::Motion(Motion::YShift) => other[1],
+            Column::Motion(Motion::XTilt) => other[2],
+            Column::Motion(Motion::YTilt) => other[3],
+            Column::Motion(Motion::AxialShift) => side.sign() * self.axial,
+            Column::Motion(Motion::Rotation) => side.sign() * self.rotation,
+        }
+    }
+
+    /// The motions that a column moves, and how much of each per unit of its coefficient.
+    pub fn shares(&self, column: Column, scaling: Scaling) -> Vec<(Motion, f64)> {
+        match column {
+            Column::Motion(motion) => vec![(motion, 1.0)],
+            Column::Screw => {
+                let (a, b) = (self.axial, self.rotation);
+                let (axial, rotation) = match scaling {
+                    // columns of unit length are the same but for their signs: half of it each
+                    Scaling::UnitLength | Scaling::Standardized => (0.5 / a, 0.5 / b),
+                    Scaling::None => (a / (a * a + b * b), b / (a * a + b * b)),
+                };
+                vec![(Motion::AxialShift, axial), (Motion::Rotation, rotation)]
+            }
+        }
+    }
+
+    /// Whether points can tell a motion from all others.
+    pub fn tells(&self, motion: Motion) -> bool {
+        self.columns.contains(&Column::Motion(motion))
+    }
+}

@@ -1,0 +1,305 @@
+//! The iteration of a registration, and its answer.
+
+use super::{
+    Indistinguishable, Moved, Registering, Registration,
+    columns::{Column, Freedom},
+    pose::{Motion, Pose},
+};
+use crate::{
+    estimation::{
+        Faults, FitError, FitResult, FitSpec, Nodes, fit,
+        result::Warning,
+        spec::{Estimator, Include, Regularization},
+        words::{Shown, counted},
+    },
+    gear::deviation::{
+        Deviations, Direction, Node, Reference, Stray,
+        foot::{foot, normal},
+        measure::named,
+    },
+    geometry::space::Vector,
+};
+
+/// Most iterations; with motions of some hundred µm and µrad four to six are enough.
+pub const MOST_ITERATIONS: usize = 50;
+/// A step that moves no point by more than this, µm, ends the iteration …
+const STEP: f64 = 1e-9;
+/// … or by more than this share of the gear's radius, as far as doubles tell its coordinates.
+const RELATIVE_STEP: f64 = 32.0 * f64::EPSILON;
+
+/// How the part lies. Only the nodes that take part decide; all are carried back. Faults point to `/motions`, `/pivot_z_mm`, `/weight`, to `/points/i` for
+/// node i, and where a fit has them.
+pub fn register(reference: &Reference, deviations: &Deviations, asked: &Registering) -> Result<Registration, FitError> {
+    let freedom = Freedom::new(reference.gear, asked.motions)?;
+    let part = Part::new(reference, deviations, asked, freedom)?;
+    let mut pose = Pose { pivot: part.pivot(asked)?, ..Pose::default() };
+    let mut p = vec![0.0; part.freedom.columns.len()];
+    let (mut iterations, mut converged) = (0, false);
+    let last = loop {
+        let state = part.at(&pose)?;
+        let heights: Vec<f64> =
+            state.d.iter().zip(state.x.chunks_exact(p.len())).map(|(d, x)| d + dot(x, &p)).collect();
+        let columns = &part.freedom.columns;
+        let result = fit(&part.nodes(state.x.clone(), heights, columns)?, asked.spec)?;
+        let next: Vec<f64> = result.coefficients.iter().map(|c| c.value).collect();
+        let step: Vec<f64> = next.iter().zip(&p).map(|(next, p)| next - p).collect();
+        let moved = state.x.chunks_exact(p.len()).map(|x| dot(x, &step).abs()).fold(0.0, f64::max);
+        part.set(&mut pose, &next, asked.spec);
+        if !pose.is_sane() {
+            return Err(FitError::NotConverged(
+                "the registration ran away to tilts beyond 0.1 rad: free fewer motions, or regularise",
+            ));
+        }
+        (p, iterations) = (next, iterations + 1);
+        converged = converged || moved <= STEP.max(RELATIVE_STEP * 1e3 * reference.gear.tip_radius());
+        if converged || iterations == MOST_ITERATIONS {
+            break result;
+        }
+    };
+    part.answer(pose, last, iterations, converged, asked)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The measured part.
+struct Part<'a> {
+    reference: &'a Reference<'a>,
+    deviations: &'a Deviations,
+    freedom: Freedom,
+    /// Nodes that take part, and where they were measured.
+    rows: Vec<(usize, Vector)>,
+    weight: Option<Vec<f64>>,
+}
+
+/// Rows of X and normal deviations (µm) at a pose.
+struct State {
+    x: Vec<f64>,
+    d: Vec<f64>,
+}
+
+impl<'a> Part<'a> {
+    fn new(
+        reference: &'a Reference<'a>,
+        deviations: &'a Deviations,
+        asked: &Registering,
+        freedom: Freedom,
+    ) -> Result<Self, FitError> {
+        let nodes = &deviations.nodes;
+        if let Some(weight) = asked.weight.filter(|weight| weight.len() != nodes.len()) {
+            let detail = format!("{}, but {} would match the points", weight.len(), nodes.len());
+            return Err(Faults::one("/weight", detail).into());
+        }
+        let mut faults = Faults::default();
+        let mut rows = Vec::with_capacity(nodes.len());
+        let mut weights = asked.weight.map(|_| Vec::with_capacity(nodes.len()));
+        for (i, _) in nodes.iter().enumerate().filter(|(_, node)| node.counts()) {
+            let weight = asked.weight.map_or(1.0, |weight| weight[i]);
+            if !(weight >= 0.0 && weight.is_finite()) {
+                faults.push(format!("/weight/{i}"), format!("{} is not a finite number of at least 0", Shown(weight)));
+            }
+            if weight > 0.0
+                && let Some(point) = deviations.point(reference, i)
+            {
+                if point.iter().all(|x| x.is_finite()) {
+                    rows.push((i, point));
+                    weights.iter_mut().for_each(|weights| weights.push(weight));
+                } else {
+                    faults.push(format!("/points/{i}"), "the modification has no value here");
+                }
+            }
+        }
+        if faults.is_empty() && rows.len() < freedom.columns.len() {
+            let (points, motions) = (rows.len(), freedom.columns.len());
+            let points = counted(points, "measured point takes", "measured points take");
+            let motions = counted(motions, "motion", "motions");
+            faults.push("/points", format!("{points} part, too few for {motions}"));
+        }
+        faults.into_result(())?;
+        Ok(Part { reference, deviations, freedom, rows, weight: weights })
+    }
+
+    /// z of the pivot, mm.
+    fn pivot(&self, asked: &Registering) -> Result<f64, Faults> {
+        match asked.pivot {
+            Some(z) if z.is_finite() => Ok(z),
+            Some(_) => Err(Faults::one("/pivot_z_mm", "the number is not finite in double precision")),
+            None => {
+                let z = self.rows.iter().map(|(i, _)| self.deviations.nodes[*i].z);
+                let [low, high] = z.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], z| [a.min(z), b.max(z)]);
+                Ok(0.5 * (low + high))
+            }
+        }
+    }
+
+    fn set(&self, pose: &mut Pose, coefficients: &[f64], spec: &FitSpec) {
+        for (column, value) in self.freedom.columns.iter().zip(coefficients) {
+            for (motion, share) in self.freedom.shares(*column, spec.scaling) {
+                pose.set(motion, share * value);
+            }
+        }
+    }
+
+    /// A point carried back: its node, with the deviation along the normal.
+    fn carried(&self, node: &Node, point: &Vector) -> Result<Node, Stray> {
+        let gear = self.reference.gear;
+        let foot = foot(gear, node.side, Some(node.tooth), point, self.deviations.ball_radius)?;
+        self.reference.node(&foot, Direction::Normal)
+    }
+
+    fn at(&self, pose: &Pose) -> Result<State, Faults> {
+        self.with_columns(pose, &self.freedom.columns)
+    }
+
+    fn with_columns(&self, pose: &Pose, columns: &[Column]) -> Result<State, Faults> {
+        let undoing = pose.undoing();
+        let mut faults = Faults::default();
+        let mut state =
+            State { x: Vec::with_capacity(self.rows.len() * columns.len()), d: Vec::with_capacity(self.rows.len()) };
+        for (i, point) in &self.rows {
+            let node = &self.deviations.nodes[*i];
+            match self.carried(node, &undoing.point(point)) {
+                Ok(carried) => {
+                    let normal = normal(self.reference.gear, node.tooth, node.side, carried.roll_length, carried.z);
+                    let other = undoing.columns(point, &normal);
+                    state.x.extend(columns.iter().map(|column| self.freedom.entry(*column, node.side, &other)));
+                    state.d.push(carried.deviation);
+                }
+                Err(stray) => {
+                    let detail = format!("carried back to {} it is lost: {stray}", named(node));
+                    faults.push(format!("/points/{i}"), detail);
+                }
+            }
+        }
+        faults.into_result(state)
+    }
+
+    fn nodes(&self, x: Vec<f64>, heights: Vec<f64>, columns: &[Column]) -> Result<Nodes, Faults> {
+        let names = columns.iter().map(|column| column.name().to_owned()).collect();
+        Nodes::matrix(x, columns.len(), heights, Some(names), self.weight.clone())
+    }
+
+    fn answer(
+        &self,
+        pose: Pose,
+        last: FitResult,
+        iterations: usize,
+        converged: bool,
+        asked: &Registering,
+    ) -> Result<Registration, FitError> {
+        let mut warnings = Vec::new();
+        if !converged {
+            warnings.push(Warning {
+                code: "registration_not_converged",
+                message: format!("the motions still changed after {iterations} iterations"),
+            });
+        }
+        let every_motion = if self.freedom.is_whole() { None } else { Some(self.every_motion(&pose, asked.spec)?) };
+        let dependencies = &every_motion.as_ref().unwrap_or(&last).collinearity.near_dependencies;
+        let indistinguishable = dependencies
+            .iter()
+            .map(|near| Indistinguishable {
+                motions: near.terms.iter().filter_map(|term| Motion::named(term)).collect(),
+                condition_index: near.condition_index,
+                sentence: near.sentence.clone(),
+            })
+            .collect();
+        if !self.freedom.is_whole() {
+            warnings.push(self.undetermined());
+        }
+        let deviations = self.carried_back(&pose, &mut warnings);
+        Ok(Registration {
+            motions: self.moved(&pose, &last, asked.spec),
+            pose,
+            // at least one node takes part
+            rms_before: self.deviations.rms().unwrap_or_default(),
+            rms_after: deviations.rms().unwrap_or_default(),
+            iterations,
+            converged,
+            indistinguishable,
+            fit: last,
+            every_motion,
+            rows: self.rows.iter().map(|(i, _)| *i).collect(),
+            deviations,
+            warnings,
+        })
+    }
+
+    /// Least squares with a column for every motion.
+    fn every_motion(&self, pose: &Pose, spec: &FitSpec) -> Result<FitResult, FitError> {
+        let columns: Vec<Column> = self.freedom.motions.iter().map(|motion| Column::Motion(*motion)).collect();
+        let State { x, d } = self.with_columns(pose, &columns)?;
+        let values: Vec<f64> = self.freedom.motions.iter().map(|motion| pose.get(*motion)).collect();
+        let heights = d.iter().zip(x.chunks_exact(columns.len())).map(|(d, x)| d + dot(x, &values)).collect();
+        let plain = FitSpec {
+            regularization: Regularization::None,
+            estimator: Estimator::LeastSquares,
+            include: Include::default(),
+            ..spec.clone()
+        };
+        fit(&self.nodes(x, heights, &columns)?, &plain)
+    }
+
+    fn undetermined(&self) -> Warning {
+        let message = if self.freedom.columns.contains(&Column::Screw) {
+            "rotation and axial_shift: a screw motion carries the flanks of a helical gear into themselves, so that no points of them tell \
+             the two apart; their joint effect is shared between them by minimum norm. Free only one of them to have all of it there"
+        } else {
+            "axial_shift: the flanks of a spur gear are the same along the axis, so that no points of them tell it; it is left at 0"
+        };
+        Warning { code: "motions_indistinguishable", message: message.into() }
+    }
+
+    fn moved(&self, pose: &Pose, last: &FitResult, spec: &FitSpec) -> Vec<Moved> {
+        let of = |motion: Motion| {
+            self.freedom.columns.iter().zip(&last.coefficients).find_map(|(column, coefficient)| {
+                let shares = self.freedom.shares(*column, spec.scaling);
+                shares.into_iter().find(|(m, _)| *m == motion).map(|(_, share)| (coefficient, share))
+            })
+        };
+        self.freedom
+            .motions
+            .iter()
+            .map(|&motion| {
+                let (determined, found) = (self.freedom.tells(motion), of(motion));
+                Moved {
+                    motion,
+                    value: pose.get(motion),
+                    std_error: found.and_then(|(c, share)| c.std_error.map(|error| error * share.abs())),
+                    bias_bound: found.filter(|_| determined).map(|(c, _)| c.bias_bound),
+                    determined,
+                }
+            })
+            .collect()
+    }
+
+    /// Every defined node carried back, in the direction of the deviations given.
+    fn carried_back(&self, pose: &Pose, warnings: &mut Vec<Warning>) -> Deviations {
+        let undoing = pose.undoing();
+        let mut back = self.deviations.clone();
+        let scale = back.direction.from_normal(self.reference.gear);
+        let mut lost = Vec::new();
+        for (i, node) in back.nodes.iter_mut().enumerate() {
+            let Some(point) = self.deviations.point(self.reference, i) else { continue };
+            match self.carried(node, &undoing.point(&point)) {
+                Ok(carried) => *node = Node { deviation: carried.deviation * scale, within: node.within, ..carried },
+                Err(stray) => {
+                    *node = Node { roll_length: f64::NAN, z: f64::NAN, deviation: f64::NAN, ..*node };
+                    lost.push((i, stray));
+                }
+            }
+        }
+        if let Some((first, stray)) = lost.first() {
+            let count = counted(lost.len(), "node has", "nodes have");
+            warnings.push(Warning {
+                code: "nodes_lost",
+                message: format!(
+                    "{count} no place on the flank once carried back and are undefined; the first is {first}: {stray}"
+                ),
+            });
+        }
+        back.strays.extend(lost);
+        back
+    }
+}
