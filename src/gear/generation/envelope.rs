@@ -158,12 +158,17 @@ fn check(points: &[[f64; 2]], parts: usize) -> Result<(), Faults> {
 impl Motion {
     /// Where a tool's point cuts, in the gear's frame; `None` where its normal never meets the pitch point.
     pub fn contact(&self, tool: &ToolPoint) -> Option<[f64; 2]> {
+        self.contact_and_turn(tool).map(|(point, _)| point)
+    }
+
+    /// The same with the turn of the gear at that instant, rad.
+    fn contact_and_turn(&self, tool: &ToolPoint) -> Option<([f64; 2], f64)> {
         let ([x, y], [nx, ny]) = (tool.point, tool.normal);
         match *self {
             Motion::Rack { pitch_radius } => {
                 let along = y * nx / ny;
                 let back = -(x - along) / pitch_radius;
-                (along.is_finite() && back.is_finite()).then(|| rotated([along, pitch_radius + y], back))
+                (along.is_finite() && back.is_finite()).then(|| (rotated([along, pitch_radius + y], back), -back))
             }
             Motion::Pinion { tool_pitch_radius, gear_pitch_radius, internal } => {
                 let length = nx.hypot(ny);
@@ -177,7 +182,7 @@ impl Motion {
                 let turned = rotated([x, y], -turn);
                 let centre = gear_pitch_radius - out * tool_pitch_radius;
                 let back = out * turn * tool_pitch_radius / gear_pitch_radius;
-                t.is_finite().then(|| rotated([turned[0], turned[1] + centre], back))
+                t.is_finite().then(|| (rotated([turned[0], turned[1] + centre], back), -back))
             }
         }
     }
@@ -266,11 +271,14 @@ struct Trail {
 impl Trail {
     /// Takes points between `a` and `b` as long as these touch far from each other within the range.
     fn between(&mut self, a: &ToolPoint, b: &ToolPoint, depth: usize) {
-        let ends = [a, b].map(|tool| self.motion.contact(tool));
-        let seen = ends.iter().flatten().any(|[x, y]| self.range.contains(&x.hypot(*y)));
-        // A normal along the pitch line never touches, but its neighbours do, ever farther out.
+        let ends = [a, b].map(|tool| self.motion.contact_and_turn(tool));
+        let seen = ends.iter().flatten().any(|([x, y], _)| self.range.contains(&x.hypot(*y)));
+        // A normal along the pitch line never touches, but its neighbours do, ever farther out; on both sides of it contacts may
+        // lie at one place, at instants far from each other.
         let far = match ends {
-            [Some(a), Some(b)] => (a[0] - b[0]).hypot(a[1] - b[1]) > self.near,
+            [Some(([ax, ay], a)), Some(([bx, by], b))] => {
+                (ax - bx).hypot(ay - by).max((a - b).abs() * ax.hypot(ay)) > self.near
+            }
             _ => true,
         };
         if depth > 0 && seen && far {
