@@ -22,6 +22,7 @@ mod gear_evaluation_signs;
 mod gear_evaluation_surface;
 mod gear_geometry;
 mod gear_geometry_grid;
+mod gear_geometry_tool;
 mod gear_registration;
 mod gear_registration_motion;
 mod gear_registration_points;
