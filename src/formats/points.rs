@@ -5,7 +5,7 @@
 //! line. Numbers have a point, or all of them a comma where that is not the separator. Lines that begin with `#` are
 //! remarks. Fields may stand in double quotes.
 
-use std::fmt::Write as _;
+use std::{borrow::Cow, fmt::Write as _};
 
 use super::{
     fault::ExportFault,
@@ -84,7 +84,7 @@ fn separator_of(line: &str) -> char {
 /// A field with the part of the line that it is.
 #[derive(Clone, Debug)]
 struct Field<'a> {
-    text: String,
+    text: Cow<'a, str>,
     part: &'a str,
 }
 
@@ -97,7 +97,7 @@ fn split(line: Line<'_>, separator: char) -> Result<Vec<Field<'_>>, FileError> {
         if start.starts_with('"') {
             let (text, behind) = quoted(start).ok_or_else(|| line.expected(start, "a closing quote"))?;
             let part = &start[..start.len() - behind.len()];
-            fields.push(Field { text, part });
+            fields.push(Field { text: text.into(), part });
             let behind = behind.trim_start_matches(' ');
             if behind.is_empty() {
                 return Ok(fields);
@@ -112,7 +112,7 @@ fn split(line: Line<'_>, separator: char) -> Result<Vec<Field<'_>>, FileError> {
             None => (rest, None),
         };
         let part = if field.trim().is_empty() { field } else { field.trim() };
-        fields.push(Field { text: field.trim().to_owned(), part });
+        fields.push(Field { text: field.trim().into(), part });
         match behind {
             Some(behind) => rest = behind,
             None => return Ok(fields),
@@ -231,7 +231,7 @@ fn point_of(line: Line, columns: &Columns, marks: &mut Marks) -> Result<ListedPo
     if direction.is_some_and(|direction| direction == Vector::zeros()) {
         return Err(line.expected(field(4).map_or(line.text, |field| field.part), "a direction that is not zero"));
     }
-    let id = field(0).map(|field| field.text.clone()).filter(|id| !id.is_empty());
+    let id = field(0).map(|field| field.text.to_string()).filter(|id| !id.is_empty());
     Ok(ListedPoint { id, point, direction, line: line.number })
 }
 

@@ -220,7 +220,9 @@ proptest! {
     #[test]
     fn planes_of_a_span_touch_both_flanks(gear in any_gear()) {
         let geometry = Geometry::of(&gear);
-        prop_assume!(!gear.data().internal);
+        if gear.data().internal {
+            return Ok(());
+        }
         let span = geometry.span.unwrap();
         let half = 0.5 * span.length;
         let (sin, cos) = gear.base_helix_angle().sin_cos();

@@ -31,7 +31,7 @@ fn places(gear: &Gear, teeth: u32, sides: &[Side], form: impl Fn(Side, f64, f64)
                     let roll = low.max(ball) + (high - low.max(ball)) * f64::from(i) / 4.0;
                     let z = 10.0 + 6.0 * f64::from(j);
                     let point = above(gear, tooth, side, roll, z, ball + 1e-3 * form(side, roll, z));
-                    touches.push(Touch { point, tooth: Some(tooth), side: Some(side) });
+                    touches.push(Touch { tooth: Some(tooth), side: Some(side), ..Touch::anywhere(point) });
                 }
             }
         }

@@ -70,7 +70,7 @@ proptest! {
             let delta = if k < 2 { 0.0 } else { random.between(-200.0, 200.0) };
             let point = above(&gear, tooth, side, roll, z, 1e-3 * delta);
             let accuracy = 1e-12 * gear.tip_radius().max(gear.root_radius()) * 1e3;
-            let named = Touch { point, tooth: Some(tooth), side: Some(side) };
+            let named = Touch { tooth: Some(tooth), side: Some(side), ..Touch::anywhere(point) };
             for touch in [anywhere(point), named] {
                 let node = measured(&gear, &[touch], &Measurement::default()).nodes[0];
                 prop_assert_eq!((node.tooth, node.side), (tooth, side));
@@ -103,7 +103,7 @@ proptest! {
             let delta = random.between(-80.0, 80.0);
             let centre = above(&gear, tooth, side, roll, z, radius + 1e-3 * delta);
             let measurement = Measurement { ball_radius: radius, ..Measurement::default() };
-            let touch = Touch { point: centre, tooth: None, side: Some(side) };
+            let touch = Touch { side: Some(side), ..Touch::anywhere(centre) };
             let deviations = measured(&gear, &[touch], &measurement);
             let node = deviations.nodes[0];
             prop_assert_eq!(node.tooth, tooth);
@@ -125,7 +125,7 @@ proptest! {
             let (side, roll, z) = (side(k), random.between(low, high), random.between(-20.0, 20.0));
             let delta = random.between(-20.0, 20.0);
             let point = above(&gear, 3, side, roll, z, 1e-3 * (delta - relief(side, roll, z)));
-            let touch = Touch { point, tooth: None, side: Some(side) };
+            let touch = Touch { side: Some(side), ..Touch::anywhere(point) };
             let node = measure(&reference, &[touch], &Measurement::default()).expect("a point").nodes[0];
             prop_assert!((node.deviation - delta).abs() < 1e-8, "{} instead of {delta}", node.deviation);
         }
@@ -243,6 +243,25 @@ fn points_that_are_not_of_the_flank_are_named() {
 }
 
 #[test]
+fn a_normal_tells_the_flank() {
+    // in the middle of a tooth space both flanks are as near
+    let gear = helical(20.0, Hand::Left);
+    let space = std::f64::consts::PI / gear.teeth();
+    let (sin, cos) = (space - 10.0 * gear.turn_per_length()).sin_cos();
+    let middle = anywhere(gear.reference_radius() * Vector::new(sin, cos, 0.0) + Vector::new(0.0, 0.0, 10.0));
+    let reach = Measurement { reach: Some(4.0), ..Measurement::default() };
+    for (x, tooth, side) in [(1.0, 1, Side::Right), (-1.0, 2, Side::Left)] {
+        let normal = Some(Vector::new(x, 0.0, 0.0));
+        let node = measured(&gear, &[Touch { normal, ..middle }], &reach).nodes[0];
+        assert_eq!((node.tooth, node.side), (tooth, side));
+        assert!(node.deviation > 1000.0);
+        let wrong = Touch { normal: normal.map(|n| -n), side: Some(side), tooth: Some(tooth), ..middle };
+        let faults = measure(&Reference::new(&gear), &[wrong], &reach).expect_err("the other flank's normal");
+        assert!(faults.list()[0].detail.contains("into the material"), "{}", faults.list()[0].detail);
+    }
+}
+
+#[test]
 fn tip_and_root_circles_that_are_given_hold() {
     let plain = helical(20.0, Hand::Left);
     let tip = 2.0 * plain.tip_radius();
@@ -286,7 +305,7 @@ fn a_grid_is_the_same_as_its_points() {
     let touches: Vec<Touch> = (0..231)
         .map(|i| {
             let point = nodes.point(&reference, i).unwrap_or(Vector::repeat(f64::NAN));
-            Touch { point, tooth: Some(2), side: Some(Side::Right) }
+            Touch { tooth: Some(2), side: Some(Side::Right), ..Touch::anywhere(point) }
         })
         .collect();
     let transverse = Measurement { direction: Direction::Transverse, ..Measurement::default() };

@@ -170,12 +170,12 @@ impl Body {
         } else if let Some(table) = Diameters::parse(line, lines)? {
             self.end_unknown();
             self.file.diameters.push(table);
-        } else if let Some(title) = text.strip_suffix(':').filter(|title| is_title(title)) {
-            self.end_unknown();
-            self.block = Block::of(title);
         } else if let Some(side) = flank_title(text) {
             self.end_unknown();
             self.flank = Some(side);
+        } else if let Some(title) = text.strip_suffix(':').filter(|title| is_title(title)) {
+            self.end_unknown();
+            self.block = Block::of(title);
         } else {
             self.add_unknown(line);
         }
@@ -298,8 +298,9 @@ fn is_title(text: &str) -> bool {
     text.bytes().next().is_some_and(|b| !b.is_ascii_digit()) && !text.contains([':', '=']) && text.chars().count() <= 40
 }
 
-/// `linke Zahnflanke`, `left tooth flank`.
+/// `linke Zahnflanke`, `left tooth flank:`
 fn flank_title(text: &str) -> Option<Side> {
+    let text = text.trim_end_matches(':');
     let words = text.split_ascii_whitespace().count();
     if text.contains([':', '=', '/']) || words > 4 {
         return None;

@@ -5,7 +5,7 @@
 //! of their section (`x=`, `d=`, `z=`). Curves come in blocks of traces, each with its tooth, flank and number of values; values as numbered
 //! results.
 //!
-//! Conventions. Deviations are µm with the sign that is stored; [`DinSign`] turns it. An undefined point is NaN and counted, never left
+//! Conventions. Deviations are µm with the sign that is stored; [`Signs`] turns it. An undefined point is NaN and counted, never left
 //! out. Positions are found with a gear's base circle ([`Curves::place`]): samples are equidistant in **roll length** from the start to the
 //! end of the measuring range for profiles, whatever the range is given in, and equidistant in z for leads. With equal steps of roll
 //! length the slopes of a measured gear's 8 profiles come out 0.15 to 0.27 µm from the instrument's, with equal steps of
@@ -28,7 +28,7 @@ pub use results::{Characteristic, Place as ResultPlace, Statistic};
 pub use settings::{
     Circle, HelixSetup, Length, PlusMaterial, Probe, ProfileAxis, ProfileSetup, Range, Rules, Sides, SliceOf,
 };
-pub use sign::DinSign;
+pub use sign::{Sense, Signs};
 pub use tables::{Contact, Diameters, PitchRow, PitchTable, WhichDiameter};
 pub use values::{Reading, ResultLine, Values};
 

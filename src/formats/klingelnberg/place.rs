@@ -2,7 +2,7 @@
 
 use super::{
     super::topography::{Topography, ascending},
-    Block, Curve, Curves, DinSign, HelixSetup, ProfileAxis, ProfileSetup, Section, Sides,
+    Block, Curve, Curves, HelixSetup, ProfileAxis, ProfileSetup, Section, Sense, Sides, Signs,
 };
 use crate::{
     gear::{Gear, Kind, Side, Trace},
@@ -56,7 +56,7 @@ pub struct Placed {
 
 impl Curves {
     /// Gives every sample its position: roll length for profiles (equal steps of roll length from start to end of the
-    /// measuring range), z for leads; section z or diameter. Deviations keep the sign stored; see [`DinSign`].
+    /// measuring range), z for leads; section z or diameter. Deviations keep the sign stored; see [`Placed::with_sense`].
     ///
     /// `gear` is the one that was measured, from [`Header::gear`](super::Header::gear) or known otherwise.
     pub fn place(&self, gear: &Gear) -> Placed {
@@ -78,17 +78,17 @@ impl Curves {
         placed
     }
 
-    /// What turns the stored signs into those of DIN, for this file's settings.
-    pub fn din_sign(&self) -> DinSign {
-        DinSign::of(&self.header.rules())
+    /// What turns the stored signs, for this file's settings.
+    pub fn signs(&self) -> Signs {
+        Signs::of(&self.header.rules())
     }
 }
 
 impl Placed {
-    /// Turns every deviation into the sign of DIN.
-    pub fn with_sign(mut self, sign: DinSign) -> Self {
+    /// Turns every stored deviation into one sense.
+    pub fn with_sense(mut self, signs: Signs, sense: Sense) -> Self {
         for placed in &mut self.traces {
-            let factor = sign.factor(placed.trace.kind, placed.trace.side);
+            let factor = signs.factor(sense, placed.trace.kind, placed.trace.side);
             for value in &mut placed.trace.deviation {
                 *value *= factor;
             }
@@ -97,7 +97,7 @@ impl Placed {
     }
 
     /// Grids: the traces of one kind on one flank of a tooth at two or more sections, letters of the tooth aside. Traces of a tooth
-    /// whose numbers of samples or ranges differ make no grid; they stay among the traces.
+    /// whose numbers of samples or ranges differ make no grid; they stay among the traces. A surface needs [`Sense::Material`].
     pub fn topographies(&self, gear: &Gear) -> Vec<Topography> {
         let mut groups: Vec<(&str, Side, Kind, Vec<&Trace>)> = Vec::new();
         let mut index = std::collections::HashMap::new();

@@ -122,7 +122,8 @@ pub(super) fn parse(line: Line<'_>) -> Result<Option<TraceHead<'_>>, FileError> 
 fn count_of<'a>(line: Line<'a>, behind: &'a str) -> Result<(Option<usize>, &'a str), FileError> {
     let text = behind.trim_start_matches('/').trim_start();
     let word = text.split_ascii_whitespace().next().unwrap_or_default();
-    if word.is_empty() || word.contains('=') || text.as_bytes()[..word.len()].iter().all(u8::is_ascii_alphabetic) {
+    let no_count = !behind.starts_with('/') && word.bytes().all(|b| b.is_ascii_alphabetic());
+    if word.is_empty() || word.contains('=') || no_count {
         return Ok((None, text));
     }
     let count = word.trim_end_matches('/').parse().map_err(|_| line.expected(word, "the number of values"))?;

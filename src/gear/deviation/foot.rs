@@ -52,6 +52,8 @@ pub enum Stray {
     #[error("its foot has diameter {} mm and lies beyond the {} circle of {} mm by more than {} mm", short(*diameter),
         if *tip { "tip" } else { "root" }, short(*circle), short(*reach))]
     OffTooth { diameter: f64, circle: f64, tip: bool, reach: f64 },
+    #[error("the normal given with the point points into the material of the {} flank of tooth {tooth}", word(*side))]
+    Against { tooth: u32, side: Side },
     #[error("the modification has no value at its foot (roll length {} mm, z {} mm)", short(*roll_length), short(*z))]
     NoRelief { roll_length: f64, z: f64 },
 }
@@ -123,6 +125,11 @@ pub fn foot(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: 
         z: centre.z + s * gear.hand() * distance * sin_b,
         distance: distance - ball,
     })
+}
+
+/// The normal out of the material at a place of a tooth.
+pub fn normal(gear: &Gear, tooth: u32, side: Side, roll_length: f64, z: f64) -> Vector {
+    turned(Flank::new(gear, side).at(roll_length, z).normal, tooth_angle(gear, tooth))
 }
 
 /// The point (the ball's centre) that stands `distance` mm out of a place of the flank.

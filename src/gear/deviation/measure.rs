@@ -5,7 +5,7 @@
 
 use super::{
     Deviations, Direction, Foot, Node, Reference, Stray,
-    foot::{foot, word},
+    foot::{foot, normal, word},
 };
 use crate::{
     estimation::{Faults, words::Shown},
@@ -23,14 +23,16 @@ pub struct Touch {
     pub point: Vector,
     /// From 1, clockwise; `None`: the nearest.
     pub tooth: Option<u32>,
-    /// `None`: the nearest.
+    /// `None`: the nearest, or the one that `normal` tells.
     pub side: Option<Side>,
+    /// Roughly the normal out of the material, of any length; it tells the flanks of a tooth or of a gap apart.
+    pub normal: Option<Vector>,
 }
 
 impl Touch {
     /// A point of which only the place is known.
     pub fn anywhere(point: Vector) -> Self {
-        Touch { point, tooth: None, side: None }
+        Touch { point, tooth: None, side: None, normal: None }
     }
 }
 
@@ -133,7 +135,17 @@ pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measureme
 
 /// The foot within reach, on the nearer flank where none is named; of two faults that of the nearer flank.
 fn nearest(reference: &Reference, touch: &Touch, ball: f64, reach: f64) -> Result<Foot, Stray> {
-    let on = |side| within_reach(reference, foot(reference.gear, side, touch.tooth, &touch.point, ball)?, reach);
+    let gear = reference.gear;
+    let on = |side| {
+        let found = foot(gear, side, touch.tooth, &touch.point, ball)?;
+        let Foot { tooth, roll_length, z, .. } = found;
+        match touch.normal {
+            Some(given) if given.dot(&normal(gear, tooth, side, roll_length, z)) <= 0.0 => {
+                Err(Stray::Against { tooth, side })
+            }
+            _ => within_reach(reference, found, reach),
+        }
+    };
     let Some(side) = touch.side else {
         return match (on(Side::Left), on(Side::Right)) {
             (Ok(left), Ok(right)) => Ok(if right.distance.abs() < left.distance.abs() { right } else { left }),

@@ -98,7 +98,7 @@ impl Subject<'_> {
             self.note(notices, "too_few_samples", detail);
             return (samples, None, false);
         }
-        let covers = self.covers(notices);
+        let covers = self.covers(samples.used, notices);
         match self.figures(&taken) {
             Ok(values) => (samples, Some(values), covers),
             Err(error) => {
@@ -141,12 +141,14 @@ impl Subject<'_> {
         Taken { u, deviation, zone, samples }
     }
 
-    /// Whether defined samples reach to both ends of the range or beyond them.
-    fn covers(&self, notices: &mut Vec<Notice>) -> bool {
+    /// Whether defined samples reach both ends of the range, to one distance of neighbouring samples (they are discrete).
+    fn covers(&self, used: usize, notices: &mut Vec<Notice>) -> bool {
         let window = self.window;
         let defined = self.trace.at.iter().zip(&self.trace.deviation).filter(|(_, d)| !d.is_nan());
         let (least, most) = defined.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (&at, _)| (a.min(at), b.max(at)));
-        if least <= window.low + EDGE && most >= window.high - EDGE {
+        let within = most.min(window.high) - least.max(window.low);
+        let open = EDGE + within.max(0.0) / (used.max(2) - 1) as f64;
+        if least <= window.low + open && most >= window.high - open {
             return true;
         }
         let detail = format!(

@@ -36,6 +36,11 @@ pub const MOST_POINTS: usize = 200_000;
 /// Between the two normals of a corner, one for each of these angles, rad.
 const CORNER_STEP: f64 = 0.01;
 
+/// Points that touch farther from each other than this part of the range get others in between …
+const RESOLUTION: f64 = 1e-3;
+/// … by halving at most so often.
+const DEEPEST: usize = 24;
+
 /// How tool and gear move, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
@@ -153,12 +158,17 @@ fn check(points: &[[f64; 2]], parts: usize) -> Result<(), Faults> {
 impl Motion {
     /// Where a tool's point cuts, in the gear's frame; `None` where its normal never meets the pitch point.
     pub fn contact(&self, tool: &ToolPoint) -> Option<[f64; 2]> {
+        self.contact_and_turn(tool).map(|(point, _)| point)
+    }
+
+    /// The same with the turn of the gear at that instant, rad.
+    fn contact_and_turn(&self, tool: &ToolPoint) -> Option<([f64; 2], f64)> {
         let ([x, y], [nx, ny]) = (tool.point, tool.normal);
         match *self {
             Motion::Rack { pitch_radius } => {
                 let along = y * nx / ny;
                 let back = -(x - along) / pitch_radius;
-                (along.is_finite() && back.is_finite()).then(|| rotated([along, pitch_radius + y], back))
+                (along.is_finite() && back.is_finite()).then(|| (rotated([along, pitch_radius + y], back), -back))
             }
             Motion::Pinion { tool_pitch_radius, gear_pitch_radius, internal } => {
                 let length = nx.hypot(ny);
@@ -172,7 +182,7 @@ impl Motion {
                 let turned = rotated([x, y], -turn);
                 let centre = gear_pitch_radius - out * tool_pitch_radius;
                 let back = out * turn * tool_pitch_radius / gear_pitch_radius;
-                t.is_finite().then(|| rotated([turned[0], turned[1] + centre], back))
+                t.is_finite().then(|| (rotated([turned[0], turned[1] + centre], back), -back))
             }
         }
     }
@@ -193,30 +203,22 @@ pub struct Envelope {
 
 impl Envelope {
     /// Everything that `profile` touches under `motion` within radii from `least` to `most`.
+    ///
+    /// Where two neighbouring points of the tool touch far from each other, points and normals between them are tried too.
     pub fn of(profile: &ToolProfile, motion: Motion, [least, most]: [f64; 2]) -> Self {
-        let mut branches: Vec<Vec<Polar>> = vec![Vec::new()];
-        let mut last: Option<Polar> = None;
+        let near = RESOLUTION * (most - least);
+        let mut trail = Trail { motion, range: least..=most, near, branches: vec![Vec::new()], last: None };
+        let mut before: Option<ToolPoint> = None;
         for tool in &profile.points {
-            let touched = motion.contact(tool).map(|[x, y]| Polar::of(x, y));
-            let within = touched.filter(|polar| (least..=most).contains(&polar.radius));
-            match (within, branches.last_mut()) {
-                (Some(polar), Some(branch)) => {
-                    // The first point on the way in, and the last on the way out, lie just beyond the border.
-                    if branch.is_empty() {
-                        branch.extend(last);
-                    }
-                    branch.push(polar);
-                }
-                (None, Some(branch)) if !branch.is_empty() => {
-                    branch.extend(touched);
-                    branches.push(Vec::new());
-                }
-                _ => {}
+            let tool = tool.towards(before.as_ref());
+            if let Some(before) = before {
+                trail.between(&before, &tool, DEEPEST);
             }
-            last = touched;
+            trail.touch(motion.contact(&tool));
+            before = Some(tool);
         }
-        branches.retain(|branch| branch.len() > 1);
-        Envelope { branches }
+        trail.branches.retain(|branch| branch.len() > 1);
+        Envelope { branches: trail.branches }
     }
 
     /// The flank that is left, at ascending radii: half the tooth's angle, `None` where nothing of the tool passes.
@@ -237,5 +239,73 @@ impl Envelope {
             }
         }
         least
+    }
+}
+
+impl ToolPoint {
+    /// The same with a normal of length 1, on the side that `before` has it on.
+    fn towards(&self, before: Option<&ToolPoint>) -> Self {
+        let [x, y] = self.normal;
+        let against = before.is_some_and(|before| before.normal[0] * x + before.normal[1] * y < 0.0);
+        let length = if against { -x.hypot(y) } else { x.hypot(y) };
+        ToolPoint { point: self.point, normal: [x / length, y / length] }
+    }
+
+    /// Half way to another one.
+    fn half_way(&self, other: &ToolPoint) -> Self {
+        let middle = |a: [f64; 2], b: [f64; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+        let between = ToolPoint { point: middle(self.point, other.point), normal: middle(self.normal, other.normal) };
+        between.towards(Some(self))
+    }
+}
+
+/// The envelope in the making.
+struct Trail {
+    motion: Motion,
+    range: std::ops::RangeInclusive<f64>,
+    near: f64,
+    branches: Vec<Vec<Polar>>,
+    last: Option<Polar>,
+}
+
+impl Trail {
+    /// Takes points between `a` and `b` as long as these touch far from each other within the range.
+    fn between(&mut self, a: &ToolPoint, b: &ToolPoint, depth: usize) {
+        let ends = [a, b].map(|tool| self.motion.contact_and_turn(tool));
+        let seen = ends.iter().flatten().any(|([x, y], _)| self.range.contains(&x.hypot(*y)));
+        // A normal along the pitch line never touches, but its neighbours do, ever farther out; on both sides of it contacts may
+        // lie at one place, at instants far from each other.
+        let far = match ends {
+            [Some(([ax, ay], a)), Some(([bx, by], b))] => {
+                (ax - bx).hypot(ay - by).max((a - b).abs() * ax.hypot(ay)) > self.near
+            }
+            _ => true,
+        };
+        if depth > 0 && seen && far {
+            let middle = a.half_way(b);
+            self.between(a, &middle, depth - 1);
+            self.touch(self.motion.contact(&middle));
+            self.between(&middle, b, depth - 1);
+        }
+    }
+
+    fn touch(&mut self, contact: Option<[f64; 2]>) {
+        let touched = contact.map(|[x, y]| Polar::of(x, y));
+        let within = touched.filter(|polar| self.range.contains(&polar.radius));
+        match (within, self.branches.last_mut()) {
+            (Some(polar), Some(branch)) => {
+                // The first point on the way in, and the last on the way out, lie just beyond the border.
+                if branch.is_empty() {
+                    branch.extend(self.last);
+                }
+                branch.push(polar);
+            }
+            (None, Some(branch)) if !branch.is_empty() => {
+                branch.extend(touched);
+                self.branches.push(Vec::new());
+            }
+            _ => {}
+        }
+        self.last = touched;
     }
 }

@@ -10,6 +10,8 @@
 //!
 //! in the transverse section an ellipse. A protuberance pr puts the centre ρ − pr behind the straight flank instead of ρ; the rounding then
 //! reaches up to where it crosses that flank, in a concave corner (a protuberance flank of another angle is not described by the data).
+//! Where it bends back beyond δ = π/2 it cuts on the other side of the pitch point; with a rounding near the pitch line, on gears of
+//! much profile shift, that overhang cuts the flank once more, and the nearer of both cuts is what counts.
 //! ρ = 0 is a sharp corner, whose normals fill the angle between tip and flank: the same formulas.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -20,6 +22,11 @@ use crate::gear::{Gear, Side, involute::Flank};
 
 /// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal modules.
 pub const STANDARD_TIP_RADIUS: f64 = 0.38;
+
+/// Lengths along the fillet are measured in so many steps for each point that is wanted.
+const FINER: usize = 8;
+/// Radii at which an overhang is compared with the involute.
+const OVERHANG: usize = 400;
 
 /// A rack tool in its normal section, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,6 +113,8 @@ pub struct RackFillet {
     /// Where fillet and involute meet.
     form_roll: f64,
     form_angle: f64,
+    /// δ where the overhang of a rounding that reaches beyond π/2 cuts nearest to the gear's axis.
+    dip: Option<f64>,
 }
 
 impl RackFillet {
@@ -132,12 +141,15 @@ impl RackFillet {
             straight_roll: roll_of(last),
             form_roll: 0.0,
             form_angle: last,
+            dip: None,
         };
         if tool.protuberance == 0.0 && fillet.straight_roll >= 0.0 {
             fillet.form_roll = fillet.straight_roll;
         } else {
             let from = if roll_of(touching) > 0.0 { touching } else { fillet.angle_at(gear.base_radius()) };
             (fillet.form_angle, fillet.form_roll) = fillet.crossing(gear, from);
+            fillet.dip = fillet.dip_of_overhang();
+            fillet.form_roll = fillet.form_roll.max(fillet.overhang_crossing(gear).unwrap_or(0.0));
         }
         fillet
     }
@@ -172,6 +184,59 @@ impl RackFillet {
         high
     }
 
+    /// The overhang's δ of least radius: the radius falls from beyond all bounds at π/2, and may rise again.
+    fn dip_of_overhang(&self) -> Option<f64> {
+        let (mut low, mut high) = (FRAC_PI_2 + 1e-6, self.last);
+        if !(low < high) {
+            return None;
+        }
+        for _ in 0..200 {
+            let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+            if !(low < a && a < b && b < high) {
+                break;
+            }
+            if self.at(a).radius < self.at(b).radius { high = b } else { low = a }
+        }
+        Some(0.5 * (low + high))
+    }
+
+    /// Half the tooth's angle that the overhang leaves at a radius; `None` where it does not pass.
+    fn overhang(&self, radius: f64) -> Option<f64> {
+        let dip = self.dip?;
+        let cut = |falling: f64, rising: f64| {
+            let (mut low, mut high) = (falling, rising);
+            if !(self.at(low).radius >= radius && radius >= self.at(high).radius) {
+                return None;
+            }
+            for _ in 0..100 {
+                let middle = 0.5 * (low + high);
+                if self.at(middle).radius >= radius { low = middle } else { high = middle }
+            }
+            Some(self.at(low).half_angle)
+        };
+        let (before, after) = (cut(FRAC_PI_2 + 1e-6, dip), cut(self.last, dip));
+        before.into_iter().chain(after).reduce(f64::min)
+    }
+
+    /// The greatest roll length up to the tip at which the overhang cuts into the involute.
+    fn overhang_crossing(&self, gear: &Gear) -> Option<f64> {
+        let flank = Flank::new(gear, Side::Left);
+        let least = self.at(self.dip?).radius.max(gear.base_radius());
+        let most = gear.tip_radius();
+        let cuts = |radius: f64| {
+            let involute = gear.roll_length(2.0 * radius).map(|roll| flank.half_angle(roll));
+            self.overhang(radius).zip(involute).is_some_and(|(cut, involute)| cut < involute - 1e-12)
+        };
+        let radius = |k: usize| least + (most - least) * k as f64 / OVERHANG as f64;
+        let last = (0..=OVERHANG).rev().find(|k| least < most && cuts(radius(*k)))?;
+        let (mut low, mut high) = (radius(last), radius((last + 1).min(OVERHANG)));
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if cuts(middle) { low = middle } else { high = middle }
+        }
+        gear.roll_length(2.0 * low)
+    }
+
     /// The tool's transverse point (u, w) and the slope q = n_u/n_w of its normal at δ.
     pub fn tool_point(&self, delta: f64) -> ([f64; 2], f64) {
         let (sin, cos) = delta.sin_cos();
@@ -197,7 +262,7 @@ impl RackFillet {
         self.form_roll
     }
 
-    /// δ there.
+    /// δ there, or where fillet and involute would meet but for an overhang that cuts the involute beyond.
     pub fn form_angle(&self) -> f64 {
         self.form_angle
     }
@@ -218,9 +283,51 @@ impl RackFillet {
         gear.data().profile_shift - self.straight_roll * sin_t / gear.data().normal_module
     }
 
-    /// `count` + 1 points from the root circle to where the involute starts, or to `most` if the involute starts beyond that radius.
-    pub fn points(&self, count: usize, most: f64) -> Vec<Polar> {
-        let end = if self.at(self.form_angle).radius <= most { self.form_angle } else { self.angle_at(most) };
-        (0..=count).map(|k| self.at(end * k as f64 / count.max(1) as f64)).collect()
+    /// About `count` + 1 points from the root circle to where the involute starts, or to `most` if it starts beyond that radius;
+    /// about equally far from each other, which equal steps of δ are not.
+    pub fn points(&self, gear: &Gear, count: usize, most: f64) -> Vec<Polar> {
+        let count = count.max(1);
+        let form = (0.5 * gear.diameter(self.form_roll)).min(most);
+        match self.dip.map(|dip| self.at(dip).radius).filter(|dip| *dip < form) {
+            None if form < most => self.smooth(self.form_angle, count),
+            None => self.smooth(self.angle_at(most), count),
+            Some(dip) => {
+                // From where either cut could be the nearer one, and with the piece of involute that may stand between both.
+                let flank = Flank::new(gear, Side::Left);
+                let meets = self.at(self.form_angle).radius;
+                let from = dip.min(meets);
+                let mut points = self.smooth(self.angle_at(from), count);
+                points.extend((1..=count).map(|k| {
+                    let radius = from + (form - from) * k as f64 / count as f64;
+                    let fillet = self.at(self.angle_at(radius)).half_angle;
+                    let involute = gear.roll_length(2.0 * radius).filter(|_| radius >= meets);
+                    let involute = involute.map(|roll| flank.half_angle(roll));
+                    let cuts = self.overhang(radius).into_iter().chain(involute);
+                    Polar { radius, half_angle: cuts.fold(fillet, f64::min) }
+                }));
+                points
+            }
+        }
+    }
+
+    /// Points from the root circle to δ = `end`, about equally far from each other.
+    fn smooth(&self, end: f64, count: usize) -> Vec<Polar> {
+        let fine = FINER * count;
+        let delta = |k: f64| end * k / fine as f64;
+        let mut along = vec![0.0; fine + 1];
+        let mut last = self.at(0.0).point(1.0, 0.0);
+        for k in 1..=fine {
+            let next = self.at(delta(k as f64)).point(1.0, 0.0);
+            along[k] = along[k - 1] + (next[0] - last[0]).hypot(next[1] - last[1]);
+            last = next;
+        }
+        let point = |k: usize| {
+            let wanted = along[fine] * k as f64 / count as f64;
+            let after = along.partition_point(|length| *length < wanted).clamp(1, fine);
+            let step = along[after] - along[after - 1];
+            let share = if step > 0.0 { ((wanted - along[after - 1]) / step).clamp(0.0, 1.0) } else { 1.0 };
+            self.at(delta((after - 1) as f64 + share))
+        };
+        (0..count).map(point).chain([self.at(end)]).collect()
     }
 }

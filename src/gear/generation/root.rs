@@ -62,7 +62,7 @@ impl Root {
     /// radius `most`.
     pub fn points(&self, count: usize, most: f64, gear: &Gear) -> Vec<Polar> {
         match self {
-            Root::Rack(fillet) => fillet.points(count, most),
+            Root::Rack(fillet) => fillet.points(gear, count, most),
             Root::Arc(arc) => arc.points(count),
             Root::Plain { form_roll, radius, half_angle } => {
                 let form = 0.5 * gear.diameter(*form_roll);

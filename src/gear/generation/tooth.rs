@@ -55,10 +55,8 @@ impl Tooth {
         let root = Root::of(gear);
         let flank = Flank::new(gear, Side::Left);
         let tip = gear.tip_radius();
-        let reached = pointed_diameter(gear).map_or(tip, |pointed| {
-            let pointed = 0.5 * pointed;
-            if gear.data().internal { tip.max(pointed) } else { tip.min(pointed) }
-        });
+        let point = pointed_diameter(gear).map(|d| 0.5 * d).filter(|point| gear.outward() * (tip - point) >= 0.0);
+        let reached = point.unwrap_or(tip);
         let mut points = root.points(steps.fillet, reached, gear);
         let tip_roll = gear.roll_length(2.0 * reached).unwrap_or(0.0);
         let form_roll = root.form_roll();
@@ -68,7 +66,9 @@ impl Tooth {
                 let t = k as f64 / steps.involute as f64;
                 let roll =
                     (form_roll * form_roll + t * (tip_roll - form_roll) * (tip_roll + form_roll)).max(0.0).sqrt();
-                Polar { radius: 0.5 * gear.diameter(roll), half_angle: flank.half_angle(roll).max(0.0) }
+                let meets = k == steps.involute && point.is_some();
+                let half_angle = if meets { 0.0 } else { flank.half_angle(roll) };
+                Polar { radius: 0.5 * gear.diameter(roll), half_angle }
             }));
         }
         if let Some(last) = points.last().copied().filter(|last| gear.data().internal && last.radius > tip) {
@@ -90,7 +90,8 @@ impl Tooth {
     /// A tooth has material everywhere but in its very tip, and leaves a space.
     fn check(&self, gear: &Gear) -> Result<(), Faults> {
         let inner = self.flank.len().saturating_sub(1);
-        if let Some(cut) = self.flank[..inner].iter().find(|p| !(p.half_angle > 0.0)) {
+        let cut_off = |(k, p): &(usize, &Polar)| !(p.half_angle > 0.0 || (*k == inner && p.half_angle == 0.0));
+        if let Some((_, cut)) = self.flank.iter().enumerate().find(cut_off) {
             let detail = format!("the tool cuts the teeth off on {} mm", Shown(2.0 * cut.radius));
             let pointer = if gear.data().tool.is_some() { "/tool" } else { "/profile_shift_coefficient" };
             return Err(Faults::one(pointer, detail));

@@ -12,13 +12,10 @@ use crate::{
         spec::{Estimator, Include, Regularization},
         words::{Shown, counted},
     },
-    gear::{
-        deviation::{
-            Deviations, Direction, Node, Reference, Stray,
-            foot::{foot, tooth_angle, turned},
-            measure::named,
-        },
-        involute::Flank,
+    gear::deviation::{
+        Deviations, Direction, Node, Reference, Stray,
+        foot::{foot, normal},
+        measure::named,
     },
     geometry::space::Vector,
 };
@@ -164,7 +161,7 @@ impl<'a> Part<'a> {
             let node = &self.deviations.nodes[*i];
             match self.carried(node, &undoing.point(point)) {
                 Ok(carried) => {
-                    let normal = normal(self.reference, &carried);
+                    let normal = normal(self.reference.gear, node.tooth, node.side, carried.roll_length, carried.z);
                     let other = undoing.columns(point, &normal);
                     state.x.extend(columns.iter().map(|column| self.freedom.entry(*column, node.side, &other)));
                     state.d.push(carried.deviation);
@@ -305,9 +302,4 @@ impl<'a> Part<'a> {
         back.strays.extend(lost);
         back
     }
-}
-
-fn normal(reference: &Reference, node: &Node) -> Vector {
-    let flank = Flank::new(reference.gear, node.side).at(node.roll_length, node.z);
-    turned(flank.normal, tooth_angle(reference.gear, node.tooth))
 }

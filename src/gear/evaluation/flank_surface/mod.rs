@@ -1,0 +1,140 @@
+//! The second-order surface of a whole flank: what its deviations have in common, and what is left as form.
+//!
+//! Over the evaluation range, less the border, roll length and z are mapped to [-1, 1]²: u from root to tip, v towards greater z.
+//! `δ ≈ c₁ + c_u u + c_v v + c_uu u² + c_uv uv + c_vv v²` is a fit of the service with the caller's regularisation, estimator and filters, and
+//!
+//! | figure | is | positive where material |
+//! |---|---|---|
+//! | mean | c₁ | stands out in the middle of the flank |
+//! | profile slope | 2 c_u | grows from root to tip |
+//! | helix slope | 2 c_v | grows with z (by the sign asked for) |
+//! | profile crowning | −c_uu | stands out half-way between root and tip |
+//! | lengthwise crowning | −c_vv | stands out half-way between the ends |
+//! | twist | 4 c_uv | grows more with z at the tip than at the root (by the sign asked for) |
+//!
+//! all in µm over the trimmed range, along the direction in which the deviations are given, with standard errors and with the bounds of their bias
+//! that the fit answers (for the use of such a surface see Litvin et al., ASME J. Mech. Des. 115(4), 1993, p. 995).
+
+mod nodes;
+
+use super::settings::{DeviationSign, SlopeSign};
+use crate::{
+    estimation::{
+        self, FitError, FitSpec,
+        result::{Coefficient, FitResult, TermKey},
+        spec::{Degree, Include, Model, PolynomialBasis, Terms},
+    },
+    gear::{Gear, Kind, Side},
+};
+use nodes::Trimmed;
+pub use nodes::{Border, FlankNodes, NodeCounts, ProfileAxis};
+
+/// What is asked for beside the nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceSettings {
+    pub side: Side,
+    /// Evaluation range in the coordinate of the nodes, ascending; by default from the first to the last node that is there.
+    pub profile_range: Option<[f64; 2]>,
+    /// mm of z.
+    pub helix_range: Option<[f64; 2]>,
+    pub border: Border,
+    /// How deviations count; a topography has no leads of its own, so `Din` is the same as `Material`.
+    pub given: DeviationSign,
+    /// Sign of slopes and of twist.
+    pub sign: SlopeSign,
+    /// Everything else about the fit; its model and domain are not looked at.
+    pub spec: FitSpec,
+}
+
+/// A figure in µm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    pub value: f64,
+    pub std_error: Option<f64>,
+    /// Most by which regularisation can have moved the figure, given the limit of the coefficients.
+    pub bias_bound: f64,
+    /// Without regularisation.
+    pub least_squares: f64,
+}
+
+/// What the surface leaves over, µm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Remainder {
+    pub peak_to_valley: f64,
+    pub rms: f64,
+    pub max_abs: f64,
+}
+
+/// The second-order surface of a flank.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlankSurface {
+    pub mean: Figure,
+    pub profile_slope: Figure,
+    pub helix_slope: Figure,
+    pub profile_crowning: Figure,
+    pub helix_crowning: Figure,
+    pub twist: Figure,
+    pub remainder: Remainder,
+    /// Roll lengths and z that u = v = ∓1 stand for, mm, after trimming.
+    pub roll_lengths: [f64; 2],
+    pub z: [f64; 2],
+    pub nodes: NodeCounts,
+    /// The fit itself: spectrum, collinearity, regularisation, warnings.
+    pub result: FitResult,
+}
+
+/// Fits the surface. Faults point to `/profile`, `/z_mm`, `/deviation_um`, `/valid`, `/border_percent`, and those of the fit to `/nodes`.
+pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FlankSurface, FitError> {
+    let (trimmed, counts, posted) = Trimmed::new(gear, nodes, settings)?;
+    let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Monomial, terms: Terms::Total };
+    let asked = &settings.spec;
+    let include = Include { residuals: true, ..asked.include };
+    let mut result = estimation::fit(&posted, &FitSpec { model, domain: None, include, ..asked.clone() })?;
+    let residuals = result.residuals.values.take().unwrap_or_default();
+    let (lowest, highest) =
+        residuals.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &r| (a.min(r), b.max(r)));
+    let remainder =
+        Remainder { peak_to_valley: highest - lowest, rms: result.residuals.rms, max_abs: highest.max(-lowest) };
+    if asked.include.residuals {
+        result.residuals.values = Some(residuals);
+    } else {
+        result.residuals.node_indices = None;
+    }
+    // one topography counts in one way, as its profiles do
+    let given = match settings.given {
+        DeviationSign::Din => DeviationSign::Material,
+        given => given,
+    };
+    let of = |kind| settings.sign.of_material(given, kind, settings.side);
+    let (profile, helix) = (of(Kind::Profile), of(Kind::Helix));
+    let figure = |powers: [usize; 2], factor: f64| {
+        let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
+        found
+            .map(|coefficient| Figure::new(coefficient, factor))
+            .ok_or(FitError::NotConverged("the fit answered other terms than those of second order"))
+    };
+    Ok(FlankSurface {
+        mean: figure([0, 0], 1.0)?,
+        profile_slope: figure([1, 0], 2.0 * profile)?,
+        helix_slope: figure([0, 1], 2.0 * helix)?,
+        profile_crowning: figure([2, 0], -1.0)?,
+        helix_crowning: figure([0, 2], -1.0)?,
+        twist: figure([1, 1], 4.0 * helix)?,
+        remainder,
+        roll_lengths: trimmed.roll,
+        z: trimmed.z,
+        nodes: counts,
+        result,
+    })
+}
+
+impl Figure {
+    fn new(coefficient: &Coefficient, factor: f64) -> Self {
+        Figure {
+            value: factor * coefficient.value,
+            std_error: coefficient.std_error.map(|e| e * factor.abs()),
+            bias_bound: coefficient.bias_bound * factor.abs(),
+            least_squares: factor * coefficient.least_squares,
+        }
+    }
+}
