@@ -163,3 +163,14 @@ fn the_committed_grids_are_what_the_generator_makes() {
         assert!(committed == make_flank_grid::fit_request(flank), "{} differs: run the example", path.display());
     }
 }
+
+#[test]
+fn the_closed_loop_converges_where_least_squares_runs_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = printed(&demo(folder.path(), &["--closed-loop", "--exit"]));
+    let rms = |heading: &str, iteration: &str| number(row(&text, heading, iteration)[2]);
+    assert!(rms("Spectral", "1") > 5.0 && rms("Spectral", "3") < 0.5, "{text}");
+    assert!(rms("Plain least squares", "3") > 10.0 * rms("Plain least squares", "1"), "{text}");
+    assert!(number(row(&text, "Of 100 such machines", "spectral_uncertainty")[1]) >= 99.0, "{text}");
+    assert!(text.contains("correction 1:"), "{text}");
+}

@@ -35,6 +35,11 @@ pub fn input_sha256(nodes: &Nodes, spec: &FitSpec) -> String {
     hexadecimal(&digest.finalize())
 }
 
+/// Digest of a request as it was posted, where its fit is one of many steps.
+pub fn request_sha256(text: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(text))
+}
+
 /// SHA-256 of the nodes in their canonical form, by which a repeated block of a stream is known.
 pub fn nodes_sha256(nodes: &Nodes) -> [u8; 32] {
     let mut digest = Sha256::new();

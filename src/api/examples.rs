@@ -82,6 +82,27 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "iteration_surface",
         "A B-spline surface near the measured grid, kept with it"
     ),
+    example!("gear_geometry", "gear_geometry", "A helical gear with its rack tool"),
+    example!("gear_flank", "gear_flank", "A left flank with tip relief and helix crowning"),
+    example!("gear_profile", "gear_profile", "The section of a spur gear's tooth"),
+    example!("gear_envelope", "gear_envelope", "What a rack with a sharp tip leaves of a gear"),
+    example!("gear_tolerances", "gear_tolerances", "Class 5"),
+    example!("evaluate_gear", "gear_evaluate", "Two profiles and a helix of a spur gear, signs of DIN"),
+    example!("gear_pitch", "gear_pitch", "Index deviations of both flanks, with the run-out that follows"),
+    example!(
+        "gear_deviations",
+        "gear_deviations",
+        "Points of both flanks of a tooth, registered by a turn and two shifts"
+    ),
+    example!("gear_flank_surface", "gear_flank_surface", "Slopes, crownings and twist of a flank"),
+    example!("simulate_closed_loop", "closed_loop", "Settings that cannot be told apart, by two ways to correct"),
+    example!(
+        "create_iteration_correction",
+        "iteration_correction",
+        "A form grinder's settings by the nodes of a flank"
+    ),
+    example!("create_iteration_evaluation", "iteration_evaluation", "A helix that was measured with the nodes"),
+    example!("create_iteration_deviations", "iteration_deviations", "Deviations on a grid, the tip trimmed"),
     example!("create_job", "job", "A spur gear on a form grinder"),
     example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),
     example!("create_iteration_fit", "refit", "The same nodes with λ* by generalised cross-validation"),

@@ -15,7 +15,7 @@ impl From<RepositoryError> for Problem {
                     What::Job => "There is no such job.",
                     What::Iteration => "The job has no such iteration.",
                     What::Fit => "The iteration has no such fit.",
-                    What::Shape => "The iteration has no such shape.",
+                    What::Record => "The iteration has no such record.",
                     What::Stream => "There is no such stream.",
                 },
             ),

@@ -10,9 +10,10 @@ use super::{
     job_iterations::DecisionName,
     jobs::JobBody,
     json_writer::{Json, Object},
+    records::RecordSummaryBody,
     text::Moment,
 };
-use crate::jobs::{Choice, FitSummary, Ruling, Trace, TracedIteration};
+use crate::jobs::{Choice, FitSummary, RecordSummary, Ruling, Trace, TracedIteration};
 
 /// The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -41,6 +42,9 @@ pub struct TracedIterationBody {
     /// Which fit stood, from when on and why; the first is made with the iteration.
     pub choices: Vec<TracedChoiceBody>,
     pub decisions: Vec<TracedDecisionBody>,
+    /// What is kept beside the fits, oldest first.
+    #[serde(default)]
+    pub records: Vec<RecordSummaryBody>,
 }
 
 /// A fit in the trace.
@@ -117,7 +121,8 @@ fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {
         .maybe("decision", iteration.rulings.last().map(|ruling| ruling.decision.name()))
         .list("fits", &iteration.fits, fit)
         .list("choices", &iteration.choices, choice)
-        .list("decisions", &iteration.rulings, ruling);
+        .list("decisions", &iteration.rulings, ruling)
+        .list("records", &iteration.records, record);
 }
 
 fn fit(object: &mut Object<'_>, fit: &FitSummary) {
@@ -145,6 +150,14 @@ fn choice(object: &mut Object<'_>, choice: &Choice) {
         .field("fit_id", &choice.fit_id)
         .maybe("reason", choice.event.reason.as_deref())
         .field("created_at", &Moment(choice.event.created_at));
+}
+
+fn record(object: &mut Object<'_>, record: &RecordSummary) {
+    object
+        .field("id", &record.id)
+        .string("kind", record.kind.name())
+        .string("method", &record.method)
+        .field("created_at", &Moment(record.created_at));
 }
 
 fn ruling(object: &mut Object<'_>, ruling: &Ruling) {

@@ -215,6 +215,18 @@ impl Problem {
         Problem { errors, ..Problem::new(ProblemCode::InvalidRequest, detail) }
     }
 
+    /// A fit that was refused on the way of a larger request; `place` says where there its faults stand.
+    pub fn of_fit(error: FitError, place: impl Fn(&str) -> String) -> Self {
+        match error {
+            FitError::Invalid(faults) => Problem::invalid(faults.moved(place)),
+            other => {
+                let mut problem = Problem::from(other);
+                problem.errors.iter_mut().for_each(|error| error.pointer = place(&error.pointer));
+                problem
+            }
+        }
+    }
+
     /// 500: the cause goes to the log, nothing of it to the client.
     pub fn internal(cause: impl Display) -> Self {
         Problem::new(ProblemCode::Internal, "The fault is on this side; it has been logged under the request id.")

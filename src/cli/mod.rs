@@ -2,6 +2,7 @@
 
 pub mod backup;
 pub mod demo;
+pub mod evaluate;
 pub mod fit;
 pub mod healthcheck;
 pub mod openapi;
@@ -32,6 +33,8 @@ enum Command {
     Demo(demo::DemoArguments),
     /// Fit one request from a file (`-` for standard input), offline, with the same engine.
     Fit(fit::FitArguments),
+    /// Evaluate a file of a gear tester (.mka, .mew), offline, as a table.
+    Evaluate(evaluate::EvaluateArguments),
     /// Randomise a measurement matrix and show what that does to the estimate; by default on the profile of a flank.
     Study(study::StudyArguments),
     /// Print the OpenAPI document.
@@ -50,6 +53,7 @@ pub fn main() -> ExitCode {
         Command::Serve(settings) => serve::run(settings),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Fit(arguments) => return fit::run(&arguments),
+        Command::Evaluate(arguments) => return evaluate::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Backup(arguments) => backup::run(&arguments),

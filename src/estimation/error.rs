@@ -42,6 +42,13 @@ impl Faults {
         self.faults.extend(other.faults.into_iter().take(room));
     }
 
+    /// The same faults at other places.
+    pub fn moved(&self, place: impl Fn(&str) -> String) -> Faults {
+        let each = self.faults.iter();
+        let faults = each.map(|fault| Fault { pointer: place(&fault.pointer), detail: fault.detail.clone() }).collect();
+        Faults { faults, count: self.count }
+    }
+
     /// The faults kept.
     pub fn list(&self) -> &[Fault] {
         &self.faults

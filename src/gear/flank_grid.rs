@@ -10,6 +10,8 @@
 //!
 //! which is orthogonal to both derivatives of P − H n. Where the modified profile has shrunk into the base cylinder (A ≤ 0), n is kept.
 
+use std::fmt;
+
 use rayon::prelude::*;
 
 use super::{
@@ -95,6 +97,28 @@ impl GridWarning {
             GridWarning::BeyondTip { .. } => "beyond_tip",
             GridWarning::BelowForm { .. } => "below_form_diameter",
             GridWarning::BeyondFace { .. } => "beyond_face_width",
+        }
+    }
+}
+
+impl fmt::Display for GridWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            GridWarning::BeyondTip { first, count, diameter } => write!(
+                f,
+                "{}, from number {first} on, beyond the tip form diameter of {} mm: no material is there",
+                counted(count, "profile value lies", "profile values lie"),
+                Shown(diameter)
+            ),
+            GridWarning::BelowForm { first, count, diameter } => write!(
+                f,
+                "{}, from number {first} on, below the root form diameter of {} mm, where fillet or undercut has replaced the involute",
+                counted(count, "profile value lies", "profile values lie"),
+                Shown(diameter)
+            ),
+            GridWarning::BeyondFace { span, face_width } => {
+                write!(f, "the places span {} mm, the face is {} mm wide", Shown(span), Shown(face_width))
+            }
         }
     }
 }

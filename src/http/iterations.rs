@@ -86,6 +86,7 @@ fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) 
         instrument: measurement.instrument.map(String::from),
         operator: measurement.operator.map(String::from),
         note: measurement.note.map(String::from),
+        records: Vec::new(),
     })
 }
 

@@ -26,8 +26,9 @@ pub fn read_fit<E: Extra>(payload: Payload, limit: usize) -> Result<(Nodes, FitS
     match payload.media().clone() {
         Media::Json => Ok(reader::read_fit(&payload.into_bytes(limit)?)?),
         Media::Multipart(content_type) => {
-            let parts = split(payload.into_bytes(limit)?, &content_type)?;
-            Ok(reader::read_fit_with_csv(&parts.spec, &parts.nodes)?)
+            let [spec, nodes] = split(payload.into_bytes(limit)?, &content_type, &FIT)?;
+            let (spec, nodes) = (needed(spec, "spec")?, needed(nodes, "nodes")?);
+            Ok(reader::read_fit_with_csv(&spec.content, &nodes.content)?)
         }
         Media::Other(other) => Err(unsupported(&other, "application/json or multipart/form-data")),
     }
@@ -41,10 +42,11 @@ pub fn digest(payload: Payload, limit: usize) -> Result<(Payload, [u8; 32]), Pro
     let mut digest = Sha256::new();
     match payload.media() {
         Media::Multipart(content_type) => {
-            let parts = split(bytes, content_type)?;
-            for part in [parts.spec, parts.nodes] {
-                digest.update(part.len().to_le_bytes());
-                digest.update(&part);
+            for part in parts(bytes, content_type)? {
+                digest.update(part.name.len().to_le_bytes());
+                digest.update(part.name.as_bytes());
+                digest.update(part.content.len().to_le_bytes());
+                digest.update(&part.content);
             }
         }
         Media::Json | Media::Other(_) => digest.update(&bytes),
@@ -52,56 +54,104 @@ pub fn digest(payload: Payload, limit: usize) -> Result<(Payload, [u8; 32]), Pro
     Ok((payload, digest.finalize().into()))
 }
 
-struct Parts {
-    spec: Bytes,
-    nodes: Bytes,
+/// A file with what is said of it.
+pub struct FileForm {
+    pub file: Bytes,
+    /// As the caller calls it.
+    pub name: Option<String>,
+    /// JSON.
+    pub spec: Option<Bytes>,
 }
 
-/// The two parts of a form that is in memory already, so nothing is ever waited for.
-fn split(bytes: Bytes, content_type: &str) -> Result<Parts, Problem> {
-    let mut work = pin!(split_form(bytes, content_type));
+/// Decompresses and reads a form with a file. Processor work.
+pub fn read_file(payload: Payload, limit: usize) -> Result<FileForm, Problem> {
+    let Media::Multipart(content_type) = payload.media().clone() else {
+        let other = match payload.media() {
+            Media::Other(other) => other.clone(),
+            _ => "application/json".to_owned(),
+        };
+        return Err(unsupported(&other, "multipart/form-data"));
+    };
+    let [spec, file] = split(payload.into_bytes(limit)?, &content_type, &FILE)?;
+    let file = needed(file, "file")?;
+    Ok(FileForm { file: file.content, name: file.file_name, spec: spec.map(|part| part.content) })
+}
+
+/// A part of a form: its name and the media types that it may have.
+type Wanted = (&'static str, &'static [&'static str]);
+
+const FIT: [Wanted; 2] = [("spec", &["application/json"]), ("nodes", &["text/csv"])];
+/// Files of instruments have no media type of their own: any is taken.
+const FILE: [Wanted; 2] = [("spec", &["application/json"]), ("file", &[])];
+
+struct Part {
+    name: String,
+    media: String,
+    file_name: Option<String>,
+    content: Bytes,
+}
+
+fn needed(part: Option<Part>, name: &str) -> Result<Part, Problem> {
+    part.ok_or_else(|| malformed(&format!("the part `{name}` is missing")))
+}
+
+/// The parts wanted of a form, in their order.
+fn split(bytes: Bytes, content_type: &str, wanted: &[Wanted; 2]) -> Result<[Option<Part>; 2], Problem> {
+    let mut found = [None, None];
+    for part in parts(bytes, content_type)? {
+        let Some(place) = wanted.iter().position(|(name, _)| *name == part.name) else {
+            let other: String = part.name.chars().take(64).collect();
+            let [(a, _), (b, _)] = wanted;
+            return Err(malformed(&format!("there is no part `{other}`; the parts are `{a}` and `{b}`")));
+        };
+        let (name, media) = wanted[place];
+        let essence = part.media.split(';').next().unwrap_or("").trim();
+        let fits = media.is_empty() || media.iter().any(|wanted| essence.eq_ignore_ascii_case(wanted));
+        if !(essence.is_empty() || fits) {
+            return Err(Problem::new(
+                ProblemCode::UnsupportedMediaType,
+                format!("The part `{name}` is {essence}; send {}.", media.join(" or ")),
+            ));
+        }
+        if found[place].replace(part).is_some() {
+            return Err(malformed(&format!("the part `{name}` stands twice")));
+        }
+    }
+    Ok(found)
+}
+
+/// All parts of a form that is in memory already, so nothing is ever waited for.
+fn parts(bytes: Bytes, content_type: &str) -> Result<Vec<Part>, Problem> {
+    let mut work = pin!(collect(bytes, content_type));
     match work.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(parts) => parts,
         Poll::Pending => Err(malformed("it ends before its closing boundary")),
     }
 }
 
-async fn split_form(bytes: Bytes, content_type: &str) -> Result<Parts, Problem> {
+/// Most parts that are read of a form.
+const MOST_PARTS: usize = 16;
+
+async fn collect(bytes: Bytes, content_type: &str) -> Result<Vec<Part>, Problem> {
     let request = Request::builder()
         .method("POST")
         .header(header::CONTENT_TYPE, content_type)
         .body(Body::from(bytes))
         .map_err(|error| malformed(&error.to_string()))?;
     let mut form = Multipart::from_request(request, &()).await.map_err(|error| malformed(&error.body_text()))?;
-    let (mut spec, mut nodes) = (None, None);
+    let mut parts = Vec::new();
     while let Some(field) = form.next_field().await.map_err(|error| malformed(&error.body_text()))? {
-        let name = field.name().unwrap_or("").to_owned();
-        let media = field.content_type().unwrap_or("").to_owned();
-        let content = field.bytes().await.map_err(|error| malformed(&error.body_text()))?;
-        let (place, wanted) = match name.as_str() {
-            "spec" => (&mut spec, "application/json"),
-            "nodes" => (&mut nodes, "text/csv"),
-            other => {
-                let other: String = other.chars().take(64).collect();
-                return Err(malformed(&format!("there is no part `{other}`; the parts are `spec` and `nodes`")));
-            }
-        };
-        let essence = media.split(';').next().unwrap_or("").trim();
-        if !(essence.is_empty() || essence.eq_ignore_ascii_case(wanted)) {
-            return Err(Problem::new(
-                ProblemCode::UnsupportedMediaType,
-                format!("The part `{name}` is {essence}; send {wanted}."),
-            ));
+        if parts.len() == MOST_PARTS {
+            return Err(malformed("it has more than two parts"));
         }
-        if place.replace(content).is_some() {
-            return Err(malformed(&format!("the part `{name}` stands twice")));
-        }
+        parts.push(Part {
+            name: field.name().unwrap_or("").to_owned(),
+            media: field.content_type().unwrap_or("").to_owned(),
+            file_name: field.file_name().map(str::to_owned),
+            content: field.bytes().await.map_err(|error| malformed(&error.body_text()))?,
+        });
     }
-    match (spec, nodes) {
-        (Some(spec), Some(nodes)) => Ok(Parts { spec, nodes }),
-        (None, _) => Err(malformed("the part `spec` is missing")),
-        (_, None) => Err(malformed("the part `nodes` is missing")),
-    }
+    Ok(parts)
 }
 
 fn malformed(why: &str) -> Problem {

@@ -39,6 +39,8 @@ use crate::api::{
         (name = "studies", description = "Numerical experiments; nothing is stored."),
         (name = "curves", description = "Curves through or near points; nothing is stored."),
         (name = "surfaces", description = "Surfaces through or near nodes and between borders; nothing is stored."),
+        (name = "gears", description = "Gears: tolerances, flanks, deviations and evaluation; nothing is stored."),
+        (name = "simulations", description = "Simulated machines and probes, kept as jobs."),
         (name = "jobs", description = "Gear jobs."),
         (name = "iterations", description = "Iterations of a job: nodes, fits, λ* choices, decisions, and the trace of them all."),
         (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an iteration in the end."),

@@ -6,8 +6,8 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
 use super::{
-    curves, events, fits, iterations, job_fits, jobs, meta, observe, openapi::Contract, shapes, state::AppState,
-    stream_socket, streams, studies, surfaces, trace,
+    curves, events, fits, gear_records, gears, imports, iterations, job_fits, jobs, meta, observe, openapi::Contract,
+    records, shapes, simulations, state::AppState, stream_socket, streams, studies, surfaces, trace,
 };
 use crate::api::problem::{Problem, ProblemCode};
 
@@ -21,7 +21,12 @@ pub fn groups() -> OpenApiRouter<AppState> {
         .merge(jobs::group())
         .merge(iterations::group())
         .merge(job_fits::group())
+        .merge(gears::group())
+        .merge(gear_records::group())
+        .merge(imports::group())
         .merge(shapes::group())
+        .merge(records::group())
+        .merge(simulations::group())
         .merge(trace::group())
         .merge(events::group())
         .merge(streams::group())

@@ -161,6 +161,7 @@ async fn finish_stream(
             instrument: said.instrument.map(String::from),
             operator: said.operator.map(String::from),
             note: said.note.map(String::from),
+            records: Vec::new(),
         };
         let keyed = known.map(|known| known.answered_by(iterations::created));
         let finished = state.jobs.finish_stream(&stream, draft, keyed).await;

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use jiff::Timestamp;
 
-use super::fit::Computed;
+use super::{fit::Computed, record::RecordDraft};
 use crate::estimation::Nodes;
 
 /// A job to create.
@@ -29,6 +29,8 @@ pub struct IterationDraft {
     pub instrument: Option<String>,
     pub operator: Option<String>,
     pub note: Option<String>,
+    /// To be kept with it from the beginning.
+    pub records: Vec<RecordDraft>,
 }
 
 /// A stream to open.

@@ -8,6 +8,7 @@ use uuid::Uuid;
 use super::{
     fit::{Figures, FitRecord, NewFit},
     job::Job,
+    record::{Record, RecordSummary},
 };
 use crate::estimation::Nodes;
 
@@ -23,6 +24,8 @@ pub struct NewIteration {
     pub created_at: Timestamp,
     pub nodes: Arc<Nodes>,
     pub fit: NewFit,
+    /// What is kept with it from the beginning, stored in the same transaction.
+    pub records: Vec<Record>,
 }
 
 /// A stored iteration with all its fits, in the order in which they were made.
@@ -109,6 +112,8 @@ pub struct TracedIteration {
     pub fits: Vec<FitSummary>,
     pub choices: Vec<Choice>,
     pub rulings: Vec<Ruling>,
+    /// What is kept beside the fits, oldest first.
+    pub records: Vec<RecordSummary>,
 }
 
 /// A fit in the trace.

@@ -18,11 +18,11 @@ mod iteration;
 mod job;
 mod live;
 mod page;
+mod record;
+mod records;
 mod replay;
 mod repository;
 mod service;
-mod shape;
-mod shapes;
 mod stream;
 mod streams;
 
@@ -35,8 +35,8 @@ pub use iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration
 pub use job::{Job, JobPatch, Update};
 pub use live::{LiveStream, LiveStreams, Slot};
 pub use page::{Cursor, Page, PageRequest};
+pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
 pub use repository::{Precondition, Repository, RepositoryError, RepositoryFuture, Stored, What};
 pub use service::{Jobs, Keyed};
-pub use shape::{Shape, ShapeDraft, ShapeKind, ShapeSummary};
 pub use stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState};

@@ -12,7 +12,7 @@ use super::{
     iteration::{Choice, Iteration, NewIteration, Ruling, Trace},
     job::{Job, JobPatch},
     page::{Page, PageRequest},
-    shape::{Shape, ShapeSummary},
+    record::{Record, RecordKind, RecordSummary},
     stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
 };
 use crate::estimation::Nodes;
@@ -24,7 +24,7 @@ pub enum What {
     Iteration,
     Fit,
     Stream,
-    Shape,
+    Record,
 }
 
 /// Why the store did not do what it was asked.
@@ -135,16 +135,19 @@ pub trait Repository: Send + Sync + 'static {
     /// Records the ruling, unless the latest one says the same.
     fn rule(&self, job: Uuid, number: u32, ruling: Ruling, precondition: Precondition) -> RepositoryFuture<'_, Stored>;
 
-    fn insert_shape(
+    fn insert_record(
         &self,
         job: Uuid,
         number: u32,
-        shape: Arc<Shape>,
+        record: Arc<Record>,
         receipt: Option<Receipt>,
     ) -> RepositoryFuture<'_, Stored>;
-    fn shape(&self, job: Uuid, number: u32, id: Uuid) -> RepositoryFuture<'_, Shape>;
+    fn record(&self, job: Uuid, number: u32, id: Uuid) -> RepositoryFuture<'_, Record>;
     /// Oldest first.
-    fn shapes(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<ShapeSummary>>;
+    fn records(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<RecordSummary>>;
+
+    /// The one of a kind that was kept last.
+    fn latest_record(&self, job: Uuid, number: u32, kind: RecordKind) -> RepositoryFuture<'_, Option<Record>>;
 
     fn insert_stream(&self, stream: Arc<NewStream>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
     fn stream(&self, id: Uuid) -> RepositoryFuture<'_, Stream>;

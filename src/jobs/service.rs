@@ -18,6 +18,7 @@ use super::{
     job::{Job, JobPatch},
     live::LiveStreams,
     page::{Page, PageRequest},
+    record::Record,
     repository::{Precondition, Repository, RepositoryError, Stored},
 };
 use crate::estimation::Nodes;
@@ -144,6 +145,11 @@ impl Jobs {
             created_at: now,
             nodes: draft.nodes,
             fit: NewFit { id: self.ids.fresh(now), computed: draft.computed, reason: None, created_at: now },
+            records: draft
+                .records
+                .into_iter()
+                .map(|draft| Record { id: self.ids.fresh(now), created_at: now, draft })
+                .collect(),
         }
     }
 

@@ -14,7 +14,7 @@ use sqlx::{AssertSqlSafe, Row, SqliteConnection};
 use uuid::Uuid;
 
 use super::{
-    rows, time,
+    records, rows, time,
     write::{WriteError, keep_answer},
 };
 use crate::jobs::{NewIteration, Receipt, RepositoryError, Stored, What};
@@ -63,6 +63,11 @@ pub async fn insert_iterations(
     }
     for rows in accepted.chunks(MOST_ROWS) {
         insert(db, rows).await?;
+    }
+    for row in &accepted {
+        for record in &row.new.iteration.records {
+            records::insert_row(db, row.seq, record).await?;
+        }
     }
     for row in accepted.iter().filter(|row| row.new.receipt.is_some()) {
         let stored = Stored { number: row.number, version: 1 };

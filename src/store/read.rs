@@ -7,6 +7,7 @@ use uuid::Uuid;
 
 use super::{
     error::failure,
+    records,
     rows::{self, damaged, figure_columns, get, job_columns},
 };
 use crate::{
@@ -146,6 +147,7 @@ pub async fn trace(db: &SqlitePool, id: Uuid) -> Read<Trace> {
             fits: Vec::new(),
             choices: Vec::new(),
             rulings: Vec::new(),
+            records: Vec::new(),
         };
         iterations.push((get::<i64>(row, 0)?, traced));
     }
@@ -196,6 +198,7 @@ async fn trace_iteration(db: &mut SqliteConnection, seq: i64, into: &mut TracedI
             coefficients: coefficients(get(row, 13)?)?,
         });
     }
+    into.records = records::summaries(db, seq).await?;
     Ok(())
 }
 

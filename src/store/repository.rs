@@ -11,7 +11,7 @@ use super::{
     bulk::Incoming,
     error::OpenError,
     open::{self, StoreSettings},
-    read, shapes,
+    read, records,
     streams::{self, IncomingBlock, IncomingFinish},
     writer::{Message, Outcome, Request, Work, Writer},
 };
@@ -20,8 +20,8 @@ use crate::{
     estimation::Nodes,
     jobs::{
         Answer, Block, Choice, FinishedStream, FitRecord, Iteration, Job, JobEvent, JobPatch, NewBlock, NewFit,
-        NewIteration, NewStream, Page, PageRequest, Precondition, Receipt, Repository, RepositoryError,
-        RepositoryFuture, Ruling, Shape, ShapeSummary, Stored, Stream, StreamState, Trace,
+        NewIteration, NewStream, Page, PageRequest, Precondition, Receipt, Record, RecordKind, RecordSummary,
+        Repository, RepositoryError, RepositoryFuture, Ruling, Stored, Stream, StreamState, Trace,
     },
     telemetry,
 };
@@ -187,22 +187,26 @@ impl Repository for Store {
         self.write_stored(Work::Rule { job, number, ruling, precondition })
     }
 
-    fn insert_shape(
+    fn insert_record(
         &self,
         job: Uuid,
         number: u32,
-        shape: Arc<Shape>,
+        record: Arc<Record>,
         receipt: Option<Receipt>,
     ) -> RepositoryFuture<'_, Stored> {
-        self.write_stored(Work::InsertShape { job, number, shape, receipt })
+        self.write_stored(Work::InsertRecord { job, number, record, receipt })
     }
 
-    fn shape(&self, job: Uuid, number: u32, id: Uuid) -> RepositoryFuture<'_, Shape> {
-        self.read(shapes::shape(&self.readers, job, number, id))
+    fn record(&self, job: Uuid, number: u32, id: Uuid) -> RepositoryFuture<'_, Record> {
+        self.read(records::record(&self.readers, job, number, id))
     }
 
-    fn shapes(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<ShapeSummary>> {
-        self.read(shapes::list(&self.readers, job, number, page))
+    fn records(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<RecordSummary>> {
+        self.read(records::list(&self.readers, job, number, page))
+    }
+
+    fn latest_record(&self, job: Uuid, number: u32, kind: RecordKind) -> RepositoryFuture<'_, Option<Record>> {
+        self.read(records::latest(&self.readers, job, number, kind))
     }
 
     fn insert_stream(&self, stream: Arc<NewStream>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored> {

@@ -16,12 +16,12 @@ use super::{
     bulk::{self, Incoming},
     error::{code, failure},
     open::StoreSettings,
-    shapes,
+    records,
     streams::{self, IncomingBlock, IncomingFinish},
     write::{self, WriteError},
 };
 use crate::{
-    jobs::{Choice, Job, JobPatch, NewFit, NewStream, Precondition, Receipt, RepositoryError, Ruling, Shape, Stored},
+    jobs::{Choice, Job, JobPatch, NewFit, NewStream, Precondition, Receipt, Record, RepositoryError, Ruling, Stored},
     telemetry,
 };
 
@@ -34,7 +34,7 @@ pub enum Work {
     InsertFit { job: Uuid, number: u32, fit: Arc<NewFit>, receipt: Option<Receipt> },
     Choose { job: Uuid, number: u32, choice: Choice, precondition: Precondition },
     Rule { job: Uuid, number: u32, ruling: Ruling, precondition: Precondition },
-    InsertShape { job: Uuid, number: u32, shape: Arc<Shape>, receipt: Option<Receipt> },
+    InsertRecord { job: Uuid, number: u32, record: Arc<Record>, receipt: Option<Receipt> },
     InsertStream { stream: Arc<NewStream>, receipt: Option<Receipt> },
     InsertBlock(IncomingBlock),
     FinishStream(IncomingFinish),
@@ -228,8 +228,8 @@ async fn run_single(db: &mut SqliteConnection, work: &Work) -> Option<Result<Out
         Work::Rule { job, number, ruling, precondition } => {
             write::rule(db, *job, *number, ruling, precondition).await.map(Outcome::Stored)
         }
-        Work::InsertShape { job, number, shape, receipt } => {
-            shapes::insert(db, *job, *number, shape, receipt.as_ref()).await.map(Outcome::Stored)
+        Work::InsertRecord { job, number, record, receipt } => {
+            records::insert(db, *job, *number, record, receipt.as_ref()).await.map(Outcome::Stored)
         }
         Work::InsertStream { stream, receipt } => {
             streams::insert_stream(db, stream, receipt.as_ref()).await.map(Outcome::Stored)
@@ -248,7 +248,7 @@ impl Work {
         match self {
             Work::InsertIteration(incoming) => incoming.nodes.len() + incoming.iteration.fit.computed.result.len(),
             Work::InsertFit { fit, .. } => fit.computed.result.len(),
-            Work::InsertShape { shape, .. } => shape.draft.request.len() + shape.draft.result.len(),
+            Work::InsertRecord { record, .. } => record.draft.request.len() + record.draft.result.len(),
             Work::InsertBlock(incoming) => incoming.nodes.len() + incoming.block.state.as_ref().map_or(0, Vec::len),
             Work::FinishStream(IncomingFinish { incoming, .. }) => {
                 incoming.nodes.len() + incoming.iteration.fit.computed.result.len()

@@ -9,6 +9,7 @@ mod document;
 mod filters;
 mod fits;
 mod forms;
+mod gears;
 mod jobs;
 mod mutations;
 mod operation;

@@ -1,7 +1,7 @@
 //! Migrations are only ever added, and an older database is brought up to date with what it holds.
 
 use flankfit::{
-    jobs::Repository,
+    jobs::{RecordKind, Repository},
     store::{OpenError, Store, StoreSettings, migrations},
 };
 use sqlx::{ConnectOptions, sqlite::SqliteConnectOptions};
@@ -18,6 +18,7 @@ const RELEASED: &[(i64, &str)] = &[
     (5, "e975cea658e1b38e68d8d0127aec2066"),
     (6, "cc6dd44b14efd171f405d92408b60853"),
     (7, "c999530a59e8244e36cabdf414b202a5"),
+    (8, "a62ee7e7e83f58a9b79d45b5df032fbf"),
 ];
 
 fn hex(bytes: &[u8]) -> String {
@@ -54,6 +55,54 @@ async fn an_older_database_is_brought_up_to_date() {
     assert_eq!((back.name.as_str(), back.version), ("from before", 3));
     let (_, stored) = place.stored_iteration(&store, job.id).await;
     assert_eq!(stored.number, 1);
+}
+
+#[tokio::test]
+async fn shapes_become_records() {
+    let place = Place::new();
+    let mut old = SqliteConnectOptions::new().filename(place.file()).create_if_missing(true).connect().await.unwrap();
+    migrations().run_to(7, &mut old).await.unwrap();
+    let (job, shape) = (place.job("from before"), place.record(RecordKind::Surface, "gregory"));
+    let at = "2026-01-02T03:04:05.000006Z";
+    sqlx::query("INSERT INTO jobs (id, name, tags, version, created_at, updated_at) VALUES (?, 'w', '{}', 1, ?, ?)")
+        .bind(job.id)
+        .bind(at)
+        .bind(at)
+        .execute(&mut old)
+        .await
+        .unwrap();
+    sqlx::Connection::close(old).await.unwrap();
+    // the iteration is written by the version that knows how; going back to the table of old is what a test may do
+    let store = place.open().await;
+    place.stored_iteration(&store, job.id).await;
+    store.close().await;
+    let mut own = place.connect().await;
+    sqlx::raw_sql("DROP TABLE records; DELETE FROM _sqlx_migrations WHERE version >= 8")
+        .execute(&mut own)
+        .await
+        .unwrap();
+    let seventh = migrations().iter().find(|migration| migration.version == 7).unwrap().sql.clone();
+    sqlx::raw_sql(seventh).execute(&mut own).await.unwrap();
+    sqlx::query(
+        "INSERT INTO shapes (id, iteration, kind, method, created_at, request, result)
+         SELECT ?, seq, 'surface', 'gregory', ?, ?, ? FROM iterations",
+    )
+    .bind(shape.id)
+    .bind(at)
+    .bind(&*shape.draft.request)
+    .bind(&*shape.draft.result)
+    .execute(&mut own)
+    .await
+    .unwrap();
+    sqlx::Connection::close(own).await.unwrap();
+
+    let store = place.open().await;
+    let back = store.record(job.id, 1, shape.id).await.unwrap();
+    assert_eq!(back.draft, shape.draft);
+    assert_eq!(store.latest_record(job.id, 1, RecordKind::Surface).await.unwrap(), Some(back));
+    assert_eq!(store.latest_record(job.id, 1, RecordKind::Curve).await.unwrap(), None);
+    let told = store.trace(job.id).await.unwrap();
+    assert_eq!(told.iterations[0].records.iter().map(|record| record.id).collect::<Vec<_>>(), [shape.id]);
 }
 
 #[tokio::test]

@@ -47,7 +47,7 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
     assert!(disk::is_synced(&log));
     store.rule(job.id, 1, Ruling { decision: Decision::Accept, event: event() }, none()).await.unwrap();
     assert!(disk::is_synced(&log));
-    let shape = place.stored_shape(&store, job.id).await;
+    let record = place.stored_record(&store, job.id).await;
     assert!(disk::is_synced(&log));
     let patch = JobPatch { machine: Update::Set("K300".into()), ..JobPatch::default() };
     store.patch_job(job.id, patch, none(), place.now()).await.unwrap();
@@ -66,7 +66,7 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
     let iteration = after.iteration(job.id, 1).await.unwrap();
     assert_eq!((iteration.id, iteration.chosen, iteration.fits.len()), (first.id, fit.id, 2));
     assert_eq!(iteration.ruling.unwrap().decision, Decision::Accept);
-    assert_eq!(after.shape(job.id, 1, shape.id).await.unwrap(), *shape);
+    assert_eq!(after.record(job.id, 1, record.id).await.unwrap(), *record);
     assert_eq!(after.job(job.id).await.unwrap().machine.as_deref(), Some("K300"));
 }
 

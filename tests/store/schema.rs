@@ -48,11 +48,15 @@ async fn the_trace_is_append_only_for_everybody() {
     let store = place.open().await;
     let job = place.stored_job(&store).await;
     place.stored_iteration(&store, job.id).await;
-    place.stored_shape(&store, job.id).await;
+    place.stored_record(&store, job.id).await;
     let mut own = place.connect().await;
-    for (table, column) in
-        [("iterations", "note"), ("nodes", "data"), ("fits", "result"), ("fit_choices", "reason"), ("shapes", "result")]
-    {
+    for (table, column) in [
+        ("iterations", "note"),
+        ("nodes", "data"),
+        ("fits", "result"),
+        ("fit_choices", "reason"),
+        ("records", "result"),
+    ] {
         let update = refusal(&mut own, &format!("UPDATE {table} SET {column} = {column}")).await;
         assert!(update.contains("is append-only"), "{update}");
         let delete = refusal(&mut own, &format!("DELETE FROM {table}")).await;

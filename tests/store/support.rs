@@ -12,8 +12,8 @@ use std::{
 use flankfit::{
     estimation::Nodes,
     jobs::{
-        Computed, Figures, Ids, Job, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, Repository, Shape,
-        ShapeDraft, ShapeKind, Stored,
+        Computed, Figures, Ids, Job, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, Record, RecordDraft,
+        RecordKind, Repository, Stored,
     },
     store::{Store, StoreSettings},
 };
@@ -109,21 +109,21 @@ impl Place {
         }
     }
 
-    pub fn shape(&self, kind: ShapeKind, method: &str) -> Arc<Shape> {
-        let draft = ShapeDraft {
+    pub fn record(&self, kind: RecordKind, method: &str) -> Arc<Record> {
+        let draft = RecordDraft {
             kind,
             method: method.to_owned(),
             request: Arc::from(format!(r#"{{"method":{{"type":"{method}"}}}}"#)),
             result: Arc::from(r#"{"domain":[0,1]}"#),
         };
-        Arc::new(Shape { id: self.id(), created_at: self.now(), draft })
+        Arc::new(Record { id: self.id(), created_at: self.now(), draft })
     }
 
     /// A curve of the job's first iteration.
-    pub async fn stored_shape(&self, store: &Store, job: Uuid) -> Arc<Shape> {
-        let shape = self.shape(ShapeKind::Curve, "lagrange");
-        store.insert_shape(job, 1, shape.clone(), None).await.unwrap();
-        shape
+    pub async fn stored_record(&self, store: &Store, job: Uuid) -> Arc<Record> {
+        let record = self.record(RecordKind::Curve, "lagrange");
+        store.insert_record(job, 1, record.clone(), None).await.unwrap();
+        record
     }
 
     pub fn iteration(&self, job: Uuid) -> Arc<NewIteration> {
@@ -137,6 +137,7 @@ impl Place {
             created_at: self.now(),
             nodes: Arc::new(nodes()),
             fit: self.fit(1e-4),
+            records: Vec::new(),
         })
     }
 

@@ -4,12 +4,13 @@ use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use utoipa::ToSchema;
 
 use crate::{
-    api::fit_spec::present,
+    api::{fit_spec::present, problem::Problem},
     estimation::{
         Faults,
         words::{Shown, counted},
     },
     gear::{Gear, GearData, Hand, Tool, data::DEDENDUM},
+    jobs::Job,
 };
 
 /// An involute gear, in the usual terms of DIN 3960 / ISO 21771.
@@ -58,6 +59,13 @@ pub struct GearBody {
     pub tool: Option<GearToolBody>,
 }
 
+/// The gear of a job, which was checked when the job was given it.
+pub fn of_job(job: &Job) -> Result<Option<Gear>, Problem> {
+    let Some(text) = &job.gear else { return Ok(None) };
+    let body: GearBody = serde_json::from_str(text).map_err(Problem::internal)?;
+    body.checked("/gear").map(Some).map_err(Problem::invalid)
+}
+
 impl GearBody {
     /// The gear; faults stand under `at`.
     pub fn checked(&self, at: &str) -> Result<Gear, Faults> {
@@ -84,11 +92,7 @@ impl GearBody {
                 protuberance: tool.protuberance_mm.unwrap_or(0.0),
             }),
         };
-        Gear::new(data).map_err(|faults| {
-            let mut placed = Faults::default();
-            faults.list().iter().for_each(|fault| placed.push(format!("{at}{}", fault.pointer), fault.detail.clone()));
-            placed
-        })
+        Gear::new(data).map_err(|faults| faults.moved(|pointer| format!("{at}{pointer}")))
     }
 }
 

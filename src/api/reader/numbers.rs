@@ -141,7 +141,7 @@ impl Numbers {
                 note(&mut self.nulls, || {
                     (
                         place,
-                        "null marks a missing node only in the heights of a grid; leave the node out instead".into(),
+                        "null marks a missing node only in the heights of `nodes` of type `grid`; leave the node out, or send it as such".into(),
                     )
                 });
             }

@@ -1,6 +1,7 @@
 //! Methods of requests: wire parts to methods.
 
 use super::{
+    THROUGH,
     curve_methods::*,
     point::{self, PointBody},
 };
@@ -27,8 +28,15 @@ pub enum NearBody {
 }
 
 impl Asked {
-    pub fn is_near(&self) -> bool {
-        matches!(self, Asked::Near { .. })
+    /// Why nothing of a fit may stand beside it, where that is so.
+    pub fn takes_no_fit(&self) -> Option<&'static str> {
+        match self {
+            Asked::Through { .. } => Some(THROUGH),
+            Asked::Near { method: NearBody::Smoothing(_), .. } => Some(
+                "a smoothing spline has its `parameter`, `noise_sigma` and `weight` in its method, and no other estimator",
+            ),
+            Asked::Near { .. } => None,
+        }
     }
 }
 

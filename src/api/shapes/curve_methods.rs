@@ -240,7 +240,7 @@ pub struct SmoothingSplineMethod {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub noise_sigma: Option<f64>,
-    /// Instead of `parameter`: how many parameters the curve is worth, from 2 (a line) to the number of points.
+    /// Instead of `parameter`: how many parameters the curve is worth, more than 2 (a line) and less than the number of points (the interpolant).
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 2)]
     pub degrees_of_freedom: Option<f64>,

@@ -102,10 +102,15 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<GivenPoints> {
 /// The nodes of an iteration as points.
 pub fn of_nodes(nodes: &Nodes, faults: &mut Faults) -> Option<GivenPoints> {
     match nodes {
-        Nodes::Curve(nodes) => Some(GivenPoints {
-            points: Points::Graph { x: nodes.x.clone(), y: nodes.y.clone() },
-            weight: nodes.weight.clone(),
-        }),
+        Nodes::Curve(nodes) => {
+            // a node of weight 0 is left out, whatever the method
+            let counts = |k: usize| nodes.weight.as_ref().is_none_or(|weight| weight[k] > 0.0);
+            let of = |values: &[f64]| values.iter().enumerate().filter(|(k, _)| counts(*k)).map(|(_, x)| *x).collect();
+            Some(GivenPoints {
+                points: Points::Graph { x: of(&nodes.x), y: of(&nodes.y) },
+                weight: nodes.weight.as_deref().map(of),
+            })
+        }
         _ => {
             faults.push("/points", "missing; the nodes of this iteration are no curve whose points could be taken");
             None

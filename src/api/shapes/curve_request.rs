@@ -10,11 +10,14 @@ use super::{
     curve_points::{self, CurvePointsBody},
     curve_result,
     fault::{CurveFields, curve_fault},
-    fit_fields::{self, FIT_KEYS, FitFields},
-    kept::Built,
 };
 use crate::{
-    api::{problem::Problem, reader::Fields},
+    api::{
+        fit_fields::{self, FIT_KEYS, FitFields},
+        problem::Problem,
+        reader::Fields,
+        records::Built,
+    },
     estimation::{Faults, Nodes},
     geometry::curve::{Points, through},
 };
@@ -61,7 +64,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>) -> Result<Built, Problem> {
     let (Some(points), Some(method)) = (points, method) else { return Err(Problem::invalid(faults)) };
     let graph = matches!(points.points, Points::Graph { .. });
     let method = curve_method_reader::read(method, &points.points, &mut faults);
-    let fit = fit_fields::read(&fields, method.as_ref().is_some_and(Asked::is_near), &mut faults);
+    let fit = fit_fields::read(&fields, method.as_ref().and_then(Asked::takes_no_fit), &mut faults);
     let (Some(method), Some(fit)) = (method, fit) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
     match method {

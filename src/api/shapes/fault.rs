@@ -64,11 +64,7 @@ pub fn curve_fault(fault: &CurveFault, at: &str, fields: &CurveFields, faults: &
 
 /// Faults of a fit by their places in a request whose method is the model and whose nodes stand at `base`.
 pub fn moved(faults: &Faults, base: &str) -> Faults {
-    let mut out = Faults::default();
-    for fault in faults.list() {
-        out.push(moved_pointer(&fault.pointer, base), fault.detail.clone());
-    }
-    out
+    faults.moved(|pointer| moved_pointer(pointer, base))
 }
 
 fn moved_pointer(pointer: &str, base: &str) -> String {
@@ -81,14 +77,5 @@ fn moved_pointer(pointer: &str, base: &str) -> String {
 
 /// A fit that was refused, in the same way.
 pub fn refused_fit(error: FitError, base: &str) -> Problem {
-    match error {
-        FitError::Invalid(faults) => Problem::invalid(moved(&faults, base)),
-        other => {
-            let mut problem = Problem::from(other);
-            for error in &mut problem.errors {
-                error.pointer = moved_pointer(&error.pointer, base);
-            }
-            problem
-        }
-    }
+    Problem::of_fit(error, |pointer| moved_pointer(pointer, base))
 }

@@ -11,8 +11,6 @@ pub mod curve_result;
 pub mod curve_shape;
 pub mod export;
 mod fault;
-pub mod fit_fields;
-pub mod kept;
 pub mod near_result;
 mod net;
 mod places;
@@ -28,3 +26,6 @@ pub mod surface_request;
 pub mod surface_result;
 pub mod surface_shape;
 pub mod surface_values;
+
+/// Why a method that passes through its points takes nothing of a fit.
+const THROUGH: &str = "it belongs to methods near points, which fit; this one passes through all of them";

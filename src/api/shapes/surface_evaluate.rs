@@ -17,8 +17,8 @@ use crate::{
 
 /// Relative error to which areas are computed.
 const AREA_TOLERANCE: f64 = 1e-10;
-/// Most places of a grid of parameters.
-const MOST_PLACES: usize = 20_000_000;
+/// Most numbers of an answer, some 400 megabytes of text.
+const MOST_NUMBERS: usize = 20_000_000;
 
 /// A request as it was read.
 struct Wanted {
@@ -95,7 +95,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
             }
         }
     }
-    let mut json = Json::with_capacity(256 + 22 * count * (width * 6 + 12));
+    let mut json = Json::with_capacity(256 + 22 * count * numbers_of_a_place(width, derivatives, forms));
     let mut object = json.object();
     object.values("values", width, &lists[0]);
     if derivatives > 0 {
@@ -142,6 +142,11 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         })
         .end();
     json.finish().map_err(|_| beyond("/surface"))
+}
+
+/// Values, derivatives, normal, curvatures and forms.
+fn numbers_of_a_place(width: usize, derivatives: usize, forms: bool) -> usize {
+    width * [1, 3, 6][derivatives] + [0, 3, 10][derivatives] + if forms { 6 } else { 0 }
 }
 
 /// What derivatives tell, place by place.
@@ -205,6 +210,15 @@ fn read(text: &[u8]) -> Result<Wanted, Problem> {
     }
     let (Some(surface), Some(places)) = (surface, places) else { return Err(Problem::invalid(faults)) };
     let forms = include.contains(&SurfaceIncludeName::FundamentalForms);
+    let numbers =
+        places.count().saturating_mul(numbers_of_a_place(surface.dimension().count(), derivatives.min(2), forms));
+    if numbers > MOST_NUMBERS {
+        let at = if matches!(places, Places::Pairs(_)) { "/at" } else { "/grid" };
+        faults.push(
+            at,
+            format!("{numbers} numbers would be answered, {MOST_NUMBERS} at most: ask for fewer places at a time"),
+        );
+    }
     let area = include.contains(&SurfaceIncludeName::Area);
     faults.into_result(Wanted { surface, places, derivatives, forms, area }).map_err(Problem::invalid)
 }
@@ -228,10 +242,6 @@ fn read_places(fields: &Fields, faults: &mut Faults) -> Option<Places> {
             };
             let (u, v) = (axis("u"), axis("v"));
             let places = Places::Grid(u?, v?);
-            if places.count() > MOST_PLACES {
-                faults.push("/grid", format!("{} places are more than {MOST_PLACES}", places.count()));
-                return None;
-            }
             Some(places)
         }
         (None, None) => {

@@ -24,6 +24,9 @@ const FEW: usize = 150;
 
 /// Fits the B-spline that was asked for to nodes with u and v, which stand at `base` in the request.
 pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base: &str) -> Result<Vec<u8>, Problem> {
+    if matches!(nodes, Nodes::Curve(_) | Nodes::Matrix(_)) {
+        return refuse(&format!("{base}/type"), "a surface takes nodes with u and v");
+    }
     let Method::BSplineLeastSquares { degrees, knots } = asked.method else {
         return refuse("/method", "only `b_spline_least_squares` is for scattered nodes and grids with missing ones");
     };
@@ -33,9 +36,11 @@ pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base
     };
     let size = count(0).saturating_mul(count(1));
     spec.model = Model::BSpline {
-        degree: Degree::Each(degrees[0], degrees[1]),
+        // a number for both axes is at fault as such
+        degree: if degrees[0] == degrees[1] { Degree::Both(degrees[0]) } else { Degree::Each(degrees[0], degrees[1]) },
         knots: match knots {
             [AxisKnots::Given(u), AxisKnots::Given(v)] => Knots::Surface(u, v),
+            [AxisKnots::Uniform(u), AxisKnots::Uniform(v)] if u == v => Knots::Spans(u),
             [AxisKnots::Uniform(u), AxisKnots::Uniform(v)] => Knots::SpansEach(u, v),
             _ => return refuse("/method/placed_spans", "knots are placed by the nodes of whole grids only"),
         },
@@ -56,7 +61,8 @@ pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base
     object.list("fits", [text], |object, text| {
         object.string("coordinate", "z").raw("result", &text);
     });
-    write_warnings(&mut object, &[]);
+    let warnings: Vec<_> = result.warnings.iter().map(|warning| (warning.code, warning.message.clone())).collect();
+    write_warnings(&mut object, &warnings);
     object.end();
     json.finish().map_err(|_| beyond(base))
 }

@@ -4,10 +4,9 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::{
+    THROUGH,
     curve_points::ParametrizationName,
     fault::moved,
-    fit_fields::{self, FIT_KEYS, FitFields},
-    kept::Built,
     net::Net,
     point::PointBody,
     surface_given::{self, GIVEN_KEYS, GivenSurface, HeightGridBody},
@@ -17,7 +16,13 @@ use super::{
     surface_shape::BordersBody,
 };
 use crate::{
-    api::{nodes_schema::NodesBody, problem::Problem, reader::Fields},
+    api::{
+        fit_fields::{self, FIT_KEYS, FitFields},
+        nodes_schema::NodesBody,
+        problem::Problem,
+        reader::Fields,
+        records::Built,
+    },
     estimation::{Faults, Nodes, Plans},
     geometry::surface::{
         Border,
@@ -80,7 +85,8 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
     let given = surface_given::read(&fields, own, &mut faults);
     let asked =
         fields.required("method", "", &mut faults).and_then(|slice| surface_method_reader::read(slice, &mut faults));
-    let fit = fit_fields::read(&fields, asked.as_ref().is_some_and(Asked::is_near), &mut faults);
+    let fit =
+        fit_fields::read(&fields, asked.as_ref().is_none_or(|asked| !asked.is_near()).then_some(THROUGH), &mut faults);
     let (Some(given), Some(asked), Some(fit)) = (given, asked, fit) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
     let name = asked.name.to_owned();
@@ -100,6 +106,14 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
             return near(&nodes, asked, "/grid");
         }
         GivenSurface::Grid { u, v, z } => (Given::Grid { u, v, z }, None),
+        GivenSurface::Points { .. } if asked.is_near() && !plain => {
+            let mut faults = Faults::default();
+            for key in FIT_KEYS.iter().filter(|key| fields.get(key).is_some()) {
+                let detail = "points of space are fitted by plain least squares, axis by axis; this belongs to `nodes` or `grid`";
+                faults.push(format!("/{key}"), detail);
+            }
+            return Err(Problem::invalid(faults));
+        }
         GivenSurface::Points { rows, parametrization } => (Given::Points { rows, parametrization }, None),
         GivenSurface::Boundaries { curves, tolerance } => {
             let cross = Box::new(asked.cross.clone());
@@ -109,8 +123,13 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         GivenSurface::ControlPoints(net) => (control_points(net, &asked), None),
     };
     check_patches(&given, &asked.method)?;
+    let nodes = match &given {
+        Given::Grid { u, v, .. } => Some(u.len() * v.len()),
+        Given::Points { rows, .. } => Some(rows.iter().map(Vec::len).sum()),
+        _ => None,
+    };
     let built = construct::build(given, asked.method).map_err(|fault| refused(&fault, &fields))?;
-    Ok(Built { method: name, result: surface_result::built(&built, tolerance)? })
+    Ok(Built { method: name, result: surface_result::built(&built, nodes, tolerance)? })
 }
 
 /// Patches have joints that are all looked at: no more of them than can be told about.

@@ -32,9 +32,21 @@ pub struct BuiltSurfaceBody {
     /// Of nodes on a grid: the parameters of its rows and columns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<NodeParametersBody>,
-    /// Of least squares near a whole grid.
+    /// Of least squares near a whole grid: nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+    /// Nodes less control points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub degrees_of_freedom: Option<usize>,
+    /// Sum of squared residuals, over all coordinates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rss: Option<f64>,
+    /// √(rss/count).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms: Option<f64>,
+    /// √(rss/degrees of freedom/coordinates), the noise of a coordinate; left out where nothing is left.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma: Option<f64>,
     /// Of a mesh: the largest gap between curves that cross, and where.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<WorstBody>,
@@ -154,8 +166,8 @@ const ROUNDING: f64 = 1e-9;
 /// Angles of normals that rounding may leave, in radians.
 const ANGLE: f64 = 1e-7;
 
-/// The answer of a surface that was built; `tolerance` is the one its curves meet under.
-pub fn built(built: &Built, tolerance: Option<f64>) -> Result<Vec<u8>, Problem> {
+/// The answer of a surface that was built of `nodes` nodes; `tolerance` is the one its curves meet under.
+pub fn built(built: &Built, nodes: Option<usize>, tolerance: Option<f64>) -> Result<Vec<u8>, Problem> {
     let Built { shape, parameters, residual_sum_of_squares, gap, deviation, joints, degenerate } = built;
     let mut json = Json::with_capacity(4096);
     let mut object = json.object();
@@ -165,7 +177,16 @@ pub fn built(built: &Built, tolerance: Option<f64>) -> Result<Vec<u8>, Problem> 
             object.numbers("u", u).numbers("v", v);
         });
     }
-    object.maybe_number("rss", *residual_sum_of_squares);
+    if let (Some(rss), Some(count), SurfaceShape::BSpline(surface)) = (residual_sum_of_squares, nodes, shape) {
+        let left = count.saturating_sub(surface.control_points().len());
+        let numbers = (left * shape.dimension().count()) as f64;
+        object
+            .count("count", count)
+            .count("degrees_of_freedom", left)
+            .number("rss", *rss)
+            .number("rms", (rss / count as f64).sqrt())
+            .maybe_number("sigma", (left > 0).then(|| (rss / numbers).sqrt()));
+    }
     for (name, worst) in [("gap", gap), ("deviation", deviation)] {
         if let Some(worst) = worst {
             write_worst(&mut object, name, worst);

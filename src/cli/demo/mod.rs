@@ -2,6 +2,7 @@
 
 mod answers;
 mod client;
+mod closed_loop;
 mod flank_form;
 mod node_file;
 mod numbers;
@@ -37,6 +38,9 @@ pub struct DemoArguments {
     /// Fit requests or nodes of your own (JSON; CSV with u,v,z or x,y; traces of a gear tester) in place of the bundled flank.
     #[arg(long, value_name = "FILE")]
     nodes: Option<PathBuf>,
+    /// Show corrections of a simulated machine in a loop instead: measured, corrected, machined again.
+    #[arg(long, conflicts_with = "nodes")]
+    closed_loop: bool,
     /// Stop when the tables are printed, instead of serving on.
     #[arg(long)]
     exit: bool,
@@ -59,6 +63,7 @@ pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
     telemetry::init_logs(LogFormat::Pretty, "warn")?;
     let chapters = match &arguments.nodes {
         Some(path) => node_file::read(path)?.into_iter().map(Chapter::of_file).collect(),
+        None if arguments.closed_loop => Vec::new(),
         None => vec![Chapter::bundled()?],
     };
     let settings = ServeSettings {
@@ -98,6 +103,9 @@ fn tell(chapters: &[Chapter], base: &str, arguments: &DemoArguments) -> Result<(
         arguments.database_url
     )?;
     let mut jobs = Vec::new();
+    if arguments.closed_loop {
+        jobs = closed_loop::tell(&client, &mut out)?;
+    }
     for chapter in chapters {
         let mut story = Story { client: &client, limit: chapter.limit, out: &mut out };
         jobs.push(story.tell(&chapter.job, &chapter.first, chapter.second.as_ref())?);

@@ -117,7 +117,7 @@ pub fn curve(points: &CurvePoints, asked: &CurveAsked) -> Result<CurveFit, FitEr
     let trial = Trial { points, asked, dimension, parameters: &parameters };
     // points of weight 0 say nothing, of the knots neither
     let counted: Vec<f64> = parameters.iter().enumerate().filter(|(k, _)| points.counts(*k)).map(|(_, &t)| t).collect();
-    if counted.is_empty() {
+    if counted.is_empty() && !parameters.is_empty() && points.weight.is_some_and(|w| w.iter().all(|w| *w == 0.0)) {
         return Err(Faults::one("/method/weight", "every point is of weight 0").into());
     }
     let (low, high) = counted.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
@@ -265,7 +265,7 @@ fn check(points: &CurvePoints, asked: &CurveAsked) -> Result<Dimension, Faults> 
         faults.push("/method/weight", format!("{} entries for {count} points", weight.len()));
     }
     if !asked.spec.filters.is_empty() {
-        faults.push("/method", "points of a curve are not filtered");
+        faults.push("/filters", "points of a curve are not filtered");
     }
     if matches!(asked.knots, KnotPlacement::Adaptive(_)) && asked.weights.is_some() {
         faults.push(

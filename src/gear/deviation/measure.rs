@@ -47,7 +47,7 @@ pub enum Strays {
 }
 
 /// How points were measured and what is asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
     /// mm; 0 for points of the surface.
     pub ball_radius: f64,
@@ -56,6 +56,13 @@ pub struct Measurement {
     /// beyond half of it a point belongs to another tooth.
     pub reach: Option<f64>,
     pub strays: Strays,
+}
+
+impl Default for Measurement {
+    /// Points of the surface, deviations along the normal.
+    fn default() -> Self {
+        Measurement { ball_radius: 0.0, direction: Direction::Normal, reach: None, strays: Strays::Refuse }
+    }
 }
 
 impl Measurement {

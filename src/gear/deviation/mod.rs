@@ -20,18 +20,9 @@ pub use foot::{Foot, Stray};
 pub use grid::{Topography, grid};
 pub use measure::{Measurement, Strays, Touch, measure};
 
+pub use super::trace::Direction;
 use super::{Gear, Side};
 use crate::geometry::space::Vector;
-
-/// The line along which the size of a deviation is taken.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Direction {
-    /// The normal of the flank.
-    #[default]
-    Normal,
-    /// The base tangent in the transverse plane, as instruments have it: normal = transverse · cos β_b.
-    Transverse,
-}
 
 impl Direction {
     /// What a size along the normal is multiplied by.

@@ -102,7 +102,8 @@ impl CurveFault {
             Knots(_) | SchoenbergWhitney { .. } => Some(Part::Knots),
             Controls(_) => Some(Part::Controls),
             OutOfDomain { .. } | NodeOutOfDomain { .. } => Some(Part::X),
-            Singular { .. } | NotRepresentable { .. } | Misses { .. } | Unstable { .. } => None,
+            Unstable { .. } => Some(Part::Points),
+            Singular { .. } | NotRepresentable { .. } | Misses { .. } => None,
         }
     }
 

@@ -55,16 +55,16 @@ async fn a_curve_of_the_iterations_own_nodes_is_kept() {
     assert_eq!(send(app.get(&place)).await.text, before.text, "the iteration is as it was");
     assert_eq!(send(app.get(&place)).await.header("etag"), before.header("etag"));
 
-    let list = send(app.get(&format!("{place}/shapes?limit=1"))).await.json();
+    let list = send(app.get(&format!("{place}/records?limit=1"))).await.json();
     assert_eq!(list["items"][0]["id"], body["id"]);
     assert!(list["items"][0].get("result").is_none());
     let next = list["next_cursor"].as_str().unwrap();
-    let rest = send(app.get(&format!("{place}/shapes?cursor={next}"))).await.json();
+    let rest = send(app.get(&format!("{place}/records?cursor={next}"))).await.json();
     assert_eq!(rest["items"][0]["id"], other.json()["id"]);
     assert!(rest.get("next_cursor").is_none());
 
     let location = kept.header("location").to_owned();
-    assert_eq!(location, format!("{place}/shapes/{}", body["id"].as_str().unwrap()));
+    assert_eq!(location, format!("{place}/records/{}", body["id"].as_str().unwrap()));
     let app = TestApp::start_in(app.stop().await, |_| {}).await;
     assert_eq!(send(app.get(&location)).await.text, kept.text, "the same bytes after a restart");
 }
@@ -102,9 +102,9 @@ async fn a_key_keeps_one_shape_and_nothing_is_half_kept() {
     // a grid has no curve to offer, a curve no surface
     let refused = keep(&app, &place, "surfaces", &json!({"method": {"type": "b_spline", "degree": 1}})).await;
     refused.problem(422, "invalid_request");
-    let list = send(app.get(&format!("{place}/shapes"))).await.json();
+    let list = send(app.get(&format!("{place}/records"))).await.json();
     assert_eq!(list["items"].as_array().unwrap().len(), 1);
-    for path in [format!("{place}0/shapes"), format!("{place}/shapes/{}", uuid::Uuid::nil())] {
+    for path in [format!("{place}0/records"), format!("{place}/records/{}", uuid::Uuid::nil())] {
         send(app.get(&path)).await.problem(404, "not_found");
     }
     let nowhere = keep(&app, &format!("{place}0"), "curves", &json!({"method": {"type": "lagrange"}})).await;

@@ -10,7 +10,7 @@ use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::Value;
 
 /// The documented examples of an operation, with their names.
-fn examples(operation: &str) -> Vec<(&'static str, Value)> {
+pub fn examples(operation: &str) -> Vec<(&'static str, Value)> {
     let of_operation = REQUEST_EXAMPLES.iter().filter(|example| example.operation_id == operation);
     let examples: Vec<_> =
         of_operation.map(|example| (example.name, serde_json::from_str(example.text).unwrap())).collect();
@@ -18,11 +18,11 @@ fn examples(operation: &str) -> Vec<(&'static str, Value)> {
     examples
 }
 
-fn numbers(value: &Value) -> Vec<f64> {
+pub fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap_or_else(|| panic!("{value}")).iter().map(|x| x.as_f64().unwrap()).collect()
 }
 
 #[track_caller]
-fn close(a: f64, b: f64, tolerance: f64) {
+pub fn close(a: f64, b: f64, tolerance: f64) {
     assert!((a - b).abs() <= tolerance * b.abs().max(1.0), "{a} is not {b}");
 }

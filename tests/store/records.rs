@@ -1,7 +1,7 @@
 //! Curves and surfaces kept with an iteration.
 
 use flankfit::{
-    jobs::{PageRequest, Repository, RepositoryError, ShapeKind, What},
+    jobs::{PageRequest, RecordKind, Repository, RepositoryError, What},
     store::Store,
 };
 use uuid::Uuid;
@@ -9,13 +9,13 @@ use uuid::Uuid;
 use crate::support::Place;
 
 async fn page(store: &Store, job: Uuid, request: PageRequest) -> (Vec<Uuid>, PageRequest, bool) {
-    let page = store.shapes(job, 1, request).await.unwrap();
+    let page = store.records(job, 1, request).await.unwrap();
     let last = page.next.is_none();
     (page.items.iter().map(|item| item.id).collect(), PageRequest { after: page.next, ..request }, last)
 }
 
 #[tokio::test]
-async fn shapes_come_back_as_they_were_kept_and_page_by_page() {
+async fn records_come_back_as_they_were_kept_and_page_by_page() {
     let place = Place::new();
     let store = place.open().await;
     let job = place.stored_job(&store).await;
@@ -23,32 +23,32 @@ async fn shapes_come_back_as_they_were_kept_and_page_by_page() {
     let before = store.iteration(job.id, 1).await.unwrap();
     let mut kept = Vec::new();
     for (kind, method) in
-        [(ShapeKind::Curve, "lagrange"), (ShapeKind::Surface, "coons_bilinear"), (ShapeKind::Curve, "cubic_spline")]
+        [(RecordKind::Curve, "lagrange"), (RecordKind::Surface, "coons_bilinear"), (RecordKind::Curve, "cubic_spline")]
     {
-        let shape = place.shape(kind, method);
-        let stored = store.insert_shape(job.id, 1, shape.clone(), None).await.unwrap();
+        let record = place.record(kind, method);
+        let stored = store.insert_record(job.id, 1, record.clone(), None).await.unwrap();
         assert_eq!((stored.number, stored.version), (1, before.version));
-        kept.push(shape);
+        kept.push(record);
     }
     assert_eq!(store.iteration(job.id, 1).await.unwrap(), before, "the iteration is as it was");
     store.close().await;
 
     let store = place.open().await;
-    for shape in &kept {
-        assert_eq!(&store.shape(job.id, 1, shape.id).await.unwrap(), &**shape);
+    for record in &kept {
+        assert_eq!(&store.record(job.id, 1, record.id).await.unwrap(), &**record);
     }
     let two = PageRequest { limit: 2, after: None };
     let (first, next, last) = page(&store, job.id, two).await;
     assert_eq!((first, last), (vec![kept[0].id, kept[1].id], false));
     let (second, _, last) = page(&store, job.id, next).await;
     assert_eq!((second, last), (vec![kept[2].id], true));
-    let all = store.shapes(job.id, 1, PageRequest { limit: 3, after: None }).await.unwrap();
+    let all = store.records(job.id, 1, PageRequest { limit: 3, after: None }).await.unwrap();
     assert_eq!(all.next, None, "a page that is just full is the last one");
-    assert_eq!((all.items[1].kind, all.items[1].method.as_str()), (ShapeKind::Surface, "coons_bilinear"));
+    assert_eq!((all.items[1].kind, all.items[1].method.as_str()), (RecordKind::Surface, "coons_bilinear"));
 }
 
 #[tokio::test]
-async fn a_shape_belongs_to_one_iteration() {
+async fn a_record_belongs_to_one_iteration() {
     let place = Place::new();
     let store = place.open().await;
     let job = place.stored_job(&store).await;
@@ -56,14 +56,14 @@ async fn a_shape_belongs_to_one_iteration() {
     for job in [job.id, other.id] {
         place.stored_iteration(&store, job).await;
     }
-    let kept = place.stored_shape(&store, job.id).await;
-    let missing = async |job, number, id| match store.shape(job, number, id).await {
+    let kept = place.stored_record(&store, job.id).await;
+    let missing = async |job, number, id| match store.record(job, number, id).await {
         Err(RepositoryError::NotFound(what)) => what,
         found => panic!("{found:?}"),
     };
-    assert_eq!(missing(other.id, 1, kept.id).await, What::Shape);
+    assert_eq!(missing(other.id, 1, kept.id).await, What::Record);
     assert_eq!(missing(job.id, 2, kept.id).await, What::Iteration);
     assert_eq!(missing(place.id(), 1, kept.id).await, What::Job);
-    let refused = store.insert_shape(job.id, 2, place.shape(ShapeKind::Curve, "newton"), None).await;
+    let refused = store.insert_record(job.id, 2, place.record(RecordKind::Curve, "newton"), None).await;
     assert!(matches!(refused, Err(RepositoryError::NotFound(What::Iteration))), "{refused:?}");
 }

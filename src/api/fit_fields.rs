@@ -1,18 +1,16 @@
-//! What a request for a curve or surface near points says of the fit: as in a fit request, beside model and domain.
+//! What requests other than fits say of the fit that they ask for: as in a fit request, beside model and domain.
 
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::{
-    api::{
-        filters::FilterBody,
-        fit_spec::{EstimatorBody, IncludeName, NodeUncertaintyBody, RegularizationBody, ScalingName},
-        reader::{Fields, RawSpec, SPEC_KEYS},
-    },
-    estimation::{
-        Faults, FitSpec,
-        spec::{Model, Regularization},
-    },
+use super::{
+    filters::FilterBody,
+    fit_spec::{EstimatorBody, IncludeName, NodeUncertaintyBody, RegularizationBody, ScalingName},
+    reader::{Fields, RawSpec, SPEC_KEYS},
+};
+use crate::estimation::{
+    Faults, FitSpec,
+    spec::{Model, Regularization},
 };
 
 /// The fields.
@@ -28,7 +26,7 @@ pub const FIT_KEYS: [&str; 8] = [
 ];
 
 // Declared for the document; `read` reads them.
-/// How a curve or surface near points is fitted; each as in a fit request.
+/// How is fitted; each as in a fit request.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct FitFields {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,15 +51,12 @@ pub struct FitFields {
     pub filters: Option<Vec<FilterBody>>,
 }
 
-/// Reads the fields; the spec's model is still to be set. Where nothing is fitted (`near` is false) none may be there.
-pub fn read(fields: &Fields, near: bool, faults: &mut Faults) -> Option<FitSpec> {
-    if !near {
+/// Reads the fields; the spec's model is still to be set. Where nothing is fitted none may be there, and `unfit` says why.
+pub fn read(fields: &Fields, unfit: Option<&str>, faults: &mut Faults) -> Option<FitSpec> {
+    if let Some(why) = unfit {
         let before = faults.count();
         for key in FIT_KEYS.iter().filter(|key| fields.get(key).is_some()) {
-            faults.push(
-                format!("/{key}"),
-                "it belongs to methods near points, which fit; this one passes through all of them",
-            );
+            faults.push(format!("/{key}"), why);
         }
         return (faults.count() == before).then(|| FitSpec::new(Model::Linear));
     }

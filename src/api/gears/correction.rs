@@ -1,0 +1,180 @@
+//! Changes of machine settings, and whether the machine answered as predicted.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{correction_request, registration::IndistinguishableBody};
+use crate::{
+    api::{
+        canonical, fit_result::FitResultBody, fit_result_parts::WarningBody, fit_text, json_writer::Json,
+        problem::Problem, records::Built,
+    },
+    estimation::{FitError, Nodes},
+    gear::{
+        Gear,
+        correction::{Change, Correction, Limit, Predicted, Solution, Trust},
+    },
+};
+
+/// What is to be changed, and what is expected of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Correction)]
+pub struct CorrectionBody {
+    /// In the order of the request, or of the machine.
+    pub settings: Vec<SettingChangeBody>,
+    /// Settings whose effects nearly cancel on these nodes.
+    pub indistinguishable: Vec<IndistinguishableBody>,
+    pub predicted: PredictedBody,
+    /// How λ* came about; left out where the request says how to regularise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trust: Option<TrustBody>,
+    /// The fit of all settings without limits, as `POST /v1/fits` answers it: the sensitivity matrix is the measurement matrix, the wanted
+    /// change of each deviation the height.
+    pub result: FitResultBody,
+    /// The fit of the settings that stay free, where some are at their limits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limited_result: Option<FitResultBody>,
+    pub warnings: Vec<WarningBody>,
+}
+
+/// What becomes of a setting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SettingChange)]
+pub struct SettingChangeBody {
+    pub name: String,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
+    /// To be added to the setting.
+    pub change: f64,
+    /// What is asked for without limits; left out where it is the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unlimited: Option<f64>,
+    /// Left out at a limit and without degrees of freedom.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error: Option<f64>,
+    /// Sharp bound on what regularisation took away; left out at a limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_bound: Option<f64>,
+    /// Whether it stands at a limit.
+    pub limited: bool,
+}
+
+/// The flank after the correction, if the machine answers as the sensitivity says. Of the nodes that take part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = PredictedFlank)]
+pub struct PredictedBody {
+    pub rms_um: f64,
+    pub max_um: f64,
+    pub rms_before_um: f64,
+    pub max_before_um: f64,
+    /// Of every node in the order posted; `null` where undefined.
+    pub deviation_um: Vec<Option<f64>>,
+    /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity leaves.
+    pub uncertainty_um: Vec<Option<f64>>,
+}
+
+/// How far the sensitivity is trusted, in columns of unit length.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SensitivityTrust)]
+pub struct TrustBody {
+    /// The smallest eigenvalue that is trusted.
+    pub lambda_star: f64,
+    /// The share that the uncertainty of the sensitivity has in it.
+    pub from_response: f64,
+    /// The share of the noise; left out where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_noise: Option<f64>,
+    /// How many directions have smaller eigenvalues.
+    pub damped: usize,
+    /// The most that an error of the response is multiplied with.
+    pub gain: f64,
+}
+
+/// Computes a correction by the nodes of an iteration. Processor work.
+pub fn build(text: &[u8], nodes: &Nodes, gear: Option<&Gear>) -> Result<Built, Problem> {
+    let (method, asked) = correction_request::read(text, nodes, gear)?.map_err(Problem::invalid)?;
+    let correction = Correction::new(asked).map_err(Problem::invalid)?;
+    let solution = correction.solve().map_err(refused)?;
+    let result = write(&solution, &canonical::request_sha256(text))?;
+    Ok(Built { method: method.to_owned(), result })
+}
+
+/// A fit that was refused, by places in the request.
+fn refused(error: FitError) -> Problem {
+    let place = |pointer: &str| match pointer {
+        pointer if pointer.starts_with("/nodes") || pointer.starts_with("/model") => "/sensitivity".to_owned(),
+        pointer => pointer.to_owned(),
+    };
+    Problem::of_fit(error, place)
+}
+
+/// The answer as JSON; `digest` is that of the request.
+pub fn write(solution: &Solution, digest: &str) -> Result<Vec<u8>, Problem> {
+    let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings } = solution;
+    let settings: Vec<SettingChangeBody> = settings.iter().map(SettingChangeBody::from).collect();
+    let apart: Vec<IndistinguishableBody> = indistinguishable
+        .iter()
+        .map(|group| IndistinguishableBody {
+            names: group.names.clone(),
+            condition_index: group.condition_index,
+            sentence: group.sentence.clone(),
+        })
+        .collect();
+    let warnings: Vec<WarningBody> = warnings
+        .iter()
+        .map(|warning| WarningBody { code: warning.code.into(), message: warning.message.clone() })
+        .collect();
+    let text = |result| {
+        let text = fit_text::write(result, None, digest).map_err(Problem::internal)?;
+        String::from_utf8(text).map_err(Problem::internal)
+    };
+    let mut json = Json::with_capacity(8192 + 48 * predicted.deviation.len());
+    let mut object = json.object();
+    object
+        .field("settings", &settings)
+        .field("indistinguishable", &apart)
+        .field("predicted", &PredictedBody::from(predicted))
+        .maybe("trust", trust.map(TrustBody::from))
+        .raw("result", &text(fit)?);
+    if let Some(limited) = limited_fit {
+        object.raw("limited_result", &text(limited)?);
+    }
+    object.field("warnings", &warnings);
+    object.end();
+    json.finish().map_err(Problem::internal)
+}
+
+impl From<&Change> for SettingChangeBody {
+    fn from(change: &Change) -> Self {
+        SettingChangeBody {
+            name: change.name.clone(),
+            unit: change.unit.clone(),
+            change: change.change,
+            unlimited: Some(change.unlimited).filter(|unlimited| *unlimited != change.change),
+            std_error: change.std_error,
+            bias_bound: change.bias_bound,
+            limited: matches!(change.limited, Some(Limit::Min | Limit::Max)),
+        }
+    }
+}
+
+impl From<&Predicted> for PredictedBody {
+    fn from(predicted: &Predicted) -> Self {
+        let defined = |list: &[f64]| list.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
+        PredictedBody {
+            rms_um: predicted.rms,
+            max_um: predicted.max,
+            rms_before_um: predicted.rms_before,
+            max_before_um: predicted.max_before,
+            deviation_um: defined(&predicted.deviation),
+            uncertainty_um: defined(&predicted.uncertainty),
+        }
+    }
+}
+
+impl From<Trust> for TrustBody {
+    fn from(trust: Trust) -> Self {
+        let Trust { lambda_star, from_response, from_noise, damped, gain } = trust;
+        TrustBody { lambda_star, from_response, from_noise, damped, gain }
+    }
+}

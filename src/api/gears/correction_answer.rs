@@ -1,0 +1,193 @@
+//! A kept correction beside what the machine made of it.
+
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::{
+    correction::{CorrectionBody, PredictedBody},
+    iteration_nodes::heights,
+};
+use crate::{
+    api::{problem::Problem, text::Moment},
+    estimation::{FitError, Nodes},
+    gear::correction::{Answer, Comparison, DEFAULT_RESPONSE_UNCERTAINTY, compare},
+    jobs::Record,
+};
+
+/// A correction and its answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = KeptCorrection)]
+pub struct KeptCorrectionBody {
+    pub id: Uuid,
+    /// `matrix`, or the machine.
+    pub method: String,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    #[schema(value_type = Object)]
+    pub request: serde_json::Value,
+    pub result: CorrectionBody,
+    /// What the next iteration measured; left out before there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub answer: Option<MachineAnswerBody>,
+    /// Why the next iteration cannot be compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_compared: Option<String>,
+}
+
+/// Predicted beside measured, over the nodes that are defined before, predicted and after.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = MachineAnswer)]
+pub struct MachineAnswerBody {
+    /// Number of the iteration that measured it.
+    pub iteration: u32,
+    pub nodes: usize,
+    pub before_rms_um: f64,
+    pub predicted_rms_um: f64,
+    pub measured_rms_um: f64,
+    /// Of measured minus predicted.
+    pub difference_rms_um: f64,
+    /// What noise and the uncertainty of the sensitivity let expect of it.
+    pub expected_difference_rms_um: f64,
+    /// How much of the predicted change came; left out where none was predicted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub response_ratio: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub response_ratio_std_error: Option<f64>,
+    /// Of measured minus predicted, and its quantile of 0.999.
+    pub chi_squared: f64,
+    pub chi_squared_limit: f64,
+    /// `as_predicted`, `weaker`, `stronger` or `different`.
+    pub verdict: String,
+    pub sentence: String,
+    /// Of every node; `null` where undefined.
+    pub predicted_um: Vec<Option<f64>>,
+    pub measured_um: Vec<Option<f64>>,
+}
+
+/// What of a request decides how it is compared.
+#[derive(Deserialize)]
+struct Noise {
+    noise_sigma_um: Option<f64>,
+    response_uncertainty: Option<f64>,
+}
+
+/// The parts of a stored result that are looked at again.
+#[derive(Deserialize)]
+struct Told {
+    predicted: PredictedBody,
+    result: Fitted,
+}
+
+#[derive(Deserialize)]
+struct Fitted {
+    residuals: Scatter,
+}
+
+#[derive(Deserialize)]
+struct Scatter {
+    sigma: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Written<'a> {
+    id: Uuid,
+    method: &'a str,
+    created_at: Moment,
+    request: &'a RawValue,
+    result: &'a RawValue,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    answer: Option<MachineAnswerBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    not_compared: Option<String>,
+}
+
+/// The answer to who asks for a kept correction; `after` is the next iteration with its nodes. Processor work.
+pub fn write(record: &Record, before: &Nodes, after: Option<&(u32, Nodes)>) -> Result<Vec<u8>, Problem> {
+    let raw = |text| serde_json::from_str::<&RawValue>(text).map_err(Problem::internal);
+    let (answer, not_compared) = match after {
+        None => (None, None),
+        Some((number, nodes)) => match answer(record, before, *number, nodes)? {
+            Ok(answer) => (Some(answer), None),
+            Err(why) => (None, Some(why)),
+        },
+    };
+    let written = Written {
+        id: record.id,
+        method: &record.draft.method,
+        created_at: Moment(record.created_at),
+        request: raw(&record.draft.request)?,
+        result: raw(&record.draft.result)?,
+        answer,
+        not_compared,
+    };
+    serde_json::to_vec(&written).map_err(Problem::internal)
+}
+
+fn answer(
+    record: &Record,
+    before: &Nodes,
+    number: u32,
+    after: &Nodes,
+) -> Result<Result<MachineAnswerBody, String>, Problem> {
+    let noise: Noise = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
+    let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    if !same_places(before, after) {
+        return Ok(Err(format!("iteration {number} has its nodes at other places")));
+    }
+    let Some(noise_sigma) = noise.noise_sigma_um.or(told.result.residuals.sigma) else {
+        return Ok(Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned()));
+    };
+    let numbers = |list: &[Option<f64>]| list.iter().map(|x| x.unwrap_or(f64::NAN)).collect::<Vec<f64>>();
+    let comparison = Comparison {
+        before: heights(before),
+        predicted: numbers(&told.predicted.deviation_um),
+        measured: heights(after),
+        noise_sigma,
+        uncertainty: Some(numbers(&told.predicted.uncertainty_um)),
+        response_uncertainty: noise.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
+    };
+    match compare(&comparison) {
+        Ok(answer) => Ok(Ok(MachineAnswerBody::new(answer, number, &comparison))),
+        Err(FitError::Invalid(faults)) => {
+            let why = faults.list().first().map_or_else(String::new, |fault| fault.detail.clone());
+            Ok(Err(why))
+        }
+        Err(other) => Ok(Err(other.to_string())),
+    }
+}
+
+/// Whether two iterations measured the same nodes.
+fn same_places(a: &Nodes, b: &Nodes) -> bool {
+    match (a, b) {
+        (Nodes::Curve(a), Nodes::Curve(b)) => a.x == b.x,
+        (Nodes::Scattered(a), Nodes::Scattered(b)) => a.u == b.u && a.v == b.v,
+        (Nodes::Grid(a), Nodes::Grid(b)) => a.u == b.u && a.v == b.v,
+        (Nodes::Matrix(a), Nodes::Matrix(b)) => a.x == b.x,
+        _ => false,
+    }
+}
+
+impl MachineAnswerBody {
+    fn new(answer: Answer, iteration: u32, comparison: &Comparison) -> Self {
+        let defined = |list: &[f64]| list.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
+        MachineAnswerBody {
+            iteration,
+            nodes: answer.nodes,
+            before_rms_um: answer.before_rms,
+            predicted_rms_um: answer.predicted_rms,
+            measured_rms_um: answer.measured_rms,
+            difference_rms_um: answer.difference_rms,
+            expected_difference_rms_um: answer.expected_difference_rms,
+            response_ratio: answer.response_ratio,
+            response_ratio_std_error: answer.response_ratio_std_error,
+            chi_squared: answer.chi_squared,
+            chi_squared_limit: answer.chi_squared_limit,
+            verdict: answer.verdict.name().to_owned(),
+            sentence: answer.sentence,
+            predicted_um: defined(&comparison.predicted),
+            measured_um: defined(&comparison.measured),
+        }
+    }
+}

@@ -1,0 +1,290 @@
+//! What a correction of machine settings is asked for.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    iteration_nodes::{self, ProfileAxis},
+    trace::SideName,
+};
+use crate::{
+    api::{
+        fit_fields,
+        fit_spec::{IncludeName, RegularizationBody, ScalingName},
+        reader::{Fields, ReadError, read_part, read_rows},
+    },
+    estimation::{Faults, Nodes, spec::Scaling, words::entries},
+    gear::{
+        Gear, Side,
+        correction::{
+            Asked, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Setting,
+            machine::{Machine, Ranges},
+        },
+    },
+};
+
+// Declared for the document; `read` reads it.
+/// A correction of machine settings, by the deviations (µm) that the nodes of an iteration hold.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = CorrectionRequest)]
+pub struct CorrectionRequestBody {
+    pub sensitivity: SensitivityBody,
+    /// For each setting, in their order; `null` where it may go anywhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Vec<Option<LimitsBody>>>,
+    /// For each node. By default the weights of the iteration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<Vec<f64>>,
+    /// The deviations that are wanted. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_um: Option<Vec<f64>>,
+    /// Standard deviation of a measured deviation. By default from the residuals.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub noise_sigma_um: Option<f64>,
+    /// Standard uncertainty of an entry of the sensitivity matrix, relative to it. Default 0.02.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1)]
+    pub response_uncertainty: Option<f64>,
+    /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for, so that repeated corrections converge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regularization: Option<RegularizationBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scaling: Option<ScalingName>,
+    /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. Default that of the least-squares estimate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub coefficient_norm_limit: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub include: Option<Vec<IncludeName>>,
+}
+
+/// What a unit of each setting does to each node: as a matrix, or by a machine for cylindrical gears that is known here.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = Sensitivity)]
+pub struct SensitivityBody {
+    /// Names of the settings, with `matrix`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub settings: Option<Vec<String>>,
+    /// Units of the settings, with `matrix`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<Vec<String>>,
+    /// µm per unit: a row for each node in the order posted (of a grid row by row, missing ones too), an entry for each setting.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Vec<Vec<f64>>>,
+    /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a gear.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub machine: Option<MachineName>,
+    /// With `machine`: the flank that was measured. Default `left`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// With `machine`: what u of the nodes is. Default `roll_length`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_axis: Option<ProfileAxisName>,
+    /// With `machine`: what crownings refer to. By default what the nodes span.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_diameter_range_mm: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub helix_range_mm: Option<[f64; 2]>,
+}
+
+/// How far a setting may be changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = SettingLimits)]
+pub struct LimitsBody {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+}
+
+/// A machine that grinds cylindrical gears.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = Machine)]
+pub enum MachineName {
+    /// With a worm that rolls with the gear.
+    GeneratingGrinding,
+    /// With a wheel of the shape of the gap.
+    FormGrinding,
+}
+
+/// A coordinate along the profile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ProfileCoordinate)]
+pub enum ProfileAxisName {
+    RollLength,
+    Diameter,
+}
+
+impl From<MachineName> for Machine {
+    fn from(name: MachineName) -> Self {
+        match name {
+            MachineName::GeneratingGrinding => Machine::GeneratingGrinding,
+            MachineName::FormGrinding => Machine::FormGrinding,
+        }
+    }
+}
+
+const KEYS: [&str; 10] = [
+    "sensitivity",
+    "limits",
+    "weight",
+    "target_um",
+    "noise_sigma_um",
+    "response_uncertainty",
+    "regularization",
+    "scaling",
+    "coefficient_norm_limit",
+    "include",
+];
+
+/// Reads a request for the nodes of an iteration and the gear of its job; with it the contract's name of the sensitivity.
+pub fn read(
+    text: &[u8],
+    nodes: &Nodes,
+    gear: Option<&Gear>,
+) -> Result<Result<(&'static str, Asked), Faults>, ReadError> {
+    let mut faults = Faults::default();
+    let fields = Fields::of_request(text, &KEYS, &mut faults)?;
+    let spec = fit_fields::read(&fields, None, &mut faults);
+    let limits: Option<Vec<Option<LimitsBody>>> = part(&fields, "limits", &mut faults);
+    let weight: Option<Vec<f64>> = part(&fields, "weight", &mut faults);
+    let target: Option<Vec<f64>> = part(&fields, "target_um", &mut faults);
+    let noise_sigma: Option<f64> = part(&fields, "noise_sigma_um", &mut faults);
+    let response: Option<f64> = part(&fields, "response_uncertainty", &mut faults);
+    let known = fields
+        .required("sensitivity", "", &mut faults)
+        .and_then(|slice| sensitivity(slice, nodes, gear, &mut faults).or_else(|| none(&mut faults)));
+    let (Some(spec), Some(mut known)) = (spec, known) else { return Ok(Err(faults)) };
+    if let Some(limits) = limits {
+        if limits.len() != known.settings.len() {
+            faults.push("/limits", format!("{} for {} settings", entries(limits.len()), known.settings.len()));
+        }
+        for (setting, limits) in known.settings.iter_mut().zip(limits) {
+            let LimitsBody { min, max } = limits.unwrap_or_default();
+            (setting.min, setting.max) = (min, max);
+        }
+    }
+    let damping =
+        if fields.get("regularization").is_some() { Damping::Asked(spec.regularization) } else { Damping::default() };
+    let asked = Asked {
+        weight: weight.or_else(|| iteration_nodes::weights(nodes)),
+        target,
+        damping,
+        scaling: if fields.get("scaling").is_some() { spec.scaling } else { Scaling::UnitLength },
+        noise_sigma,
+        coefficient_norm_limit: spec.coefficient_norm_limit,
+        response_uncertainty: response.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
+        include: spec.include,
+        ..Asked::new(iteration_nodes::heights(nodes), known.matrix, known.settings)
+    };
+    Ok(faults.into_result((known.name, asked)))
+}
+
+fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
+    fields.get(key).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
+}
+
+/// What has no value has a fault.
+fn none<T>(faults: &mut Faults) -> Option<T> {
+    if faults.is_empty() {
+        faults.push("/sensitivity", "it cannot be read");
+    }
+    None
+}
+
+struct Known {
+    name: &'static str,
+    settings: Vec<Setting>,
+    matrix: Vec<f64>,
+}
+
+fn sensitivity(slice: &[u8], nodes: &Nodes, gear: Option<&Gear>, faults: &mut Faults) -> Option<Known> {
+    const AT: &str = "/sensitivity";
+    const MATRIX: [&str; 3] = ["settings", "units", "matrix"];
+    const MACHINE: [&str; 5] = ["machine", "flank", "profile_axis", "profile_diameter_range_mm", "helix_range_mm"];
+    let fields = Fields::of_part(slice, AT, &[&MATRIX[..], &MACHINE[..]].concat(), faults)?;
+    let before = faults.count();
+    let (mine, strangers) =
+        if fields.get("machine").is_some() { ("machine", &MATRIX[..]) } else { ("matrix", &MACHINE[1..]) };
+    for key in strangers.iter().filter(|key| fields.get(key).is_some()) {
+        faults.push(format!("{AT}/{key}"), format!("it does not belong to a `{mine}`"));
+    }
+    if faults.count() > before {
+        return None;
+    }
+    if mine == "machine" { of_machine(&fields, nodes, gear, faults) } else { of_matrix(&fields, faults) }
+}
+
+fn of_matrix(fields: &Fields<'_>, faults: &mut Faults) -> Option<Known> {
+    const AT: &str = "/sensitivity";
+    let names = fields.required("settings", AT, faults);
+    let matrix = fields.required("matrix", AT, faults);
+    let names: Vec<String> = read_part(names?, "/sensitivity/settings", faults)?;
+    let units: Option<Vec<String>> = match fields.get("units") {
+        Some(slice) => Some(read_part(slice, "/sensitivity/units", faults)?),
+        None => None,
+    };
+    if let Some(units) = units.as_ref().filter(|units| units.len() != names.len()) {
+        faults.push("/sensitivity/units", format!("{} for {} settings", entries(units.len()), names.len()));
+        return None;
+    }
+    let (matrix, lengths) = read_rows(matrix?, "/sensitivity/matrix", faults)?;
+    let before = faults.count();
+    for (k, length) in lengths.iter().enumerate().filter(|(_, length)| **length != names.len()) {
+        faults.push(format!("/sensitivity/matrix/{k}"), format!("{} for {} settings", entries(*length), names.len()));
+    }
+    let unit = |j: usize| units.as_ref().map_or("", |units| &units[j]).to_owned();
+    let settings = names.into_iter().enumerate().map(|(j, name)| Setting::free(name, unit(j))).collect();
+    (faults.count() == before).then_some(Known { name: "matrix", settings, matrix })
+}
+
+fn of_machine(fields: &Fields<'_>, nodes: &Nodes, gear: Option<&Gear>, faults: &mut Faults) -> Option<Known> {
+    let asked = |key: &str| fields.get(key).map(|slice| (slice, format!("/sensitivity/{key}")));
+    let (slice, at) = asked("machine")?;
+    let machine: Machine = read_part::<MachineName>(slice, &at, faults)?.into();
+    let side: Side = match asked("flank") {
+        Some((slice, at)) => read_part::<SideName>(slice, &at, faults)?.into(),
+        None => Side::Left,
+    };
+    let axis = match asked("profile_axis") {
+        Some((slice, at)) => match read_part(slice, &at, faults)? {
+            ProfileAxisName::RollLength => ProfileAxis::RollLength,
+            ProfileAxisName::Diameter => ProfileAxis::Diameter,
+        },
+        None => ProfileAxis::RollLength,
+    };
+    let diameters: Option<[f64; 2]> = match asked("profile_diameter_range_mm") {
+        Some((slice, at)) => Some(read_part(slice, &at, faults)?),
+        None => None,
+    };
+    let helix: Option<[f64; 2]> = match asked("helix_range_mm") {
+        Some((slice, at)) => Some(read_part(slice, &at, faults)?),
+        None => None,
+    };
+    let Some(gear) = gear else {
+        faults.push("/sensitivity/machine", "the job has no `gear`, whose flanks the machine would grind");
+        return None;
+    };
+    let places = iteration_nodes::places(nodes, gear, side, axis).map_err(|more| faults.append(more)).ok()?;
+    let mut ranges: Ranges = iteration_nodes::ranges(&places, gear);
+    if let Some(diameters) = diameters {
+        match diameters.map(|diameter| gear.roll_length(diameter)) {
+            [Some(low), Some(high)] => ranges.profile = [low, high],
+            _ => {
+                faults.push("/sensitivity/profile_diameter_range_mm", "a diameter lies below the base circle");
+                return None;
+            }
+        }
+    }
+    ranges.helix = helix.unwrap_or(ranges.helix);
+    let found = machine.sensitivity(gear, &places, ranges).map_err(|more| {
+        for fault in more.list() {
+            faults.push("/sensitivity/machine", format!("{}: {}", fault.pointer, fault.detail));
+        }
+    });
+    found.ok().map(|found| Known { name: machine.name(), settings: found.settings, matrix: found.matrix })
+}

@@ -1,0 +1,144 @@
+//! Deviations of measured points from the nominal flanks, and how the part lies.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    deviations_request::{self, Asked, BordersBody, Given},
+    evaluate_request::DirectionName,
+    registration::{self, RegistrationBody},
+    trace::SideName,
+};
+use crate::{
+    api::{
+        canonical,
+        json_writer::{Json, Object},
+        problem::Problem,
+        records::Built,
+    },
+    estimation::Faults,
+    gear::{
+        Gear,
+        deviation::{self, Deviations, Node, Reference},
+        registration::{Registering, register},
+        trace::Direction,
+    },
+};
+
+/// Deviations, everything in the order of the points; `null` stands for an undefined one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearDeviations)]
+pub struct DeviationsBody {
+    pub direction: DirectionName,
+    /// Positive where material stands out. After a registration: of the part carried back.
+    pub deviation_um: Vec<Option<f64>>,
+    /// Where each point's foot lies on the nominal flank.
+    pub roll_length_mm: Vec<Option<f64>>,
+    pub diameter_mm: Vec<Option<f64>>,
+    pub z_mm: Vec<Option<f64>>,
+    /// Counted clockwise from 1, the tooth at the top; 0 where a point is undefined and none was given.
+    pub tooth: Vec<u32>,
+    pub flank: Vec<SideName>,
+    /// Whether it takes part: defined and inside the borders.
+    pub counts: Vec<bool>,
+    /// How many take part.
+    pub count: usize,
+    pub undefined: usize,
+    /// Defined, but outside the borders.
+    pub trimmed: usize,
+    /// Of those that take part; left out where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub greatest_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub borders: Option<BordersBody>,
+    /// Points that belong to no flank, where these count as undefined.
+    pub strays: Vec<StrayBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub registration: Option<RegistrationBody>,
+}
+
+/// A point without a flank.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = StrayPoint)]
+pub struct StrayBody {
+    pub index: usize,
+    pub reason: String,
+}
+
+/// Answers a request; `own` is the gear of the job that the points belong to. Processor work.
+pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
+    let mut faults = Faults::default();
+    let asked = deviations_request::read(text, &mut faults)?;
+    let Some(asked) = asked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
+    let Some(gear) = asked.gear.as_ref().or(own) else {
+        return Err(Problem::invalid(Faults::one("/gear", "missing")));
+    };
+    let reference = Reference::new(gear);
+    let (method, deviations) = match &asked.given {
+        Given::Points { touches, measurement } => ("points", deviation::measure(&reference, touches, measurement)),
+        Given::Grid(grid) => {
+            let topography = grid.topography(gear, asked.direction).map_err(Problem::invalid)?;
+            ("grid", deviation::grid(&reference, &topography).map_err(|faults| under("/grid", &faults)))
+        }
+    };
+    let mut deviations = deviations.map_err(Problem::invalid)?;
+    if let Some(borders) = &asked.borders {
+        let borders = borders.borders(gear).map_err(Problem::invalid)?;
+        deviations.set_borders(&borders).map_err(|faults| Problem::invalid(under("/borders", &faults)))?;
+    }
+    let mut json = Json::with_capacity(1024 + 160 * deviations.nodes.len());
+    let mut object = json.object();
+    match &asked.registration {
+        None => write(&mut object, gear, &deviations, &asked),
+        Some((motions, pivot)) => {
+            let registering = Registering { motions, pivot: *pivot, weight: None, spec: &asked.spec };
+            let found = register(&reference, &deviations, &registering).map_err(registration::refused)?;
+            write(&mut object, gear, &found.deviations, &asked);
+            let found = registration::text(&found, &canonical::request_sha256(text))?;
+            object.raw("registration", &found);
+        }
+    }
+    object.end();
+    let result = json.finish().map_err(Problem::internal)?;
+    Ok(Built { method: method.to_owned(), result })
+}
+
+/// Faults of an object that stands at `at`.
+fn under(at: &str, faults: &Faults) -> Faults {
+    faults.moved(|pointer| format!("{at}{pointer}"))
+}
+
+fn write(object: &mut Object<'_>, gear: &Gear, deviations: &Deviations, asked: &Asked) {
+    let nodes = &deviations.nodes;
+    let numbers = |of: &dyn Fn(&Node) -> f64| {
+        nodes.iter().map(|node| Some(of(node)).filter(|x| x.is_finite())).collect::<Vec<Option<f64>>>()
+    };
+    let direction = match deviations.direction {
+        Direction::Normal => DirectionName::Normal,
+        Direction::Transverse => DirectionName::Transverse,
+    };
+    let counted = || nodes.iter().filter(|node| node.counts()).map(|node| node.deviation);
+    object
+        .field("direction", &direction)
+        .field("deviation_um", &numbers(&|node| node.deviation))
+        .field("roll_length_mm", &numbers(&|node| node.roll_length))
+        .field("diameter_mm", &numbers(&|node| node.diameter(gear)))
+        .field("z_mm", &numbers(&|node| node.z))
+        .field("tooth", &nodes.iter().map(|node| node.tooth).collect::<Vec<u32>>())
+        .field("flank", &nodes.iter().map(|node| SideName::from(node.side)).collect::<Vec<_>>())
+        .field("counts", &nodes.iter().map(Node::counts).collect::<Vec<bool>>())
+        .count("count", deviations.counted())
+        .count("undefined", deviations.undefined())
+        .count("trimmed", deviations.trimmed())
+        .maybe("rms_um", deviations.rms())
+        .maybe("least_um", counted().reduce(f64::min))
+        .maybe("greatest_um", counted().reduce(f64::max))
+        .maybe("borders", asked.borders);
+    let strays: Vec<StrayBody> =
+        deviations.strays.iter().map(|(index, stray)| StrayBody { index: *index, reason: stray.to_string() }).collect();
+    object.field("strays", &strays);
+}

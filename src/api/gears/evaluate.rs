@@ -1,0 +1,256 @@
+//! Slopes, forms and totals of traces, over the teeth and with their classes.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    evaluate_request::{EvaluateBody, EvaluationSettingsBody},
+    notice::NoticeBody,
+    trace::{KindName, SideName},
+};
+use crate::{
+    api::{problem::Problem, reader::read_json, records::Built},
+    estimation::Faults,
+    gear::{
+        Gear,
+        evaluation::{self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Twist},
+        tolerance::Class,
+    },
+};
+
+/// What traces say.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearEvaluation)]
+pub struct EvaluationBody {
+    /// In the order in which they were posted.
+    pub traces: Vec<EvaluatedTraceBody>,
+    /// Over the teeth, by kind and flank.
+    pub means: Vec<MeanBody>,
+    /// Of teeth with helices near root and tip or with profiles at both ends.
+    pub twists: Vec<TwistBody>,
+    /// The coarsest class of all traces, 1 to 11; left out where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<u8>,
+    /// Whether a trace exceeds even class 11.
+    pub beyond_classes: bool,
+    /// What the traces were evaluated with, every default written out.
+    pub evaluation: EvaluationSettingsBody,
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// A trace, evaluated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = EvaluatedTrace)]
+pub struct EvaluatedTraceBody {
+    pub tooth: String,
+    pub flank: SideName,
+    pub kind: KindName,
+    /// f_Hα or f_Hβ: slope of the least-squares line over the reference length.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_um: Option<f64>,
+    /// From the scatter about the mean curve, taken for independent noise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_std_error_um: Option<f64>,
+    /// f_fα or f_fβ: peak to valley about the mean curve.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form_um: Option<f64>,
+    /// F_α or F_β: peak to valley about the design.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total_um: Option<f64>,
+    /// Of the mean parabola over its chord; positive where material stands out in the middle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crowning_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crowning_std_error_um: Option<f64>,
+    /// By how much material beyond the evaluation range raised the form.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form_plus_material_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total_plus_material_um: Option<f64>,
+    /// By ISO 1328-1:2013; left out where the standard gives none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<ClassesBody>,
+    pub samples: SamplesBody,
+}
+
+/// Classes 1 to 11 of ISO 1328-1:2013. Left out is what exceeds even class 11: `beyond` names it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceClasses)]
+pub struct ClassesBody {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope: Option<u8>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form: Option<u8>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total: Option<u8>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beyond: Vec<String>,
+}
+
+/// How many samples there were.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceSamples)]
+pub struct SamplesBody {
+    pub posted: usize,
+    pub undefined: usize,
+    /// Defined ones within the evaluation range.
+    pub used: usize,
+    pub undefined_in_range: usize,
+}
+
+/// Figures of one kind of trace on one flank over the teeth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceMeans)]
+pub struct MeanBody {
+    pub flank: SideName,
+    pub kind: KindName,
+    /// Traces that count: those without a letter behind the tooth's number.
+    pub count: usize,
+    pub slope_um: SpreadBody,
+    pub form_um: SpreadBody,
+    pub total_um: SpreadBody,
+    pub crowning_um: SpreadBody,
+}
+
+/// A figure over the teeth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Spread)]
+pub struct SpreadBody {
+    pub mean: f64,
+    /// Greatest minus least.
+    pub variation: f64,
+    /// The greatest amount.
+    pub worst: f64,
+    pub worst_tooth: String,
+}
+
+/// Twist of a tooth flank: slope near the tip minus slope near the root (helices), slope at the upper end minus slope at the lower one
+/// (profiles), between the sections that were measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceTwist)]
+pub struct TwistBody {
+    pub tooth: String,
+    pub flank: SideName,
+    /// Of which traces it is.
+    pub kind: KindName,
+    pub twist_um: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error_um: Option<f64>,
+    /// Diameters of the two helices or z of the two profiles, where known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sections_mm: Option<[f64; 2]>,
+}
+
+/// Evaluates the traces of a request; `own` is the gear of the job that they belong to. Processor work.
+pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
+    let body: EvaluateBody = read_json(text)?;
+    let asked = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
+    let Some(gear) = asked.as_ref().or(own) else {
+        return Err(Problem::invalid(Faults::one("/gear", "missing")));
+    };
+    let read = body.traces(gear).map_err(Problem::invalid)?;
+    let posted: Vec<Posted<'_>> =
+        read.traces.iter().zip(&read.designs).map(|(trace, design)| Posted { trace, design: *design }).collect();
+    let evaluation = evaluation::evaluate(gear, &posted, &body.evaluation.settings()).map_err(Problem::invalid)?;
+    let explicit = body.evaluation.explicit(&evaluation);
+    let result = serde_json::to_vec(&EvaluationBody::new(evaluation, explicit)).map_err(Problem::internal)?;
+    Ok(Built { method: "iso_1328_1".to_owned(), result })
+}
+
+impl EvaluationBody {
+    /// The answer.
+    pub fn new(evaluation: Evaluation, settings: EvaluationSettingsBody) -> Self {
+        let (class, beyond_classes) = match evaluation.overall {
+            Some(Class::Within(class)) => (Some(class), false),
+            Some(Class::Beyond) => (None, true),
+            None => (None, false),
+        };
+        EvaluationBody {
+            traces: evaluation.traces.into_iter().map(EvaluatedTraceBody::from).collect(),
+            means: evaluation.summaries.into_iter().map(MeanBody::from).collect(),
+            twists: evaluation.twists.into_iter().map(TwistBody::from).collect(),
+            class,
+            beyond_classes,
+            evaluation: settings,
+            warnings: evaluation.notices.into_iter().map(NoticeBody::from).collect(),
+        }
+    }
+}
+
+impl From<Evaluated> for EvaluatedTraceBody {
+    fn from(trace: Evaluated) -> Self {
+        let values = trace.values;
+        EvaluatedTraceBody {
+            tooth: trace.tooth,
+            flank: trace.side.into(),
+            kind: trace.kind.into(),
+            slope_um: values.map(|v| v.slope),
+            slope_std_error_um: values.and_then(|v| v.slope_std_error),
+            form_um: values.map(|v| v.form),
+            total_um: values.map(|v| v.total),
+            crowning_um: values.map(|v| v.crowning),
+            crowning_std_error_um: values.and_then(|v| v.crowning_std_error),
+            form_plus_material_um: values.map(|v| v.form_plus_material).filter(|raised| *raised > 0.0),
+            total_plus_material_um: values.map(|v| v.total_plus_material).filter(|raised| *raised > 0.0),
+            class: trace.classes.map(ClassesBody::from),
+            samples: SamplesBody {
+                posted: trace.samples.posted,
+                undefined: trace.samples.undefined,
+                used: trace.samples.used,
+                undefined_in_range: trace.samples.undefined_in_range,
+            },
+        }
+    }
+}
+
+impl From<Classes> for ClassesBody {
+    fn from(classes: Classes) -> Self {
+        let mut body = ClassesBody::default();
+        let each = [
+            ("slope", classes.slope, &mut body.slope),
+            ("form", classes.form, &mut body.form),
+            ("total", classes.total, &mut body.total),
+        ];
+        for (name, class, place) in each {
+            match class {
+                Class::Within(class) => *place = Some(class),
+                Class::Beyond => body.beyond.push(name.to_owned()),
+            }
+        }
+        body
+    }
+}
+
+impl From<Summary> for MeanBody {
+    fn from(summary: Summary) -> Self {
+        MeanBody {
+            flank: summary.side.into(),
+            kind: summary.kind.into(),
+            count: summary.count,
+            slope_um: summary.slope.into(),
+            form_um: summary.form.into(),
+            total_um: summary.total.into(),
+            crowning_um: summary.crowning.into(),
+        }
+    }
+}
+
+impl From<Spread> for SpreadBody {
+    fn from(spread: Spread) -> Self {
+        let Spread { mean, variation, worst_tooth, worst } = spread;
+        SpreadBody { mean, variation, worst, worst_tooth }
+    }
+}
+
+impl From<Twist> for TwistBody {
+    fn from(twist: Twist) -> Self {
+        TwistBody {
+            tooth: twist.tooth,
+            flank: twist.side.into(),
+            kind: twist.kind.into(),
+            twist_um: twist.twist,
+            std_error_um: twist.std_error,
+            sections_mm: twist.sections,
+        }
+    }
+}

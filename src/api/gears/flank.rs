@@ -1,0 +1,133 @@
+//! Nodes of a nominal or modified flank.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    gear::GearBody,
+    modification::{self, ModificationBody, ModificationRangeBody},
+    notice::NoticeBody,
+    trace::SideName,
+};
+use crate::{
+    api::{json_writer::Json, problem::Problem, reader::read_json},
+    estimation::Faults,
+    gear::{FlankGrid, Gear, GridSpec, ProfileAxis, Side},
+};
+
+/// Which nodes of which flank.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = FlankRequest)]
+pub struct FlankRequestBody {
+    pub gear: GearBody,
+    pub flank: SideName,
+    pub profile: ProfileBody,
+    /// z of each column.
+    pub face_width_positions_mm: Vec<f64>,
+    /// Superposed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub modifications: Vec<ModificationBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modification_range: Option<ModificationRangeBody>,
+    /// 1 (the default) is the tooth at the top; numbers go clockwise as the viewer sees them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub tooth: Option<u32>,
+}
+
+/// Places along the profile.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = ProfilePlaces)]
+pub struct ProfileBody {
+    pub axis: ProfileAxisBody,
+    /// mm; roll angles in degrees.
+    pub values: Vec<f64>,
+}
+
+/// A coordinate along the profile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ProfileAxis)]
+pub enum ProfileAxisBody {
+    RollLength,
+    RollAngle,
+    Diameter,
+}
+
+/// Nodes, a row for each profile value and in it one for each z. Normals are those of the modified flank.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankNodes)]
+pub struct FlankBody {
+    /// `[x, y, z]`, mm.
+    pub points: Vec<Vec<[f64; 3]>>,
+    /// Of length 1, out of the material.
+    pub normals: Vec<Vec<[f64; 3]>>,
+    /// Of each row.
+    pub roll_length_mm: Vec<f64>,
+    /// Of each row, on the nominal flank.
+    pub diameter_mm: Vec<f64>,
+    /// Of each column.
+    pub z_mm: Vec<f64>,
+    /// Material removed at each node, where there are modifications.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relief_um: Option<Vec<Vec<f64>>>,
+    pub warnings: Vec<NoticeBody>,
+}
+
+impl ProfileBody {
+    fn axis_and_values(&self) -> (ProfileAxis, Vec<f64>) {
+        let values = self
+            .values
+            .iter()
+            .map(|x| if self.axis == ProfileAxisBody::RollAngle { x.to_radians() } else { *x })
+            .collect();
+        let axis = match self.axis {
+            ProfileAxisBody::RollLength => ProfileAxis::RollLength,
+            ProfileAxisBody::RollAngle => ProfileAxis::RollAngle,
+            ProfileAxisBody::Diameter => ProfileAxis::Diameter,
+        };
+        (axis, values)
+    }
+
+    /// Roll lengths; faults stand at `{at}/0` ….
+    pub fn roll_lengths(&self, gear: &Gear, at: &str) -> Result<Vec<f64>, Faults> {
+        let (axis, values) = self.axis_and_values();
+        axis.roll_lengths(gear, &values, at)
+    }
+}
+
+/// Answers a request. Processor work.
+pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let body: FlankRequestBody = read_json(text)?;
+    let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
+    let modifications =
+        modification::read(&gear, &body.modifications, body.modification_range).map_err(Problem::invalid)?;
+    let (axis, values) = body.profile.axis_and_values();
+    let side: Side = body.flank.into();
+    let spec = GridSpec { side, axis, values, positions: body.face_width_positions_mm, tooth: body.tooth.unwrap_or(1) };
+    let grid = FlankGrid::new(&gear, &spec, modifications.as_ref()).map_err(Problem::invalid)?;
+    let columns = grid.columns();
+    let flat =
+        |nodes: &[[f64; 3]]| nodes.chunks(columns.max(1)).map(<[_]>::as_flattened).map(<[f64]>::to_vec).collect();
+    let (points, normals): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (flat(&grid.points), flat(&grid.normals));
+    let mut json = Json::with_capacity(1024 + 6 * 20 * grid.points.len());
+    let mut object = json.object();
+    let diameters: Vec<f64> = grid.roll_lengths.iter().map(|roll| gear.diameter(*roll)).collect();
+    object
+        .lists_of_values("points", 3, &points)
+        .lists_of_values("normals", 3, &normals)
+        .numbers("roll_length_mm", &grid.roll_lengths)
+        .numbers("diameter_mm", &diameters)
+        .numbers("z_mm", &grid.positions);
+    if let Some(modifications) = &modifications {
+        let relief = |roll: &f64| grid.positions.iter().map(|z| modifications.relief(side, *roll, *z).value).collect();
+        object.rows("relief_um", &grid.roll_lengths.iter().map(relief).collect::<Vec<Vec<f64>>>());
+    }
+    let warnings: Vec<NoticeBody> =
+        grid.warnings.iter().map(|warning| NoticeBody::new(warning.code(), warning)).collect();
+    object.field("warnings", &warnings);
+    object.end();
+    json.finish().map_err(Problem::internal)
+}

@@ -1,0 +1,290 @@
+//! The second-order surface of a flank's deviations.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    correction_request::ProfileAxisName,
+    evaluate_request::{DeviationSignName, SignName},
+    gear::GearBody,
+    trace::SideName,
+};
+use crate::{
+    api::{
+        canonical,
+        fit_fields::{self, FIT_KEYS, FitFields},
+        fit_result::FitResultBody,
+        fit_text,
+        json_writer::Json,
+        problem::Problem,
+        reader::{Fields, read_part},
+        records::Built,
+    },
+    estimation::{Faults, FitError, words::entries},
+    gear::{
+        Gear,
+        evaluation::{
+            flank_surface::{Border, Figure, FlankNodes, FlankSurface, ProfileAxis, SurfaceSettings, flank_surface},
+            settings::{DeviationSign, SlopeSign},
+        },
+    },
+};
+
+// Declared for the document; `build` reads it.
+/// Deviations over a flank: on a grid (`deviation_um` is a row for each `profile`), or one for each node.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = FlankSurfaceRequest)]
+pub struct FlankSurfaceRequestBody {
+    pub gear: GearBody,
+    pub flank: SideName,
+    /// What `profile` is. Default `roll_length`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_axis: Option<ProfileAxisName>,
+    /// mm; of a grid ascending.
+    pub profile: Vec<f64>,
+    /// Of a grid ascending.
+    pub z_mm: Vec<f64>,
+    /// Rows of numbers (grid) or numbers (scattered nodes); `null` where undefined.
+    #[schema(value_type = Vec<serde_json::Value>)]
+    pub deviation_um: Vec<serde_json::Value>,
+    /// Evaluation range in the unit of `profile`. By default what the nodes span.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_range: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub helix_range_mm: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub border_percent: Option<BorderPercentBody>,
+    /// The sign of slopes and twist. Default `din`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sign: Option<SignName>,
+    /// Default `material`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deviation_sign: Option<DeviationSignName>,
+    /// How is fitted; by default by plain least squares.
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub fit: FitFields,
+}
+
+/// What is cut off the evaluation range at each edge, in percent. Default 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schema(as = BorderPercent)]
+pub struct BorderPercentBody {
+    pub root: f64,
+    pub tip: f64,
+    /// At the end of small z.
+    pub toe: f64,
+    /// At the end of great z.
+    pub heel: f64,
+}
+
+/// What the deviations of a flank have in common, in µm over the trimmed range, and what is left.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankSurface)]
+pub struct FlankSurfaceBody {
+    /// In the middle of the flank.
+    pub mean_um: FigureBody,
+    /// From root to tip; positive where material grows towards the tip.
+    pub profile_slope_um: FigureBody,
+    /// Over the width, by the sign asked for.
+    pub helix_slope_um: FigureBody,
+    /// Positive where material stands out half-way between root and tip.
+    pub profile_crowning_um: FigureBody,
+    pub helix_crowning_um: FigureBody,
+    /// 4 c_uv, by the sign asked for.
+    pub twist_um: FigureBody,
+    pub form: FlankFormBody,
+    /// What u = ∓1 and v = ∓1 stand for, after trimming.
+    pub roll_length_range_mm: [f64; 2],
+    pub z_range_mm: [f64; 2],
+    pub nodes: FlankNodesBody,
+    /// The fit, as `POST /v1/fits` answers it: u and v over [-1, 1].
+    pub result: FitResultBody,
+}
+
+/// A figure with what is known of its error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankFigure)]
+pub struct FigureBody {
+    pub value: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error: Option<f64>,
+    /// Most by which regularisation can have moved it.
+    pub bias_bound: f64,
+    /// Without regularisation.
+    pub least_squares: f64,
+}
+
+/// What the surface leaves over.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankForm)]
+pub struct FlankFormBody {
+    pub peak_to_valley_um: f64,
+    pub rms_um: f64,
+    pub max_abs_um: f64,
+}
+
+/// Nodes by what became of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankNodeCounts)]
+pub struct FlankNodesBody {
+    pub posted: usize,
+    pub missing: usize,
+    pub trimmed: usize,
+    pub used: usize,
+}
+
+const KEYS: [&str; 11] = [
+    "gear",
+    "flank",
+    "profile_axis",
+    "profile",
+    "z_mm",
+    "deviation_um",
+    "profile_range",
+    "helix_range_mm",
+    "border_percent",
+    "sign",
+    "deviation_sign",
+];
+
+/// Deviations as they were posted.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Posted {
+    Rows(Vec<Vec<Option<f64>>>),
+    Numbers(Vec<Option<f64>>),
+}
+
+/// Answers a request; `own` is the gear of the job that the nodes belong to. Processor work.
+pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
+    let mut faults = Faults::default();
+    let fields = Fields::of_request(text, &[&KEYS[..], &FIT_KEYS[..]].concat(), &mut faults)?;
+    let gear: Option<GearBody> = part(&fields, "gear", &mut faults);
+    let gear = gear.and_then(|gear| gear.checked("/gear").map_err(|more| faults.append(more)).ok()).or(own.cloned());
+    if gear.is_none() && fields.get("gear").is_none() {
+        faults.push("/gear", "missing");
+    }
+    let side: Option<SideName> = required(&fields, "flank", &mut faults);
+    let profile: Option<Vec<f64>> = required(&fields, "profile", &mut faults);
+    let z: Option<Vec<f64>> = required(&fields, "z_mm", &mut faults);
+    let posted: Option<Posted> = required(&fields, "deviation_um", &mut faults);
+    let axis: Option<ProfileAxisName> = part(&fields, "profile_axis", &mut faults);
+    let border: BorderPercentBody = part(&fields, "border_percent", &mut faults).unwrap_or_default();
+    let sign: Option<SignName> = part(&fields, "sign", &mut faults);
+    let given: Option<DeviationSignName> = part(&fields, "deviation_sign", &mut faults);
+    let profile_range = part(&fields, "profile_range", &mut faults);
+    let helix_range = part(&fields, "helix_range_mm", &mut faults);
+    let spec = fit_fields::read(&fields, None, &mut faults);
+    let (Some(gear), Some(side), Some(profile), Some(z), Some(posted), Some(spec)) =
+        (gear, side, profile, z, posted, spec)
+    else {
+        return Err(Problem::invalid(faults));
+    };
+    let grid = matches!(posted, Posted::Rows(_));
+    let deviation = flat(posted, z.len(), &mut faults);
+    faults.into_result(()).map_err(Problem::invalid)?;
+    let nodes = FlankNodes {
+        axis: match axis {
+            None | Some(ProfileAxisName::RollLength) => ProfileAxis::RollLength,
+            Some(ProfileAxisName::Diameter) => ProfileAxis::Diameter,
+        },
+        profile: &profile,
+        z: &z,
+        deviation: &deviation,
+        valid: None,
+        grid,
+    };
+    let settings = SurfaceSettings {
+        side: side.into(),
+        profile_range,
+        helix_range,
+        border: Border { root: border.root, tip: border.tip, toe: border.toe, heel: border.heel },
+        given: given.map_or(DeviationSign::Material, Into::into),
+        sign: sign.map_or(SlopeSign::Din, Into::into),
+        spec,
+    };
+    let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
+    Ok(Built { method: "second_order_surface".to_owned(), result: write(&found, &canonical::request_sha256(text))? })
+}
+
+fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
+    fields.get(key).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
+}
+
+fn required<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
+    fields.required(key, "", faults).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
+}
+
+/// Row by row; rows of another length than z are faults.
+fn flat(posted: Posted, columns: usize, faults: &mut Faults) -> Vec<f64> {
+    let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
+    match posted {
+        Posted::Numbers(numbers) => numbers.into_iter().map(number).collect(),
+        Posted::Rows(rows) => {
+            for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
+                faults.push(format!("/deviation_um/{i}"), format!("{} for {columns} z", entries(row.len())));
+            }
+            rows.into_iter().flatten().map(number).collect()
+        }
+    }
+}
+
+/// A refused fit, by places in the request.
+fn refused(error: FitError) -> Problem {
+    let place = |pointer: &str| match pointer {
+        pointer if pointer.starts_with("/nodes") => "/deviation_um".to_owned(),
+        pointer if pointer.starts_with("/model") => "/deviation_um".to_owned(),
+        pointer => pointer.to_owned(),
+    };
+    Problem::of_fit(error, place)
+}
+
+impl From<Figure> for FigureBody {
+    fn from(figure: Figure) -> Self {
+        let Figure { value, std_error, bias_bound, least_squares } = figure;
+        FigureBody { value, std_error, bias_bound, least_squares }
+    }
+}
+
+fn write(found: &FlankSurface, digest: &str) -> Result<Vec<u8>, Problem> {
+    let text = fit_text::write(&found.result, None, digest).map_err(Problem::internal)?;
+    let text = String::from_utf8(text).map_err(Problem::internal)?;
+    let mut json = Json::with_capacity(2048 + text.len());
+    let mut object = json.object();
+    let figures = [
+        ("mean_um", found.mean),
+        ("profile_slope_um", found.profile_slope),
+        ("helix_slope_um", found.helix_slope),
+        ("profile_crowning_um", found.profile_crowning),
+        ("helix_crowning_um", found.helix_crowning),
+        ("twist_um", found.twist),
+    ];
+    for (name, figure) in figures {
+        object.field(name, &FigureBody::from(figure));
+    }
+    object
+        .field(
+            "form",
+            &FlankFormBody {
+                peak_to_valley_um: found.remainder.peak_to_valley,
+                rms_um: found.remainder.rms,
+                max_abs_um: found.remainder.max_abs,
+            },
+        )
+        .numbers("roll_length_range_mm", &found.roll_lengths)
+        .numbers("z_range_mm", &found.z)
+        .field(
+            "nodes",
+            &FlankNodesBody {
+                posted: found.nodes.posted,
+                missing: found.nodes.missing,
+                trimmed: found.nodes.trimmed,
+                used: found.nodes.used,
+            },
+        )
+        .raw("result", &text);
+    object.end();
+    json.finish().map_err(Problem::internal)
+}

@@ -1,0 +1,78 @@
+//! The nodes of an iteration as deviations of a flank: heights in µm, u along the profile and v along the axis.
+
+use crate::{
+    estimation::{Faults, Nodes},
+    gear::{
+        Gear, Side,
+        correction::machine::{FlankNode, Ranges},
+    },
+};
+
+/// What u of the nodes is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileAxis {
+    RollLength,
+    Diameter,
+}
+
+/// Heights in the order posted, row by row of a grid; NaN where missing.
+pub fn heights(nodes: &Nodes) -> Vec<f64> {
+    match nodes {
+        Nodes::Curve(nodes) => nodes.y.clone(),
+        Nodes::Scattered(nodes) => nodes.z.clone(),
+        Nodes::Matrix(nodes) => nodes.y.clone(),
+        Nodes::Grid(grid) => {
+            let valid = |k: usize| grid.valid.as_ref().is_none_or(|valid| valid[k]);
+            grid.z.iter().enumerate().map(|(k, z)| if valid(k) { *z } else { f64::NAN }).collect()
+        }
+    }
+}
+
+/// Weights in the same order.
+pub fn weights(nodes: &Nodes) -> Option<Vec<f64>> {
+    match nodes {
+        Nodes::Curve(nodes) => nodes.weight.clone(),
+        Nodes::Scattered(nodes) => nodes.weight.clone(),
+        Nodes::Matrix(nodes) => nodes.weight.clone(),
+        Nodes::Grid(grid) => grid.weight.clone(),
+    }
+}
+
+/// Where on the flank of a gear the nodes lie; a fault at `/sensitivity` where nobody can say.
+pub fn places(nodes: &Nodes, gear: &Gear, side: Side, axis: ProfileAxis) -> Result<Vec<FlankNode>, Faults> {
+    let pairs: Vec<(f64, f64)> = match nodes {
+        Nodes::Scattered(nodes) => nodes.u.iter().copied().zip(nodes.v.iter().copied()).collect(),
+        Nodes::Grid(grid) => grid.u.iter().flat_map(|u| grid.v.iter().map(|v| (*u, *v))).collect(),
+        Nodes::Curve(_) | Nodes::Matrix(_) => {
+            let detail = "a machine's sensitivity needs nodes with u (along the profile) and v (along the axis)";
+            return Err(Faults::one("/sensitivity/machine", detail));
+        }
+    };
+    let mut faults = Faults::default();
+    let mut places = Vec::with_capacity(pairs.len());
+    for (k, (u, z)) in pairs.into_iter().enumerate() {
+        let roll_length = match axis {
+            ProfileAxis::RollLength => Some(u),
+            ProfileAxis::Diameter => gear.roll_length(u),
+        };
+        match roll_length {
+            Some(roll_length) => places.push(FlankNode { side, roll_length, z }),
+            None => {
+                let detail = format!("node {k} of the iteration lies below the base circle: is its u a diameter?");
+                faults.push("/sensitivity/profile_axis", detail);
+            }
+        }
+    }
+    faults.into_result(places)
+}
+
+/// What the nodes span.
+pub fn ranges(places: &[FlankNode], gear: &Gear) -> Ranges {
+    let span = |of: fn(&FlankNode) -> f64| {
+        places.iter().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    };
+    let [low, high] = span(|place| place.roll_length);
+    // from root to tip
+    let profile = if gear.outward() < 0.0 { [high, low] } else { [low, high] };
+    Ranges { profile, helix: span(|place| place.z) }
+}

@@ -1,0 +1,232 @@
+//! Modifications of flanks on the wire.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::flank::ProfileBody;
+use crate::{
+    estimation::Faults,
+    gear::{
+        Gear, Modifications,
+        modification::{End, Flanks, Growth, Interpolation, Law, Modification, Range, Topography},
+    },
+};
+
+/// What is taken off the involute flank on purpose. Amounts are µm along the normal, positive where material is removed. They refer to the
+/// range given with them, over which u runs from root to tip and v from the lower to the higher end, both from −1 to 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+#[schema(as = FlankModification)]
+pub enum ModificationBody {
+    /// C_α u².
+    ProfileCrowning {
+        amount_um: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flank: Option<FlanksName>,
+    },
+    /// C_Hα u/2.
+    ProfileSlope {
+        amount_um: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flank: Option<FlanksName>,
+    },
+    /// From 0 at its start to C_αa at the tip end of the range.
+    TipRelief {
+        amount_um: f64,
+        start_diameter_mm: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        form: Option<GrowthName>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flank: Option<FlanksName>,
+    },
+    /// From 0 at its start to C_αf at the root end of the range.
+    RootRelief {
+        amount_um: f64,
+        start_diameter_mm: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        form: Option<GrowthName>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flank: Option<FlanksName>,
+    },
+    /// C_β v².
+    HelixCrowning {
+        amount_um: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flank: Option<FlanksName>,
+    },
+    /// C_Hβ v/2.
+    HelixSlope {
+        amount_um: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flank: Option<FlanksName>,
+    },
+    /// C_βI or C_βII: from 0 at `length_mm` inside an end of the range to the amount there.
+    EndRelief {
+        amount_um: f64,
+        length_mm: f64,
+        end: EndName,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        form: Option<GrowthName>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flank: Option<FlanksName>,
+    },
+    /// S u v/4.
+    Twist {
+        amount_um: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flank: Option<FlanksName>,
+    },
+    /// Values on a grid, constant beyond its border.
+    Grid {
+        profile: ProfileBody,
+        face_width_positions_mm: Vec<f64>,
+        /// A row for each profile value.
+        relief_um: Vec<Vec<f64>>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        interpolation: Option<InterpolationName>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flank: Option<FlanksName>,
+    },
+}
+
+/// Which flanks. Default `both`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ModifiedFlanks)]
+pub enum FlanksName {
+    Left,
+    Right,
+    #[default]
+    Both,
+}
+
+/// How a relief grows from its start. Default `linear`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ReliefForm)]
+pub enum GrowthName {
+    #[default]
+    Linear,
+    Parabolic,
+}
+
+/// An end of the face width.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FaceEnd)]
+pub enum EndName {
+    /// That of lower z.
+    I,
+    /// That of higher z.
+    #[serde(rename = "II")]
+    Ii,
+}
+
+/// What goes through the values of a grid. Default `bilinear`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ReliefInterpolation)]
+pub enum InterpolationName {
+    #[default]
+    Bilinear,
+    /// Bicubic.
+    BSpline,
+}
+
+/// What the amounts of modifications refer to. By default the usable profile, and the face width from z = 0.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = ModificationRange)]
+pub struct ModificationRangeBody {
+    pub profile_diameter_range_mm: [f64; 2],
+    pub helix_range_mm: [f64; 2],
+}
+
+/// The modifications at `/modifications` over the range at `/modification_range`; none where the list is empty.
+pub fn read(
+    gear: &Gear,
+    list: &[ModificationBody],
+    range: Option<ModificationRangeBody>,
+) -> Result<Option<Modifications>, Faults> {
+    if list.is_empty() {
+        return Ok(None);
+    }
+    let mut faults = Faults::default();
+    let range = match range {
+        Some(body) => Range::new(gear, body.profile_diameter_range_mm, body.helix_range_mm)
+            .map_err(|more| faults.append(more.moved(|pointer| format!("/modification_range{pointer}"))))
+            .ok(),
+        None => Range::whole(gear).or_else(|| {
+            faults
+                .push("/modification_range", "missing: the gear has no face width, or no involute is left to refer to");
+            None
+        }),
+    };
+    let laws: Vec<Modification> =
+        list.iter().enumerate().filter_map(|(i, body)| body.law(gear, i, &mut faults)).collect();
+    let Some(range) = faults.into_result(range)? else { return Ok(None) };
+    Modifications::new(gear, range, laws)
+        .map(Some)
+        .map_err(|more| more.moved(|pointer| format!("/modifications{}", wire(pointer))))
+}
+
+/// Fields of the wire have their units behind their names.
+fn wire(pointer: &str) -> String {
+    match pointer.strip_suffix("/amount") {
+        Some(before) => format!("{before}/amount_um"),
+        None => {
+            pointer.strip_suffix("/length").map_or_else(|| pointer.to_owned(), |before| format!("{before}/length_mm"))
+        }
+    }
+}
+
+impl ModificationBody {
+    fn law(&self, gear: &Gear, number: usize, faults: &mut Faults) -> Option<Modification> {
+        let growth = |form: &Option<GrowthName>| match form.unwrap_or_default() {
+            GrowthName::Linear => Growth::Linear,
+            GrowthName::Parabolic => Growth::Parabolic,
+        };
+        let (flank, law) = match self {
+            ModificationBody::ProfileCrowning { amount_um, flank } => {
+                (flank, Law::ProfileCrowning { amount: *amount_um })
+            }
+            ModificationBody::ProfileSlope { amount_um, flank } => (flank, Law::ProfileSlope { amount: *amount_um }),
+            ModificationBody::TipRelief { amount_um, start_diameter_mm, form, flank } => {
+                let law =
+                    Law::TipRelief { amount: *amount_um, start_diameter: *start_diameter_mm, growth: growth(form) };
+                (flank, law)
+            }
+            ModificationBody::RootRelief { amount_um, start_diameter_mm, form, flank } => {
+                let law =
+                    Law::RootRelief { amount: *amount_um, start_diameter: *start_diameter_mm, growth: growth(form) };
+                (flank, law)
+            }
+            ModificationBody::HelixCrowning { amount_um, flank } => (flank, Law::HelixCrowning { amount: *amount_um }),
+            ModificationBody::HelixSlope { amount_um, flank } => (flank, Law::HelixSlope { amount: *amount_um }),
+            ModificationBody::EndRelief { amount_um, length_mm, end, form, flank } => {
+                let end = match end {
+                    EndName::I => End::Low,
+                    EndName::Ii => End::High,
+                };
+                (flank, Law::EndRelief { end, amount: *amount_um, length: *length_mm, growth: growth(form) })
+            }
+            ModificationBody::Twist { amount_um, flank } => (flank, Law::Twist { amount: *amount_um }),
+            ModificationBody::Grid { profile, face_width_positions_mm, relief_um, interpolation, flank } => {
+                let at = format!("/modifications/{number}");
+                let rolls = profile.roll_lengths(gear, &format!("{at}/profile/values"));
+                let interpolation = match interpolation.unwrap_or_default() {
+                    InterpolationName::Bilinear => Interpolation::Bilinear,
+                    InterpolationName::BSpline => Interpolation::BSpline,
+                };
+                let made = rolls
+                    .and_then(|rolls| Topography::new(&at, &rolls, face_width_positions_mm, relief_um, interpolation));
+                (flank, Law::Topography(made.map_err(|more| faults.append(more)).ok()?))
+            }
+        };
+        let flanks = match flank.unwrap_or_default() {
+            FlanksName::Left => Flanks::Left,
+            FlanksName::Right => Flanks::Right,
+            FlanksName::Both => Flanks::Both,
+        };
+        Some(Modification { flanks, law })
+    }
+}

@@ -1,0 +1,31 @@
+//! Warnings about gears.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::gear::evaluation::Notice;
+
+/// Something that the reader must know.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearWarning)]
+pub struct NoticeBody {
+    /// Stable.
+    pub code: String,
+    /// JSON Pointer into the request, where it belongs to a place there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pointer: Option<String>,
+    pub message: String,
+}
+
+impl From<Notice> for NoticeBody {
+    fn from(notice: Notice) -> Self {
+        NoticeBody { code: notice.code.to_owned(), pointer: notice.pointer, message: notice.message }
+    }
+}
+
+impl NoticeBody {
+    /// A warning about the gear as a whole.
+    pub fn new(code: &str, message: &impl std::fmt::Display) -> Self {
+        NoticeBody { code: code.to_owned(), pointer: None, message: message.to_string() }
+    }
+}

@@ -1,0 +1,295 @@
+//! Pitch deviations of both flanks, and run-out.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{evaluate_request::RoundingName, gear::GearBody, notice::NoticeBody, trace::SideName};
+use crate::{
+    api::{problem::Problem, reader::read_json},
+    estimation::Faults,
+    gear::{
+        Side,
+        evaluation::{
+            pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch},
+            runout::{Counting, Runout, from_pitches, from_readings},
+        },
+        tolerance::{Class, Rounding},
+    },
+};
+
+/// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth stand in the order of counting; `null` where a tooth
+/// was not measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = PitchRequest)]
+pub struct PitchRequestBody {
+    pub gear: GearBody,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<PitchMeasuredBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right: Option<PitchMeasuredBody>,
+    /// Radial readings of a ball in each tooth space, outwards positive. Without them the run-out follows from the pitches of both flanks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readings_um: Option<Vec<Option<f64>>>,
+    /// Diameter of the measuring circle. Default the reference circle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub diameter_mm: Option<f64>,
+    /// k of F_pk. Default an eighth of the teeth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub sector: Option<usize>,
+    /// Which way teeth are counted, for a run-out from pitches. Default `counterclockwise`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counting: Option<CountingName>,
+    /// Which tolerances decide the class. Default `rounded`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerances: Option<RoundingName>,
+}
+
+/// Where the flanks of all teeth are, in one of three forms.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = PitchMeasured)]
+pub struct PitchMeasuredBody {
+    /// How far each flank stands beyond its place, along the measuring circle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index_deviation_um: Option<Vec<Option<f64>>>,
+    /// Where each flank is, from anywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<Vec<Option<f64>>>,
+    /// Deviation of the pitch that ends at each flank.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub single_pitch_um: Option<Vec<Option<f64>>>,
+}
+
+/// The direction in which teeth are numbered, seen with the axis towards the viewer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ToothCounting)]
+pub enum CountingName {
+    Clockwise,
+    Counterclockwise,
+}
+
+/// Pitch deviations and run-out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = PitchEvaluation)]
+pub struct PitchEvaluationBody {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<PitchBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right: Option<PitchBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub runout: Option<RunoutBody>,
+}
+
+/// Pitch deviations of a flank.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankPitch)]
+pub struct PitchBody {
+    pub flank: SideName,
+    pub diameter_mm: f64,
+    /// About the first tooth that was measured.
+    pub index_deviation_um: Vec<Option<f64>>,
+    pub single_pitch_um: Vec<Option<f64>>,
+    /// The single pitch deviation of greatest amount, with its sign; f_p is its amount.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub f_p: Option<ExtremeBody>,
+    /// Range of the index deviations.
+    #[serde(rename = "F_p_um", default, skip_serializing_if = "Option::is_none")]
+    pub cumulative: Option<f64>,
+    /// Pitches of a sector.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k: Option<usize>,
+    /// The deviation over k pitches of greatest amount, where the sector ends.
+    #[serde(rename = "F_pk", default, skip_serializing_if = "Option::is_none")]
+    pub sector: Option<ExtremeBody>,
+    /// The greatest difference of neighbouring pitches.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub f_u: Option<ExtremeBody>,
+    /// What the single pitches add up to, as they were posted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closure_um: Option<f64>,
+    /// Teeth that were not measured.
+    pub missing: usize,
+    pub class: PitchClassesBody,
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// A value and the tooth, counted from 1, where it was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ToothExtreme)]
+pub struct ExtremeBody {
+    pub value_um: f64,
+    pub tooth: usize,
+}
+
+/// Classes 1 to 11 of ISO 1328-1:2013; left out is what has none, or exceeds even class 11 (then `beyond` names it).
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = PitchClasses)]
+pub struct PitchClassesBody {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub f_p: Option<u8>,
+    #[serde(rename = "F_p", default, skip_serializing_if = "Option::is_none")]
+    pub cumulative: Option<u8>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beyond: Vec<String>,
+}
+
+/// Run-out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearRunout)]
+pub struct RunoutBody {
+    #[serde(rename = "F_r_um")]
+    pub runout: f64,
+    /// Whether it follows from pitches, without a probe.
+    pub derived: bool,
+    pub readings_um: Vec<Option<f64>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub eccentricity: Option<EccentricityBody>,
+    pub missing: usize,
+    /// 1 to 11; left out where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<u8>,
+    /// Whether it exceeds even class 11.
+    pub beyond_classes: bool,
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// The first harmonic of the readings.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Eccentricity)]
+pub struct EccentricityBody {
+    pub amount_um: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error_um: Option<f64>,
+    /// Where the readings are greatest, in the direction of counting from the first one.
+    pub angle_deg: f64,
+}
+
+/// Answers a request.
+pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let body: PitchRequestBody = read_json(text)?;
+    let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
+    let rounding: Rounding = body.tolerances.map_or(Rounding::Rounded, Into::into);
+    let mut faults = Faults::default();
+    let mut evaluated = |measured: &Option<PitchMeasuredBody>, side: Side, at: &str| {
+        let (name, measured) = measured.as_ref()?.measured(at, &mut faults)?;
+        let settings = PitchSettings { side, diameter: body.diameter_mm, sector: body.sector, rounding };
+        let placed = |more: Faults| {
+            for fault in more.list() {
+                let pointer = match fault.pointer.strip_prefix("/deviations") {
+                    Some(rest) => format!("{at}/{name}{rest}"),
+                    None => fault.pointer.clone(),
+                };
+                faults.push(pointer, fault.detail.clone());
+            }
+        };
+        pitch(&gear, &measured, &settings).map_err(placed).ok()
+    };
+    let left = evaluated(&body.left, Side::Left, "/left");
+    let right = evaluated(&body.right, Side::Right, "/right");
+    let counting = match body.counting {
+        Some(CountingName::Clockwise) => Counting::Clockwise,
+        None | Some(CountingName::Counterclockwise) => Counting::Counterclockwise,
+    };
+    let runout = match (&body.readings_um, &left, &right) {
+        (Some(readings), ..) => Some(from_readings(&gear, &numbers(readings), rounding)),
+        (None, Some(left), Some(right)) => Some(from_pitches(&gear, left, right, counting, rounding)),
+        _ => None,
+    };
+    let runout = runout.and_then(|found| found.map_err(|more| faults.append(more)).ok());
+    if body.left.is_none() && body.right.is_none() && body.readings_um.is_none() {
+        faults.push("/left", "missing; give `left`, `right` or `readings_um`");
+    }
+    let answer = PitchEvaluationBody {
+        left: left.map(PitchBody::from),
+        right: right.map(PitchBody::from),
+        runout: runout.map(RunoutBody::from),
+    };
+    let answer = faults.into_result(answer).map_err(Problem::invalid)?;
+    serde_json::to_vec(&answer).map_err(Problem::internal)
+}
+
+fn numbers(list: &[Option<f64>]) -> Vec<f64> {
+    list.iter().map(|x| x.unwrap_or(f64::NAN)).collect()
+}
+
+impl PitchMeasuredBody {
+    /// What was measured, under its name in the request.
+    fn measured(&self, at: &str, faults: &mut Faults) -> Option<(&'static str, PitchMeasured)> {
+        match (&self.index_deviation_um, &self.angle_deg, &self.single_pitch_um) {
+            (Some(index), None, None) => Some(("index_deviation_um", PitchMeasured::Index(numbers(index)))),
+            (None, Some(angles), None) => {
+                let angles = numbers(angles).into_iter().map(f64::to_radians).collect();
+                Some(("angle_deg", PitchMeasured::Angles(angles)))
+            }
+            (None, None, Some(single)) => Some(("single_pitch_um", PitchMeasured::Single(numbers(single)))),
+            _ => {
+                faults.push(at, "give one of `index_deviation_um`, `angle_deg` and `single_pitch_um`");
+                None
+            }
+        }
+    }
+}
+
+impl From<Extreme> for ExtremeBody {
+    fn from(extreme: Extreme) -> Self {
+        ExtremeBody { value_um: extreme.value, tooth: extreme.tooth }
+    }
+}
+
+impl From<Pitch> for PitchBody {
+    fn from(pitch: Pitch) -> Self {
+        let mut class = PitchClassesBody::default();
+        for (name, found, place) in
+            [("f_p", pitch.single_class, &mut class.f_p), ("F_p", pitch.cumulative_class, &mut class.cumulative)]
+        {
+            match found {
+                Some(Class::Within(found)) => *place = Some(found),
+                Some(Class::Beyond) => class.beyond.push(name.to_owned()),
+                None => {}
+            }
+        }
+        PitchBody {
+            flank: pitch.side.into(),
+            diameter_mm: pitch.diameter,
+            index_deviation_um: pitch.index,
+            single_pitch_um: pitch.single,
+            f_p: pitch.single_pitch.map(ExtremeBody::from),
+            cumulative: pitch.cumulative,
+            k: pitch.sector,
+            sector: pitch.sector_pitch.map(ExtremeBody::from),
+            f_u: pitch.adjacent.map(ExtremeBody::from),
+            closure_um: pitch.closure,
+            missing: pitch.missing,
+            class,
+            warnings: pitch.notices.into_iter().map(NoticeBody::from).collect(),
+        }
+    }
+}
+
+impl From<Runout> for RunoutBody {
+    fn from(runout: Runout) -> Self {
+        let (class, beyond_classes) = match runout.class {
+            Some(Class::Within(class)) => (Some(class), false),
+            Some(Class::Beyond) => (None, true),
+            None => (None, false),
+        };
+        RunoutBody {
+            runout: runout.runout,
+            derived: runout.derived,
+            readings_um: runout.readings,
+            eccentricity: runout.eccentricity.map(|found| EccentricityBody {
+                amount_um: found.amount,
+                std_error_um: found.std_error,
+                angle_deg: found.angle.to_degrees(),
+            }),
+            missing: runout.missing,
+            class,
+            beyond_classes,
+            warnings: runout.notices.into_iter().map(NoticeBody::from).collect(),
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Traces of a flank on the wire.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::{
+    estimation::{
+        Faults,
+        words::{Shown, entries},
+    },
+    gear::{Gear, Kind, Side, Trace},
+};
+
+/// A flank of a tooth that points up, seen with the axis towards the viewer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = FlankSide)]
+pub enum SideName {
+    Left,
+    Right,
+}
+
+/// Which way a trace runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = TraceKind)]
+pub enum KindName {
+    /// From root to tip in one transverse section.
+    Profile,
+    /// Along the face width on one cylinder.
+    Helix,
+}
+
+/// Deviations along a profile or along the helix.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Trace)]
+pub struct TraceBody {
+    /// Its number, behind it a letter for traces beside the middle: `1k` and `1f` are helices near the tip and near the root, `1u` and
+    /// `1o` profiles at the lower and at the upper end. These count for the twist, not in the means.
+    pub tooth: String,
+    pub flank: SideName,
+    pub kind: KindName,
+    /// Of a profile: where its samples lie, as diameters …
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diameter_mm: Option<Vec<f64>>,
+    /// … or as roll lengths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roll_length_mm: Option<Vec<f64>>,
+    /// Of a helix: where its samples lie.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z_mm: Option<Vec<f64>>,
+    /// `null` where undefined.
+    pub deviation_um: Vec<Option<f64>>,
+    /// Which samples count. Default all that are defined.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valid: Option<Vec<bool>>,
+    /// The design line of a modified flank at the samples, in the sign of the deviations: taken away from them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub design_um: Option<Vec<f64>>,
+    /// Of a profile: its z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub section_z_mm: Option<f64>,
+    /// Of a helix: its diameter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub section_diameter_mm: Option<f64>,
+}
+
+impl From<SideName> for Side {
+    fn from(name: SideName) -> Self {
+        match name {
+            SideName::Left => Side::Left,
+            SideName::Right => Side::Right,
+        }
+    }
+}
+
+impl From<Side> for SideName {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Left => SideName::Left,
+            Side::Right => SideName::Right,
+        }
+    }
+}
+
+impl From<Kind> for KindName {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::Profile => KindName::Profile,
+            Kind::Helix => KindName::Helix,
+        }
+    }
+}
+
+impl TraceBody {
+    /// The trace; faults stand under `at`.
+    pub fn read(&self, gear: &Gear, at: &str, faults: &mut Faults) -> Option<Trace> {
+        let before = faults.count();
+        let kind = match self.kind {
+            KindName::Profile => Kind::Profile,
+            KindName::Helix => Kind::Helix,
+        };
+        let (section, stranger) = match kind {
+            Kind::Profile => (self.section_z_mm, self.section_diameter_mm.map(|_| "section_diameter_mm")),
+            Kind::Helix => (self.section_diameter_mm, self.section_z_mm.map(|_| "section_z_mm")),
+        };
+        if let Some(name) = stranger {
+            let kind = if kind == Kind::Profile { "profile" } else { "helix" };
+            faults.push(format!("{at}/{name}"), format!("a {kind} has none"));
+        }
+        let positions = self.positions(kind, gear, at, faults);
+        if let Some(valid) = self.valid.as_ref().filter(|valid| valid.len() != self.deviation_um.len()) {
+            let detail = format!("{} for {} deviations", entries(valid.len()), self.deviation_um.len());
+            faults.push(format!("{at}/valid"), detail);
+        }
+        let counts = |k: usize| self.valid.as_ref().is_none_or(|valid| valid.get(k).is_some_and(|valid| *valid));
+        let each = self.deviation_um.iter().enumerate();
+        let deviation = each.map(|(k, d)| d.filter(|_| counts(k)).unwrap_or(f64::NAN)).collect();
+        let at = positions.filter(|_| faults.count() == before)?;
+        Some(Trace { tooth: self.tooth.clone(), side: self.flank.into(), kind, at, section, deviation })
+    }
+
+    /// Roll lengths of a profile, z of a helix.
+    fn positions(&self, kind: Kind, gear: &Gear, at: &str, faults: &mut Faults) -> Option<Vec<f64>> {
+        match (kind, &self.diameter_mm, &self.roll_length_mm, &self.z_mm) {
+            (Kind::Profile, None, Some(lengths), None) => Some(lengths.clone()),
+            (Kind::Helix, None, None, Some(z)) => Some(z.clone()),
+            (Kind::Profile, Some(diameters), None, None) => {
+                let mut lengths = Vec::with_capacity(diameters.len());
+                for (k, &diameter) in diameters.iter().enumerate() {
+                    match gear.roll_length(diameter) {
+                        Some(length) => lengths.push(length),
+                        None => faults.push(
+                            format!("{at}/diameter_mm/{k}"),
+                            format!(
+                                "{} mm lies below the base circle of {} mm, where there is no involute",
+                                Shown(diameter),
+                                Shown(2.0 * gear.base_radius())
+                            ),
+                        ),
+                    }
+                }
+                Some(lengths)
+            }
+            (Kind::Profile, ..) => {
+                faults.push(at, "a profile has its samples at `diameter_mm` or at `roll_length_mm`, one of them");
+                None
+            }
+            (Kind::Helix, ..) => {
+                faults.push(at, "a helix has its samples at `z_mm`");
+                None
+            }
+        }
+    }
+}

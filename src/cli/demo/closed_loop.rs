@@ -1,0 +1,101 @@
+//! `flankfit demo --closed-loop`: a machine whose settings cannot be told apart, corrected with and without λ*.
+
+use std::io::Write;
+
+use serde::Deserialize;
+use serde_json::json;
+
+use super::{client::Client, story::StoryError, table::Table};
+
+/// Machines that are simulated beside the one that is kept.
+const SEEDS: u64 = 100;
+/// What a good flank is, µm RMS.
+const GOOD: f64 = 0.5;
+/// Re-machinings.
+const CORRECTIONS: usize = 2;
+
+#[derive(Deserialize)]
+struct Loop {
+    condition: f64,
+    runs: Vec<Run>,
+}
+
+#[derive(Deserialize)]
+struct Run {
+    strategy: String,
+    job_id: Option<String>,
+    rounds: Vec<Round>,
+}
+
+#[derive(Deserialize)]
+struct Round {
+    iteration: u32,
+    measured_rms_um: f64,
+    true_rms_um: f64,
+    predicted_rms_um: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct Kept {
+    answer: Option<Answer>,
+}
+
+#[derive(Deserialize)]
+struct Answer {
+    sentence: String,
+}
+
+/// Tells it, and returns the paths of the jobs that keep it.
+pub fn tell(client: &Client, out: &mut impl Write) -> Result<Vec<String>, StoryError> {
+    let ask = |seed: u64, store: bool| -> Result<Loop, StoryError> {
+        let body = json!({"seed": seed, "store": store, "corrections": CORRECTIONS});
+        Ok(client.post("/v1/simulations/closed-loop", &body)?)
+    };
+    let first = ask(1, true)?;
+    writeln!(
+        out,
+        "\n5 × 9 nodes, six settings of which the sixth is nearly a mixture of two others (condition of JᵀJ {:.1e}); the machine
+answers 1 % off, the probe is 0.3 µm off and misses every tenth node.",
+        first.condition
+    )?;
+    let mut jobs = Vec::new();
+    for run in &first.runs {
+        let what = match run.strategy.as_str() {
+            "least_squares" => "Plain least squares",
+            _ => "Spectral λ*, by the noise and the uncertainty of the sensitivity (the default of corrections)",
+        };
+        writeln!(out, "\n{what}")?;
+        let mut table = Table::new(["iteration", "measured RMS µm", "without noise", "predicted of the next"], 0);
+        for round in &run.rounds {
+            let predicted = round.predicted_rms_um.map_or_else(String::new, |rms| format!("{rms:.3}"));
+            table.row([
+                round.iteration.to_string(),
+                format!("{:.3}", round.measured_rms_um),
+                format!("{:.3}", round.true_rms_um),
+                predicted,
+            ]);
+        }
+        write!(out, "{table}")?;
+        let Some(job) = run.job_id.as_ref().map(|id| format!("/v1/jobs/{id}")) else { continue };
+        for number in 1..=CORRECTIONS {
+            let kept: Kept = client.get(&format!("{job}/iterations/{number}/correction"))?;
+            if let Some(answer) = kept.answer {
+                writeln!(out, "  correction {number}: {}", answer.sentence)?;
+            }
+        }
+        jobs.push(job);
+    }
+    let mut good = vec![0; first.runs.len()];
+    for seed in 0..SEEDS {
+        for (good, run) in good.iter_mut().zip(ask(seed, false)?.runs) {
+            *good += usize::from(run.rounds.last().is_some_and(|round| round.true_rms_um < GOOD));
+        }
+    }
+    writeln!(out, "\nOf {SEEDS} such machines, below {GOOD} µm RMS after {CORRECTIONS} re-machinings:")?;
+    let mut table = Table::new(["way to correct", "machines"], 1);
+    for (run, good) in first.runs.iter().zip(good) {
+        table.row([run.strategy.clone(), good.to_string()]);
+    }
+    write!(out, "{table}")?;
+    Ok(jobs)
+}

@@ -1,0 +1,174 @@
+//! `flankfit evaluate FILE`: a file of a gear tester as a table, without a server.
+
+use std::{
+    fmt::Write as _,
+    io::{Read, Write},
+    path::PathBuf,
+    process::ExitCode,
+};
+
+use clap::Args;
+
+use super::demo::table::Table;
+use crate::{
+    api::{
+        gears::{
+            evaluate::{EvaluatedTraceBody, EvaluationBody},
+            evaluate_request::EvaluationSettingsBody,
+            file::{self, FileRead, ImportSpecBody},
+            gear::GearBody,
+            trace::{KindName, SideName},
+        },
+        problem::Problem,
+        reader,
+    },
+    formats::{GearFile, gear_file, klingelnberg::Reading},
+};
+
+#[derive(Debug, Args)]
+pub struct EvaluateArguments {
+    /// Curves (.mka) or values (.mew) of a gear tester; `-` reads standard input.
+    file: PathBuf,
+    /// The gear as JSON, where the file does not say it or is not believed.
+    #[arg(long, value_name = "FILE")]
+    gear: Option<PathBuf>,
+    /// How to evaluate, as the `evaluation` of `POST /v1/gears/evaluate`; ranges that it leaves out are those of the file.
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
+    /// Print what `POST /v1/gears/evaluate` answers instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The table goes to standard output (exit code 0); what is wrong goes to standard error (exit code 1).
+pub fn run(arguments: &EvaluateArguments) -> ExitCode {
+    match text(arguments).and_then(|text| print(&text)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("flankfit: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn print(text: &str) -> Result<(), String> {
+    std::io::stdout().write_all(text.as_bytes()).map_err(|error| format!("cannot write: {error}"))
+}
+
+fn bytes(path: &PathBuf) -> Result<Vec<u8>, String> {
+    let read = if path.as_os_str() == "-" {
+        let mut content = Vec::new();
+        std::io::stdin().read_to_end(&mut content).map(|_| content)
+    } else {
+        std::fs::read(path)
+    };
+    read.map_err(|error| format!("cannot read {} ({error})", path.display()))
+}
+
+fn said(problem: Problem) -> String {
+    let faults: Vec<String> =
+        problem.errors.iter().map(|error| format!("{}: {}", error.pointer, error.detail)).collect();
+    if faults.is_empty() { problem.detail } else { faults.join("\n") }
+}
+
+fn text(arguments: &EvaluateArguments) -> Result<String, String> {
+    let content = bytes(&arguments.file)?;
+    let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
+    if let Ok(GearFile::Values(values)) = gear_file::read(&content, name.as_deref()) {
+        let mut table = Table::new(["code", "result", "value"], 2);
+        for result in &values.results {
+            let reading = match result.reading {
+                Reading::Value(value) => value.to_string(),
+                Reading::NotMeasured => "not measured".to_owned(),
+                Reading::NotAvailable => "not available".to_owned(),
+            };
+            table.row([result.code.to_string(), result.name.clone(), reading]);
+        }
+        return Ok(table.to_string());
+    }
+    let gear = match &arguments.gear {
+        Some(path) => Some(reader::read_json::<GearBody>(&bytes(path)?).map_err(|error| said(error.into()))?),
+        None => None,
+    };
+    let evaluation = match &arguments.settings {
+        Some(path) => {
+            Some(reader::read_json::<EvaluationSettingsBody>(&bytes(path)?).map_err(|error| said(error.into()))?)
+        }
+        None => None,
+    };
+    let spec = ImportSpecBody { gear, evaluation, ..ImportSpecBody::default() };
+    let read = file::read(&content, name.as_deref(), &spec, None).map_err(said)?;
+    for warning in &read.warnings {
+        eprintln!("{}: {}", warning.code, warning.message);
+    }
+    let Some(found) = &read.evaluation else {
+        return Err("there is no trace to evaluate, or no range to evaluate it on (see above)".to_owned());
+    };
+    if arguments.json {
+        return serde_json::to_string_pretty(found).map(|text| text + "\n").map_err(|error| error.to_string());
+    }
+    tables(&read, found).map_err(|error| error.to_string())
+}
+
+fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::Error> {
+    let mut out = String::new();
+    let data = read.gear.data();
+    writeln!(
+        out,
+        "z = {}, m_n = {} mm, β = {:.4}°, d_b = {:.4} mm",
+        data.teeth,
+        data.normal_module,
+        data.helix_angle.to_degrees(),
+        2.0 * read.gear.base_radius()
+    )?;
+    for (kind, title, names) in [
+        (KindName::Profile, "Profiles", ["f_Hα", "f_fα", "F_α", "C_α"]),
+        (KindName::Helix, "Helices", ["f_Hβ", "f_fβ", "F_β", "C_β"]),
+    ] {
+        let traces: Vec<&EvaluatedTraceBody> = found.traces.iter().filter(|trace| trace.kind == kind).collect();
+        if traces.is_empty() {
+            continue;
+        }
+        writeln!(out, "\n{title}, µm")?;
+        let [slope, form, total, crowning] = names;
+        let mut table = Table::new(["tooth", "flank", slope, form, total, crowning, "class"], 2);
+        for trace in traces {
+            let number = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), |x| format!("{x:.1}"));
+            let class = trace.class.as_ref().map_or_else(
+                || "–".to_owned(),
+                |class| {
+                    let worst = [class.slope, class.form, class.total].into_iter().flatten().max();
+                    if class.beyond.is_empty() {
+                        worst.map_or_else(String::new, |c| c.to_string())
+                    } else {
+                        "> 11".to_owned()
+                    }
+                },
+            );
+            let flank = if trace.flank == SideName::Left { "left" } else { "right" };
+            table.row([
+                trace.tooth.clone(),
+                flank.to_owned(),
+                number(trace.slope_um),
+                number(trace.form_um),
+                number(trace.total_um),
+                number(trace.crowning_um),
+                class,
+            ]);
+        }
+        write!(out, "{table}")?;
+        for mean in found.means.iter().filter(|mean| mean.kind == kind) {
+            let flank = if mean.flank == SideName::Left { "left" } else { "right" };
+            writeln!(
+                out,
+                "  {flank}, mean of {}: {slope} {:.1} (variation {:.1}), {form} {:.1}, {total} {:.1}",
+                mean.count, mean.slope_um.mean, mean.slope_um.variation, mean.form_um.mean, mean.total_um.mean
+            )?;
+        }
+    }
+    for twist in &found.twists {
+        let flank = if twist.flank == SideName::Left { "left" } else { "right" };
+        writeln!(out, "  twist of tooth {}, {flank} flank: {:.1} µm", twist.tooth, twist.twist_um)?;
+    }
+    Ok(out)
+}

@@ -1,0 +1,124 @@
+//! `/v1/gears`: what follows from a gear's data, its flanks and the evaluation of measured traces; nothing is stored.
+
+use axum::{extract::State, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::{body::Payload, compute::read_json, fits::json, state::AppState};
+use crate::api::{
+    gears::{
+        deviations::{self, DeviationsBody},
+        deviations_request::DeviationsRequestBody,
+        evaluate::{self, EvaluationBody},
+        evaluate_request::EvaluateBody,
+        flank::{self, FlankBody, FlankRequestBody},
+        flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
+        geometry::{self, GeometryBody, GeometryRequestBody},
+        pitch::{self, PitchEvaluationBody, PitchRequestBody},
+        profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
+        tolerances::{self, TolerancesBody, TolerancesRequestBody},
+    },
+    problem::Problem,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(gear_geometry))
+        .routes(routes!(gear_flank))
+        .routes(routes!(gear_profile))
+        .routes(routes!(gear_envelope))
+        .routes(routes!(gear_tolerances))
+        .routes(routes!(evaluate_gear))
+        .routes(routes!(gear_pitch))
+        .routes(routes!(gear_deviations))
+        .routes(routes!(gear_flank_surface))
+}
+
+/// Tolerances of ISO 1328-1:2013 for a class.
+#[utoipa::path(
+    post, path = "/v1/gears/tolerances", operation_id = "gear_tolerances", tag = "gears",
+    request_body(content = TolerancesRequestBody, description = "A gear within the scope of the standard, and a class."),
+    responses((status = 200, description = "The tolerances.", body = TolerancesBody))
+)]
+async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, tolerances::answer).await?))
+}
+
+/// Evaluates measured profiles and helices by ISO 1328-1:2013.
+#[utoipa::path(
+    post, path = "/v1/gears/evaluate", operation_id = "evaluate_gear", tag = "gears",
+    request_body(content = EvaluateBody, description = "A gear, traces, and how they are to be evaluated."),
+    responses((status = 200, description = "Slopes, forms and totals in the order of the traces, means, twists and classes.", body = EvaluationBody))
+)]
+async fn evaluate_gear(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, |text| evaluate::build(text, None)).await?.result))
+}
+
+/// Deviations of measured points from the nominal flanks, if asked after the part has been laid into the nominal one.
+#[utoipa::path(
+    post, path = "/v1/gears/deviations", operation_id = "gear_deviations", tag = "gears",
+    request_body(content = DeviationsRequestBody, description = "A gear and points, or deviations on a grid."),
+    responses((status = 200, description = "Deviations in the order of the points.", body = DeviationsBody))
+)]
+async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, |text| deviations::build(text, None)).await?.result))
+}
+
+/// Evaluates pitches of both flanks and run-out by ISO 1328-1:2013.
+#[utoipa::path(
+    post, path = "/v1/gears/pitch", operation_id = "gear_pitch", tag = "gears",
+    request_body(content = PitchRequestBody, description = "A gear, and where its flanks are."),
+    responses((status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes.", body = PitchEvaluationBody))
+)]
+async fn gear_pitch(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, pitch::answer).await?))
+}
+
+/// Fits the second-order surface of a flank's deviations: slopes, crownings and twist with standard errors and bias bounds.
+#[utoipa::path(
+    post, path = "/v1/gears/flank-surface", operation_id = "gear_flank_surface", tag = "gears",
+    request_body(content = FlankSurfaceRequestBody, description = "A gear and deviations over one flank."),
+    responses((status = 200, description = "The figures of the flank, its form, and the fit.", body = FlankSurfaceBody))
+)]
+async fn gear_flank_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, |text| flank_surface::build(text, None)).await?.result))
+}
+
+/// Derives diameters, pitches, thicknesses and measures of a gear, with warnings such as undercut or a pointed tip.
+#[utoipa::path(
+    post, path = "/v1/gears/geometry", operation_id = "gear_geometry", tag = "gears",
+    request_body(content = GeometryRequestBody, description = "A gear."),
+    responses((status = 200, description = "What follows from its data.", body = GeometryBody))
+)]
+async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, geometry::answer).await?))
+}
+
+/// Answers nodes of a nominal or modified flank with their normals.
+#[utoipa::path(
+    post, path = "/v1/gears/flank", operation_id = "gear_flank", tag = "gears",
+    request_body(content = FlankRequestBody, description = "A gear, a flank, and where its nodes lie."),
+    responses((status = 200, description = "Points and unit normals.", body = FlankBody))
+)]
+async fn gear_flank(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, flank::answer).await?))
+}
+
+/// Answers the transverse section of a tooth with its fillets, closed, and if asked of the whole gear.
+#[utoipa::path(
+    post, path = "/v1/gears/profile", operation_id = "gear_profile", tag = "gears",
+    request_body(content = ProfileRequestBody, description = "A gear, and how finely."),
+    responses((status = 200, description = "Closed polygons.", body = ProfileAnswerBody))
+)]
+async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, profile::answer).await?))
+}
+
+/// Envelops the profile of any tool numerically.
+#[utoipa::path(
+    post, path = "/v1/gears/envelope", operation_id = "gear_envelope", tag = "gears",
+    request_body(content = EnvelopeRequestBody, description = "A tool's profile and its motion."),
+    responses((status = 200, description = "The envelope, and the flank that is left.", body = EnvelopeBody))
+)]
+async fn gear_envelope(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json(read_json(&state, payload, profile::envelope).await?))
+}

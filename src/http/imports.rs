@@ -1,0 +1,73 @@
+//! `/v1/jobs/{job_id}/import`: an iteration out of a file of a gear tester.
+
+use axum::{extract::State, response::Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    body::Payload,
+    extract::PathOf,
+    idempotency::{IdempotencyKey, once},
+    iterations::created,
+    multipart::{FileForm, read_file},
+    state::AppState,
+};
+use crate::api::{
+    gears::{file::ImportSpecBody, file_import, gear::of_job},
+    job_iterations::IterationBody,
+    problem::Problem,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(import_iteration))
+}
+
+// Declared for the document.
+/// A file, and what is said of it.
+#[derive(Serialize, ToSchema)]
+#[schema(as = ImportForm)]
+struct ImportFormBody {
+    /// `.mka`, or points as CSV `id,x,y,z[,i,j,k]`.
+    #[schema(value_type = String, format = Binary)]
+    file: Vec<u8>,
+    /// `application/json`.
+    spec: Option<ImportSpecBody>,
+}
+
+/// Makes an iteration of a file: the traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm), fitted by a
+/// second-order surface; all traces are evaluated, and the evaluation is kept with it.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/import", operation_id = "import_iteration", tag = "iterations",
+    params(("job_id" = Uuid, Path), IdempotencyKey),
+    request_body(content = ImportFormBody, content_type = "multipart/form-data", description = "The file, and what is said of it."),
+    responses(
+        (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = IterationBody, headers(
+            ("Location" = String, description = "Where the iteration is."),
+            ("ETag" = String, description = "Version of the iteration.")
+        )),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn import_iteration(
+    State(state): State<AppState>,
+    PathOf(job): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/jobs/{job}/import");
+    once(state, key, scope, payload, move |state, payload, known| async move {
+        let gear = state.jobs.job(job).await?;
+        let (limit, plans) = (state.settings.body_limit, state.plans.clone());
+        let work = move || {
+            let FileForm { file, name, spec } = read_file(payload, limit)?;
+            file_import::draft(&file, name.as_deref(), spec.as_deref(), of_job(&gear)?.as_ref(), &plans)
+        };
+        let draft = state.pool.run(work).await??;
+        let keyed = known.map(|known| known.answered_by(created));
+        let (iteration, stored) = state.jobs.add_iteration(job, draft, keyed).await?;
+        Ok(created(&iteration, stored))
+    })
+    .await
+}

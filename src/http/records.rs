@@ -1,0 +1,103 @@
+//! `…/iterations/{number}/records`: what is kept with an iteration beside its fits, curves and surfaces for example.
+
+use std::sync::Arc;
+
+use axum::{extract::State, response::Response};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    body::Payload,
+    conditional::{etag, set_etag},
+    extract::{PathOf, QueryOf},
+    fits::json,
+    idempotency::{IdempotencyKey, once},
+    paging::PageQuery,
+    state::AppState,
+};
+use crate::{
+    api::{
+        problem::Problem,
+        records::{self, RecordBody, RecordPageBody},
+    },
+    estimation::{Nodes, Plans},
+    jobs::{Answer, Job, Record, RecordDraft, Stored},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(list_iteration_records)).routes(routes!(get_iteration_record))
+}
+
+/// What a record may be made of beside its request.
+pub struct About {
+    pub job: Job,
+    /// Of the iteration.
+    pub nodes: Nodes,
+    pub plans: Plans,
+}
+
+/// Makes a record of a request on the pool, keeps it with an iteration and answers what `body` writes of it.
+pub async fn keep(
+    state: AppState,
+    (job, number): (Uuid, u32),
+    (route, body): (&'static str, fn(&Record) -> Vec<u8>),
+    key: IdempotencyKey,
+    payload: Payload,
+    build: impl FnOnce(&[u8], &About) -> Result<RecordDraft, Problem> + Send + 'static,
+) -> Result<Response, Problem> {
+    let place = format!("/v1/jobs/{job}/iterations/{number}");
+    once(state, key, format!("POST {place}/{route}"), payload, move |state, payload, known| async move {
+        let nodes = state.jobs.nodes(job, number).await?;
+        let about = About { job: state.jobs.job(job).await?, nodes, plans: state.plans.clone() };
+        let limit = state.settings.body_limit;
+        let draft = state.pool.run(move || build(&payload.into_json(limit)?, &about)).await??;
+        let answer = move |record: &Record, _: Stored| created(&place, record, body);
+        let keyed = known.map(|known| known.answered_by(answer.clone()));
+        let (record, stored): (Arc<Record>, Stored) = state.jobs.add_record(job, number, draft, keyed).await?;
+        Ok(answer(&record, stored))
+    })
+    .await
+}
+
+fn created(place: &str, record: &Record, body: fn(&Record) -> Vec<u8>) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(format!("{place}/records/{}", record.id)),
+        etag: Some(etag(1)),
+        body: body(record),
+    }
+}
+
+/// Lists what is kept with an iteration beside its fits, oldest first.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/records", operation_id = "list_iteration_records", tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
+    responses(
+        (status = 200, description = "Some records, and where the next page begins.", body = RecordPageBody),
+        (status = 422, description = "The limit or the cursor is not one.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn list_iteration_records(
+    State(state): State<AppState>,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<axum::Json<RecordPageBody>, Problem> {
+    let page = state.jobs.records(job, number, query.check()?).await?;
+    Ok(axum::Json(page.into()))
+}
+
+/// What is kept with an iteration: what was asked and what was answered.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record", tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path), ("record_id" = Uuid, Path)),
+    responses((status = 200, description = "The record.", body = RecordBody))
+)]
+async fn get_iteration_record(
+    State(state): State<AppState>,
+    PathOf((job, number, id)): PathOf<(Uuid, u32, Uuid)>,
+) -> Result<Response, Problem> {
+    let mut response = json(records::record(&state.jobs.record(job, number, id).await?));
+    // it is kept as it is
+    set_etag(response.headers_mut(), 1);
+    Ok(response)
+}

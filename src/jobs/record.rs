@@ -1,0 +1,74 @@
+//! What is kept with an iteration beside its fits: what was asked for and what was answered, for good.
+
+use std::sync::Arc;
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+/// What a record is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordKind {
+    Curve,
+    Surface,
+    /// Of measured points from the nominal flank.
+    Deviations,
+    /// Slopes, forms and totals of traces.
+    Evaluation,
+    /// Changes of machine settings.
+    Correction,
+}
+
+impl RecordKind {
+    pub const ALL: [RecordKind; 5] = [
+        RecordKind::Curve,
+        RecordKind::Surface,
+        RecordKind::Deviations,
+        RecordKind::Evaluation,
+        RecordKind::Correction,
+    ];
+
+    /// The contract's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            RecordKind::Curve => "curve",
+            RecordKind::Surface => "surface",
+            RecordKind::Deviations => "deviations",
+            RecordKind::Evaluation => "evaluation",
+            RecordKind::Correction => "correction",
+        }
+    }
+
+    /// The kind of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
+/// A record built, on its way to be stored.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordDraft {
+    pub kind: RecordKind,
+    /// The contract's name of the method that built it.
+    pub method: String,
+    /// What was asked for: a JSON document.
+    pub request: Arc<str>,
+    /// What was answered: a JSON document.
+    pub result: Arc<str>,
+}
+
+/// A record with its id and time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Record {
+    pub id: Uuid,
+    pub created_at: Timestamp,
+    pub draft: RecordDraft,
+}
+
+/// A stored record in a list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordSummary {
+    pub id: Uuid,
+    pub kind: RecordKind,
+    pub method: String,
+    pub created_at: Timestamp,
+}

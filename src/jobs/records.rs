@@ -1,0 +1,53 @@
+//! The use cases of records: what is kept with an iteration beside its fits.
+
+use std::sync::Arc;
+
+use uuid::Uuid;
+
+use super::{
+    page::{Page, PageRequest},
+    record::{Record, RecordDraft, RecordKind, RecordSummary},
+    repository::{RepositoryError, Stored},
+    service::{Jobs, Keyed},
+};
+
+impl Jobs {
+    /// Keeps a record with an iteration, beside those it has.
+    pub async fn add_record(
+        &self,
+        job: Uuid,
+        number: u32,
+        draft: RecordDraft,
+        keyed: Option<Keyed<Record>>,
+    ) -> Result<(Arc<Record>, Stored), RepositoryError> {
+        let now = self.clock.now();
+        let record = Arc::new(Record { id: self.ids.fresh(now), created_at: now, draft });
+        let receipt = keyed.map(|keyed| keyed.receipt(record.clone()));
+        let stored = self.repository.insert_record(job, number, record.clone(), receipt).await?;
+        Ok((record, stored))
+    }
+
+    pub async fn record(&self, job: Uuid, number: u32, id: Uuid) -> Result<Record, RepositoryError> {
+        self.repository.record(job, number, id).await
+    }
+
+    /// The one of a kind that was kept last.
+    pub async fn latest_record(
+        &self,
+        job: Uuid,
+        number: u32,
+        kind: RecordKind,
+    ) -> Result<Option<Record>, RepositoryError> {
+        self.repository.latest_record(job, number, kind).await
+    }
+
+    /// Oldest first.
+    pub async fn records(
+        &self,
+        job: Uuid,
+        number: u32,
+        page: PageRequest,
+    ) -> Result<Page<RecordSummary>, RepositoryError> {
+        self.repository.records(job, number, page).await
+    }
+}

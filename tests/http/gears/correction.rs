@@ -1,0 +1,132 @@
+//! Corrections of machine settings, their answer by the machine, and the closed loop.
+
+use serde_json::{Value, json};
+
+use super::{pointers, spur, taken};
+use crate::{
+    harness::{TestApp, send},
+    shapes::{close, examples},
+};
+
+const U: [f64; 4] = [6.0, 8.0, 10.0, 12.0];
+const V: [f64; 5] = [1.0, 4.0, 7.5, 11.0, 14.0];
+
+fn flank(of: impl Fn(f64, f64) -> f64) -> Value {
+    let rows: Vec<Vec<f64>> = U.iter().map(|u| V.iter().map(|v| of(*u, *v)).collect()).collect();
+    json!({"nodes": {"type": "grid", "u": U, "v": V, "z": rows}, "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
+}
+
+async fn job(app: &TestApp) -> String {
+    let job = send(app.post("/v1/jobs", json!({"name": "w", "gear": spur()}).to_string())).await.json();
+    format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap())
+}
+
+/// Settings that tilt the flank along the profile and along the helix.
+fn sensitivity() -> Value {
+    let rows: Vec<[f64; 2]> =
+        U.iter().flat_map(|u| V.iter().map(move |v| [(u - 9.0) / 3.0, (v - 7.5) / 6.5])).collect();
+    json!({"settings": ["pressure angle", "helix angle"], "units": ["um", "um"], "matrix": rows})
+}
+
+#[tokio::test]
+async fn a_correction_is_kept_and_compared_with_the_next_measurement() {
+    let app = TestApp::start().await;
+    let place = job(&app).await;
+    let form = |u: f64, v: f64| 0.2 * (3.0 * u + v).sin();
+    let first = flank(|u, v| 8.0 * (u - 9.0) / 3.0 - 5.0 * (v - 7.5) / 6.5 + form(u, v));
+    assert_eq!(send(app.post(&place, first.to_string())).await.status, 201);
+    assert_eq!(send(app.get(&format!("{place}/1/correction"))).await.status, 404);
+    let request = json!({"sensitivity": sensitivity(), "noise_sigma_um": 0.2, "response_uncertainty": 0.02});
+    let kept = send(app.post(&format!("{place}/1/correction"), request.to_string())).await;
+    assert_eq!(kept.status, 201, "{}", kept.text);
+    let correction = kept.json();
+    let change = |k: usize| correction["settings"][k]["change"].as_f64().unwrap();
+    assert!((change(0) + 8.0).abs() < 0.3 && (change(1) - 5.0).abs() < 0.3, "{correction}");
+    let predicted = &correction["predicted"];
+    assert!(predicted["rms_before_um"].as_f64().unwrap() > 5.0 && predicted["rms_um"].as_f64().unwrap() < 0.3);
+    assert!(correction["settings"][0]["std_error"].as_f64().unwrap() > 0.0);
+    assert_eq!(predicted["deviation_um"].as_array().unwrap().len(), 20);
+    let before = send(app.get(&format!("{place}/1/correction"))).await.json();
+    assert_eq!(before["result"], correction);
+    assert_eq!((before.get("answer"), before.get("not_compared")), (None, None));
+
+    // the machine answers with half of it
+    let (a, b) = (0.5 * change(0), 0.5 * change(1));
+    let second = flank(|u, v| (8.0 + a) * (u - 9.0) / 3.0 + (b - 5.0) * (v - 7.5) / 6.5 + form(u, v));
+    assert_eq!(send(app.post(&place, second.to_string())).await.status, 201);
+    let answer = send(app.get(&format!("{place}/1/correction"))).await.json()["answer"].clone();
+    assert_eq!((answer["iteration"].clone(), answer["verdict"].clone()), (json!(2), json!("weaker")), "{answer}");
+    close(answer["response_ratio"].as_f64().unwrap(), 0.5, 1e-9);
+    let trace = send(app.get(place.strip_suffix("/iterations").unwrap())).await;
+    assert_eq!(trace.status, 200);
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn limits_hold_and_machines_are_known() {
+    let app = TestApp::start().await;
+    let place = job(&app).await;
+    let first = flank(|u, v| 8.0 * (u - 9.0) / 3.0 - 5.0 * (v - 7.5) / 6.5);
+    assert_eq!(send(app.post(&place, first.to_string())).await.status, 201);
+    let path = format!("{place}/1/correction");
+    let limited = json!({"sensitivity": sensitivity(), "limits": [{"min": -3.0}, null], "noise_sigma_um": 0.2});
+    let correction = send(app.post(&path, limited.to_string())).await.json();
+    assert_eq!(correction["settings"][0]["change"], -3.0);
+    assert_eq!(
+        (&correction["settings"][0]["limited"], &correction["settings"][1]["limited"]),
+        (&json!(true), &json!(false))
+    );
+    let ground = send(app.post(&path, examples("create_iteration_correction")[0].1.to_string())).await;
+    assert_eq!(ground.status, 201, "{}", ground.text);
+    let ground = ground.json();
+    assert_eq!(ground["settings"].as_array().unwrap().len(), 7);
+    assert!(ground["predicted"]["rms_um"].as_f64().unwrap() < 0.5, "{}", ground["predicted"]["rms_um"]);
+    assert!(!ground["indistinguishable"].as_array().unwrap().is_empty());
+    for (body, pointer) in [
+        (json!({}), "/sensitivity"),
+        (json!({"sensitivity": {"settings": ["a"], "matrix": [[1.0]]}}), "/sensitivity/matrix"),
+        (json!({"sensitivity": {"settings": ["a"], "matrix": [[1.0, 2.0]]}}), "/sensitivity/matrix/0"),
+        (json!({"sensitivity": {"machine": "hobbing"}}), "/sensitivity/machine"),
+        (json!({"sensitivity": {"machine": "form_grinding", "matrix": [[1.0]]}}), "/sensitivity/matrix"),
+        (json!({"sensitivity": sensitivity(), "limits": [null]}), "/limits"),
+        (json!({"sensitivity": sensitivity(), "limits": [{"min": 1.0, "max": 0.0}, null]}), "/limits/0/min"),
+        (json!({"sensitivity": sensitivity(), "noise_sigma_um": 0.0}), "/noise_sigma_um"),
+        (json!({"sensitivity": sensitivity(), "response_uncertainty": 2.0}), "/response_uncertainty"),
+    ] {
+        assert_eq!(pointers(&app, &path, &body).await, [pointer], "{body}");
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn the_closed_loop_is_a_job_and_least_squares_runs_away() {
+    let app = TestApp::start().await;
+    let answer = taken(&app, "/v1/simulations/closed-loop", &examples("simulate_closed_loop")[0].1).await;
+    assert!(answer["condition"].as_f64().unwrap() > 1e10, "{}", answer["condition"]);
+    let rms = |run: usize| -> Vec<f64> {
+        answer["runs"][run]["rounds"].as_array().unwrap().iter().map(|r| r["true_rms_um"].as_f64().unwrap()).collect()
+    };
+    let (spectral, plain) = (rms(0), rms(1));
+    assert!(spectral[0] > 5.0 && spectral[2] < 0.5, "{spectral:?}");
+    assert!(plain[2] > 10.0 * plain[0], "{plain:?}");
+    let job = format!("/v1/jobs/{}", answer["runs"][0]["job_id"].as_str().unwrap());
+    let trace = send(app.get(&format!("{job}/trace"))).await.json();
+    let iterations = trace["iterations"].as_array().unwrap();
+    assert_eq!(iterations.len(), 3);
+    assert_eq!(iterations[0]["records"][0]["kind"], "correction");
+    let told = send(app.get(&format!("{job}/iterations/1/correction"))).await.json();
+    assert_eq!(told["answer"]["verdict"], "as_predicted", "{}", told["answer"]);
+    let again = json!({"seed": 1, "store": false});
+    let dry = taken(&app, "/v1/simulations/closed-loop", &again).await;
+    assert_eq!(dry["runs"][0].get("job_id"), None);
+    assert_eq!(dry["runs"][0]["rounds"], answer["runs"][0]["rounds"], "a seed tells everything");
+    for (body, pointer) in [
+        (json!({"corrections": 0}), "/corrections"),
+        (json!({"strategies": ["hope"]}), "/strategies/0"),
+        (json!({"missing": 1.0}), "/missing"),
+        (json!({"matrix": [[1.0]]}), "/matrix"),
+    ] {
+        assert_eq!(pointers(&app, "/v1/simulations/closed-loop", &body).await, [pointer]);
+    }
+    app.stop().await;
+}

@@ -1,0 +1,201 @@
+//! Traces, pitches, tolerances and the surface of a flank.
+
+use serde_json::{Value, json};
+
+use super::{pointers, spur, taken};
+use crate::{
+    harness::{TestApp, send},
+    shapes::{close, examples},
+};
+
+#[tokio::test]
+async fn tolerances_of_the_standard() {
+    let app = TestApp::start().await;
+    let gear = json!({"teeth": 50, "normal_module_mm": 2.0, "face_width_mm": 20.0});
+    let answer = taken(&app, "/v1/gears/tolerances", &json!({"gear": gear, "class": 5})).await;
+    for (name, value) in [
+        ("f_p_um", 5.9),
+        ("F_p_um", 19.1),
+        ("F_r_um", 17.19),
+        ("f_Halpha_um", 4.9),
+        ("f_falpha_um", 6.1),
+        ("F_alpha_um", 7.824),
+        ("f_Hbeta_um", 6.0652),
+        ("f_fbeta_um", 6.7125),
+        ("F_beta_um", 9.0467),
+    ] {
+        assert!((answer["unrounded"][name].as_f64().unwrap() - value).abs() < 5e-4, "{name}");
+        assert!(answer["rounded"][name].as_f64().unwrap() > 0.0);
+    }
+    assert_eq!(answer["rounded"]["F_p_um"], 19.0);
+    let outside = json!({"gear": {"teeth": 50, "normal_module_mm": 0.3, "face_width_mm": 20.0}, "class": 12});
+    assert_eq!(pointers(&app, "/v1/gears/tolerances", &outside).await, ["/class", "/gear/normal_module_mm"]);
+    app.stop().await;
+}
+
+fn line(places: &[f64], of: impl Fn(f64) -> f64) -> Vec<f64> {
+    places.iter().map(|x| of(*x)).collect()
+}
+
+#[tokio::test]
+async fn slopes_come_back_with_their_signs() {
+    let app = TestApp::start().await;
+    let z: Vec<f64> = (0..=30).map(|i| 0.5 * f64::from(i)).collect();
+    let roll: Vec<f64> = (0..=40).map(|i| 5.0 + 0.15 * f64::from(i)).collect();
+    let base = 52.0 * 20f64.to_radians().cos();
+    let diameter = |l: f64| base.hypot(2.0 * l);
+    let evaluation =
+        json!({"profile_diameter_range_mm": [diameter(6.0), diameter(10.0)], "helix_range_mm": [1.0, 14.0]});
+    let rising = |flank: &str| {
+        vec![
+            json!({"tooth": "1", "flank": flank, "kind": "profile", "roll_length_mm": roll,
+                   "deviation_um": line(&roll, |l| 2.5 * (l - 8.0))}),
+            json!({"tooth": "1", "flank": flank, "kind": "helix", "z_mm": z, "deviation_um": line(&z, |z| 0.4 * z)}),
+        ]
+    };
+    let traces: Vec<Value> = [rising("left"), rising("right")].concat();
+    for (sign, given, right) in
+        [("din", "din", 6.0), ("as_given", "material", 6.0), ("vdi", "material", 6.0), ("din", "material", -6.0)]
+    {
+        let mut settings = evaluation.clone();
+        settings["sign"] = json!(sign);
+        settings["deviation_sign"] = json!(given);
+        let answer =
+            taken(&app, "/v1/gears/evaluate", &json!({"gear": spur(), "traces": traces, "evaluation": settings})).await;
+        let slopes: Vec<f64> =
+            answer["traces"].as_array().unwrap().iter().map(|t| t["slope_um"].as_f64().unwrap()).collect();
+        // 2.5 µm/mm over 4 mm of roll, 0.4 µm/mm over the face width of 15 mm
+        for (found, truth) in slopes.iter().zip([10.0, 6.0, 10.0, right]) {
+            close(*found, truth, 1e-12);
+        }
+        assert_eq!(answer["evaluation"]["helix_reference_length_mm"], 15.0);
+        close(answer["evaluation"]["profile_reference_length_mm"].as_f64().unwrap(), 4.0, 1e-12);
+        close(answer["traces"][0]["total_um"].as_f64().unwrap(), 2.5 * 3.9, 1e-9);
+        assert!(answer["traces"][0]["form_um"].as_f64().unwrap() < 1e-9);
+        assert!(answer["traces"][0]["class"]["slope"].as_u64().is_some(), "{answer}");
+    }
+    // defaults: what is posted under `din` is DIN's
+    let answer =
+        taken(&app, "/v1/gears/evaluate", &json!({"gear": spur(), "traces": traces, "evaluation": evaluation})).await;
+    assert_eq!(answer["evaluation"]["deviation_sign"], "din");
+    close(answer["traces"][3]["slope_um"].as_f64().unwrap(), 6.0, 1e-12);
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn what_is_wrong_with_traces_is_pointed_at() {
+    let app = TestApp::start().await;
+    let request =
+        |trace: Value, evaluation: Value| json!({"gear": spur(), "traces": [trace], "evaluation": evaluation});
+    let whole = json!({"helix_range_mm": [1.0, 14.0]});
+    let helix = |extra: Value| {
+        let mut trace = json!({"tooth": "1", "flank": "left", "kind": "helix", "z_mm": [0.0, 5.0, 10.0], "deviation_um": [0.0, 1.0, 2.0]});
+        trace.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
+        trace
+    };
+    for (trace, evaluation, pointer) in [
+        (helix(json!({})), json!({}), "/evaluation/helix_range_mm"),
+        (helix(json!({"deviation_um": [0.0, 1.0]})), whole.clone(), "/traces/0/deviation_um"),
+        (helix(json!({"valid": [true]})), whole.clone(), "/traces/0/valid"),
+        (helix(json!({"section_z_mm": 3.0})), whole.clone(), "/traces/0/section_z_mm"),
+        (helix(json!({"kind": "profile"})), json!({"profile_diameter_range_mm": [50.3, 54.0]}), "/traces/0"),
+        (helix(json!({})), json!({"helix_range_mm": [14.0, 1.0]}), "/evaluation/helix_range_mm"),
+        (helix(json!({})), json!({"helix_range_mm": [1.0, 14.0], "sign": "iso"}), "/evaluation/sign"),
+    ] {
+        assert_eq!(pointers(&app, "/v1/gears/evaluate", &request(trace, evaluation)).await, [pointer]);
+    }
+    // sound, but too short: the others would be evaluated
+    let answer = taken(&app, "/v1/gears/evaluate", &request(helix(json!({})), whole)).await;
+    assert_eq!(answer["traces"][0].get("slope_um"), None);
+    assert_eq!(answer["warnings"][0]["code"], "too_few_samples");
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn pitches_of_an_eccentric_gear() {
+    let app = TestApp::start().await;
+    let teeth = 24;
+    let at = |k: i32| std::f64::consts::TAU * f64::from(k) / f64::from(teeth);
+    let index: Vec<f64> = (0..teeth).map(|k| 10.0 * at(k).sin()).collect();
+    let request = json!({"gear": {"teeth": teeth, "normal_module_mm": 2.0, "face_width_mm": 10.0},
+                         "left": {"index_deviation_um": index}, "right": {"index_deviation_um": index}, "sector": 6});
+    let answer = taken(&app, "/v1/gears/pitch", &request).await;
+    close(answer["left"]["F_p_um"].as_f64().unwrap(), 20.0, 1e-12);
+    // the greatest step of 10 sin over one pitch, and over a quarter
+    close(
+        answer["left"]["f_p"]["value_um"].as_f64().unwrap().abs(),
+        20.0 * (std::f64::consts::PI / 24.0).sin() * (std::f64::consts::PI / 24.0).cos(),
+        0.02,
+    );
+    close(answer["left"]["F_pk"]["value_um"].as_f64().unwrap().abs(), 10.0 * 2f64.sqrt(), 1e-2);
+    assert_eq!(answer["left"]["k"], 6);
+    assert!(answer["left"]["class"]["F_p"].as_u64().is_some() && answer["runout"]["derived"] == true);
+    let short = json!({"gear": {"teeth": 24, "normal_module_mm": 2.0}, "left": {"index_deviation_um": [0.0, 1.0]}});
+    assert_eq!(pointers(&app, "/v1/gears/pitch", &short).await, ["/left/index_deviation_um"]);
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn injected_slope_crowning_and_twist_come_back() {
+    let app = TestApp::start().await;
+    let (u, v): (Vec<f64>, Vec<f64>) =
+        ((0..7).map(|i| 6.0 + f64::from(i)).collect(), (0..9).map(|j| 1.0 + 1.5 * f64::from(j)).collect());
+    let place = |x: f64, low: f64, high: f64| (2.0 * x - low - high) / (high - low);
+    let rows: Vec<Vec<f64>> = u
+        .iter()
+        .map(|a| {
+            let each = v.iter().map(|b| {
+                let (s, t) = (place(*a, 6.0, 12.0), place(*b, 1.0, 13.0));
+                1.0 + 5.0 * s - 3.0 * t - 10.0 * s * s - 7.0 * t * t + 2.5 * s * t
+            });
+            each.collect()
+        })
+        .collect();
+    let request = json!({"gear": spur(), "flank": "left", "profile": u, "z_mm": v, "deviation_um": rows});
+    let answer = taken(&app, "/v1/gears/flank-surface", &request).await;
+    for (name, truth) in [
+        ("mean_um", 1.0),
+        ("profile_slope_um", 10.0),
+        ("helix_slope_um", -6.0),
+        ("profile_crowning_um", 10.0),
+        ("helix_crowning_um", 7.0),
+        ("twist_um", 10.0),
+    ] {
+        assert!((answer[name]["value"].as_f64().unwrap() - truth).abs() < 1e-6, "{name} {}", answer[name]);
+    }
+    assert!(answer["form"]["peak_to_valley_um"].as_f64().unwrap() < 1e-9);
+    assert_eq!(answer["nodes"], json!({"posted": 63, "missing": 0, "trimmed": 0, "used": 63}));
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn evaluations_are_kept_with_an_iteration_and_take_the_gear_of_the_job() {
+    let app = TestApp::start().await;
+    let job = send(app.post("/v1/jobs", json!({"name": "w", "gear": spur()}).to_string())).await.json();
+    let place = format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap());
+    let nodes = json!({"nodes": {"type": "curve", "x": [0.0, 1.0, 2.0, 3.0], "y": [0.1, 1.0, 1.9, 3.2]}, "model": {"type": "polynomial", "degree": 1}});
+    assert_eq!(send(app.post(&place, nodes.to_string())).await.status, 201);
+    for (operation, path, kind) in [
+        ("create_iteration_evaluation", "evaluations", "evaluation"),
+        ("create_iteration_deviations", "deviations", "deviations"),
+    ] {
+        let kept = send(app.post(&format!("{place}/1/{path}"), examples(operation)[0].1.to_string())).await;
+        assert_eq!(kept.status, 201, "{}", kept.text);
+        let body = kept.json();
+        assert_eq!(body["kind"], kind);
+        let again = send(app.get(kept.header("location"))).await;
+        assert_eq!(again.text, kept.text);
+        assert_eq!(again.header("etag"), kept.header("etag"));
+    }
+    let trace = send(app.get(&format!("/v1/jobs/{}/trace", job["id"].as_str().unwrap()))).await.json();
+    let kinds: Vec<_> =
+        trace["iterations"][0]["records"].as_array().unwrap().iter().map(|r| r["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["evaluation", "deviations"]);
+    // a job without a gear asks for one
+    let bare = send(app.post("/v1/jobs", json!({"name": "w"}).to_string())).await.json();
+    let place = format!("/v1/jobs/{}/iterations", bare["id"].as_str().unwrap());
+    assert_eq!(send(app.post(&place, nodes.to_string())).await.status, 201);
+    let example = &examples("create_iteration_evaluation")[0].1;
+    assert_eq!(pointers(&app, &format!("{place}/1/evaluations"), example).await, ["/gear"]);
+    app.stop().await;
+}

@@ -1,0 +1,138 @@
+//! Files of gear testers: imported into a job, and evaluated without a server.
+
+use std::process::Command;
+
+use reqwest::multipart::{Form, Part};
+use serde_json::{Value, json};
+
+use super::{
+    klingelnberg_file::{Gear, Lines, Style, Trace},
+    spur,
+};
+use crate::{
+    harness::{Answer, TestApp, send},
+    shapes::close,
+};
+
+const SAMPLES: usize = 60;
+
+/// Three profiles and three leads of the left flank of tooth 1, tilted by 10 µm over the evaluated profile and 6 µm over the width, as the
+/// instrument stores them: minus the material.
+fn file(undefined: bool) -> Vec<u8> {
+    let base = 52.0 * 20f64.to_radians().cos();
+    let roll = |d: f64| 0.5 * (d * d - base * base).sqrt();
+    let (from, to) = (roll(50.156), roll(54.2));
+    let tilt = |l: f64, z: f64| 10.0 * (l - roll(50.3)) / (roll(54.022) - roll(50.3)) + 6.0 * z / 15.0;
+    let at = |k: usize, low: f64, high: f64| low + (high - low) * k as f64 / (SAMPLES - 1) as f64;
+    let mut traces = Vec::new();
+    for (tooth, index, d) in [("1f", 1, 51.0), ("1", 2, 51.898), ("1k", 3, 53.0)] {
+        let values = (0..SAMPLES).map(|k| Some(-tilt(roll(d), at(k, 0.0, 15.0)))).collect();
+        let section = (roll(d) * 1000.0).round() / 1000.0;
+        traces.push(Trace { tooth: tooth.into(), left: true, profile: false, index, section, values });
+    }
+    for (tooth, index, z) in [("1u", 1, 1.0), ("1", 2, 7.5), ("1o", 3, 14.0)] {
+        let values = (0..SAMPLES).map(|k| (!(undefined && k % 17 == 5)).then(|| -tilt(at(k, from, to), z))).collect();
+        traces.push(Trace { tooth: tooth.into(), left: true, profile: true, index, section: z, values });
+    }
+    let mut lines = Lines::new(&Style::default(), "MK");
+    lines.gear(&Gear::spur(), false).traces(&traces);
+    lines.bytes()
+}
+
+async fn import(app: &TestApp, job: &str, content: Vec<u8>, name: &str, spec: Option<Value>) -> Answer {
+    let mut form = Form::new().part("file", Part::bytes(content).file_name(name.to_owned()));
+    if let Some(spec) = spec {
+        form = form.part("spec", Part::text(spec.to_string()).mime_str("application/json").unwrap());
+    }
+    send(app.client.post(app.url(&format!("{job}/import"))).multipart(form)).await
+}
+
+async fn job(app: &TestApp, gear: Option<Value>) -> String {
+    let mut body = json!({"name": "w"});
+    if let Some(gear) = gear {
+        body["gear"] = gear;
+    }
+    let job = send(app.post("/v1/jobs", body.to_string())).await.json();
+    format!("/v1/jobs/{}", job["id"].as_str().unwrap())
+}
+
+#[tokio::test]
+async fn curves_become_an_iteration_with_its_evaluation() {
+    let app = TestApp::start().await;
+    let job = job(&app, None).await;
+    let made = import(&app, &job, file(true), "1.mka", None).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let iteration = made.json();
+    assert_eq!(iteration["number"], 1);
+    // undefined samples are no nodes; coefficients are µm of material over roll length and z
+    assert_eq!(iteration["node_count"], 6 * SAMPLES as u64 - 3 * 4);
+    let fit = &iteration["fits"][0]["result"];
+    let of = |term: &str| {
+        let found = fit["coefficients"].as_array().unwrap().iter().find(|c| c["term"] == term).unwrap();
+        found["least_squares"].as_f64().unwrap()
+    };
+    assert!((of("v") - 0.4).abs() < 0.02, "{}", of("v"));
+    let records = send(app.get(&format!("{job}/iterations/1/records"))).await.json();
+    let id = records["items"][0]["id"].as_str().unwrap();
+    let kept = send(app.get(&format!("{job}/iterations/1/records/{id}"))).await.json();
+    assert_eq!((&kept["kind"], &kept["method"]), (&json!("evaluation"), &json!("import")));
+    let traces = kept["result"]["traces"].as_array().unwrap();
+    assert_eq!(traces.len(), 6);
+    for trace in traces {
+        let truth = if trace["kind"] == "profile" { 10.0 } else { 6.0 };
+        close(trace["slope_um"].as_f64().unwrap(), truth, 2e-3);
+    }
+    assert_eq!(traces[3]["samples"]["undefined"], 4);
+    // the same with words of the caller
+    let spec = json!({"tooth": "1", "flank": "left", "note": "again", "evaluation": {"helix_range_mm": [1.0, 14.0], "helix_reference_length_mm": 7.5}});
+    let again = import(&app, &job, file(false), "1.mka", Some(spec)).await;
+    assert_eq!((again.status.as_u16(), &again.json()["note"]), (201, &json!("again")));
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn what_cannot_be_imported_is_said_with_line_and_column() {
+    let app = TestApp::start().await;
+    let place = job(&app, Some(spur())).await;
+    let text = String::from_utf8(file(false)).unwrap();
+    let broken = text.replacen("Zahn-Nr.: 1f", "Zahn-Nr.: 1f links / 61  Werte  x= 1\r\nZahn-Nr.: 1f", 1);
+    for (content, name, spec, pointer, says) in [
+        (broken, "1.mka", None, "/file", "line "),
+        ("what is this".to_owned(), "x.bin", None, "/file", "none of the formats"),
+        (String::new(), "x.mka", None, "/file", "empty"),
+        (text.clone(), "1.mka", Some(json!({"tooth": "7"})), "/spec/tooth", "there are 1 left"),
+        (text.clone(), "1.mka", Some(json!({"flank": "right"})), "/spec/flank", "there are 1 left"),
+        (text, "1.mka", Some(json!({"teeth": "7"})), "/teeth", "no such field"),
+    ] {
+        let refused = import(&app, &place, content.into_bytes(), name, spec).await;
+        assert_eq!((refused.status.as_u16(), refused.pointers()), (422, vec![pointer.to_owned()]), "{}", refused.text);
+        assert!(refused.text.contains(says), "{}", refused.text);
+    }
+    let refused = send(app.post(&format!("{place}/import"), "{}")).await;
+    refused.problem(415, "unsupported_media_type");
+    let nothing = send(app.get(&format!("{place}/iterations/1"))).await;
+    assert_eq!(nothing.status, 404, "nothing is half stored");
+    let missing = job(&app, None).await;
+    let points = import(&app, &missing, b"id,x,y,z\n1,0,26,3\n".to_vec(), "p.csv", None).await;
+    assert_eq!(points.pointers(), ["/spec/gear"]);
+    app.stop().await;
+}
+
+#[test]
+fn the_program_evaluates_a_file_without_a_server() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("1.mka");
+    std::fs::write(&path, file(false)).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_flankfit")).arg("evaluate").args(arguments).output().unwrap();
+        (output.status.success(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
+    };
+    let (done, text) = run(&[path.to_str().unwrap()]);
+    assert!(done && text.contains("f_Hα") && text.contains("Helices"), "{text}");
+    assert_eq!(text.lines().filter(|line| line.contains(" left ") && line.contains(" 10.0 ")).count(), 3, "{text}");
+    let (done, json) = run(&[path.to_str().unwrap(), "--json"]);
+    let body: Value = serde_json::from_str(&json).unwrap();
+    assert!(done && body["traces"].as_array().unwrap().len() == 6);
+    let (done, text) = run(&[folder.path().join("no.mka").to_str().unwrap()]);
+    assert!(!done && text.contains("cannot read"), "{text}");
+}
