@@ -168,11 +168,12 @@ fn refined(
         if current.size() >= asked.most_controls.min(room) {
             break;
         }
-        // a span that has no room itself gains from a knot next to it, in the wider neighbour first
+        // a span that has no room itself gains from a knot in one that shares functions with it: the nearest, and then the wider one
         let width = |s: usize| breaks[s + 1] - breaks[s];
-        let mut beside: Vec<usize> =
-            [span.checked_sub(1), Some(span + 1)].into_iter().flatten().filter(|&s| s < spans.len()).collect();
-        beside.sort_by(|&a, &b| width(b).total_cmp(&width(a)));
+        let reach = basis.degree().max(1);
+        let mut beside: Vec<usize> = (span.saturating_sub(reach)..spans.len().min(span + reach + 1)).collect();
+        beside.retain(|&s| s != span);
+        beside.sort_by(|&a, &b| a.abs_diff(span).cmp(&b.abs_diff(span)).then(width(b).total_cmp(&width(a))));
         for target in std::iter::once(span).chain(beside) {
             if divided[target] {
                 // it has its knot of this round
