@@ -137,7 +137,7 @@ pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitte
     }
 }
 
-/// One more knot in every span that misses, while there are fewer control points than `room`; `None` where none can have one.
+/// One more knot in every span that misses, or next to it, while there are fewer control points than `room`; `None` where none can have one.
 fn refined(
     trial: &Trial,
     asked: &Adaptive,
@@ -163,35 +163,63 @@ fn refined(
     missing.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let narrowest = NARROWEST * (breaks[breaks.len() - 1] - breaks[0]);
     let mut current = basis.clone();
+    let mut divided = vec![false; spans.len()];
     for (_, span) in missing {
         if current.size() >= asked.most_controls.min(room) {
             break;
         }
-        let ends = [breaks[span], breaks[span + 1]];
-        let middle = 0.5 * ends[0] + 0.5 * ends[1];
-        let has_room = |place: &f64| {
-            let before = |t: f64| sorted.partition_point(|&s| s < t);
-            // a parameter at the end of the domain belongs to the last span
-            let last = if span + 2 == breaks.len() { sorted.len() } else { before(ends[1]) };
-            let (first, here) = (before(ends[0]), before(*place));
-            here >= first + LEAST_IN_SPAN && last >= here + LEAST_IN_SPAN
-        };
-        let place = halving(&mut spans[span]).map(|place| within(place, ends, sorted));
-        let places = [place, Some(middle), Some(within(middle, ends, sorted))];
-        let next = places.into_iter().flatten().find_map(|place| {
-            if !(place - ends[0] > narrowest && ends[1] - place > narrowest && has_room(&place)) {
-                return None;
+        // a span that has no room itself gains from a knot in one that shares functions with it: the nearest, and then the wider one
+        let width = |s: usize| breaks[s + 1] - breaks[s];
+        let reach = basis.degree().max(1);
+        let mut beside: Vec<usize> = (span.saturating_sub(reach)..spans.len().min(span + reach + 1)).collect();
+        beside.retain(|&s| s != span);
+        beside.sort_by(|&a, &b| a.abs_diff(span).cmp(&b.abs_diff(span)).then(width(b).total_cmp(&width(a))));
+        for target in std::iter::once(span).chain(beside) {
+            if divided[target] {
+                // it has its knot of this round
+                if target == span {
+                    break;
+                }
+                continue;
             }
-            let mut knots = current.knots().to_vec();
-            knots.insert(knots.partition_point(|&k| k <= place), place);
-            let next = BSplineBasis::new(current.degree(), knots).ok()?;
-            schoenberg_whitney(&next, sorted).then_some(next)
-        });
-        if let Some(next) = next {
-            current = next;
+            let ends = [breaks[target], breaks[target + 1]];
+            if let Some(next) = divide(&current, ends, narrowest, &mut spans[target], sorted) {
+                divided[target] = true;
+                current = next;
+                break;
+            }
         }
     }
     (current.size() > basis.size()).then_some(current)
+}
+
+/// One more knot in the span between `ends`, whose points have these errors; `None` where there is no room.
+fn divide(
+    current: &BSplineBasis,
+    ends: [f64; 2],
+    narrowest: f64,
+    points: &mut [(f64, f64)],
+    sorted: &[f64],
+) -> Option<BSplineBasis> {
+    let middle = 0.5 * ends[0] + 0.5 * ends[1];
+    let has_room = |place: f64| {
+        let before = |t: f64| sorted.partition_point(|&s| s < t);
+        // a parameter at the end of the domain belongs to the last span
+        let last = if ends[1] >= current.domain().1 { sorted.len() } else { before(ends[1]) };
+        let (first, here) = (before(ends[0]), before(place));
+        here >= first + LEAST_IN_SPAN && last >= here + LEAST_IN_SPAN
+    };
+    let place = halving(points).map(|place| within(place, ends, sorted));
+    let places = [place, Some(middle), Some(within(middle, ends, sorted))];
+    places.into_iter().flatten().find_map(|place| {
+        if !(place - ends[0] > narrowest && ends[1] - place > narrowest && has_room(place)) {
+            return None;
+        }
+        let mut knots = current.knots().to_vec();
+        knots.insert(knots.partition_point(|&k| k <= place), place);
+        let next = BSplineBasis::new(current.degree(), knots).ok()?;
+        schoenberg_whitney(&next, sorted).then_some(next)
+    })
 }
 
 /// The place nearest to `place` between two parameters that leaves as many as a span keeps on either side; `place` where there is none.

@@ -20,11 +20,11 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 
 /// Rectangles along each parameter at least.
 const LEAST_LEAVES: usize = 16;
-/// What could be nearer by this part of the distance at most is left out.
-const NEAR: f64 = 1e-9;
-/// Rectangles that one question halves at most. Only where a whole line or part of the surface is as near as its foot, about the centre of
-/// a sphere, are there so many; these places are then as good.
-const MOST_HALVED: usize = 20_000;
+/// What could be nearer by this part of the distance at most is left out, once so many rectangles were halved. Only where a whole line or
+/// part of the surface is about as near as its foot, around the centre of a sphere, are there many; these places are then as good.
+const NEAR: [(usize, f64); 3] = [(0, 1e-9), (1000, 1e-6), (4000, 1e-4)];
+/// Rectangles that one question halves at most.
+const MOST_HALVED: usize = 8000;
 
 /// The closest point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +82,7 @@ struct Open {
 )]
 enum Part {
     Ball(usize),
-    Cell(Cell, Rectangle),
+    Cell(Box<(Cell, Rectangle)>),
 }
 
 impl Ord for Open {
@@ -180,14 +180,15 @@ impl<'a> ClosestPoint<'a> {
         let mut halved = 0;
         while let Some(Open { bound, part, .. }) = queue.heap.pop() {
             let distance = best.square.sqrt();
-            if distance.is_finite() && bound >= distance - NEAR * distance - NOISE * (node.norm() + best.point.norm()) {
+            let near = NEAR.iter().rev().find(|(from, _)| halved >= *from).map_or(0.0, |(_, near)| *near);
+            if distance.is_finite() && bound >= distance - near * distance - NOISE * (node.norm() + best.point.norm()) {
                 break;
             }
             match part {
                 Part::Ball(ball) => match self.tree[ball].content {
                     Content::Leaf(leaf) => {
                         let Leaf { cell, piece } = self.leaves[leaf];
-                        queue.push(cell.bound(node).max(bound), Part::Cell(cell, piece));
+                        queue.push(cell.bound(node).max(bound), Part::Cell(Box::new((cell, piece))));
                     }
                     Content::Balls(a, b) => {
                         for k in [a, b] {
@@ -196,13 +197,14 @@ impl<'a> ClosestPoint<'a> {
                         }
                     }
                 },
-                Part::Cell(cell, piece) => {
+                Part::Cell(open) => {
+                    let (cell, piece) = *open;
                     if self.settles(&cell, piece, node, &mut best) || halved == MOST_HALVED {
                         continue;
                     }
                     halved += 1;
                     for half in cell.halves(self.surface).into_iter().flatten() {
-                        queue.push(half.bound(node).max(bound), Part::Cell(half, piece));
+                        queue.push(half.bound(node).max(bound), Part::Cell(Box::new((half, piece))));
                     }
                 }
             }

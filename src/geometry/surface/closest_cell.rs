@@ -44,10 +44,10 @@ impl Cell {
 
     /// No place of it is nearer to `node` than this.
     pub fn bound(&self, node: &Vector) -> f64 {
-        (self.distance_to_parallelogram(node) - self.rest()).max(0.0)
+        (self.off_parallelogram(node) - self.rest()).max(0.0)
     }
 
-    fn distance_to_parallelogram(&self, node: &Vector) -> f64 {
+    fn off_parallelogram(&self, node: &Vector) -> f64 {
         let (u, v) = (self.jet.u * self.half[0], self.jet.v * self.half[1]);
         let rest = node - self.jet.value;
         let (a, b, c) = (u.norm_squared(), u.dot(&v), v.norm_squared());
