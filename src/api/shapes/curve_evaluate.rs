@@ -116,20 +116,28 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
             object.numbers("torsion", &bends.torsion);
         }
     }
+    let mut warnings = Vec::new();
     if arc_length {
         let lengths = Lengths::of(&curve, &at).ok_or_else(|| beyond("/at"))?;
+        if !lengths.converged {
+            let message = format!(
+                "the lengths are known to {:.1e} only: the curve is small or wild against its place",
+                lengths.error
+            );
+            warnings.push(("length_uncertain", message));
+        }
         object
             .numbers("arc_length", &lengths.from_start)
             .number("length", lengths.whole)
             .number("length_error", lengths.error);
     }
-    let warnings = bends.still.map(|(first, count)| {
+    warnings.extend(bends.still.map(|(first, count)| {
         let message = format!(
             "the curve stands still (its first derivative is 0) at {count} of the parameters, first at number {first}: it has no \
              curvature there"
         );
         ("no_curvature", message)
-    });
+    }));
     object
         .list("warnings", warnings, |object, (code, message)| {
             object.string("code", code).string("message", &message);
@@ -173,27 +181,16 @@ struct Lengths {
     from_start: Vec<f64>,
     whole: f64,
     error: f64,
+    /// Whether the error is what was aimed at.
+    converged: bool,
 }
 
 impl Lengths {
     /// `None` where they leave the range of doubles.
     fn of(curve: &CurveShape, at: &[f64]) -> Option<Self> {
-        let [low, high] = curve.domain();
-        let mut order: Vec<usize> = (0..at.len()).collect();
-        order.sort_by(|a, b| at[*a].total_cmp(&at[*b]));
-        let mut lengths = Lengths { from_start: vec![0.0; at.len()], whole: 0.0, error: 0.0 };
-        let mut reached = low;
-        for place in order.into_iter().map(Some).chain([None]) {
-            let to = place.map_or(high, |place| at[place]);
-            let step = measure::arc_length(curve, reached, to, measure::DEFAULT_TOLERANCE).ok()?;
-            lengths.whole += step.length;
-            lengths.error += step.error;
-            reached = to;
-            if let Some(place) = place {
-                lengths.from_start[place] = lengths.whole;
-            }
-        }
-        Some(lengths)
+        let (each, whole) = measure::arc_lengths(curve, at, measure::DEFAULT_TOLERANCE).ok()?;
+        let from_start = each.iter().map(|length| length.length).collect();
+        Some(Lengths { from_start, whole: whole.length, error: whole.error, converged: whole.converged })
     }
 }
 

@@ -124,7 +124,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveAske
             });
         });
     }
-    let warnings = match stop {
+    let mut warnings = match stop {
         Some(Stop::Tolerance) | None => Vec::new(),
         Some(_) => {
             let message = format!(
@@ -134,6 +134,13 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveAske
             vec![("tolerance_not_met", message)]
         }
     };
+    let swing = fit.swing(&points);
+    if swing > near::WILD {
+        let message = format!(
+            "between the points the curve swings out by {swing:.1} times their extent: take fewer control points, or regularise"
+        );
+        warnings.push(("swings_out", message));
+    }
     write_warnings(&mut object, &warnings);
     object.end();
     json.finish().map_err(|_| beyond("/points"))

@@ -12,7 +12,7 @@ use crate::{
         reader::{Fields, read_numbers, read_part, read_rows},
     },
     estimation::Faults,
-    geometry::surface::{Differential, Evaluator, Surface, SurfaceJet, SurfaceShape, area},
+    geometry::surface::{Evaluator, Local, Surface, SurfaceJet, SurfaceShape, area},
 };
 
 /// Relative error to which areas are computed.
@@ -88,7 +88,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         }
         for (index, (jet, (u, v))) in places.jets(&evaluator).into_iter().zip(places.pairs()).enumerate() {
             let place = jet.placed(surface.dimension(), u, v);
-            geometry.add(index, Differential::at_jet(&surface, &place, u, v).as_ref());
+            geometry.add(index, &Local::of(&surface, &place, u, v));
             let all = [jet.value, jet.u, jet.v, jet.uu, jet.uv, jet.vv];
             for (list, value) in lists.iter_mut().zip(all).take([1, 3, 6][derivatives]) {
                 list.extend_from_slice(&value.as_slice()[..width]);
@@ -107,7 +107,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         });
     }
     let singular = geometry.singular;
-    if singular.is_none() && derivatives > 0 {
+    if geometry.has_normals && derivatives > 0 {
         object.values("normals", 3, &geometry.normals);
     }
     if singular.is_none() && derivatives > 1 {
@@ -124,18 +124,25 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
             object.values("first", 3, &geometry.first).values("second", 3, &geometry.second);
         });
     }
+    let mut warnings = Vec::new();
     if wants_area {
         let area = area::area(&surface, AREA_TOLERANCE);
         object.object("area", |object| {
             object.number("value", area.area).number("error", area.error_estimate);
         });
+        if !area.converged {
+            let message = format!("the area is known to {:.1e} only", area.error_estimate);
+            warnings.push(("area_uncertain", message));
+        }
     }
-    let warnings = singular.map(|(first, count)| {
+    if let Some((first, count)) = singular {
+        let left_out =
+            if geometry.has_normals { "curvatures and forms are" } else { "normals, curvatures and forms are" };
         let message = format!(
-            "the surface has no tangent plane at {count} of the places, first at number {first}: normals, curvatures and forms are left out"
+            "the surface has no curvature at {count} of the places, first at number {first}: {left_out} left out"
         );
-        ("no_tangent_plane", message)
-    });
+        warnings.push(("no_tangent_plane", message));
+    }
     object
         .list("warnings", warnings, |object, (code, message)| {
             object.string("code", code).string("message", &message);
@@ -150,27 +157,36 @@ fn numbers_of_a_place(width: usize, derivatives: usize, forms: bool) -> usize {
 }
 
 /// What derivatives tell, place by place.
-#[derive(Default)]
 struct Geometry {
     normals: Vec<f64>,
+    /// Whether every place so far has one.
+    has_normals: bool,
     gaussian: Vec<f64>,
     mean: Vec<f64>,
     principal: Vec<f64>,
     direction: Vec<f64>,
     first: Vec<f64>,
     second: Vec<f64>,
-    /// The first place without a tangent plane, and how many there are.
+    /// The first place without curvatures, and how many there are.
     singular: Option<(usize, usize)>,
 }
 
+impl Default for Geometry {
+    fn default() -> Self {
+        let (normals, gaussian, mean, principal, direction, first, second) = Default::default();
+        Geometry { normals, has_normals: true, gaussian, mean, principal, direction, first, second, singular: None }
+    }
+}
+
 impl Geometry {
-    fn add(&mut self, index: usize, told: Option<&Differential>) {
-        let Some(told) = told else {
+    fn add(&mut self, index: usize, local: &Local) {
+        self.has_normals &= local.normal.is_some();
+        self.normals.extend(local.normal.iter().flatten());
+        let Some(told) = &local.differential else {
             let (first, count) = self.singular.unwrap_or((index, 0));
             self.singular = Some((first, count + 1));
             return;
         };
-        self.normals.extend(told.normal.iter());
         self.gaussian.push(told.gaussian);
         self.mean.push(told.mean);
         self.principal.extend(told.principal);

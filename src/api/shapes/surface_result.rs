@@ -50,7 +50,7 @@ pub struct BuiltSurfaceBody {
     /// Of a mesh: the largest gap between curves that cross, and where.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<WorstBody>,
-    /// Of patches with cubic borders: how far they are from the curves at worst, and where.
+    /// Of meshes, borders and patches with cubic borders: how far they are from the curves at worst, and where.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<WorstBody>,
     /// Of several patches: how they meet.

@@ -76,10 +76,6 @@ struct Open {
     part: Part,
 }
 
-#[expect(
-    clippy::large_enum_variant,
-    reason = "most of them are cells, and a box for each would be one more allocation"
-)]
 enum Part {
     Ball(usize),
     Cell(Box<(Cell, Rectangle)>),
