@@ -7,9 +7,9 @@
 //!
 //! * [`problem`]: what is asked, checked;
 //! * [`damping`]: how far J is trusted, which is how λ* is chosen unless the caller says otherwise;
-//! * [`limits`]: settings that may not go as far as they should;
+//! * `limits`: settings that may not go as far as they should;
 //! * [`solution`]: the answer;
-//! * [`compare`]: predicted beside measured;
+//! * [`mod@compare`]: predicted beside measured;
 //! * [`machine`]: J of cylindrical gear grinding.
 
 pub mod compare;
