@@ -76,8 +76,9 @@ pub struct EnvelopeRequestBody {
     pub radii_mm: Option<Vec<f64>>,
 }
 
-/// Points of a tool's profile, from its tip along one flank, mm: x along the pitch line from the middle of the gap that it cuts, y outwards
-/// from the pitch line or circle's centre, as the motion says.
+/// Points of a tool's profile from its tip along the flank that cuts the left flank of the gear's tooth at the top, mm. Of a rack: along the
+/// pitch line from the middle of the gear's tooth (so that the tool lies at negative values), and outwards from the pitch line. Of a
+/// pinion: x and y from its own centre, the gear's tooth below it (−y), of an internal gear above it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ToolProfile)]

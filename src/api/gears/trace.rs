@@ -34,7 +34,7 @@ pub enum KindName {
 /// Deviations along a profile or along the helix.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = Trace)]
+#[schema(as = GearTrace)]
 pub struct TraceBody {
     /// Its number, behind it a letter for traces beside the middle: `1k` and `1f` are helices near the tip and near the root, `1u` and
     /// `1o` profiles at the lower and at the upper end. These count for the twist, not in the means.
