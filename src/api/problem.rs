@@ -219,12 +219,16 @@ impl Problem {
     pub fn of_fit(error: FitError, place: impl Fn(&str) -> String) -> Self {
         match error {
             FitError::Invalid(faults) => Problem::invalid(faults.moved(place)),
-            other => {
-                let mut problem = Problem::from(other);
-                problem.errors.iter_mut().for_each(|error| error.pointer = place(&error.pointer));
-                problem
-            }
+            other => Problem::from(other).moved(place),
         }
+    }
+
+    /// The same faults at other places.
+    pub fn moved(mut self, place: impl Fn(&str) -> String) -> Self {
+        for error in &mut self.errors {
+            error.pointer = place(&error.pointer);
+        }
+        self
     }
 
     /// 500: the cause goes to the log, nothing of it to the client.
