@@ -219,12 +219,14 @@ impl Problem {
     pub fn of_fit(error: FitError, place: impl Fn(&str) -> String) -> Self {
         match error {
             FitError::Invalid(faults) => Problem::invalid(faults.moved(place)),
-            other => {
-                let mut problem = Problem::from(other);
-                problem.errors.iter_mut().for_each(|error| error.pointer = place(&error.pointer));
-                problem
-            }
+            other => Problem::from(other).placed(place),
         }
+    }
+
+    /// The same with its faults at other places.
+    pub fn placed(mut self, place: impl Fn(&str) -> String) -> Self {
+        self.errors.iter_mut().for_each(|error| error.pointer = place(&error.pointer));
+        self
     }
 
     /// 500: the cause goes to the log, nothing of it to the client.
