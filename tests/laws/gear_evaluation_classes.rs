@@ -221,20 +221,21 @@ fn pitch_of_few_teeth_by_hand() {
 fn runout_follows_from_both_flanks() {
     let gear = gear(|_| ());
     let tan = gear.transverse_pressure_angle().tan();
-    // a ball that sits e cos φ higher has a space that is narrower by 2 e tan α cos φ: half of it at either flank
     let e = 10.0;
     for counting in [Counting::Counterclockwise, Counting::Clockwise] {
-        let of = |side: Side, phase: f64, sign: f64| {
-            let index = (0..50).map(|i| sign * e * tan * (TAU * (i as f64 + phase) / 50.0).cos()).collect();
+        // a flank is moved along its normal, ±cos α along the circle and sin α outwards; the space after tooth i lies about the angle of i
+        let of = |side: Side, offset: f64, first: f64, sign: f64| {
+            let at = |i: i32| TAU * (f64::from(i) - first) / 50.0 + offset;
+            let index = (0..50).map(|i| e * (-at(i).sin() + sign * tan * at(i).cos())).collect();
             let settings = PitchSettings { side, diameter: None, sector: None, rounding: Rounding::Rounded };
             pitch(&gear, &PitchMeasured::Index(index), &settings).expect("sound")
         };
-        // the space after tooth i begins at i, its other flank is that of tooth i + 1
         let (near_side, far_side) = match counting {
             Counting::Counterclockwise => (Side::Left, Side::Right),
             Counting::Clockwise => (Side::Right, Side::Left),
         };
-        let (near_flank, far_flank) = (of(near_side, 0.0, 1.0), of(far_side, -1.0, -1.0));
+        let half_space = TAU / 200.0;
+        let (near_flank, far_flank) = (of(near_side, -half_space, 0.0, 1.0), of(far_side, half_space, 1.0, -1.0));
         let (left, right) = if near_side == Side::Left { (&near_flank, &far_flank) } else { (&far_flank, &near_flank) };
         let answer = from_pitches(&gear, left, right, counting, Rounding::Rounded).expect("sound");
         assert!(answer.derived);

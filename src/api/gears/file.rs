@@ -18,7 +18,7 @@ use crate::{
     formats::{
         FileError, Notes,
         gear_file::{self, GearFile},
-        klingelnberg::{Curves, ProfileAxis, Range, Sense},
+        klingelnberg::{Curves, ProfileAxis, Range, Sense, SliceOf},
         points::ListedPoint,
     },
     gear::{
@@ -59,7 +59,7 @@ pub struct FileRead {
     pub traces: Vec<Trace>,
     /// Of the traces, where there are any.
     pub evaluation: Option<EvaluationBody>,
-    /// Nodes with u = roll length and v = z (mm), heights in µm, positive where material stands out; with what they are of.
+    /// Nodes with u = roll length and v = z (mm), heights in µm along the normal, positive where material stands out; with what they are of.
     pub nodes: Vec<FlankNodes>,
     pub warnings: Vec<NoticeBody>,
 }
@@ -131,7 +131,11 @@ fn of_curves(curves: &Curves, spec: &ImportSpecBody, own: Option<&Gear>) -> Resu
     let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
     let settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default());
     let evaluation = evaluated(&gear, &traces, &settings, &mut warnings);
-    let nodes = nodes_of(&gear, &traces);
+    let to_normal = match curves.header.rules().section {
+        Some(SliceOf::Normal) => 1.0,
+        _ => gear.base_helix_angle().cos(),
+    };
+    let nodes = nodes_of(&gear, &traces, &settings, to_normal);
     Ok(FileRead { gear, traces, evaluation, nodes, warnings })
 }
 
@@ -194,8 +198,17 @@ fn evaluated(
     }
 }
 
-/// Traces whose section is known, tooth by tooth (letters aside) and flank by flank, the one with most traces first.
-fn nodes_of(gear: &Gear, traces: &[Trace]) -> Vec<FlankNodes> {
+/// Traces whose section is known, tooth by tooth (letters aside) and flank by flank, the one with most traces first: the samples of the
+/// evaluation range, for what lies beyond (the rounding of the tip) is no matter of the flank. `to_normal` turns deviations into those along
+/// the normal.
+fn nodes_of(gear: &Gear, traces: &[Trace], settings: &EvaluationSettingsBody, to_normal: f64) -> Vec<FlankNodes> {
+    let rolls = settings.profile_diameter_range_mm.and_then(|[low, high]| {
+        let [low, high] = [gear.roll_length(low)?, gear.roll_length(high)?];
+        Some([low.min(high), low.max(high)])
+    });
+    let within = |x: f64, range: Option<[f64; 2]>| {
+        range.is_none_or(|[low, high]| low - evaluation::EDGE <= x && x <= high + evaluation::EDGE)
+    };
     let mut flanks: BTreeMap<(String, Side), FlankNodes> = BTreeMap::new();
     for trace in traces {
         let Some(section) = trace.section else { continue };
@@ -213,10 +226,13 @@ fn nodes_of(gear: &Gear, traces: &[Trace]) -> Vec<FlankNodes> {
             places: Vec::new(),
         });
         flank.traces += 1;
-        let each = trace.at.iter().zip(&trace.deviation).filter(|(_, deviation)| deviation.is_finite());
+        let range = if trace.kind == Kind::Profile { rolls } else { settings.helix_range_mm };
+        let each = trace.at.iter().zip(&trace.deviation);
+        let each = each.filter(|(at, deviation)| deviation.is_finite() && within(**at, range));
+        let scale = sign * to_normal;
         flank.places.extend(each.map(|(at, deviation)| match trace.kind {
-            Kind::Profile => [*at, fixed, sign * deviation],
-            Kind::Helix => [fixed, *at, sign * deviation],
+            Kind::Profile => [*at, fixed, scale * deviation],
+            Kind::Helix => [fixed, *at, scale * deviation],
         }));
     }
     let mut flanks: Vec<FlankNodes> = flanks.into_values().filter(|flank| !flank.places.is_empty()).collect();
@@ -292,10 +308,31 @@ impl FileRead {
 }
 
 impl FlankNodes {
-    /// As nodes of a fit.
+    /// As nodes of a fit; along the one coordinate that varies where all lie on one line.
     pub fn nodes(&self) -> Result<Nodes, Problem> {
         let column = |c: usize| self.places.iter().map(|place| place[c]).collect::<Vec<f64>>();
-        Nodes::scattered(column(0), column(1), column(2), None).map_err(Problem::invalid)
+        let varies = |c: usize| self.places.iter().any(|place| place[c] != self.places[0][c]);
+        let nodes = match (varies(0), varies(1)) {
+            (true, false) => Nodes::curve(column(0), column(2), None),
+            (false, true) => Nodes::curve(column(1), column(2), None),
+            _ => Nodes::scattered(column(0), column(1), column(2), None),
+        };
+        nodes.map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))
+    }
+
+    /// The degrees of the surface that the traces tell, of second order at most: a plain cross of one profile and one lead has no mixed term,
+    /// which a surface of total degree 2 would ask for.
+    pub fn order(&self) -> usize {
+        // the value that most places share
+        let crowded = |c: usize| {
+            let mut values: Vec<f64> = self.places.iter().map(|place| place[c]).collect();
+            values.sort_by(f64::total_cmp);
+            values.chunk_by(|a, b| a == b).max_by_key(|run| run.len()).map(|run| (run[0], run.len() == values.len()))
+        };
+        let (Some((line_u, only_u)), Some((line_v, only_v))) = (crowded(0), crowded(1)) else { return 2 };
+        // a place off the cross of the lines that most places lie on
+        let off = |place: &[f64; 3]| place[0] != line_u && place[1] != line_v;
+        if only_u || only_v || self.places.iter().any(off) { 2 } else { 1 }
     }
 }
 

@@ -33,14 +33,16 @@ pub fn draft(
     let read = file::read(content, name, &spec, gear)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
+    let order = flank.order();
     let surface = FitSpec::new(Model::Polynomial {
-        degree: Degree::Both(2),
+        degree: Degree::Both(order),
         terms: Terms::Total,
         basis: PolynomialBasis::Monomial,
     });
     let computed = job_fits::compute(&nodes, &surface, plans)?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
-    let of = format!("{} flank of tooth {}", file::word(flank.side), flank.tooth);
+    let plane = if order == 1 { " (a plane: its traces are a cross, which tells no twist)" } else { "" };
+    let of = format!("{} flank of tooth {}{plane}", file::word(flank.side), flank.tooth);
     let mut records = Vec::new();
     if let Some(evaluation) = &read.evaluation {
         let request = serde_json::json!({"file": name, "spec": spec, "warnings": read.warnings});

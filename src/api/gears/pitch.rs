@@ -39,7 +39,7 @@ pub struct PitchRequestBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub sector: Option<usize>,
-    /// Which way teeth are counted, for a run-out from pitches. Default `counterclockwise`.
+    /// Which way teeth are counted, for a run-out from pitches. Default `clockwise`, as everywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counting: Option<CountingName>,
     /// Which tolerances decide the class. Default `rounded`.
@@ -191,8 +191,8 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let left = evaluated(&body.left, Side::Left, "/left");
     let right = evaluated(&body.right, Side::Right, "/right");
     let counting = match body.counting {
-        Some(CountingName::Clockwise) => Counting::Clockwise,
-        None | Some(CountingName::Counterclockwise) => Counting::Counterclockwise,
+        None | Some(CountingName::Clockwise) => Counting::Clockwise,
+        Some(CountingName::Counterclockwise) => Counting::Counterclockwise,
     };
     let runout = match (&body.readings_um, &left, &right) {
         (Some(readings), ..) => Some(from_readings(&gear, &numbers(readings), rounding)),

@@ -117,7 +117,7 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         });
     }
     let summaries = summary::summaries(&traces);
-    let twists = summary::twists(&traces);
+    let twists = summary::twists(&traces, settings);
     let overall =
         super::tolerance::overall(traces.iter().filter_map(|t| t.classes).flat_map(|c| [c.slope, c.form, c.total]));
     Ok(Evaluation { traces, profile, helix, summaries, twists, overall, tolerances, notices })

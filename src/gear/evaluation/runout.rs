@@ -4,7 +4,9 @@
 //! `r₀ + a cos φ + b sin φ` at the angles φᵢ = 2π (i − 1)/z of the spaces; alone it makes a run-out of twice its amount.
 //!
 //! Without a probe the readings follow from the index deviations of both flanks: a space that is wider by Δw on the measuring circle lets the ball go
-//! deeper by Δw / (2 tan α), with the transverse pressure angle α there. Whether the answer was derived so is said.
+//! deeper by `Δw cos α / (2 sin(α ± η))`, with the transverse pressure angle α there and η half the angle of a space (+ on external, − on
+//! internal gears): α ± η is the pressure angle at the centre of a ball that touches on the measuring circle. So a gear that is shifted by e
+//! has a run-out of 2e. Whether the answer was derived so is said.
 
 use super::{Notice, pitch::Pitch};
 use crate::{
@@ -14,7 +16,8 @@ use crate::{
         words::{Shown, counted, entries},
     },
     gear::{
-        Gear,
+        Gear, Side,
+        involute::Flank,
         tolerance::{Characteristic, Class, Rounding, Tolerances},
     },
 };
@@ -109,8 +112,15 @@ pub fn from_pitches(
         Counting::Counterclockwise => (left, right),
         Counting::Clockwise => (right, left),
     };
-    let tan = ((diameter - base) * (diameter + base)).sqrt() / base;
-    let reading = |i: usize| Some((near.index[i]? - far.index[(i + 1) % teeth]?) / (2.0 * tan) * gear.outward());
+    let roll_length = 0.5 * ((diameter - base) * (diameter + base)).sqrt();
+    let alpha = (roll_length / gear.base_radius()).atan();
+    let half_space = 0.5 * gear.pitch_angle() - Flank::new(gear, Side::Left).half_angle(roll_length);
+    let at_centre = alpha + gear.outward() * half_space;
+    if !(at_centre > 0.0) {
+        return Err(Faults::one("/left", "no ball touches both flanks of a space on the measuring circle"));
+    }
+    let depth = gear.outward() * alpha.cos() / (2.0 * at_centre.sin());
+    let reading = |i: usize| Some((near.index[i]? - far.index[(i + 1) % teeth]?) * depth);
     let readings: Vec<f64> = (0..teeth).map(|i| reading(i).unwrap_or(f64::NAN)).collect();
     if readings.iter().all(|r| r.is_nan()) {
         return Err(Faults::one("/left", "no space has index deviations of both of its flanks"));

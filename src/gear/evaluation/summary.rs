@@ -3,6 +3,7 @@
 use super::{
     super::{Kind, Side},
     Evaluated,
+    settings::Settings,
 };
 
 /// Where on its flank a trace lies, as the letter behind the tooth's number says.
@@ -65,7 +66,7 @@ pub struct Summary {
     pub crowning: Spread,
 }
 
-/// Twist of a tooth flank: by helices `S = f_Hβ(tip) − f_Hβ(root)`, by profiles `f_Hα(upper) − f_Hα(lower)`, in the sign of the slopes and
+/// Twist of a tooth flank: by helices `S = f_Hβ(tip) − f_Hβ(root)`, by profiles `f_Hα(upper) − f_Hα(lower)`, both in the sign of helix slopes and
 /// between the sections that were measured (nothing is extended).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Twist {
@@ -113,7 +114,7 @@ impl Spread {
 }
 
 /// In the order in which teeth first appear. Of several traces at the same position the first counts.
-pub(super) fn twists(traces: &[Evaluated]) -> Vec<Twist> {
+pub(super) fn twists(traces: &[Evaluated], settings: &Settings) -> Vec<Twist> {
     let mut seen: Vec<(&str, Side, Kind)> = Vec::new();
     for trace in traces {
         let key = (Position::split(&trace.tooth).0, trace.side, trace.kind);
@@ -121,10 +122,10 @@ pub(super) fn twists(traces: &[Evaluated]) -> Vec<Twist> {
             seen.push(key);
         }
     }
-    seen.into_iter().filter_map(|key| twist(traces, key)).collect()
+    seen.into_iter().filter_map(|key| twist(traces, settings, key)).collect()
 }
 
-fn twist(traces: &[Evaluated], (tooth, side, kind): (&str, Side, Kind)) -> Option<Twist> {
+fn twist(traces: &[Evaluated], settings: &Settings, (tooth, side, kind): (&str, Side, Kind)) -> Option<Twist> {
     let [from, to] = match kind {
         Kind::Helix => [Position::Root, Position::Tip],
         Kind::Profile => [Position::Lower, Position::Upper],
@@ -136,11 +137,14 @@ fn twist(traces: &[Evaluated], (tooth, side, kind): (&str, Side, Kind)) -> Optio
     };
     let (from, to) = (at(from)?, at(to)?);
     let (a, b) = (from.values?, to.values?);
+    // one twist, whichever traces tell it: that of the helices' slopes
+    let of = |kind| settings.sign.of_material(settings.given, kind, side);
+    let sign = of(Kind::Helix) * of(kind);
     Some(Twist {
         tooth: tooth.to_owned(),
         side,
         kind,
-        twist: b.slope - a.slope,
+        twist: sign * (b.slope - a.slope),
         std_error: a.slope_std_error.zip(b.slope_std_error).map(|(a, b)| a.hypot(b)),
         sections: from.section.zip(to.section).map(|(a, b)| [a, b]),
     })

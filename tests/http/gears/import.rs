@@ -19,6 +19,11 @@ const SAMPLES: usize = 60;
 /// Three profiles and three leads of the left flank of tooth 1, tilted by 10 µm over the evaluated profile and 6 µm over the width, as the
 /// instrument stores them: minus the material.
 fn file(undefined: bool) -> Vec<u8> {
+    file_of(undefined, |_| true)
+}
+
+/// The same with some teeth's names only.
+fn file_of(undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
     let base = 52.0 * 20f64.to_radians().cos();
     let roll = |d: f64| 0.5 * (d * d - base * base).sqrt();
     let (from, to) = (roll(50.156), roll(54.2));
@@ -34,6 +39,7 @@ fn file(undefined: bool) -> Vec<u8> {
         let values = (0..SAMPLES).map(|k| (!(undefined && k % 17 == 5)).then(|| -tilt(at(k, from, to), z))).collect();
         traces.push(Trace { tooth: tooth.into(), left: true, profile: true, index, section: z, values });
     }
+    traces.retain(|trace| wanted(trace));
     let mut lines = Lines::new(&Style::default(), "MK");
     lines.gear(&Gear::spur(), false).traces(&traces);
     lines.bytes()
@@ -64,8 +70,9 @@ async fn curves_become_an_iteration_with_its_evaluation() {
     assert_eq!(made.status, 201, "{}", made.text);
     let iteration = made.json();
     assert_eq!(iteration["number"], 1);
-    // undefined samples are no nodes; coefficients are µm of material over roll length and z
-    assert_eq!(iteration["node_count"], 6 * SAMPLES as u64 - 3 * 4);
+    // undefined samples and those beyond the evaluation range are no nodes; coefficients are µm of material over roll length and z
+    let nodes = iteration["node_count"].as_u64().unwrap();
+    assert!(nodes > 5 * SAMPLES as u64 && nodes < 6 * SAMPLES as u64 - 3 * 4, "{nodes}");
     let fit = &iteration["fits"][0]["result"];
     let of = |term: &str| {
         let found = fit["coefficients"].as_array().unwrap().iter().find(|c| c["term"] == term).unwrap();
@@ -87,6 +94,31 @@ async fn curves_become_an_iteration_with_its_evaluation() {
     let spec = json!({"tooth": "1", "flank": "left", "note": "again", "evaluation": {"helix_range_mm": [1.0, 14.0], "helix_reference_length_mm": 7.5}});
     let again = import(&app, &job, file(false), "1.mka", Some(spec)).await;
     assert_eq!((again.status.as_u16(), &again.json()["note"]), (201, &json!("again")));
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
+    let app = TestApp::start().await;
+    let job = job(&app, None).await;
+    let cross = import(&app, &job, file_of(false, |trace| trace.tooth == "1"), "1.mka", None).await;
+    assert_eq!(cross.status, 201, "{}", cross.text);
+    let terms = |answer: &Answer| {
+        let body = answer.json();
+        let found = body["fits"][0]["result"]["coefficients"].as_array().unwrap().clone();
+        found
+            .iter()
+            .map(|c| (c["term"].as_str().unwrap().to_owned(), c["least_squares"].as_f64().unwrap()))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(terms(&cross).len(), 3);
+    assert!(terms(&cross).iter().any(|(term, value)| term == "v" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&cross));
+    assert!(cross.json()["note"].as_str().unwrap().contains("cross"));
+    let lead = import(&app, &job, file_of(false, |trace| trace.tooth == "1" && !trace.profile), "1.mka", None).await;
+    assert_eq!(lead.status, 201, "{}", lead.text);
+    assert!(terms(&lead).iter().any(|(term, value)| term == "x" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&lead));
+    let records = send(app.get(&format!("{job}/iterations/2/records"))).await.json();
+    assert_eq!(records["items"][0]["kind"], "evaluation");
     app.stop().await;
 }
 
