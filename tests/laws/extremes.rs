@@ -4,8 +4,8 @@ use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit::estimation::filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 use flankfit::estimation::spec::{
-    Count, Criterion, Degree, Domain, Estimator, ExpectedSize, FitSpec, Include, Knots, Model, NodeUncertainty, Parameter,
-    PolynomialBasis, Regularization, Scaling, Scheme, Terms,
+    Count, Criterion, Degree, Domain, Estimator, ExpectedSize, FitSpec, Include, Knots, Model, NodeUncertainty,
+    Parameter, PolynomialBasis, Regularization, Scaling, Scheme, Terms,
 };
 use flankfit::estimation::{FitResult, Nodes, fit};
 use proptest::prelude::*;

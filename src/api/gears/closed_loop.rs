@@ -85,8 +85,9 @@ pub struct ClosedLoopBody {
 #[schema(as = ClosedLoop)]
 pub struct ClosedLoopResultBody {
     pub seed: u64,
-    /// Condition of JᵀJ, as posted.
-    pub condition: f64,
+    /// Condition of JᵀJ, as posted; left out where settings depend on each other exactly.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
     pub runs: Vec<ClosedLoopRunBody>,
 }
 
@@ -136,7 +137,7 @@ pub struct Kept {
 /// Every run of a request. Processor work.
 pub struct Simulated {
     pub seed: u64,
-    pub condition: f64,
+    pub condition: Option<f64>,
     pub runs: Vec<Told>,
 }
 
@@ -234,8 +235,8 @@ impl ClosedLoopBody {
     }
 }
 
-/// Condition of JᵀJ.
-fn condition(machine: &Asked) -> Result<f64, Problem> {
+/// Condition of JᵀJ; `None` where settings depend on each other exactly.
+fn condition(machine: &Asked) -> Result<Option<f64>, Problem> {
     let columns = machine.settings.len();
     let rows = machine.sensitivity.len() / columns.max(1);
     let asked = gear_correction::Asked {
@@ -245,7 +246,7 @@ fn condition(machine: &Asked) -> Result<f64, Problem> {
     };
     let all = Correction::new(asked).map_err(placed)?;
     let solution = all.solve().map_err(|error| Problem::of_fit(error, |_| "/matrix".to_owned()))?;
-    Ok(solution.fit.spectrum.condition.unwrap_or(f64::INFINITY))
+    Ok(solution.fit.spectrum.condition)
 }
 
 /// Faults of a machine, by places in the request.
