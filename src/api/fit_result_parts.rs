@@ -94,13 +94,26 @@ pub struct BiasBody {
     pub paper_bound: Option<f64>,
     /// r.
     pub coefficient_norm_limit: f64,
-    pub coefficient_norm_limit_source: LimitSource,
+    pub coefficient_norm_limit_source: NormLimitSource,
     /// The small number e of Ineq. 51.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub e: Option<f64>,
 }
 
 /// Where r came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum NormLimitSource {
+    /// The norm of the least-squares estimate.
+    Estimate,
+    Request,
+    /// What the heights speak for in every direction alike: √n τ with τ² = ‖P y‖²/Σλᵢ, or the norm of the regularised estimate, if greater.
+    Heights,
+    /// The limits of the coefficients, or the norm of the regularised estimate, if greater.
+    Limits,
+}
+
+/// Where a number came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitSource {

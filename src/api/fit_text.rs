@@ -224,17 +224,13 @@ fn write_choice(object: &mut Object<'_>, choice: &Choice) {
 }
 
 fn write_bias(object: &mut Object<'_>, bias: &BiasReport) {
-    let BiasReport { norm, sharp_bound, paper_bound, coefficient_norm_limit, coefficient_norm_limit_from_request, e } =
-        bias;
+    let BiasReport { norm, sharp_bound, paper_bound, coefficient_norm_limit, coefficient_norm_limit_source, e } = bias;
     object
         .number("norm", *norm)
         .number("sharp_bound", *sharp_bound)
         .maybe_number("paper_bound", *paper_bound)
         .number("coefficient_norm_limit", *coefficient_norm_limit)
-        .string(
-            "coefficient_norm_limit_source",
-            if *coefficient_norm_limit_from_request { "request" } else { "estimate" },
-        )
+        .string("coefficient_norm_limit_source", coefficient_norm_limit_source.name())
         .maybe_number("e", *e);
 }
 

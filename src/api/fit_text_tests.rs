@@ -16,7 +16,7 @@ use crate::{
             report::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
             spec::{Action, Filter, Hampel},
         },
-        result::{LocalSolution, RobustReport, Written},
+        result::{LocalSolution, NormLimitSource, RobustReport, Written},
         spec::{Count, Criterion, NodeUncertainty, Parameter, Regularization, Scaling, Scheme},
     },
 };
@@ -206,7 +206,12 @@ impl Maker {
                 sharp_bound: self.number(),
                 paper_bound: self.maybe(),
                 coefficient_norm_limit: self.number(),
-                coefficient_norm_limit_from_request: self.below(2) == 0,
+                coefficient_norm_limit_source: [
+                    NormLimitSource::Request,
+                    NormLimitSource::Estimate,
+                    NormLimitSource::Heights,
+                    NormLimitSource::Limits,
+                ][self.below(4)],
                 e: self.maybe(),
             },
             collinearity: Arc::new(CollinearityReport {

@@ -127,6 +127,30 @@ pub struct Choice {
     pub rms: f64,
 }
 
+/// Where r came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NormLimitSource {
+    Request,
+    /// ‖Â‖.
+    Estimate,
+    /// What the heights speak for ([`super::spec::ExpectedSize::OfHeights`]).
+    Heights,
+    /// Limits of the coefficients ([`super::spec::ExpectedSize::Within`]).
+    Limits,
+}
+
+impl NormLimitSource {
+    /// As the interface writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            NormLimitSource::Request => "request",
+            NormLimitSource::Estimate => "estimate",
+            NormLimitSource::Heights => "heights",
+            NormLimitSource::Limits => "limits",
+        }
+    }
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct BiasReport {
     /// Observed ‖Â − Â_B‖ in the scaled columns.
@@ -135,7 +159,7 @@ pub struct BiasReport {
     /// Ineq. 51; `None` for ridge and for n = 1, where it does not hold.
     pub paper_bound: Option<f64>,
     pub coefficient_norm_limit: f64,
-    pub coefficient_norm_limit_from_request: bool,
+    pub coefficient_norm_limit_source: NormLimitSource,
     /// The small number e of Ineq. 51, read as max cᵢ.
     pub e: Option<f64>,
 }

@@ -15,6 +15,8 @@ pub struct FitSpec {
     pub domain: Option<Domain>,
     /// `r ≥ ‖A‖` of Ineq. 51, in the scaled columns.
     pub coefficient_norm_limit: Option<f64>,
+    /// What r is without it.
+    pub expected_size: ExpectedSize,
     /// Standard deviation of a height of weight 1; by default estimated from the residuals.
     pub noise_sigma: Option<f64>,
     pub node_uncertainty: Option<NodeUncertainty>,
@@ -33,12 +35,29 @@ impl FitSpec {
             estimator: Estimator::LeastSquares,
             domain: None,
             coefficient_norm_limit: None,
+            expected_size: ExpectedSize::default(),
             noise_sigma: None,
             node_uncertainty: None,
             include: Include::default(),
             filters: Vec::new(),
         }
     }
+}
+
+/// How large the coefficients are taken to be. The estimate is the plain answer, but along directions with small eigenvalues it holds little
+/// but error: who chooses λ* because of that must not have the result judged by it. So with anything but [`ExpectedSize::Estimated`] the
+/// mean squared error that takes the estimate for real is no yardstick, and no warning is derived from it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum ExpectedSize {
+    /// As the least-squares estimate: r = ‖Â‖.
+    #[default]
+    Estimated,
+    /// As large as the heights speak for, in every direction alike: r = √n τ with τ² = ‖P y‖²/Σλᵢ, P y being the part of the heights
+    /// that the columns reach; at least the norm of the regularised estimate.
+    OfHeights,
+    /// Within ± these, one for each coefficient in the caller's unit: r is the norm where all are reached; at least that of the
+    /// regularised estimate.
+    Within(Vec<f64>),
 }
 
 /// The functions whose mixture is fitted.

@@ -4,6 +4,7 @@ use crate::oracle::matrix::doubles;
 use crate::oracle::spectral::Sums;
 use crate::problems::{Problem, assert_close, columns, config, filter, fit, linear, spectral, warned};
 use flankfit::estimation::FitResult;
+use flankfit::estimation::result::NormLimitSource;
 use flankfit::estimation::spec::{Count, FitSpec, Parameter, Regularization, Scaling, Scheme};
 use proptest::prelude::*;
 
@@ -68,13 +69,13 @@ proptest! {
         let spec = FitSpec { scaling, regularization, ..linear() };
 
         let own = fit(&problem.nodes(), &spec);
-        prop_assert!(!own.bias.coefficient_norm_limit_from_request);
+        prop_assert_eq!(own.bias.coefficient_norm_limit_source, NormLimitSource::Estimate);
         assert_close("‖Â‖", own.bias.coefficient_norm_limit, estimate, 1e-7, 0.0);
         prop_assert!(!warned(&own, "norm_limit_below_estimate"));
         check(&problem, scheme, scaling, count, &own);
 
         let asked = fit(&problem.nodes(), &FitSpec { coefficient_norm_limit: Some(limit * estimate), ..spec });
-        prop_assert!(asked.bias.coefficient_norm_limit_from_request);
+        prop_assert_eq!(asked.bias.coefficient_norm_limit_source, NormLimitSource::Request);
         prop_assert_eq!(asked.bias.coefficient_norm_limit, limit * estimate);
         prop_assert_eq!(warned(&asked, "norm_limit_below_estimate"), limit < 1.0);
         check(&problem, scheme, scaling, count, &asked);

@@ -4,8 +4,8 @@ use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit::estimation::filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 use flankfit::estimation::spec::{
-    Count, Criterion, Degree, Domain, Estimator, FitSpec, Include, Knots, Model, NodeUncertainty, Parameter,
-    PolynomialBasis, Regularization, Scaling, Scheme, Terms,
+    Count, Criterion, Degree, Domain, Estimator, ExpectedSize, FitSpec, Include, Knots, Model, NodeUncertainty,
+    Parameter, PolynomialBasis, Regularization, Scaling, Scheme, Terms,
 };
 use flankfit::estimation::{FitResult, Nodes, fit};
 use proptest::prelude::*;
@@ -126,6 +126,11 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
         estimator: Estimator::LeastSquares,
         domain: some(random).then_some(Domain { u: Some([-1e6, 1e6]), v: None }),
         coefficient_norm_limit: some(random).then(|| number(random, wildness).abs() + f64::MIN_POSITIVE),
+        expected_size: match random.below(3) {
+            0 => ExpectedSize::Estimated,
+            1 => ExpectedSize::OfHeights,
+            _ => ExpectedSize::Within((0..6).map(|_| number(random, wildness).abs()).collect()),
+        },
         noise_sigma: some(random).then(|| number(random, wildness).abs() + f64::MIN_POSITIVE),
         node_uncertainty: some(random).then_some(NodeUncertainty { position: 1e-3, height: 1e-4 }),
         filters: filters(random, nodes),

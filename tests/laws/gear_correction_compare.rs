@@ -1,7 +1,7 @@
 //! Predicted beside measured: whether the machine answered as predicted.
 
 use flankfit::gear::correction::{Answer, Asked, Comparison, Correction, Verdict, compare};
-use flankfit::gear::simulation::{Simulation, case};
+use flankfit::gear::simulation::{Simulation, Strategy, case, run};
 
 /// A machine of the ill-conditioned case whose response is `factor` times the one that it was drawn with.
 fn answer(seed: u64, factor: f64, extra: impl Fn(usize) -> f64) -> Answer {
@@ -53,6 +53,69 @@ fn other_answers_are_different() {
     assert!(count(Verdict::Different, -1.0, |_| 0.0) >= 196);
 }
 
+/// Settings that run away may do anything to the flank: that they did is no answer as predicted, and how much came is not known.
+#[test]
+fn a_correction_that_may_do_anything_is_never_answered_as_predicted() {
+    let (mut undecided, mut worse) = (0, 0);
+    for seed in 0..60 {
+        let run = run(&case::ill_conditioned(seed), &Strategy::least_squares(), 0.02, 2).unwrap();
+        for answer in run.rounds.iter().filter_map(|round| round.answer.as_ref()) {
+            if answer.measured_rms > answer.before_rms {
+                worse += 1;
+                assert_ne!(answer.verdict, Verdict::AsPredicted, "{seed}: {}", answer.sentence);
+            }
+            if answer.verdict == Verdict::Undecided {
+                undecided += 1;
+                assert_eq!((answer.response_ratio, answer.response_ratio_std_error), (None, None));
+                assert!(
+                    answer.sentence.contains("says nothing") && !answer.sentence.contains('%'),
+                    "{}",
+                    answer.sentence
+                );
+            }
+        }
+    }
+    assert!(undecided > 50 && worse > 50, "{undecided} {worse}");
+}
+
+/// The same comparison over the noise of the probe, the uncertainty of each node and that of all of J.
+#[test]
+fn what_cannot_be_told_is_undecided_and_has_no_ratio() {
+    let change = 5.0;
+    let told = |noise_sigma: f64, uncertainty: f64, response_uncertainty: f64, came: f64| {
+        let before: Vec<f64> = (0..40).map(|k| if k % 2 == 0 { change } else { -change }).collect();
+        let measured = before.iter().enumerate().map(|(k, d)| d * (1.0 - came) + 0.1 * f64::from(k as i32 % 3 - 1));
+        compare(&Comparison {
+            measured: measured.collect(),
+            predicted: vec![0.0; 40],
+            uncertainty: Some(vec![uncertainty; 40]),
+            before,
+            noise_sigma,
+            response_uncertainty,
+        })
+        .unwrap()
+    };
+    for (noise, uncertainty, response) in [(0.1, 0.1, 0.02), (0.5, 0.5, 0.1), (5.0, 0.0, 0.0)] {
+        let answer = told(noise, uncertainty, response, 1.0);
+        assert_eq!(answer.verdict, Verdict::AsPredicted, "{}", answer.sentence);
+        assert!(answer.response_ratio.is_some() && answer.response_ratio_std_error.unwrap() < 0.31);
+    }
+    // whatever came, from nothing to twice as much
+    for (noise, uncertainty, response) in [(8.0, 0.0, 0.0), (0.1, 10.0, 0.02), (0.1, 1.0, 0.35)] {
+        for came in [0.0, 1.0, 2.0] {
+            let answer = told(noise, uncertainty, response, came);
+            if uncertainty < 1.0 || uncertainty > 5.0 || came == 1.0 {
+                assert_eq!(answer.verdict, Verdict::Undecided, "{noise} {uncertainty} {response}: {}", answer.sentence);
+            }
+            assert_eq!(answer.response_ratio, None);
+        }
+    }
+    // what could be told is: no answer at all is not as predicted, though each node alone would allow it
+    let none = told(5.0, 0.0, 0.0, 0.0);
+    assert!(none.chi_squared < none.chi_squared_limit);
+    assert_eq!(none.verdict, Verdict::Weaker, "{}", none.sentence);
+}
+
 #[test]
 fn the_ratio_is_how_much_of_the_change_came() {
     for seed in 0..50 {
@@ -79,6 +142,7 @@ fn numbers_are_those_of_their_definitions() {
     close(told.before_rms, 12f64.sqrt());
     close(told.predicted_rms, (2.0f64 / 3.0).sqrt());
     close(told.measured_rms, 2f64.sqrt());
+    close(told.predicted_change_rms, (22.0f64 / 3.0).sqrt());
     close(told.difference_rms, (2.0f64 / 3.0).sqrt());
     close(told.expected_difference_rms, 2f64.sqrt());
     close(told.chi_squared, 1.0);

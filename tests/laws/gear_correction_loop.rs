@@ -187,6 +187,29 @@ fn steps_and_runs_agree() {
     assert_eq!((pointers[0].as_str(), pointers.last().unwrap().as_str()), ("/setting_error/0", "/missing"));
 }
 
+/// What no probe or machine is like is refused at its own place, before anything overflows.
+#[test]
+fn machines_out_of_range_are_refused_by_their_place() {
+    let good = case::ill_conditioned(0);
+    for (machine, pointer) in [
+        (Asked { missing: 0.95, ..good.clone() }, "/missing"),
+        (Asked { response_noise: 1e300, ..good.clone() }, "/response_noise"),
+        (Asked { response_noise: f64::NAN, ..good.clone() }, "/response_noise"),
+        (Asked { probe_noise: 1e200, ..good.clone() }, "/probe_noise_um"),
+        (Asked { setting_error: vec![12.0, 12.0, 1e200, 12.0, 12.0, 12.0], ..good.clone() }, "/setting_error/2"),
+        (
+            Asked { setting_error: vec![12.0, 12.0, 12.0, 12.0, 12.0, f64::INFINITY], ..good.clone() },
+            "/setting_error/5",
+        ),
+    ] {
+        let faults = Simulation::new(machine).unwrap_err();
+        let pointers: Vec<&str> = faults.list().iter().map(|f| f.pointer.as_str()).collect();
+        assert_eq!(pointers, [pointer]);
+    }
+    // 45 nodes, of which 39 are missed, tell six settings
+    assert!(Simulation::new(Asked { missing: 39.0 / 45.0, ..good }).is_ok());
+}
+
 /// Every way to correct runs, under a name of its own.
 #[test]
 fn every_strategy_runs() {

@@ -61,15 +61,19 @@ pub struct ClosedLoopBody {
     pub setting_error: Option<Vec<f64>>,
     /// By how much an entry of the true response differs from the matrix, relative to it (standard deviation). Default 0.01.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1)]
     pub response_noise: Option<f64>,
     /// What corrections take it to be. Default 0.02.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1)]
     pub response_uncertainty: Option<f64>,
     /// Default 0.3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1e6)]
     pub probe_noise_um: Option<f64>,
-    /// Share of the nodes that a measurement misses. Default 0.1.
+    /// Share of the nodes that a measurement misses; as many as there are settings must be left. Default 0.1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, exclusive_maximum = 1)]
     pub missing: Option<f64>,
     /// Whether each run is kept as a job with its iterations and corrections. Default true.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -81,8 +85,9 @@ pub struct ClosedLoopBody {
 #[schema(as = ClosedLoop)]
 pub struct ClosedLoopResultBody {
     pub seed: u64,
-    /// Condition of JᵀJ, as posted.
-    pub condition: f64,
+    /// Condition of JᵀJ, as posted; left out where settings depend on each other exactly.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
     pub runs: Vec<ClosedLoopRunBody>,
 }
 
@@ -132,7 +137,7 @@ pub struct Kept {
 /// Every run of a request. Processor work.
 pub struct Simulated {
     pub seed: u64,
-    pub condition: f64,
+    pub condition: Option<f64>,
     pub runs: Vec<Told>,
 }
 
@@ -141,17 +146,22 @@ pub fn simulate(text: &[u8], plans: &Plans) -> Result<Simulated, Problem> {
     let body: ClosedLoopBody = read_json(text)?;
     let (machine, grid) = body.machine().map_err(Problem::invalid)?;
     let strategies = body.strategies().map_err(Problem::invalid)?;
+    let store = body.store.unwrap_or(true);
+    if store && grid.iter().any(|&nodes| nodes < 3) {
+        let detail = "each measurement is kept with its surface of second order, which takes 3 × 3 nodes";
+        return Err(Problem::invalid(Faults::one("/grid", detail)));
+    }
     let corrections = body.corrections.unwrap_or(2);
     if !(1..=MOST_CORRECTIONS).contains(&corrections) {
         let detail = format!("{corrections} is not one of 1 to {MOST_CORRECTIONS}");
         return Err(Problem::invalid(Faults::one("/corrections", detail)));
     }
     let uncertainty = body.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY);
+    let drawn = Simulation::new(machine.clone()).map_err(placed)?;
     let condition = condition(&machine)?;
-    let store = body.store.unwrap_or(true);
     let runs = strategies
         .iter()
-        .map(|strategy| tell(&machine, grid, strategy, uncertainty, corrections, store, plans))
+        .map(|strategy| tell(drawn.clone(), grid, strategy, uncertainty, corrections, store, plans))
         .collect::<Result<Vec<Told>, Problem>>()?;
     Ok(Simulated { seed: machine.seed, condition, runs })
 }
@@ -183,7 +193,17 @@ impl ClosedLoopBody {
                     machine.setting_error.clone_from(error);
                 }
             }
-            _ => faults.push("/matrix", "`matrix`, `settings`, `grid` and `setting_error` belong together"),
+            (matrix, settings, grid, error) => {
+                let parts = [
+                    ("/matrix", matrix.is_none()),
+                    ("/settings", settings.is_none()),
+                    ("/grid", grid.is_none()),
+                    ("/setting_error", error.is_none()),
+                ];
+                for (pointer, _) in parts.into_iter().filter(|(_, missing)| *missing) {
+                    faults.push(pointer, "missing: `matrix`, `settings`, `grid` and `setting_error` belong together");
+                }
+            }
         }
         machine.response_noise = self.response_noise.unwrap_or(machine.response_noise);
         machine.probe_noise = self.probe_noise_um.unwrap_or(machine.probe_noise);
@@ -215,8 +235,8 @@ impl ClosedLoopBody {
     }
 }
 
-/// Condition of JᵀJ.
-fn condition(machine: &Asked) -> Result<f64, Problem> {
+/// Condition of JᵀJ; `None` where settings depend on each other exactly.
+fn condition(machine: &Asked) -> Result<Option<f64>, Problem> {
     let columns = machine.settings.len();
     let rows = machine.sensitivity.len() / columns.max(1);
     let asked = gear_correction::Asked {
@@ -224,8 +244,9 @@ fn condition(machine: &Asked) -> Result<f64, Problem> {
         damping: Damping::Asked(Regularization::None),
         ..gear_correction::Asked::new(vec![0.0; rows], machine.sensitivity.clone(), machine.settings.clone())
     };
-    let solution = Correction::new(asked).map_err(placed)?.solve().map_err(Problem::from)?;
-    Ok(solution.fit.spectrum.condition.unwrap_or(f64::INFINITY))
+    let all = Correction::new(asked).map_err(placed)?;
+    let solution = all.solve().map_err(|error| Problem::of_fit(error, |_| "/matrix".to_owned()))?;
+    Ok(solution.fit.spectrum.condition)
 }
 
 /// Faults of a machine, by places in the request.
@@ -233,8 +254,20 @@ fn placed(faults: Faults) -> Problem {
     Problem::invalid(faults.moved(|pointer| pointer.strip_prefix("/sensitivity").unwrap_or(pointer).to_owned()))
 }
 
+/// What a run cannot go on with, by places in the request; `number` is how often the machine was corrected.
+fn place(number: usize) -> impl Fn(&str) -> String {
+    move |pointer| match pointer {
+        pointer if pointer.starts_with("/regularization") => "/strategies".to_owned(),
+        // the settings can be told from all nodes, as `condition` knows
+        pointer if pointer.starts_with("/model") => "/missing".to_owned(),
+        // numbers within their limits are out of range only when settings have run away
+        _ if number > 0 => "/corrections".to_owned(),
+        pointer => pointer.strip_prefix("/sensitivity").unwrap_or(pointer).to_owned(),
+    }
+}
+
 fn tell(
-    machine: &Asked,
+    mut simulation: Simulation,
     [rows, columns]: [usize; 2],
     strategy: &Strategy,
     uncertainty: f64,
@@ -242,13 +275,13 @@ fn tell(
     store: bool,
     plans: &Plans,
 ) -> Result<Told, Problem> {
-    let mut simulation = Simulation::new(machine.clone()).map_err(placed)?;
+    let machine = simulation.asked().clone();
     let mut rounds = Vec::with_capacity(corrections + 1);
     let mut kept = Vec::with_capacity(corrections + 1);
     for number in 0..=corrections {
         let measured = simulation.measure();
         let true_rms = simulation.true_rms();
-        let nodes = grid(rows, columns, &measured)?;
+        let nodes = grid(rows, columns, &measured).map_err(|faults| Problem::invalid(faults.moved(place(number))))?;
         let mut round = ClosedLoopRoundBody {
             iteration: u32::try_from(number + 1).unwrap_or(u32::MAX),
             measured_rms_um: rms(&measured),
@@ -259,10 +292,12 @@ fn tell(
         let mut record = None;
         if number < corrections {
             let asked = closed_loop::asked(&simulation, measured, strategy, uncertainty);
-            let request = request(machine, uncertainty, strategy);
-            let solution = Correction::new(asked).map_err(placed)?.solve().map_err(Problem::from)?;
+            let request = request(&machine, uncertainty, strategy);
+            let refused = |error| Problem::of_fit(error, place(number));
+            let correction = Correction::new(asked).map_err(|faults| refused(faults.into()))?;
+            let solution = correction.solve().map_err(refused)?;
             let changes: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
-            simulation.apply(&changes).map_err(Problem::invalid)?;
+            simulation.apply(&changes).map_err(|faults| Problem::invalid(faults.moved(place(number + 1))))?;
             round.predicted_rms_um = Some(solution.predicted.rms);
             round.changes = Some(changes);
             if store {
@@ -272,7 +307,9 @@ fn tell(
             }
         }
         if store {
-            kept.push(iteration(nodes, strategy, number, record, plans)?);
+            kept.push(
+                iteration(nodes, strategy, number, record, plans).map_err(|problem| problem.placed(place(number)))?,
+            );
         }
         rounds.push(round);
     }
@@ -293,9 +330,9 @@ fn rms(measured: &[f64]) -> f64 {
 }
 
 /// Deviations over [-1, 1] × [-1, 1].
-fn grid(rows: usize, columns: usize, measured: &[f64]) -> Result<Nodes, Problem> {
+fn grid(rows: usize, columns: usize, measured: &[f64]) -> Result<Nodes, Faults> {
     let axis = |n: usize| (0..n).map(|i| 2.0 * i as f64 / (n - 1) as f64 - 1.0).collect::<Vec<f64>>();
-    Nodes::grid(axis(rows), axis(columns), measured.to_vec(), None, None).map_err(Problem::invalid)
+    Nodes::grid(axis(rows), axis(columns), measured.to_vec(), None, None)
 }
 
 /// A measurement with its second-order surface and the correction that followed.

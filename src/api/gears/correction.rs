@@ -52,7 +52,8 @@ pub struct SettingChangeBody {
     /// Left out at a limit and without degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
-    /// Sharp bound on what regularisation took away; left out at a limit.
+    /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most the norm
+    /// `result.bias.coefficient_norm_limit` (its source stands beside it); left out at a limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
     /// Whether it stands at a limit.
@@ -102,6 +103,9 @@ pub fn build(text: &[u8], nodes: &Nodes, gear: Option<&Gear>) -> Result<Built, P
 /// A fit that was refused, by places in the request.
 fn refused(error: FitError) -> Problem {
     let place = |pointer: &str| match pointer {
+        // the deviations of an iteration have been fitted before
+        pointer if pointer.starts_with("/nodes/y") => "/target_um".to_owned(),
+        pointer if pointer.starts_with("/nodes/weight") => "/weight".to_owned(),
         pointer if pointer.starts_with("/nodes") || pointer.starts_with("/model") => "/sensitivity".to_owned(),
         pointer => pointer.to_owned(),
     };

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     api::{problem::Problem, text::Moment},
     estimation::{FitError, Nodes},
-    gear::correction::{Answer, Comparison, DEFAULT_RESPONSE_UNCERTAINTY, compare},
+    gear::correction::{Answer, Comparison, DEFAULT_RESPONSE_UNCERTAINTY, Verdict, compare},
     jobs::Record,
 };
 
@@ -46,24 +46,55 @@ pub struct MachineAnswerBody {
     pub before_rms_um: f64,
     pub predicted_rms_um: f64,
     pub measured_rms_um: f64,
+    /// Of predicted minus before.
+    pub predicted_change_rms_um: f64,
     /// Of measured minus predicted.
     pub difference_rms_um: f64,
     /// What noise and the uncertainty of the sensitivity let expect of it.
     pub expected_difference_rms_um: f64,
-    /// How much of the predicted change came; left out where none was predicted.
+    /// How much of the predicted change came; left out where it is not told from none at all (standard error above 0.3).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio: Option<f64>,
+    /// Of noise, and of errors of the sensitivity that its settings have as a whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio_std_error: Option<f64>,
     /// Of measured minus predicted, and its quantile of 0.999.
     pub chi_squared: f64,
     pub chi_squared_limit: f64,
-    /// `as_predicted`, `weaker`, `stronger` or `different`.
-    pub verdict: String,
+    pub verdict: VerdictName,
     pub sentence: String,
     /// Of every node; `null` where undefined.
     pub predicted_um: Vec<Option<f64>>,
     pub measured_um: Vec<Option<f64>>,
+}
+
+/// How the machine answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = MachineVerdict)]
+pub enum VerdictName {
+    /// As far as noise and the uncertainty of the sensitivity allow.
+    AsPredicted,
+    /// A part of the predicted change came.
+    Weaker,
+    /// More of the predicted change came.
+    Stronger,
+    /// What came is no multiple of what was predicted.
+    Different,
+    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that nothing can be told.
+    Undecided,
+}
+
+impl From<Verdict> for VerdictName {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::AsPredicted => VerdictName::AsPredicted,
+            Verdict::Weaker => VerdictName::Weaker,
+            Verdict::Stronger => VerdictName::Stronger,
+            Verdict::Different => VerdictName::Different,
+            Verdict::Undecided => VerdictName::Undecided,
+        }
+    }
 }
 
 /// What of a request decides how it is compared.
@@ -178,13 +209,14 @@ impl MachineAnswerBody {
             before_rms_um: answer.before_rms,
             predicted_rms_um: answer.predicted_rms,
             measured_rms_um: answer.measured_rms,
+            predicted_change_rms_um: answer.predicted_change_rms,
             difference_rms_um: answer.difference_rms,
             expected_difference_rms_um: answer.expected_difference_rms,
             response_ratio: answer.response_ratio,
             response_ratio_std_error: answer.response_ratio_std_error,
             chi_squared: answer.chi_squared,
             chi_squared_limit: answer.chi_squared_limit,
-            verdict: answer.verdict.name().to_owned(),
+            verdict: answer.verdict.into(),
             sentence: answer.sentence,
             predicted_um: defined(&comparison.predicted),
             measured_um: defined(&comparison.measured),

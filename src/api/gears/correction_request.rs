@@ -51,7 +51,8 @@ pub struct CorrectionRequestBody {
     pub regularization: Option<RegularizationBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scaling: Option<ScalingName>,
-    /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. Default that of the least-squares estimate.
+    /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By default the norm that `limits` allow where every
+    /// setting has both, else what the deviations speak for (√n τ, see `result.bias`); with `regularization` that of the least-squares estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub coefficient_norm_limit: Option<f64>,
@@ -281,10 +282,33 @@ fn of_machine(fields: &Fields<'_>, nodes: &Nodes, gear: Option<&Gear>, faults: &
         }
     }
     ranges.helix = helix.unwrap_or(ranges.helix);
-    let found = machine.sensitivity(gear, &places, ranges).map_err(|more| {
-        for fault in more.list() {
-            faults.push("/sensitivity/machine", format!("{}: {}", fault.pointer, fault.detail));
-        }
-    });
+    let asked = [diameters.is_some(), helix.is_some()];
+    let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, asked)));
     found.ok().map(|found| Known { name: machine.name(), settings: found.settings, matrix: found.matrix })
+}
+
+/// Faults of a machine's sensitivity by places in the request, one for each place; `asked` says which ranges are in it.
+fn placed(found: &Faults, [profile, helix]: [bool; 2]) -> Faults {
+    let mut faults = Faults::default();
+    let nodes = found.list().iter().filter(|fault| fault.pointer.starts_with("/nodes")).count();
+    for fault in found.list() {
+        let pointer = match fault.pointer.as_str() {
+            "/ranges/profile" if profile => "/sensitivity/profile_diameter_range_mm",
+            "/ranges/helix" if helix => "/sensitivity/helix_range_mm",
+            pointer if pointer.starts_with("/nodes") => "/sensitivity/profile_axis",
+            // the nodes themselves have no such range
+            _ => "/sensitivity/machine",
+        };
+        if faults.list().iter().any(|there| there.pointer == pointer) {
+            continue;
+        }
+        let more = if pointer == "/sensitivity/profile_axis" && nodes > 1 {
+            let count = found.count() - (found.list().len() - nodes);
+            format!("{count} nodes of the iteration have no place on the flank; the first: {}", fault.detail)
+        } else {
+            fault.detail.clone()
+        };
+        faults.push(pointer, more);
+    }
+    faults
 }

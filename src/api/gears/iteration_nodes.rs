@@ -48,22 +48,24 @@ pub fn places(nodes: &Nodes, gear: &Gear, side: Side, axis: ProfileAxis) -> Resu
             return Err(Faults::one("/sensitivity/machine", detail));
         }
     };
-    let mut faults = Faults::default();
-    let mut places = Vec::with_capacity(pairs.len());
-    for (k, (u, z)) in pairs.into_iter().enumerate() {
+    let (count, mut below) = (pairs.len(), 0usize);
+    let mut places = Vec::with_capacity(count);
+    for (u, z) in pairs {
         let roll_length = match axis {
             ProfileAxis::RollLength => Some(u),
             ProfileAxis::Diameter => gear.roll_length(u),
         };
         match roll_length {
             Some(roll_length) => places.push(FlankNode { side, roll_length, z }),
-            None => {
-                let detail = format!("node {k} of the iteration lies below the base circle: is its u a diameter?");
-                faults.push("/sensitivity/profile_axis", detail);
-            }
+            None => below += 1,
         }
     }
-    faults.into_result(places)
+    if below > 0 {
+        let detail =
+            format!("{below} of the iteration's {count} nodes lie below the base circle: is their u a diameter, mm?");
+        return Err(Faults::one("/sensitivity/profile_axis", detail));
+    }
+    Ok(places)
 }
 
 /// What the nodes span.

@@ -201,7 +201,7 @@ impl<'a> Aim<'a> {
             *to = to.mul_f64(1.0 - c) + whole.mul_f64(c);
         }
         let residuals = place.of_working(&working, spec.include.residuals);
-        let r = context.norm_limit(warnings);
+        let r = context.norm_limit(self.norm(c), warnings);
         let (sharp, bounds) = self.bounds(c, r, &estimate.directions);
         Applied {
             rss: self.rss(c),

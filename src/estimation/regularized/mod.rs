@@ -29,16 +29,17 @@ pub use classical::ridge_parameter;
 pub use suited::suited;
 
 use super::{
+    choice,
     error::FitError,
     estimate::{Estimate, LeastSquares},
     perturbation,
     residuals::{Place, Residuals},
     result::{
-        BiasReport, LambdaCurvePoint, RegularizationKind, RegularizationReport, RegularizedSpectrum, RidgeTracePoint,
-        Warning,
+        BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationKind, RegularizationReport,
+        RegularizedSpectrum, RidgeTracePoint, Warning,
     },
     scaled::ScaledColumns,
-    spec::{FitSpec, Regularization},
+    spec::{ExpectedSize, FitSpec, Regularization},
     spectrum::Spectrum,
 };
 
@@ -68,10 +69,17 @@ impl Context<'_> {
         usize::from(self.columns.constant.is_some())
     }
 
-    /// r, with a warning where it lies below ‖Â‖.
-    fn norm_limit(&self, warnings: &mut Vec<Warning>) -> f64 {
-        let norm = self.spectrum.a.iter().map(|a| a * a).sum::<f64>().sqrt();
-        let r = self.spec.coefficient_norm_limit.unwrap_or(norm);
+    /// r, with a warning where that of the request lies below ‖Â‖. `regularized` is ‖Â_B‖.
+    fn norm_limit(&self, regularized: f64, warnings: &mut Vec<Warning>) -> f64 {
+        let a = &self.spectrum.a;
+        let norm = a.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let Some(r) = self.spec.coefficient_norm_limit else {
+            return match &self.spec.expected_size {
+                ExpectedSize::Estimated => norm,
+                ExpectedSize::OfHeights => self.size_of_heights().max(regularized),
+                ExpectedSize::Within(limits) => self.norm_of(limits).max(regularized),
+            };
+        };
         if r < norm {
             warnings.push(Warning {
                 code: "norm_limit_below_estimate",
@@ -84,6 +92,28 @@ impl Context<'_> {
         r
     }
 
+    /// √n τ with τ² = Σλᵢ aᵢ² / Σλᵢ; 0 where the columns reach nothing.
+    fn size_of_heights(&self) -> f64 {
+        let (lambda, a) = (&self.spectrum.lambda, &self.spectrum.a);
+        let total: f64 = lambda.iter().sum();
+        let reached: f64 = lambda.iter().zip(a).map(|(l, a)| (l.sqrt() * a).powi(2)).sum();
+        if total > 0.0 { (lambda.len() as f64 * (reached / total)).sqrt() } else { 0.0 }
+    }
+
+    /// Norm of the caller's coefficients in the scaled columns.
+    fn norm_of(&self, coefficients: &[f64]) -> f64 {
+        let ScaledColumns { kept, scale, .. } = self.columns;
+        let scaled = kept.iter().zip(scale).filter_map(|(&j, scale)| Some(coefficients.get(j)? * scale.to_f64()));
+        scaled.map(|a| a * a).sum::<f64>().sqrt()
+    }
+
+    /// Whether what the estimate has along the small directions may be held against the choice that stands.
+    fn judge(&self, choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
+        if self.spec.expected_size == ExpectedSize::Estimated {
+            choice::warn_about(choices, chosen, warnings);
+        }
+    }
+
     /// The report on a bias that has neither e nor Ineq. 51.
     fn bias(&self, norm: f64, sharp_bound: f64, r: f64) -> BiasReport {
         BiasReport {
@@ -91,7 +121,12 @@ impl Context<'_> {
             sharp_bound,
             paper_bound: None,
             coefficient_norm_limit: r,
-            coefficient_norm_limit_from_request: self.spec.coefficient_norm_limit.is_some(),
+            coefficient_norm_limit_source: match (self.spec.coefficient_norm_limit, &self.spec.expected_size) {
+                (Some(_), _) => NormLimitSource::Request,
+                (None, ExpectedSize::Estimated) => NormLimitSource::Estimate,
+                (None, ExpectedSize::OfHeights) => NormLimitSource::Heights,
+                (None, ExpectedSize::Within(_)) => NormLimitSource::Limits,
+            },
             e: None,
         }
     }

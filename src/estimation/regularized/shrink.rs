@@ -7,7 +7,7 @@
 
 use super::{Applied, Context, aim::Aim};
 use crate::estimation::{
-    choice::{self, no_minimiser},
+    choice::no_minimiser,
     error::{Faults, FitError},
     filter::{Rule, Spectral},
     lambda_star::{Search, Unavailable, range},
@@ -55,7 +55,7 @@ pub fn james_stein(context: &Context, asked: &JamesStein, warnings: &mut Vec<War
     }
     let c = factor.unwrap_or(1.0);
     let report = aim.report(RegularizationKind::JamesStein);
-    choice::warn_about(&report.choices, &aim.choice(c), warnings);
+    context.judge(&report.choices, &aim.choice(c), warnings);
     Ok(aim.apply(c, RegularizationReport { shrinkage_factor: factor, ..report }, warnings))
 }
 
@@ -158,7 +158,7 @@ pub fn attraction(context: &Context, asked: &Attraction, warnings: &mut Vec<Warn
         _ => {}
     }
     let c = drawn.map_or(1.0, |drawn| drawn.factor);
-    choice::warn_about(&report.choices, &aim.choice(c), warnings);
+    context.judge(&report.choices, &aim.choice(c), warnings);
     report.lambda_star = drawn.and_then(|drawn| drawn.weight);
     report.shrinkage_factor = drawn.map(|drawn| drawn.factor);
     (report.criterion, report.fixed) = match asked.parameter {

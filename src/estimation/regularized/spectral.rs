@@ -39,7 +39,7 @@ pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, 
     let estimate = Estimate::new(columns, spectrum, &filtered, least_squares);
     let residuals = residuals(place, spectrum, &filtered, &estimate, least_squares, spec);
     let standing = Standing { context, decided: &decided, rule, filtered: &filtered };
-    let (bias, bounds) = standing.bias(&estimate.directions, warnings);
+    let (bias, bounds) = standing.bias(&estimate.coefficients, &estimate.directions, warnings);
     let regularization = standing.regularization(&problem, warnings);
     let matrix_b = standing.matrix_b(warnings)?;
     let trace = match decided.kind {
@@ -78,8 +78,13 @@ struct Standing<'a> {
 }
 
 impl Standing<'_> {
-    fn bias(&self, directions: &DMatrix<f64>, warnings: &mut Vec<Warning>) -> (BiasReport, Vec<f64>) {
-        let r = self.context.norm_limit(warnings);
+    fn bias(
+        &self,
+        coefficients: &[f64],
+        directions: &DMatrix<f64>,
+        warnings: &mut Vec<Warning>,
+    ) -> (BiasReport, Vec<f64>) {
+        let r = self.context.norm_limit(self.context.norm_of(coefficients), warnings);
         let bias = bias::bias(self.context.spectrum, self.rule, self.decided.parameter(), self.filtered, r);
         let report = BiasReport { paper_bound: bias.paper, e: bias.e, ..self.context.bias(bias.norm, bias.sharp, r) };
         (report, bias::per_coefficient(directions, self.filtered, r))
@@ -104,7 +109,7 @@ impl Standing<'_> {
             predicted_mse: problem.variance.map(|_| sums.mse[0]),
             rms: (sums.rss[0] / self.context.weight).sqrt(),
         };
-        choice::warn_about(&self.decided.choices, &standing, warnings);
+        self.context.judge(&self.decided.choices, &standing, warnings);
         RegularizationReport {
             scheme,
             count,

@@ -21,7 +21,6 @@ use super::{
 };
 use crate::{
     estimation::{
-        choice,
         error::{Faults, FitError},
         estimate::{Estimate, directions},
         factor::multiply_upper_vector,
@@ -96,10 +95,10 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
         estimate.directions = along;
     }
     let residuals = place.of_working(&working, spec.include.residuals);
-    let r = context.norm_limit(warnings);
+    let r = context.norm_limit(context.norm_of(&estimate.coefficients), warnings);
     let (sharp, bounds) = bounds(context, &oblique, decided.lambda_star, r);
     let standing = decided.standing;
-    choice::warn_about(&decided.choices, &standing, warnings);
+    context.judge(&decided.choices, &standing, warnings);
     let eigenvalues = match decided.lambda_star {
         Some(lambda) if !oblique.within_range(lambda) => {
             return Err(Faults::one(

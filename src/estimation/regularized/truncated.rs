@@ -6,7 +6,7 @@
 
 use super::{Applied, Context, condition, report};
 use crate::estimation::{
-    bias, choice,
+    bias,
     error::{Faults, FitError},
     estimate::{Estimate, residuals},
     filter::{Filtered, Rule, Spectral},
@@ -60,11 +60,11 @@ pub fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Res
         ..least.clone()
     };
     let choices = vec![least];
-    choice::warn_about(&choices, &standing, warnings);
+    context.judge(&choices, &standing, warnings);
     context.warn_of_missing("a truncated singular value decomposition", false, warnings);
     let estimate = Estimate::new(columns, spectrum, &filtered, least_squares);
     let residuals = residuals(place, spectrum, &filtered, &estimate, least_squares, spec);
-    let r = context.norm_limit(warnings);
+    let r = context.norm_limit(context.norm_of(&estimate.coefficients), warnings);
     let bounds = bias::per_coefficient(&estimate.directions, &filtered, r);
     let sharp = if dropped > 0 { r } else { 0.0 };
     Ok(Applied {

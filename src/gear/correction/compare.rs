@@ -1,17 +1,31 @@
 //! Whether the machine answered as predicted.
 //!
 //! Before the correction d was measured, `p = d + JΔ` predicted, and afterwards d' is measured. With independent noise of both measurements
-//! (σ each) and entries of J uncertain by η, `d' − p` has at node k the variance `s_k² = 2σ² + η² Σ_j (J_kj Δ_j)²` if the machine is what J
-//! says. Then
+//! (σ each) and entries of J uncertain by η, `d' − p` has at node k the variance `s_k² = 2σ² + u_k²`, `u_k² = η² Σ_j (J_kj Δ_j)²`, if the
+//! machine is what J says. Then
 //!
-//! * `χ² = Σ ((d' − p)/s)²` has as many degrees of freedom as nodes: below its quantile the answer is *as predicted*;
-//! * else the predicted change c = JΔ is scaled: `β = Σ c (d' − d)/s² / Σ c²/s²`, with the standard error `1/√(Σ c²/s²)`. Where β c is what was
-//!   measured (χ² of the rest, a degree of freedom less, below its quantile, or at least nine tenths of the misfit explained) and β is
-//!   away from 1 by more than its error and a common error η of J allow, the machine answered *weaker* (β < 1) or *stronger* (β > 1);
-//! * where β c explains what was measured and β is as near to 1 as those errors allow, the answer is *as predicted* too;
-//! * else *different*: another setting, another tool, another workpiece.
+//! * `χ² = Σ ((d' − p)/s)²` has as many degrees of freedom as nodes: below its quantile nothing speaks against J;
+//! * the predicted change c = JΔ is scaled: `β = Σ c (d' − d)/s² / Σ c²/s²` is how much of it came, with the standard error
+//!   `e² = 1/Σ (c/s)² + η² + Σu²/Σc²`. The first part is what independent errors leave, the second is a common error of all of J, and the
+//!   third is the most that errors of η can do that whole columns have: β is off by `Σ_j η_j ⟨c, J_j Δ_j⟩/‖c‖²` then, and
+//!   `⟨c, J_j Δ_j⟩² ≤ ‖c‖² ‖J_j Δ_j‖²`. Settings that undo each other (‖JΔ‖ far below their single effects) make it great.
 //!
-//! Quantiles are of probability 0.999, so a machine that is what J says is called something else once in a thousand corrections.
+//! β c explains what was measured where χ² itself, or that of the rest with a degree of freedom less, is below its quantile, or where at
+//! least nine tenths of the misfit are gone.
+//!
+//! *What a measurement can tell.* The answer of a machine is told from no answer at all (β = 0, everything stays as it was) only where the
+//! quantile times e is below 1. Where it is not, a small χ² says nothing: any flank between the one before and one much worse would have
+//! been expected.
+//!
+//! | β c | β | verdict |
+//! |---|---|---|
+//! | explains | away from 1 by more than e allows | *weaker* (β < 1), *stronger* (β > 1) or, where β is clearly below 0, *different* |
+//! | explains | as near to 1 as e allows, told from 0 | *as predicted* |
+//! | explains | as near to 1 as e allows, not told from 0 | *undecided* |
+//! | does not | any | *different*: another setting, another tool, another workpiece |
+//!
+//! Quantiles are of probability 0.999, so a machine that is what J says is called something else once or twice in a thousand corrections.
+//! A ratio that is not told from 0 is not answered.
 
 use crate::estimation::{
     Faults, FitError, FitSpec, Nodes, fit,
@@ -51,18 +65,8 @@ pub enum Verdict {
     Weaker,
     Stronger,
     Different,
-}
-
-impl Verdict {
-    /// As the interface writes it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::AsPredicted => "as_predicted",
-            Verdict::Weaker => "weaker",
-            Verdict::Stronger => "stronger",
-            Verdict::Different => "different",
-        }
-    }
+    /// Noise and the uncertainty of J are so great against the predicted change that no answer could have been told from it.
+    Undecided,
 }
 
 /// Predicted beside measured, over the nodes that are defined in all three lists.
@@ -74,12 +78,15 @@ pub struct Answer {
     pub before_rms: f64,
     pub predicted_rms: f64,
     pub measured_rms: f64,
+    /// Of p − d.
+    pub predicted_change_rms: f64,
     /// Of d' − p.
     pub difference_rms: f64,
     /// What `difference_rms` is expected to be: √(mean s²).
     pub expected_difference_rms: f64,
-    /// β; `None` where no change was predicted.
+    /// β; `None` where it is not told from 0.
     pub response_ratio: Option<f64>,
+    /// e.
     pub response_ratio_std_error: Option<f64>,
     pub chi_squared: f64,
     /// The 0.999 quantile that it is held against.
@@ -101,40 +108,39 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
     let (d, p, after) = (of(before), of(predicted), of(measured));
     let largest = d.iter().chain(&p).chain(&after).fold(0.0f64, |most, x| most.max(x.abs()));
     let floor = (ARITHMETIC * largest).max(f64::MIN_POSITIVE.sqrt());
-    let s: Vec<f64> = defined
-        .iter()
-        .map(|&k| {
-            let model = uncertainty.as_ref().map_or(0.0, |u| u[k]);
-            (2.0 * noise_sigma * noise_sigma + model * model + floor * floor).sqrt()
-        })
-        .collect();
+    let u: Vec<f64> = defined.iter().map(|&k| uncertainty.as_ref().map_or(0.0, |u| u[k])).collect();
+    let s: Vec<f64> = u.iter().map(|u| (2.0 * noise_sigma * noise_sigma + u * u + floor * floor).sqrt()).collect();
     let m = defined.len();
     let rms = |x: &dyn Fn(usize) -> f64| ((0..m).map(|i| x(i) * x(i)).sum::<f64>() / m as f64).sqrt();
     let chi_squared: f64 = (0..m).map(|i| ((after[i] - p[i]) / s[i]).powi(2)).sum();
-    let limit = quantile(m);
-    let scaled = Scaled::of(&d, &p, &after, &s)?;
+    let chi_squared_limit = quantile(m);
+    let predicted_change_rms = rms(&|i| p[i] - d[i]);
+    let common = response_uncertainty.hypot(rms(&|i| u[i]) / predicted_change_rms);
+    let scaled = Scaled::of(&d, &p, &after, &s, common)?;
+    let within = chi_squared <= chi_squared_limit;
     let verdict = match &scaled {
-        _ if chi_squared <= limit => Verdict::AsPredicted,
-        Some(scaled) => scaled.verdict(chi_squared, m, *response_uncertainty),
+        Some(scaled) => scaled.verdict(within, chi_squared, m),
+        None if within => Verdict::Undecided,
         None => Verdict::Different,
     };
-    let (ratio, error) = scaled.map_or((None, None), |s| (Some(s.ratio), Some(s.std_error)));
-    let difference_rms = rms(&|i| after[i] - p[i]);
-    let expected_difference_rms = rms(&|i| s[i]);
-    Ok(Answer {
+    let told = scaled.filter(Scaled::told);
+    let mut answer = Answer {
         nodes: m,
         before_rms: rms(&|i| d[i]),
         predicted_rms: rms(&|i| p[i]),
         measured_rms: rms(&|i| after[i]),
-        difference_rms,
-        expected_difference_rms,
-        response_ratio: ratio,
-        response_ratio_std_error: error,
+        predicted_change_rms,
+        difference_rms: rms(&|i| after[i] - p[i]),
+        expected_difference_rms: rms(&|i| s[i]),
+        response_ratio: told.as_ref().map(|told| told.ratio),
+        response_ratio_std_error: told.map(|told| told.std_error),
         chi_squared,
-        chi_squared_limit: limit,
+        chi_squared_limit,
         verdict,
-        sentence: sentence(verdict, ratio, difference_rms, expected_difference_rms),
-    })
+        sentence: String::new(),
+    };
+    answer.sentence = sentence(&answer);
+    Ok(answer)
 }
 
 /// The measured change as a multiple of the predicted one.
@@ -146,8 +152,8 @@ struct Scaled {
 }
 
 impl Scaled {
-    /// A weighted fit of one column; `None` where no change was predicted.
-    fn of(before: &[f64], predicted: &[f64], after: &[f64], s: &[f64]) -> Result<Option<Self>, FitError> {
+    /// A weighted fit of one column; `None` where no change was predicted. `common` is the part of e that does not depend on s.
+    fn of(before: &[f64], predicted: &[f64], after: &[f64], s: &[f64], common: f64) -> Result<Option<Self>, FitError> {
         let change: Vec<f64> = predicted.iter().zip(before).map(|(p, d)| p - d).collect();
         let square: f64 = change.iter().zip(s).map(|(c, s)| (c / s) * (c / s)).sum();
         if !(square > 0.0) {
@@ -165,19 +171,26 @@ impl Scaled {
         };
         let fitted = fit(&nodes, &spec)?;
         let ratio = fitted.coefficients[0].value;
-        Ok(Some(Scaled { ratio, std_error: 1.0 / square.sqrt(), left: fitted.residuals.rss / (least * least) }))
+        let std_error = (1.0 / square.sqrt()).hypot(common);
+        Ok(Some(Scaled { ratio, std_error, left: fitted.residuals.rss / (least * least) }))
     }
 
-    fn verdict(&self, chi_squared: f64, nodes: usize, eta: f64) -> Verdict {
-        let explained = self.left <= quantile(nodes.max(2) - 1) || self.left <= (1.0 - EXPLAINED) * chi_squared;
-        let away = (self.ratio - 1.0).abs() > TWO_SIDED * self.std_error.hypot(eta);
-        match explained && away {
+    /// Whether the answer could have been told from none.
+    fn told(&self) -> bool {
+        TWO_SIDED * self.std_error < 1.0
+    }
+
+    fn verdict(&self, within: bool, chi_squared: f64, nodes: usize) -> Verdict {
+        let explained =
+            within || self.left <= quantile(nodes.max(2) - 1) || self.left <= (1.0 - EXPLAINED) * chi_squared;
+        let most = TWO_SIDED * self.std_error;
+        match explained && (self.ratio - 1.0).abs() > most {
             // the machine went the other way: no multiple of what J says
-            true if self.ratio < -TWO_SIDED * self.std_error => Verdict::Different,
+            true if self.ratio < -most => Verdict::Different,
             true if self.ratio < 1.0 => Verdict::Weaker,
             true => Verdict::Stronger,
-            // all of J may be off by η together
-            false if explained => Verdict::AsPredicted,
+            false if explained && self.told() => Verdict::AsPredicted,
+            false if explained => Verdict::Undecided,
             false => Verdict::Different,
         }
     }
@@ -190,14 +203,22 @@ fn quantile(freedom: usize) -> f64 {
     nu * (1.0 - spread + ONE_SIDED * spread.sqrt()).powi(3)
 }
 
-fn sentence(verdict: Verdict, ratio: Option<f64>, difference: f64, expected: f64) -> String {
-    let came = ratio.map_or(String::new(), |ratio| format!(", {:.0} % of the predicted change came", 100.0 * ratio));
+fn sentence(answer: &Answer) -> String {
+    let Answer { difference_rms: difference, expected_difference_rms: expected, .. } = answer;
+    let came = answer
+        .response_ratio
+        .map_or(String::new(), |ratio| format!(", {:.0} % of the predicted change came", 100.0 * ratio));
     let apart = format!("measured and predicted differ by {difference:.3} µm rms, {expected:.3} µm are expected{came}");
-    match verdict {
+    match answer.verdict {
         Verdict::AsPredicted => format!("The machine answered as predicted: {apart}."),
         Verdict::Weaker => format!("The machine answered more weakly than predicted: {apart}."),
         Verdict::Stronger => format!("The machine answered more strongly than predicted: {apart}."),
         Verdict::Different => format!("The machine answered differently: {apart}."),
+        Verdict::Undecided => format!(
+            "The measurement says nothing about the machine's answer: a change of {:.3} µm rms was predicted, noise and the uncertainty of \
+             the sensitivity let measured and predicted differ by {expected:.3} µm, and they differ by {difference:.3} µm.",
+            answer.predicted_change_rms
+        ),
     }
 }
 

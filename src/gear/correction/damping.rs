@@ -17,7 +17,9 @@
 //! `λ* = Σλᵢ (η² + σ²/‖P y‖²)`, at most λₙ.
 //!
 //! It depends on J's uncertainty and on the size of noise against the deviations, never on the estimate along small directions, which is what
-//! criteria that look at residuals or at a plug-in mean squared error must trust.
+//! criteria that look at residuals or at a plug-in mean squared error must trust. For the same reason bias bounds do not take the norm of
+//! that estimate for the size of what is wanted, but √n τ, or what the limits of the settings allow; and the plug-in mean squared error is
+//! not held against λ*.
 
 use crate::estimation::{
     FitResult,

@@ -10,13 +10,13 @@
 
 use super::{
     damping::{self, Damping, Trust},
-    problem::Correction,
+    problem::{Asked, Correction, Setting},
     solution::Limit,
 };
 use crate::estimation::{
     FitError, FitResult, FitSpec, Nodes, fit,
     result::Warning,
-    spec::{Attraction, Count, JamesStein, Model, Regularization},
+    spec::{Attraction, Count, ExpectedSize, JamesStein, Model, Regularization},
 };
 
 /// Rounds for each setting, at most.
@@ -67,6 +67,7 @@ pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) 
             Ok(Fitted { result: fit(&nodes, &FitSpec { regularization, ..spec })?, trust: None })
         }
         Damping::Uncertainty => {
+            let spec = FitSpec { expected_size: expected(asked, free), ..spec };
             let plain = fit(&nodes, &FitSpec { regularization: Regularization::None, ..spec.clone() })?;
             let trust = damping::trust(&plain, square, asked.response_uncertainty, asked.noise_sigma);
             let regularization = damping::regularization(&plain, trust);
@@ -77,6 +78,16 @@ pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) 
             Ok(Fitted { result, trust })
         }
     }
+}
+
+/// How large the changes of the settings `free` are taken to be: as large as they may be where all of them have limits, else as the deviations
+/// speak for. Not as plain least squares makes them, which lets those that cannot be told apart run away.
+fn expected(asked: &Asked, free: &[usize]) -> ExpectedSize {
+    let furthest = |j: &usize| {
+        let Setting { min, max, .. } = &asked.settings[*j];
+        Some(min.as_ref()?.abs().max(max.as_ref()?.abs()))
+    };
+    free.iter().map(furthest).collect::<Option<Vec<f64>>>().map_or(ExpectedSize::OfHeights, ExpectedSize::Within)
 }
 
 /// The caller's regularisation for some of the settings: targets lose the entries of the others, and of so many directions or eigenvalues

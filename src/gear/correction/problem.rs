@@ -47,8 +47,9 @@ pub struct Asked {
     pub scaling: Scaling,
     /// Standard deviation of a measured deviation of weight 1, µm; by default that of the residuals.
     pub noise_sigma: Option<f64>,
-    /// r of the bias bounds, in the scaled columns (µm of a whole column); by default the norm of the least-squares estimate, which settings
-    /// that cannot be told apart make very large.
+    /// r of the bias bounds, in the scaled columns (µm of a whole column). By default, under [`Damping::Uncertainty`], the norm of the changes
+    /// that the limits allow where every setting has both, else √n τ, what the deviations speak for ([`crate::estimation::spec::ExpectedSize`]);
+    /// under [`Damping::Asked`] the service's, the norm of the least-squares estimate.
     pub coefficient_norm_limit: Option<f64>,
     /// η, standard uncertainty of an entry of J relative to the entry.
     pub response_uncertainty: f64,
@@ -135,15 +136,19 @@ impl Correction {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let counts = |k: &usize| !asked.deviation[*k].is_nan() && asked.weight.as_ref().is_none_or(|w| w[*k] > 0.0);
-        let counted_nodes: Vec<usize> = (0..rows).filter(counts).collect();
+        let defined: Vec<usize> = (0..rows).filter(|&k| !asked.deviation[k].is_nan()).collect();
+        let weighs = |k: &usize| asked.weight.as_ref().is_none_or(|w| w[*k] > 0.0);
+        let counted_nodes: Vec<usize> = defined.iter().copied().filter(weighs).collect();
         if counted_nodes.len() < columns {
-            let detail = format!(
-                "{} cannot be told from {}",
-                counted(columns, "setting", "settings"),
-                counted(counted_nodes.len(), "defined node", "defined nodes")
-            );
-            return Err(Faults::one("/deviation_um", detail));
+            // at the place that can be changed: what leaves too few nodes, or asks too much of those that there are
+            let (pointer, left) = match defined.len() {
+                0 => ("/deviation_um", "defined"),
+                there if there >= columns => ("/weight", "with a weight above 0"),
+                _ => ("/sensitivity/settings", "defined"),
+            };
+            let settings = counted(columns, "setting", "settings");
+            let nodes = counted(counted_nodes.len(), "node", "nodes");
+            return Err(Faults::one(pointer, format!("{settings} cannot be told from {nodes} {left}")));
         }
         for (j, setting) in asked.settings.iter().enumerate() {
             if counted_nodes.iter().all(|&k| asked.sensitivity[k * columns + j] == 0.0) {

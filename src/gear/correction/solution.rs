@@ -29,7 +29,8 @@ pub struct Change {
     pub unlimited: f64,
     /// Of a free setting, given those at limits; `None` at a limit and without degrees of freedom.
     pub std_error: Option<f64>,
-    /// Sharp bound on what regularisation took away, given the norm of the least-squares estimate; `None` at a limit.
+    /// Sharp bound on what regularisation takes away, if all changes that are wanted have at most the norm r of the fit's
+    /// [`crate::estimation::result::BiasReport`] in the scaled columns; `None` at a limit.
     pub bias_bound: Option<f64>,
     pub limited: Option<Limit>,
 }

@@ -27,6 +27,13 @@ use super::correction::{
     problem::{MOST_ENTRIES, MOST_SETTINGS},
 };
 
+/// Most of [`Asked::response_noise`]: as much as the response itself.
+pub const MOST_RESPONSE_NOISE: f64 = 1.0;
+/// Most of [`Asked::probe_noise`], µm: a metre.
+pub const MOST_PROBE_NOISE: f64 = 1e6;
+/// How far a setting that is off may move a node, µm: a kilometre.
+pub const MOST_DEVIATION: f64 = 1e9;
+
 /// A machine to be simulated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked {
@@ -36,12 +43,20 @@ pub struct Asked {
     pub settings: Vec<Setting>,
     /// Standard deviation of what each setting is off by at first, in its unit.
     pub setting_error: Vec<f64>,
-    /// ρ, by how much an entry of the true response differs from that of J, relative to it.
+    /// ρ, by how much an entry of the true response differs from that of J, relative to it; 0 to 1.
     pub response_noise: f64,
-    /// Standard deviation of a measured deviation, µm.
+    /// Standard deviation of a measured deviation, µm; 0 to 1e6.
     pub probe_noise: f64,
-    /// Share of the nodes that a measurement misses, below 1.
+    /// Share of the nodes that a measurement misses; it leaves as many nodes as there are settings.
     pub missing: f64,
+}
+
+impl Asked {
+    /// Nodes that a measurement misses.
+    fn missed(&self) -> usize {
+        let nodes = self.sensitivity.len() / self.settings.len().max(1);
+        (self.missing * nodes as f64).floor() as usize
+    }
 }
 
 /// A machine with its hidden state.
@@ -100,7 +115,7 @@ impl Simulation {
     pub fn measure(&self) -> Vec<f64> {
         let mut noise = Normals::new(self.asked.seed, 2 + 2 * self.corrections);
         let mut measured: Vec<f64> = self.flank().iter().map(|d| d + self.asked.probe_noise * noise.draw()).collect();
-        let missed = (self.asked.missing * measured.len() as f64).floor() as usize;
+        let missed = self.asked.missed();
         let lots = Normals::new(self.asked.seed, 3 + 2 * self.corrections).take(measured.len());
         let mut order: Vec<usize> = (0..measured.len()).collect();
         order.sort_by(|&a, &b| lots[a].total_cmp(&lots[b]));
@@ -152,17 +167,32 @@ fn check(asked: &Asked) -> Result<(), Faults> {
         let wanted = counted(columns, "setting", "settings");
         faults.push("/setting_error", format!("{} for {wanted}", entries(asked.setting_error.len())));
     }
-    let deviations = asked.setting_error.iter().enumerate().map(|(j, e)| (format!("/setting_error/{j}"), *e)).chain([
-        ("/response_noise".to_owned(), asked.response_noise),
-        ("/probe_noise_um".to_owned(), asked.probe_noise),
-    ]);
-    for (pointer, value) in deviations {
-        if !(value.is_finite() && value >= 0.0) {
-            faults.push(pointer, format!("{} is not a finite deviation of at least 0", Shown(value)));
+    for (j, error) in asked.setting_error.iter().enumerate() {
+        let effect =
+            asked.sensitivity.iter().skip(j).step_by(columns).fold(0.0f64, |most, x| most.max((x * error).abs()));
+        if !(error.is_finite() && *error >= 0.0) {
+            let detail = format!("{} is not a finite deviation of at least 0", Shown(*error));
+            faults.push(format!("/setting_error/{j}"), detail);
+        } else if effect > MOST_DEVIATION {
+            let detail = format!("it moves a node by {} µm; at most {MOST_DEVIATION:e} µm", Shown(effect));
+            faults.push(format!("/setting_error/{j}"), detail);
         }
     }
+    for (pointer, value, most) in [
+        ("/response_noise", asked.response_noise, MOST_RESPONSE_NOISE),
+        ("/probe_noise_um", asked.probe_noise, MOST_PROBE_NOISE),
+    ] {
+        if !(0.0..=most).contains(&value) {
+            faults.push(pointer, format!("{} is not a deviation between 0 and {most:e}", Shown(value)));
+        }
+    }
+    let nodes = numbers / columns;
     if !(0.0..1.0).contains(&asked.missing) {
         faults.push("/missing", format!("{} is not a share of at least 0 and below 1", Shown(asked.missing)));
+    } else if nodes >= columns && nodes - asked.missed() < columns {
+        let left = counted(nodes - asked.missed(), "node", "nodes");
+        let settings = counted(columns, "setting", "settings");
+        faults.push("/missing", format!("it leaves {left}, from which {settings} cannot be told"));
     }
     faults.into_result(())
 }

@@ -82,6 +82,18 @@ async fn limits_hold_and_machines_are_known() {
     assert_eq!(ground["settings"].as_array().unwrap().len(), 7);
     assert!(ground["predicted"]["rms_um"].as_f64().unwrap() < 0.5, "{}", ground["predicted"]["rms_um"]);
     assert!(!ground["indistinguishable"].as_array().unwrap().is_empty());
+    // seven settings on one flank depend on each other: the default is not measured by the estimate that it is there to avoid
+    let bias = &ground["result"]["bias"];
+    assert_eq!(bias["coefficient_norm_limit_source"], "heights", "{bias}");
+    for setting in ground["settings"].as_array().unwrap() {
+        assert!(setting["limited"] == true || setting["bias_bound"].as_f64().unwrap() < 100.0, "{setting}");
+    }
+    assert!(
+        !ground["result"]["warnings"].to_string().contains("worse_than_least_squares"),
+        "{}",
+        ground["result"]["warnings"]
+    );
+    let many: Vec<String> = (0..21).map(|j| format!("axis {j}")).collect();
     for (body, pointer) in [
         (json!({}), "/sensitivity"),
         (json!({"sensitivity": {"settings": ["a"], "matrix": [[1.0]]}}), "/sensitivity/matrix"),
@@ -92,6 +104,14 @@ async fn limits_hold_and_machines_are_known() {
         (json!({"sensitivity": sensitivity(), "limits": [{"min": 1.0, "max": 0.0}, null]}), "/limits/0/min"),
         (json!({"sensitivity": sensitivity(), "noise_sigma_um": 0.0}), "/noise_sigma_um"),
         (json!({"sensitivity": sensitivity(), "response_uncertainty": 2.0}), "/response_uncertainty"),
+        (json!({"sensitivity": sensitivity(), "weight": vec![0.0; 20]}), "/weight"),
+        (json!({"sensitivity": {"settings": many, "matrix": vec![[1.0; 21]; 20]}}), "/sensitivity/settings"),
+        // once, not for each node: all of them lie below the base circle
+        (json!({"sensitivity": {"machine": "form_grinding", "profile_axis": "diameter"}}), "/sensitivity/profile_axis"),
+        (
+            json!({"sensitivity": {"machine": "form_grinding", "helix_range_mm": [5.0, 5.0]}}),
+            "/sensitivity/helix_range_mm",
+        ),
     ] {
         assert_eq!(pointers(&app, &path, &body).await, [pointer], "{body}");
     }
@@ -116,17 +136,45 @@ async fn the_closed_loop_is_a_job_and_least_squares_runs_away() {
     assert_eq!(iterations[0]["records"][0]["kind"], "correction");
     let told = send(app.get(&format!("{job}/iterations/1/correction"))).await.json();
     assert_eq!(told["answer"]["verdict"], "as_predicted", "{}", told["answer"]);
+    // settings that ran away made the flank worse: that is no answer as predicted
+    let job = format!("/v1/jobs/{}", answer["runs"][1]["job_id"].as_str().unwrap());
+    let told = send(app.get(&format!("{job}/iterations/1/correction"))).await.json();
+    let [before, after] = ["before_rms_um", "measured_rms_um"].map(|key| told["answer"][key].as_f64().unwrap());
+    assert!(after > before, "{}", told["answer"]);
+    assert_eq!(told["answer"]["verdict"], "undecided", "{}", told["answer"]);
+    assert_eq!(told["answer"].get("response_ratio"), None);
     let again = json!({"seed": 1, "store": false});
     let dry = taken(&app, "/v1/simulations/closed-loop", &again).await;
     assert_eq!(dry["runs"][0].get("job_id"), None);
     assert_eq!(dry["runs"][0]["rounds"], answer["runs"][0]["rounds"], "a seed tells everything");
+    let tilts: Vec<[f64; 2]> = (0..9).map(|k| [f64::from(k / 3) - 1.0, f64::from(k % 3) - 1.0]).collect();
+    // settings that do the same have no condition
+    let same: Vec<[f64; 2]> = (0..9).map(|k| [f64::from(k), f64::from(k)]).collect();
+    let body =
+        json!({"matrix": same, "settings": ["a", "b"], "grid": [3, 3], "setting_error": [1.0, 1.0], "store": false});
+    assert_eq!(taken(&app, "/v1/simulations/closed-loop", &body).await.get("condition"), None);
     for (body, pointer) in [
         (json!({"corrections": 0}), "/corrections"),
         (json!({"strategies": ["hope"]}), "/strategies/0"),
         (json!({"missing": 1.0}), "/missing"),
-        (json!({"matrix": [[1.0]]}), "/matrix"),
+        (json!({"missing": 0.95}), "/missing"),
+        (json!({"response_noise": 1e300}), "/response_noise"),
+        (json!({"response_uncertainty": 2.0}), "/response_uncertainty"),
+        (json!({"probe_noise_um": 1e200}), "/probe_noise_um"),
+        (json!({"setting_error": [1.0]}), "/setting_error"),
+        (json!({"setting_error": [1.0, 1.0, 1.0, 1e200, 1.0, 1.0]}), "/setting_error/3"),
+        (json!({"matrix": tilts, "settings": ["a", "b"], "grid": [3, 3]}), "/setting_error"),
+        (json!({"matrix": tilts, "settings": ["a", "a"], "grid": [3, 3], "setting_error": [1.0, 1.0]}), "/settings/1"),
+        (json!({"matrix": vec![[1.0]; 4], "settings": ["a"], "grid": [2, 2], "setting_error": [1.0]}), "/grid"),
+        (
+            json!({"matrix": tilts, "settings": ["a", "b"], "grid": [3, 3], "setting_error": [1.0, 1.0], "missing": 0.7}),
+            "/missing",
+        ),
     ] {
-        assert_eq!(pointers(&app, "/v1/simulations/closed-loop", &body).await, [pointer]);
+        assert_eq!(pointers(&app, "/v1/simulations/closed-loop", &body).await, [pointer], "{body}");
     }
+    // what is missing of a machine of one's own
+    let body = json!({"matrix": [[1.0]]});
+    assert_eq!(pointers(&app, "/v1/simulations/closed-loop", &body).await, ["/settings", "/grid", "/setting_error"]);
     app.stop().await;
 }
