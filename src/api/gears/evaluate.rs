@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::{
     evaluate_request::{EvaluateBody, EvaluationSettingsBody},
+    figures::FiguresBody,
     notice::NoticeBody,
     trace::{KindName, SideName},
 };
@@ -13,7 +14,7 @@ use crate::{
     estimation::Faults,
     gear::{
         Gear,
-        evaluation::{self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Twist},
+        evaluation::{self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, TraceSurface, Twist},
         tolerance::Class,
     },
 };
@@ -28,6 +29,9 @@ pub struct EvaluationBody {
     pub means: Vec<MeanBody>,
     /// Of teeth with helices near root and tip or with profiles at both ends.
     pub twists: Vec<TwistBody>,
+    /// Second-order surfaces of the tooth flanks whose traces tell one: profiles and helices, more than a plain cross of two, with their sections
+    /// (or three of a kind).
+    pub surfaces: Vec<TraceSurfaceBody>,
     /// The coarsest class of all traces, 1 to 11; left out where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<u8>,
@@ -141,6 +145,25 @@ pub struct TwistBody {
     pub sections_mm: Option<[f64; 2]>,
 }
 
+/// The second-order surface through all traces of a tooth flank, over the evaluation ranges (not extended to reference lengths), transverse; by
+/// plain least squares.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceSurface)]
+pub struct TraceSurfaceBody {
+    pub tooth: String,
+    pub flank: SideName,
+    /// How many traces it goes through.
+    pub traces: usize,
+    /// Samples within the evaluation ranges.
+    pub samples: usize,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub figures: FiguresBody,
+    /// What the surface leaves.
+    pub rms_um: f64,
+    pub peak_to_valley_um: f64,
+}
+
 /// Evaluates the traces of a request; `own` is the gear of the job that they belong to. Processor work.
 pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let body: EvaluateBody = read_json(text)?;
@@ -173,6 +196,7 @@ impl EvaluationBody {
             traces: evaluation.traces.into_iter().map(EvaluatedTraceBody::from).collect(),
             means: evaluation.summaries.into_iter().map(MeanBody::from).collect(),
             twists: evaluation.twists.into_iter().map(TwistBody::from).collect(),
+            surfaces: evaluation.surfaces.into_iter().map(TraceSurfaceBody::from).collect(),
             class,
             beyond_classes,
             evaluation: settings,
@@ -243,6 +267,20 @@ impl From<Spread> for SpreadBody {
     fn from(spread: Spread) -> Self {
         let Spread { mean, variation, worst_tooth, worst } = spread;
         SpreadBody { mean, variation, worst, worst_tooth }
+    }
+}
+
+impl From<TraceSurface> for TraceSurfaceBody {
+    fn from(of: TraceSurface) -> Self {
+        TraceSurfaceBody {
+            tooth: of.tooth,
+            flank: of.side.into(),
+            traces: of.traces,
+            samples: of.surface.nodes.used,
+            figures: FiguresBody::from(&of.surface),
+            rms_um: of.surface.remainder.rms,
+            peak_to_valley_um: of.surface.remainder.peak_to_valley,
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Curves of a gear tester: evaluated, and as nodes of a flank.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::{
     evaluate::EvaluationBody,
-    evaluate_request::{DeviationSignName, EvaluationSettingsBody, SignName},
+    evaluate_request::{DeviationSignName, DirectionName, EvaluationSettingsBody, SignName},
     file::{FileRead, FlankNodes, ImportSpecBody, told},
     file_gears,
     notice::NoticeBody,
@@ -13,8 +13,8 @@ use crate::{
     api::problem::Problem,
     formats::klingelnberg::{Curves, ProfileAxis, Range, Sense, SliceOf},
     gear::{
-        Gear, Kind, Side, Trace,
-        evaluation::{self, Position, Posted},
+        Gear, Kind, Trace,
+        evaluation::{self, FlankTraces, Position, Posted},
     },
 };
 
@@ -49,11 +49,7 @@ pub(super) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&Gear>) -
     let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
     let settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default());
     let evaluation = evaluated(&gear, &traces, &settings, &mut warnings);
-    let to_normal = match curves.header.rules().section {
-        Some(SliceOf::Normal) => 1.0,
-        _ => gear.base_helix_angle().cos(),
-    };
-    let nodes = nodes_of(&gear, &traces, &settings, to_normal);
+    let nodes = nodes_of(&gear, &traces, &settings);
     let evaluation = evaluation.map(|mut found| {
         found.warnings.splice(0..0, warnings.iter().cloned());
         found
@@ -91,6 +87,9 @@ fn settings(curves: &Curves, gear: &Gear, mut asked: EvaluationSettingsBody) -> 
         let length = rules.helix_length.length;
         asked.helix_reference_length_mm = length.left.or(length.right).filter(|length| *length > 0.0);
     }
+    if rules.section == Some(SliceOf::Normal) {
+        asked.direction = asked.direction.or(Some(DirectionName::Normal));
+    }
     asked.sign = asked.sign.or(Some(SignName::Din));
     asked.deviation_sign = Some(DeviationSignName::Din);
     asked
@@ -105,8 +104,7 @@ fn evaluated(
     if traces.is_empty() {
         return None;
     }
-    let posted: Vec<Posted<'_>> = traces.iter().map(|trace| Posted { trace, design: None }).collect();
-    match evaluation::evaluate(gear, &posted, &settings.settings()) {
+    match evaluation::evaluate(gear, &posted(traces), &settings.settings()) {
         Ok(found) => {
             let explicit = settings.explicit(&found);
             Some(EvaluationBody::new(found, explicit))
@@ -120,44 +118,18 @@ fn evaluated(
     }
 }
 
-/// Traces whose section is known, tooth by tooth (letters aside) and flank by flank, the one with most traces first: the samples of the
-/// evaluation range, for what lies beyond (the rounding of the tip) is no matter of the flank. `to_normal` turns deviations into those along
-/// the normal.
-fn nodes_of(gear: &Gear, traces: &[Trace], settings: &EvaluationSettingsBody, to_normal: f64) -> Vec<FlankNodes> {
-    let rolls = settings.profile_diameter_range_mm.and_then(|[low, high]| {
-        let [low, high] = [gear.roll_length(low)?, gear.roll_length(high)?];
-        Some([low.min(high), low.max(high)])
-    });
-    let within = |x: f64, range: Option<[f64; 2]>| {
-        range.is_none_or(|[low, high]| low - evaluation::EDGE <= x && x <= high + evaluation::EDGE)
+/// The flanks with their samples as nodes, along the normal.
+fn nodes_of(gear: &Gear, traces: &[Trace], settings: &EvaluationSettingsBody) -> Vec<FlankNodes> {
+    let to_normal = gear.base_helix_angle().cos();
+    let nodes = |flank: FlankTraces| FlankNodes {
+        traces: flank.traces(),
+        places: flank.places.iter().map(|[roll, z, deviation]| [*roll, *z, deviation * to_normal]).collect(),
+        tooth: flank.tooth,
+        side: flank.side,
     };
-    let mut flanks: BTreeMap<(String, Side), FlankNodes> = BTreeMap::new();
-    for trace in traces {
-        let Some(section) = trace.section else { continue };
-        let tooth = Position::split(&trace.tooth).0.to_owned();
-        // DIN's helices are positive where the flank is turned counterclockwise
-        let (fixed, sign) = match trace.kind {
-            Kind::Profile => (Some(section), 1.0),
-            Kind::Helix => (gear.roll_length(section), trace.side.sign()),
-        };
-        let Some(fixed) = fixed else { continue };
-        let flank = flanks.entry((tooth.clone(), trace.side)).or_insert_with(|| FlankNodes {
-            tooth,
-            side: trace.side,
-            traces: 0,
-            places: Vec::new(),
-        });
-        flank.traces += 1;
-        let range = if trace.kind == Kind::Profile { rolls } else { settings.helix_range_mm };
-        let each = trace.at.iter().zip(&trace.deviation);
-        let each = each.filter(|(at, deviation)| deviation.is_finite() && within(**at, range));
-        let scale = sign * to_normal;
-        flank.places.extend(each.map(|(at, deviation)| match trace.kind {
-            Kind::Profile => [*at, fixed, scale * deviation],
-            Kind::Helix => [fixed, *at, scale * deviation],
-        }));
-    }
-    let mut flanks: Vec<FlankNodes> = flanks.into_values().filter(|flank| !flank.places.is_empty()).collect();
-    flanks.sort_by_key(|flank| std::cmp::Reverse(flank.traces));
-    flanks
+    evaluation::flank_traces(gear, &posted(traces), &settings.settings()).into_iter().map(nodes).collect()
+}
+
+fn posted(traces: &[Trace]) -> Vec<Posted<'_>> {
+    traces.iter().map(|trace| Posted { trace, design: None }).collect()
 }

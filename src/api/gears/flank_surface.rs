@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 use super::{
     correction_request::ProfileAxisName,
     evaluate_request::{DeviationSignName, SignName},
+    figures::FiguresBody,
     gear::GearBody,
     trace::SideName,
 };
@@ -24,7 +25,7 @@ use crate::{
     gear::{
         Gear,
         evaluation::{
-            flank_surface::{Border, Figure, FlankNodes, FlankSurface, ProfileAxis, SurfaceSettings, flank_surface},
+            flank_surface::{Border, FlankNodes, FlankSurface, ProfileAxis, SurfaceSettings, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
     },
@@ -84,17 +85,9 @@ pub struct BorderPercentBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankSurface)]
 pub struct FlankSurfaceBody {
-    /// In the middle of the flank.
-    pub mean_um: FigureBody,
-    /// From root to tip; positive where material grows towards the tip.
-    pub profile_slope_um: FigureBody,
-    /// Over the width, by the sign asked for.
-    pub helix_slope_um: FigureBody,
-    /// Positive where material stands out half-way between root and tip.
-    pub profile_crowning_um: FigureBody,
-    pub helix_crowning_um: FigureBody,
-    /// 4 c_uv, by the sign asked for.
-    pub twist_um: FigureBody,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub figures: FiguresBody,
     pub form: FlankFormBody,
     /// What u = ∓1 and v = ∓1 stand for, after trimming.
     pub roll_length_range_mm: [f64; 2],
@@ -102,19 +95,6 @@ pub struct FlankSurfaceBody {
     pub nodes: FlankNodesBody,
     /// The fit, as `POST /v1/fits` answers it: u and v over [-1, 1].
     pub result: FitResultBody,
-}
-
-/// A figure with what is known of its error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FlankFigure)]
-pub struct FigureBody {
-    pub value: f64,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub std_error: Option<f64>,
-    /// Most by which regularisation can have moved it.
-    pub bias_bound: f64,
-    /// Without regularisation.
-    pub least_squares: f64,
 }
 
 /// What the surface leaves over.
@@ -242,28 +222,22 @@ fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
 }
 
-impl From<Figure> for FigureBody {
-    fn from(figure: Figure) -> Self {
-        let Figure { value, std_error, bias_bound, least_squares } = figure;
-        FigureBody { value, std_error, bias_bound, least_squares }
-    }
-}
-
 fn write(found: &FlankSurface, digest: &str) -> Result<Vec<u8>, Problem> {
     let text = fit_text::write(&found.result, None, digest).map_err(Problem::internal)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     let mut json = Json::with_capacity(2048 + text.len());
     let mut object = json.object();
-    let figures = [
-        ("mean_um", found.mean),
-        ("profile_slope_um", found.profile_slope),
-        ("helix_slope_um", found.helix_slope),
-        ("profile_crowning_um", found.profile_crowning),
-        ("helix_crowning_um", found.helix_crowning),
-        ("twist_um", found.twist),
-    ];
-    for (name, figure) in figures {
-        object.field(name, &FigureBody::from(figure));
+    let FiguresBody { mean_um, profile_slope_um, helix_slope_um, profile_crowning_um, helix_crowning_um, twist_um } =
+        FiguresBody::from(found);
+    for (name, figure) in [
+        ("mean_um", mean_um),
+        ("profile_slope_um", profile_slope_um),
+        ("helix_slope_um", helix_slope_um),
+        ("profile_crowning_um", profile_crowning_um),
+        ("helix_crowning_um", helix_crowning_um),
+        ("twist_um", twist_um),
+    ] {
+        object.field(name, &figure);
     }
     object
         .field(

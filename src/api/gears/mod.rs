@@ -10,6 +10,7 @@ pub mod deviations;
 pub mod deviations_request;
 pub mod evaluate;
 pub mod evaluate_request;
+pub mod figures;
 pub mod file;
 mod file_curves;
 pub mod file_gears;

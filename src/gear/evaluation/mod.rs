@@ -6,6 +6,7 @@
 
 mod design;
 pub mod flank_surface;
+mod flank_traces;
 pub mod pitch;
 pub mod runout;
 pub mod settings;
@@ -13,6 +14,7 @@ mod single;
 pub mod summary;
 
 pub use design::design;
+pub use flank_traces::{FlankTraces, TraceSurface, flank_traces};
 use settings::{Settings, Window};
 use single::Subject;
 pub use single::{EDGE, FEWEST_SAMPLES, Samples, Values};
@@ -79,6 +81,8 @@ pub struct Evaluation {
     /// Over the teeth, for every kind and flank that there are.
     pub summaries: Vec<Summary>,
     pub twists: Vec<Twist>,
+    /// Of the flanks whose traces tell one.
+    pub surfaces: Vec<TraceSurface>,
     /// The coarsest class of all.
     pub overall: Option<Class>,
     pub tolerances: Result<Tolerances, OutOfScope>,
@@ -125,9 +129,10 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     }
     let summaries = summary::summaries(&traces);
     let twists = summary::twists(&traces, settings);
+    let surfaces = flank_traces::surfaces(gear, posted, [profile.as_ref(), helix.as_ref()], settings);
     let overall =
         super::tolerance::overall(traces.iter().filter_map(|t| t.classes).flat_map(|c| [c.slope, c.form, c.total]));
-    Ok(Evaluation { traces, profile, helix, summaries, twists, overall, tolerances, notices })
+    Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, notices })
 }
 
 fn classes(tolerances: &Tolerances, kind: Kind, values: &Values, settings: &Settings) -> Option<Classes> {

@@ -169,6 +169,55 @@ async fn injected_slope_crowning_and_twist_come_back() {
 }
 
 #[tokio::test]
+async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
+    let app = TestApp::start().await;
+    let base = 52.0 * 20f64.to_radians().cos();
+    let diameter = |l: f64| base.hypot(2.0 * l);
+    let z: Vec<f64> = (0..=30).map(|i| 0.5 * f64::from(i)).collect();
+    let roll: Vec<f64> = (0..=40).map(|i| 5.0 + 0.15 * f64::from(i)).collect();
+    // material over u on roll lengths 6 to 10 and v on z 1 to 14: all six terms; beyond the ranges a heap that must not count
+    let material = |l: f64, z: f64| {
+        let (u, v) = ((l - 8.0) / 2.0, (z - 7.5) / 6.5);
+        let beyond = if u.abs() > 1.01 || v.abs() > 1.01 { 1000.0 } else { 0.0 };
+        1.0 + 5.0 * u - 3.0 * v - 4.0 * u * u + 2.5 * u * v - 7.0 * v * v + beyond
+    };
+    for (flank, turned) in [("left", 1.0), ("right", -1.0)] {
+        let profile = |tooth: &str, at: f64| {
+            json!({"tooth": tooth, "flank": flank, "kind": "profile", "roll_length_mm": roll, "section_z_mm": at,
+                   "deviation_um": line(&roll, |l| material(l, at))})
+        };
+        let helix = |tooth: &str, at: f64| {
+            json!({"tooth": tooth, "flank": flank, "kind": "helix", "z_mm": z, "section_diameter_mm": diameter(at),
+                   "deviation_um": line(&z, |z| turned * material(at, z))})
+        };
+        let evaluation =
+            json!({"profile_diameter_range_mm": [diameter(6.0), diameter(10.0)], "helix_range_mm": [1.0, 14.0]});
+        let traces =
+            json!([profile("4u", 2.0), profile("4", 7.5), helix("4", 8.0), profile("9", 7.5), helix("9", 8.0)]);
+        let request = json!({"gear": spur(), "traces": traces, "evaluation": evaluation});
+        let answer = taken(&app, "/v1/gears/evaluate", &request).await;
+        let surfaces = answer["surfaces"].as_array().unwrap();
+        // tooth 9 has a plain cross
+        assert_eq!(surfaces.len(), 1, "{surfaces:?}");
+        let found = &surfaces[0];
+        assert_eq!((&found["tooth"], &found["flank"], &found["traces"]), (&json!("4"), &json!(flank), &json!(3)));
+        for (name, truth) in [
+            ("mean_um", 1.0),
+            ("profile_slope_um", 10.0),
+            ("helix_slope_um", turned * -6.0),
+            ("profile_crowning_um", 4.0),
+            ("helix_crowning_um", 7.0),
+            ("twist_um", turned * 10.0),
+        ] {
+            assert!((found[name]["value"].as_f64().unwrap() - truth).abs() < 1e-6, "{name} {}", found[name]);
+        }
+        assert!(found["peak_to_valley_um"].as_f64().unwrap() < 1e-9);
+        assert_eq!(found["samples"], 2 * 27 + 27);
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
 async fn evaluations_are_kept_with_an_iteration_and_take_the_gear_of_the_job() {
     let app = TestApp::start().await;
     let job = send(app.post("/v1/jobs", json!({"name": "w", "gear": spur()}).to_string())).await.json();

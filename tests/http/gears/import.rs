@@ -90,6 +90,13 @@ async fn curves_become_an_iteration_with_its_evaluation() {
         close(trace["slope_um"].as_f64().unwrap(), truth, 2e-3);
     }
     assert_eq!(traces[3]["samples"]["undefined"], 4);
+    // next to them the surface of the flank: 10 µm over the evaluated profile, 6 µm over 15 mm of width
+    let surface = &kept["result"]["surfaces"][0];
+    let over = kept["result"]["evaluation"]["helix_range_mm"].as_array().unwrap();
+    let width = over[1].as_f64().unwrap() - over[0].as_f64().unwrap();
+    assert_eq!(surface["traces"], 6);
+    assert!((surface["profile_slope_um"]["value"].as_f64().unwrap() - 10.0).abs() < 0.01, "{surface}");
+    assert!((surface["helix_slope_um"]["value"].as_f64().unwrap() - 0.4 * width).abs() < 0.01, "{surface}");
     // the same with words of the caller
     let spec = json!({"tooth": "1", "flank": "left", "note": "again", "evaluation": {"helix_range_mm": [1.0, 14.0], "helix_reference_length_mm": 7.5}});
     let again = import(&app, &job, file(false), "1.mka", Some(spec)).await;

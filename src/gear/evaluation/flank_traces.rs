@@ -1,0 +1,140 @@
+//! The traces of one tooth flank together: samples as nodes of a surface, and the second-order surface that they tell.
+
+use std::collections::BTreeMap;
+
+use super::{
+    EDGE, Position, Posted,
+    flank_surface::{Border, FlankNodes, FlankSurface, ProfileAxis, SurfaceSettings, flank_surface},
+    settings::{DeviationSign, Settings, Window},
+};
+use crate::{
+    estimation::{
+        FitSpec,
+        spec::{Model, Regularization},
+    },
+    gear::{Gear, Kind, Side, trace::Direction},
+};
+
+/// Samples of one tooth flank, within the evaluation ranges: what lies beyond (the rounding of the tip) is no matter of the flank.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlankTraces {
+    /// Without the letter of a trace beside the middle.
+    pub tooth: String,
+    pub side: Side,
+    /// Roll length and z in mm, deviation about the design in µm, transverse, positive where material stands out.
+    pub places: Vec<[f64; 3]>,
+    /// z of the profiles, and roll lengths of the helices, each once.
+    sections: [Vec<f64>; 2],
+    traces: usize,
+}
+
+/// The second-order surface of a tooth flank's traces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TraceSurface {
+    pub tooth: String,
+    pub side: Side,
+    pub traces: usize,
+    pub surface: FlankSurface,
+}
+
+/// Tooth by tooth and flank by flank the traces whose section is known, the flank with most traces first.
+pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<FlankTraces> {
+    let rolls = settings.profile.and_then(|asked| {
+        let [a, b] = asked.diameters.map(|diameter| gear.roll_length(diameter));
+        Some([a?.min(b?), a?.max(b?)])
+    });
+    let range = |kind| if kind == Kind::Profile { rolls } else { settings.helix.map(|asked| asked.range) };
+    let along = match settings.direction {
+        Direction::Transverse => 1.0,
+        Direction::Normal => 1.0 / gear.base_helix_angle().cos(),
+    };
+    let mut flanks: BTreeMap<(&str, Side), FlankTraces> = BTreeMap::new();
+    for Posted { trace, design } in posted {
+        let Some(section) = trace.section else { continue };
+        let fixed = if trace.kind == Kind::Profile { Some(section) } else { gear.roll_length(section) };
+        let Some(fixed) = fixed else { continue };
+        let tooth = Position::split(&trace.tooth).0;
+        let flank = flanks.entry((tooth, trace.side)).or_insert_with(|| FlankTraces {
+            tooth: tooth.to_owned(),
+            side: trace.side,
+            places: Vec::new(),
+            sections: [Vec::new(), Vec::new()],
+            traces: 0,
+        });
+        flank.traces += 1;
+        let sections = &mut flank.sections[usize::from(trace.kind == Kind::Helix)];
+        if !sections.contains(&fixed) {
+            sections.push(fixed);
+        }
+        let range = range(trace.kind);
+        let scale = along * settings.given.to_material(trace.kind, trace.side);
+        for (k, (&at, &deviation)) in trace.at.iter().zip(&trace.deviation).enumerate() {
+            let within = range.is_none_or(|[low, high]| low - EDGE <= at && at <= high + EDGE);
+            let about = deviation - design.map_or(0.0, |design| design[k]);
+            if within && about.is_finite() {
+                let [roll, z] = if trace.kind == Kind::Profile { [at, fixed] } else { [fixed, at] };
+                flank.places.push([roll, z, scale * about]);
+            }
+        }
+    }
+    let mut flanks: Vec<FlankTraces> = flanks.into_values().filter(|flank| !flank.places.is_empty()).collect();
+    flanks.sort_by_key(|flank| std::cmp::Reverse(flank.traces));
+    flanks
+}
+
+impl FlankTraces {
+    /// Its traces.
+    pub fn traces(&self) -> usize {
+        self.traces
+    }
+
+    /// Whether the traces tell all six terms: a plain cross of one profile and one helix says nothing of the twist.
+    fn tells_a_surface(&self) -> bool {
+        let [profiles, helices] = self.sections.each_ref().map(Vec::len);
+        (profiles > 0 && helices > 0 && profiles + helices > 2) || profiles > 2 || helices > 2
+    }
+
+    fn surface(
+        &self,
+        gear: &Gear,
+        [profile, helix]: [Option<&Window>; 2],
+        settings: &Settings,
+    ) -> Option<TraceSurface> {
+        let column = |c: usize| self.places.iter().map(|place| place[c]).collect::<Vec<f64>>();
+        let (rolls, z, deviation) = (column(0), column(1), column(2));
+        let nodes = FlankNodes {
+            axis: ProfileAxis::RollLength,
+            profile: &rolls,
+            z: &z,
+            deviation: &deviation,
+            valid: None,
+            grid: false,
+        };
+        let asked = SurfaceSettings {
+            side: self.side,
+            profile_range: profile.map(|window| [window.low, window.high]),
+            helix_range: helix.map(|window| [window.low, window.high]),
+            border: Border::default(),
+            given: DeviationSign::Material,
+            sign: settings.sign,
+            spec: FitSpec { regularization: Regularization::None, ..FitSpec::new(Model::Linear) },
+        };
+        let surface = flank_surface(gear, &nodes, &asked).ok()?;
+        Some(TraceSurface { tooth: self.tooth.clone(), side: self.side, traces: self.traces, surface })
+    }
+}
+
+/// The surfaces of the flanks whose traces tell one, in the order of teeth, left flanks first; over the evaluation ranges.
+pub(super) fn surfaces(
+    gear: &Gear,
+    posted: &[Posted],
+    windows: [Option<&Window>; 2],
+    settings: &Settings,
+) -> Vec<TraceSurface> {
+    let flanks = flank_traces(gear, posted, settings);
+    let told = flanks.iter().filter(|flank| flank.tells_a_surface());
+    let mut surfaces: Vec<TraceSurface> = told.filter_map(|flank| flank.surface(gear, windows, settings)).collect();
+    let number = |tooth: &str| Position::number(tooth).unwrap_or(u64::MAX);
+    surfaces.sort_by(|a, b| (number(&a.tooth), &a.tooth, a.side).cmp(&(number(&b.tooth), &b.tooth, b.side)));
+    surfaces
+}
