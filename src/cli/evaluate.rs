@@ -13,21 +13,25 @@ use super::demo::table::Table;
 use crate::{
     api::{
         gears::{
+            deviations,
             evaluate::{EvaluatedTraceBody, EvaluationBody},
             evaluate_request::EvaluationSettingsBody,
             file::{self, FileRead, ImportSpecBody},
+            file_gears::{self, GearsOfFileBody},
             gear::GearBody,
             trace::{KindName, SideName},
         },
         problem::Problem,
         reader,
     },
+    estimation::words::Shown,
     formats::{GearFile, gear_file, klingelnberg::Reading},
+    gear::Gear,
 };
 
 #[derive(Debug, Args)]
 pub struct EvaluateArguments {
-    /// Curves (.mka) or values (.mew) of a gear tester; `-` reads standard input.
+    /// Curves (.mka) or values (.mew) of a gear tester, points (.csv, with --gear) or a REXS model; `-` reads standard input.
     file: PathBuf,
     /// The gear as JSON, where the file does not say it or is not believed.
     #[arg(long, value_name = "FILE")]
@@ -35,7 +39,10 @@ pub struct EvaluateArguments {
     /// How to evaluate, as the `evaluation` of `POST /v1/gears/evaluate`; ranges that it leaves out are those of the file.
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
-    /// Print what `POST /v1/gears/evaluate` answers instead of a table.
+    /// Of a REXS model: the id of the gear whose topographies are evaluated. Without it the gears are listed.
+    #[arg(long, value_name = "ID")]
+    component: Option<String>,
+    /// Print what `POST /v1/gears/evaluate` answers (of points and topographies: `POST /v1/gears/deviations`) instead of a table.
     #[arg(long)]
     json: bool,
 }
@@ -74,7 +81,11 @@ fn said(problem: Problem) -> String {
 fn text(arguments: &EvaluateArguments) -> Result<String, String> {
     let content = bytes(&arguments.file)?;
     let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
-    if let Ok(GearFile::Values(values)) = gear_file::read(&content, name.as_deref()) {
+    let parsed = gear_file::read(&content, name.as_deref());
+    if let (Ok(GearFile::Model(_)), None) = (&parsed, &arguments.component) {
+        return gears(&file_gears::read(&content, name.as_deref()).map_err(said)?, arguments.json);
+    }
+    if let Ok(GearFile::Values(values)) = parsed {
         let mut table = Table::new(["code", "result", "value"], 2);
         for result in &values.results {
             let reading = match result.reading {
@@ -96,10 +107,18 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
         }
         None => None,
     };
-    let spec = ImportSpecBody { gear, evaluation, ..ImportSpecBody::default() };
+    let component = arguments.component.clone();
+    let spec = ImportSpecBody { gear, evaluation, component, ..ImportSpecBody::default() };
     let read = file::read(&content, name.as_deref(), &spec, None).map_err(said)?;
     for warning in &read.warnings {
         eprintln!("{}: {}", warning.code, warning.message);
+    }
+    if let Some(found) = &read.deviations {
+        if arguments.json {
+            let built = deviations::imported(&read.gear, found, &read.warnings).map_err(said)?;
+            return String::from_utf8(built.result).map(|text| text + "\n").map_err(|error| error.to_string());
+        }
+        return flanks(&read).map_err(|error| error.to_string());
     }
     let Some(found) = &read.evaluation else {
         return Err("there is no trace to evaluate, or no range to evaluate it on (see above)".to_owned());
@@ -110,17 +129,74 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
     tables(&read, found).map_err(|error| error.to_string())
 }
 
-fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::Error> {
-    let mut out = String::new();
-    let data = read.gear.data();
-    writeln!(
-        out,
-        "z = {}, m_n = {} mm, β = {:.4}°, d_b = {:.4} mm",
+/// The gears of a file.
+fn gears(found: &GearsOfFileBody, json: bool) -> Result<String, String> {
+    if json {
+        return serde_json::to_string_pretty(found).map(|text| text + "\n").map_err(|error| error.to_string());
+    }
+    for warning in &found.warnings {
+        eprintln!("{}: {}", warning.code, warning.message);
+    }
+    let mut table = Table::new(["id", "name", "z", "m_n", "α_n", "β", "x", "topographies", "missing"], 2);
+    for of in &found.gears {
+        let text = |value: Option<String>| value.unwrap_or_else(|| "–".to_owned());
+        let gear = of.gear.as_ref();
+        let number = |value: Option<f64>| text(value.map(|value| Shown(value).to_string()));
+        table.row([
+            text(of.id.clone()),
+            text(of.name.clone()),
+            text(gear.map(|gear| gear.teeth.to_string())),
+            number(gear.map(|gear| gear.normal_module_mm)),
+            number(gear.and_then(|gear| gear.normal_pressure_angle_deg)),
+            number(gear.and_then(|gear| gear.helix_angle_deg)),
+            number(gear.and_then(|gear| gear.profile_shift_coefficient)),
+            of.topographies.iter().map(|side| side_word(*side)).collect::<Vec<_>>().join(" "),
+            of.missing.join(" "),
+        ]);
+    }
+    Ok(table.to_string())
+}
+
+fn side_word(side: SideName) -> &'static str {
+    if side == SideName::Left { "left" } else { "right" }
+}
+
+fn of_gear(gear: &Gear) -> String {
+    let data = gear.data();
+    format!(
+        "z = {}, m_n = {} mm, β = {:.4}°, d_b = {:.4} mm\n",
         data.teeth,
         data.normal_module,
         data.helix_angle.to_degrees(),
-        2.0 * read.gear.base_radius()
-    )?;
+        2.0 * gear.base_radius()
+    )
+}
+
+/// Deviations flank by flank.
+fn flanks(read: &FileRead) -> Result<String, std::fmt::Error> {
+    let mut out = of_gear(&read.gear);
+    writeln!(out, "\nDeviations along the normal, µm")?;
+    let mut table = Table::new(["tooth", "flank", "nodes", "mean", "rms", "least", "greatest"], 2);
+    for flank in &read.nodes {
+        let deviations = || flank.places.iter().map(|place| place[2]);
+        let count = flank.places.len() as f64;
+        let number = |x: f64| format!("{x:.2}");
+        table.row([
+            flank.tooth.clone(),
+            file::word(flank.side).to_owned(),
+            flank.places.len().to_string(),
+            number(deviations().sum::<f64>() / count),
+            number((deviations().map(|d| d * d).sum::<f64>() / count).sqrt()),
+            number(deviations().fold(f64::INFINITY, f64::min)),
+            number(deviations().fold(f64::NEG_INFINITY, f64::max)),
+        ]);
+    }
+    write!(out, "{table}")?;
+    Ok(out)
+}
+
+fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::Error> {
+    let mut out = of_gear(&read.gear);
     for (kind, title, names) in [
         (KindName::Profile, "Profiles", ["f_Hα", "f_fα", "F_α", "C_α"]),
         (KindName::Helix, "Helices", ["f_Hβ", "f_fβ", "F_β", "C_β"]),
@@ -145,10 +221,9 @@ fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::E
                     }
                 },
             );
-            let flank = if trace.flank == SideName::Left { "left" } else { "right" };
             table.row([
                 trace.tooth.clone(),
-                flank.to_owned(),
+                side_word(trace.flank).to_owned(),
                 number(trace.slope_um),
                 number(trace.form_um),
                 number(trace.total_um),
@@ -158,7 +233,7 @@ fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::E
         }
         write!(out, "{table}")?;
         for mean in found.means.iter().filter(|mean| mean.kind == kind) {
-            let flank = if mean.flank == SideName::Left { "left" } else { "right" };
+            let flank = side_word(mean.flank);
             writeln!(
                 out,
                 "  {flank}, mean of {}: {slope} {:.1} (variation {:.1}), {form} {:.1}, {total} {:.1}",
@@ -167,8 +242,13 @@ fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::E
         }
     }
     for twist in &found.twists {
-        let flank = if twist.flank == SideName::Left { "left" } else { "right" };
-        writeln!(out, "  twist of tooth {}, {flank} flank: {:.1} µm", twist.tooth, twist.twist_um)?;
+        let by = if twist.kind == KindName::Helix { "helices" } else { "profiles" };
+        let between = twist.sections_mm.map_or_else(String::new, |[a, b]| {
+            let unit = if twist.kind == KindName::Helix { "d" } else { "z" };
+            format!(" between {unit} {} and {} mm", Shown(a), Shown(b))
+        });
+        let flank = side_word(twist.flank);
+        writeln!(out, "  twist of tooth {}, {flank} flank, by {by}{between}: {:.1} µm", twist.tooth, twist.twist_um)?;
     }
     Ok(out)
 }

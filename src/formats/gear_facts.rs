@@ -1,6 +1,9 @@
 //! What a file says of its gear: perhaps all of it, perhaps not.
 
-use crate::gear::{GearData, Hand};
+use crate::{
+    estimation::words::Shown,
+    gear::{GearData, Hand},
+};
 
 /// A datum that a gear cannot be without, by its name on the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -45,7 +48,64 @@ pub struct GearFacts {
     pub internal: Option<bool>,
 }
 
+/// A datum that a file gives otherwise than a gear has it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// By its name on the interface.
+    pub name: &'static str,
+    pub file: String,
+    pub gear: String,
+    /// Whether it makes another gear of it, and no rounding or convention explains it.
+    pub another: bool,
+}
+
 impl GearFacts {
+    /// Where a file and a gear disagree, as far as both say anything and by more than a file's last digits: a thousandth of lengths and of
+    /// the profile shift coefficient's unit, a fiftieth of a degree.
+    pub fn differences(&self, gear: &GearData) -> Vec<Difference> {
+        let mut found = Vec::new();
+        let mut differ = |name, file: String, gear: String, another| {
+            found.push(Difference { name, file, gear, another });
+        };
+        if let Some(teeth) = self.teeth.filter(|teeth| *teeth != gear.teeth) {
+            differ("teeth", teeth.to_string(), gear.teeth.to_string(), true);
+        }
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-3 * a.abs().max(b.abs());
+        for (name, file, of_gear, another) in [
+            ("normal_module_mm", self.normal_module, Some(gear.normal_module), true),
+            ("face_width_mm", self.face_width, gear.face_width, false),
+            ("tip_diameter_mm", self.tip_diameter, gear.tip_diameter, false),
+            ("root_diameter_mm", self.root_diameter, gear.root_diameter, false),
+        ] {
+            if let (Some(file), Some(of_gear)) = (file, of_gear)
+                && !near(file, of_gear)
+            {
+                differ(name, Shown(file).to_string(), Shown(of_gear).to_string(), another);
+            }
+        }
+        for (name, file, of_gear) in [
+            ("normal_pressure_angle_deg", self.pressure_angle, gear.pressure_angle),
+            ("helix_angle_deg", self.helix_angle, gear.helix_angle),
+        ] {
+            let Some(file) = file.map(f64::to_degrees) else { continue };
+            let of_gear = of_gear.to_degrees();
+            if (file - of_gear).abs() > 0.02 {
+                differ(name, format!("{file:.4}"), format!("{of_gear:.4}"), false);
+            }
+        }
+        if let Some(shift) = self.profile_shift.filter(|shift| (shift - gear.profile_shift).abs() > 1e-3) {
+            differ("profile_shift_coefficient", Shown(shift).to_string(), Shown(gear.profile_shift).to_string(), false);
+        }
+        let word = |hand| if hand == Hand::Right { "right" } else { "left" };
+        if let Some(hand) = self.hand.filter(|hand| *hand != gear.hand && gear.helix_angle > 0.0) {
+            differ("hand", word(hand).to_owned(), word(gear.hand).to_owned(), false);
+        }
+        if let Some(internal) = self.internal.filter(|internal| *internal != gear.internal) {
+            differ("internal", internal.to_string(), gear.internal.to_string(), true);
+        }
+        found
+    }
+
     /// Takes a helix angle with its sign, rad: right-hand helices are positive (ISO 21771). A hand that is already known stays.
     pub(super) fn set_helix_angle(&mut self, angle: f64) {
         self.helix_angle = Some(angle.abs());

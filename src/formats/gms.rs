@@ -10,42 +10,78 @@
 use super::{number::real, points::field};
 
 /// Unit of a correction, as OPC UA has it: a code of UN/CEFACT recommendation 20.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Unit {
     Micrometre,
     Millimetre,
     Degree,
+    ArcMinute,
+    ArcSecond,
     Radian,
+    Milliradian,
+    Microradian,
+    Percent,
     /// A number without unit.
     One,
+    /// Another one, by its name alone.
+    Other(String),
 }
 
 impl Unit {
+    /// The unit of that name or sign.
+    pub fn named(name: &str) -> Self {
+        match name.trim() {
+            "µm" | "μm" | "um" => Unit::Micrometre,
+            "mm" => Unit::Millimetre,
+            "°" | "deg" => Unit::Degree,
+            "′" | "'" | "arcmin" => Unit::ArcMinute,
+            "″" | "arcsec" => Unit::ArcSecond,
+            "rad" => Unit::Radian,
+            "mrad" => Unit::Milliradian,
+            "µrad" | "μrad" | "urad" => Unit::Microradian,
+            "%" => Unit::Percent,
+            "" | "1" => Unit::One,
+            other => Unit::Other(other.to_owned()),
+        }
+    }
+
     /// What is shown.
-    pub fn display_name(self) -> &'static str {
+    pub fn display_name(&self) -> &str {
         match self {
             Unit::Micrometre => "µm",
             Unit::Millimetre => "mm",
             Unit::Degree => "°",
+            Unit::ArcMinute => "′",
+            Unit::ArcSecond => "″",
             Unit::Radian => "rad",
+            Unit::Milliradian => "mrad",
+            Unit::Microradian => "µrad",
+            Unit::Percent => "%",
             Unit::One => "1",
+            Unit::Other(name) => name,
         }
     }
 
-    /// The common code.
-    pub fn code(self) -> &'static str {
-        match self {
+    /// The common code; `None` for other units.
+    pub fn code(&self) -> Option<&'static str> {
+        Some(match self {
             Unit::Micrometre => "4H",
             Unit::Millimetre => "MMT",
             Unit::Degree => "DD",
+            Unit::ArcMinute => "D61",
+            Unit::ArcSecond => "D62",
             Unit::Radian => "C81",
+            Unit::Milliradian => "C25",
+            Unit::Microradian => "B97",
+            Unit::Percent => "P1",
             Unit::One => "C62",
-        }
+            Unit::Other(_) => return None,
+        })
     }
 
-    /// `UnitId` of `EUInformation`: the characters of the code as bytes of a number, the first one highest (OPC 10000-8).
-    pub fn id(self) -> i32 {
-        self.code().bytes().fold(0, |id, byte| id << 8 | i32::from(byte))
+    /// `UnitId` of `EUInformation`: the characters of the code as bytes of a number, the first one highest (OPC 10000-8), −1 without a code.
+    pub fn id(&self) -> i32 {
+        self.code().map_or(-1, |code| code.bytes().fold(0, |id, byte| id << 8 | i32::from(byte)))
     }
 }
 
@@ -116,7 +152,7 @@ pub fn write_csv(corrections: &[Correction]) -> Result<String, CorrectionFault> 
             value(correction.absolute),
             value(correction.upper_limit),
             value(correction.lower_limit),
-            correction.unit.display_name().into(),
+            field(correction.unit.display_name()),
             correction.unit.id().to_string(),
             text(&correction.description),
             text(&correction.program),

@@ -34,7 +34,7 @@ pub mod vtk;
 pub use cad::{CadShape, NamedShape};
 pub use fault::ExportFault;
 pub use file_error::{FileError, Place};
-pub use gear_facts::{Datum, GearFacts};
+pub use gear_facts::{Datum, Difference, GearFacts};
 pub use gear_file::GearFile;
 pub use label::{Label, Moment};
 pub use note::{Note, NoteCode, Notes};

@@ -10,6 +10,10 @@ use crate::estimation::{
 
 /// Most teeth of a gear.
 pub const MOST_TEETH: u32 = 10_000;
+/// No length of a gear is smaller (but a radius of its tool), mm: a µm.
+pub const LEAST_LENGTH: f64 = 1e-3;
+/// No length is larger, mm: a kilometre.
+pub const MOST_LENGTH: f64 = 1e6;
 /// Tip diameter without data: this addendum (in modules) above the shifted reference circle.
 pub const ADDENDUM: f64 = 1.0;
 /// Dedendum without data, the addendum of the standard rack tool (ISO 53, profile A).
@@ -166,7 +170,7 @@ impl Gear {
     }
 
     /// The datum that circles hang on.
-    fn given_circle(&self) -> &'static str {
+    pub(in crate::gear) fn given_circle(&self) -> &'static str {
         match (self.data.tip_diameter, self.data.root_diameter) {
             (Some(_), _) => "/tip_diameter_mm",
             (None, Some(_)) => "/root_diameter_mm",
@@ -278,13 +282,13 @@ fn check(data: &GearData) -> Result<(), Faults> {
     ];
     for (pointer, length) in lengths {
         if let Some(length) = length
-            && !(length > 0.0 && length <= 1e6)
+            && !(LEAST_LENGTH..=MOST_LENGTH).contains(&length)
         {
-            faults.push(pointer, format!("{} is not a length above 0 mm (and up to a kilometre)", Shown(length)));
+            faults.push(pointer, format!("{} mm is not a length of a µm to a kilometre", Shown(length)));
         }
     }
-    if !(data.pressure_angle > 0.0 && data.pressure_angle < 80f64.to_radians()) {
-        let detail = format!("{}° is not within 0° and 80°", Shown(data.pressure_angle.to_degrees()));
+    if !(data.pressure_angle >= 0.1f64.to_radians() && data.pressure_angle < 80f64.to_radians()) {
+        let detail = format!("{}° is not within 0.1° and 80°", Shown(data.pressure_angle.to_degrees()));
         faults.push("/normal_pressure_angle_deg", detail);
     }
     if !(data.helix_angle >= 0.0 && data.helix_angle < 89f64.to_radians()) {
@@ -301,7 +305,7 @@ fn check(data: &GearData) -> Result<(), Faults> {
             ("/tool/protuberance_mm", tool.protuberance),
         ];
         for (pointer, part) in parts {
-            if !(0.0..=1e6).contains(&part) {
+            if !(0.0..=MOST_LENGTH).contains(&part) {
                 faults.push(pointer, format!("{} is not a finite number of at least 0", Shown(part)));
             }
         }

@@ -2,6 +2,9 @@
 
 use super::Side;
 
+/// No deviation is larger, µm: a kilometre. Squares of what is beyond would be no numbers.
+pub const MOST_DEVIATION: f64 = 1e9;
+
 /// Which way a trace runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Kind {

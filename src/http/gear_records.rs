@@ -1,13 +1,13 @@
 //! Deviations, evaluations and corrections kept with an iteration.
 
-use axum::{extract::State, response::Response};
+use axum::{extract::State, http::HeaderMap, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
+    accept::Form,
     body::Payload,
     extract::PathOf,
-    fits::json,
     idempotency::IdempotencyKey,
     records::{About, keep},
     state::AppState,
@@ -17,6 +17,7 @@ use crate::{
         gears::{
             correction::{self, CorrectionBody},
             correction_answer::{self, KeptCorrectionBody},
+            correction_csv,
             correction_request::CorrectionRequestBody,
             deviations,
             deviations_request::DeviationsRequestBody,
@@ -121,15 +122,23 @@ async fn create_iteration_correction(
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path)),
-    responses((status = 200, description = "The correction; beside what it predicted what was measured, once there is a next iteration.", body = KeptCorrectionBody))
+    responses(
+        (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next iteration. As CSV a line for each setting, under the names of OPC UA for Geometrical Measuring Systems.", content((KeptCorrectionBody = "application/json"), (String = "text/csv"))),
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem, content_type = "application/problem+json")
+    )
 )]
 async fn get_iteration_correction(
     State(state): State<AppState>,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
+    headers: HeaderMap,
 ) -> Result<Response, Problem> {
+    let form = Form::wanted(&headers, "Corrections")?;
     let Some(record) = state.jobs.latest_record(job, number, RecordKind::Correction).await? else {
         return Err(Problem::new(ProblemCode::NotFound, "The iteration has no correction."));
     };
+    if form == Form::Csv {
+        return Ok(form.response(state.pool.run(move || correction_csv::write(&record)).await??));
+    }
     let before = state.jobs.nodes(job, number).await?;
     let after = match number.checked_add(1) {
         Some(next) => match state.jobs.nodes(job, next).await {
@@ -140,5 +149,5 @@ async fn get_iteration_correction(
         None => None,
     };
     let body = state.pool.run(move || correction_answer::write(&record, &before, after.as_ref())).await??;
-    Ok(json(body))
+    Ok(form.response(body))
 }

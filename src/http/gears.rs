@@ -1,29 +1,43 @@
 //! `/v1/gears`: what follows from a gear's data, its flanks and the evaluation of measured traces; nothing is stored.
 
-use axum::{extract::State, response::Response};
+use axum::{extract::State, http::HeaderMap, response::Response};
+use serde::Serialize;
+use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{body::Payload, compute::read_json, fits::json, state::AppState};
-use crate::api::{
-    gears::{
-        deviations::{self, DeviationsBody},
-        deviations_request::DeviationsRequestBody,
-        evaluate::{self, EvaluationBody},
-        evaluate_request::EvaluateBody,
-        flank::{self, FlankBody, FlankRequestBody},
-        flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
-        geometry::{self, GeometryBody, GeometryRequestBody},
-        pitch::{self, PitchEvaluationBody, PitchRequestBody},
-        profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
-        tolerances::{self, TolerancesBody, TolerancesRequestBody},
+use super::{
+    accept::Form,
+    body::Payload,
+    compute::read_json,
+    fits::json,
+    multipart::{FileForm, read_file},
+    state::AppState,
+};
+use crate::{
+    api::{
+        gears::{
+            deviations::{self, DeviationsBody},
+            deviations_request::DeviationsRequestBody,
+            evaluate::{self, EvaluationBody},
+            evaluate_request::EvaluateBody,
+            file_gears::{self, GearsOfFileBody},
+            flank::{self, FlankBody, FlankRequestBody},
+            flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
+            geometry::{self, GeometryBody, GeometryRequestBody},
+            pitch::{self, PitchEvaluationBody, PitchRequestBody},
+            profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
+            tolerances::{self, TolerancesBody, TolerancesRequestBody},
+        },
+        problem::Problem,
     },
-    problem::Problem,
+    estimation::Faults,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
         .routes(routes!(gear_geometry))
         .routes(routes!(gear_flank))
+        .routes(routes!(read_gears))
         .routes(routes!(gear_profile))
         .routes(routes!(gear_envelope))
         .routes(routes!(gear_tolerances))
@@ -97,10 +111,46 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
 #[utoipa::path(
     post, path = "/v1/gears/flank", operation_id = "gear_flank", tag = "gears",
     request_body(content = FlankRequestBody, description = "A gear, a flank, and where its nodes lie."),
-    responses((status = 200, description = "Points and unit normals.", body = FlankBody))
+    responses(
+        (status = 200, description = "Points and unit normals. As CSV a line `id,x,y,z,i,j,k` for each node, row by row.", content((FlankBody = "application/json"), (String = "text/csv"))),
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem, content_type = "application/problem+json")
+    )
 )]
-async fn gear_flank(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, flank::answer).await?))
+async fn gear_flank(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
+    let form = Form::wanted(&headers, "Nodes of a flank")?;
+    let answer = match form {
+        Form::Json => flank::answer,
+        Form::Csv => flank::csv,
+    };
+    Ok(form.response(read_json(&state, payload, answer).await?))
+}
+
+// Declared for the document.
+/// A file.
+#[derive(Serialize, ToSchema)]
+#[schema(as = GearFileForm)]
+struct FileFormBody {
+    /// REXS, `.mka` or `.mew`.
+    #[schema(value_type = String, format = Binary)]
+    file: Vec<u8>,
+}
+
+/// Reads the gears that a file describes, as a job or any other request takes them.
+#[utoipa::path(
+    post, path = "/v1/gears/read", operation_id = "read_gears", tag = "gears",
+    request_body(content = FileFormBody, content_type = "multipart/form-data", description = "A REXS model, or a file of a gear tester."),
+    responses((status = 200, description = "The gears, and what they lack.", body = GearsOfFileBody))
+)]
+async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let limit = state.settings.body_limit;
+    let work = move || {
+        let FileForm { file, name, spec } = read_file(payload, limit)?;
+        if spec.is_some() {
+            return Err(Problem::invalid(Faults::one("/spec", "nothing is to be said of this file")));
+        }
+        file_gears::answer(&file, name.as_deref())
+    };
+    Ok(json(state.pool.run(work).await??))
 }
 
 /// Answers the transverse section of a tooth with its fillets, closed, and if asked of the whole gear.

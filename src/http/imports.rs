@@ -29,7 +29,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[derive(Serialize, ToSchema)]
 #[schema(as = ImportForm)]
 struct ImportFormBody {
-    /// `.mka`, or points as CSV `id,x,y,z[,i,j,k]`.
+    /// `.mka`, points as CSV `id,x,y,z[,i,j,k]`, or a REXS model with topographies.
     #[schema(value_type = String, format = Binary)]
     file: Vec<u8>,
     /// `application/json`.
@@ -37,7 +37,8 @@ struct ImportFormBody {
 }
 
 /// Makes an iteration of a file: the traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the normal), those of the
-/// evaluation range, fitted by a second-order surface or what they tell of it; all traces are evaluated, and the evaluation is kept with it.
+/// evaluation range, fitted by a second-order surface or what they tell of it; all traces are evaluated, and the evaluation is kept with it. Of points and of a model's topographies the deviations are kept. A file of another
+/// gear than the job's is refused.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/import", operation_id = "import_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), IdempotencyKey),

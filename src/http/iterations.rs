@@ -11,6 +11,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
+    accept::Form,
     body::Payload,
     compute::read_and,
     conditional::{IfMatch, etag, set_etag},
@@ -25,7 +26,7 @@ use crate::{
         job_iterations::{self, IterationBody, IterationForm, IterationPatchBody, IterationRequest, Measurement},
         nodes_schema::NodesBody,
         nodes_text,
-        problem::{Problem, ProblemCode},
+        problem::Problem,
     },
     estimation::{FitSpec, Nodes, Plans},
     jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
@@ -159,7 +160,7 @@ async fn get_iteration_nodes(
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let form = wanted(&headers)?;
+    let form = Form::wanted(&headers, "Nodes")?;
     let nodes = state.jobs.nodes(job, number).await?;
     let text = state
         .pool
@@ -168,70 +169,9 @@ async fn get_iteration_nodes(
             Form::Csv => nodes_text::to_csv(&nodes),
         })
         .await?;
-    let mut response = json(text);
+    let mut response = form.response(text);
     let headers = response.headers_mut();
-    if form == Form::Csv {
-        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/csv; charset=utf-8"));
-    }
-    headers.insert(header::VARY, HeaderValue::from_static("accept"));
     // Nodes never change, so each form has one tag.
     headers.insert(header::ETAG, HeaderValue::from_static(if form == Form::Csv { "\"csv\"" } else { "\"json\"" }));
     Ok(response)
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
-    Json,
-    Csv,
-}
-
-/// What `Accept` prefers; JSON where it has no preference.
-fn wanted(headers: &HeaderMap) -> Result<Form, Problem> {
-    let mut given = false;
-    let (mut json, mut csv) = (0.0_f32, 0.0_f32);
-    for range in
-        headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).flat_map(|v| v.split(','))
-    {
-        let mut parts = range.split(';').map(str::trim);
-        let kind = parts.next().unwrap_or_default().to_ascii_lowercase();
-        let weight = parts.find_map(|part| part.strip_prefix("q=")).map_or(Ok(1.0), str::parse).unwrap_or(0.0_f32);
-        given = given || !kind.is_empty();
-        // A wildcard counts a little less, so that a named type wins over it.
-        match kind.as_str() {
-            "application/json" => json = json.max(weight),
-            "text/csv" => csv = csv.max(weight),
-            "*/*" | "application/*" => json = json.max(weight * 0.99),
-            "text/*" => csv = csv.max(weight * 0.98),
-            _ => {}
-        }
-    }
-    if !given || (json > 0.0 && json >= csv) {
-        Ok(Form::Json)
-    } else if csv > 0.0 {
-        Ok(Form::Csv)
-    } else {
-        Err(Problem::new(ProblemCode::NotAcceptable, "Nodes are given as application/json or as text/csv."))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_accept_header_chooses() {
-        let of = |accept: Option<&'static str>| {
-            let mut headers = HeaderMap::new();
-            headers.extend(accept.map(|accept| (header::ACCEPT, HeaderValue::from_static(accept))));
-            wanted(&headers).map_err(|problem| problem.status)
-        };
-        assert_eq!(of(None), Ok(Form::Json));
-        assert_eq!(of(Some("*/*")), Ok(Form::Json));
-        assert_eq!(of(Some("text/csv")), Ok(Form::Csv));
-        assert_eq!(of(Some("text/csv, */*")), Ok(Form::Csv));
-        assert_eq!(of(Some("text/csv;q=0.5, application/json")), Ok(Form::Json));
-        assert_eq!(of(Some("application/json;q=0.1, text/csv;q=0.9")), Ok(Form::Csv));
-        assert_eq!(of(Some("image/png")), Err(406));
-        assert_eq!(of(Some("text/csv;q=0")), Err(406));
-    }
 }

@@ -1,5 +1,6 @@
 //! HTTP: one file per endpoint group, and what they share (bodies, problems, the layer around every request).
 
+mod accept;
 pub mod auth;
 pub mod body;
 pub mod closing;

@@ -4,7 +4,7 @@
 //! (unreadable body, API key, timeouts, a full queue, …), the header `x-request-id`, and its examples; and
 //! optional properties lose the `null` that the generator writes for them, since absence is never written as `null`.
 
-use std::sync::OnceLock;
+use std::{collections::BTreeMap, sync::OnceLock};
 
 use utoipa::{
     Modify, OpenApi,
@@ -71,6 +71,7 @@ struct Complete;
 
 impl Modify for Complete {
     fn modify(&self, document: &mut Document) {
+        let forms = forms(document);
         for (path, item) in &mut document.paths.paths {
             for operation in operations(item) {
                 refusals(path, operation);
@@ -89,7 +90,7 @@ impl Modify for Complete {
                 }
                 request_id(operation);
                 examples(operation);
-                form_parts(operation);
+                form_parts(operation, &forms);
             }
         }
         if let Some(components) = &mut document.components {
@@ -163,13 +164,27 @@ fn examples(operation: &mut Operation) {
     }
 }
 
+/// The parts of every form, by the name of its schema.
+fn forms(document: &Document) -> BTreeMap<String, Vec<String>> {
+    let schemas = document.components.iter().flat_map(|components| &components.schemas);
+    let parts = schemas.filter_map(|(name, schema)| match schema {
+        RefOr::T(Schema::Object(object)) => Some((name.clone(), object.properties.keys().cloned().collect())),
+        _ => None,
+    });
+    parts.collect()
+}
+
 /// Which media types the parts of a form have.
-fn form_parts(operation: &mut Operation) {
+fn form_parts(operation: &mut Operation, forms: &BTreeMap<String, Vec<String>>) {
     let Some(RefOr::T(body)) = &mut operation.request_body else { return };
     let Some(RefOr::T(content)) = body.content.get_mut("multipart/form-data") else { return };
-    for (part, media) in [("spec", "application/json"), ("nodes", "text/csv")] {
-        let encoding = EncodingBuilder::new().content_type(Some(media)).build();
-        content.encoding.insert(part.into(), encoding);
+    let Some(RefOr::Ref(form)) = &content.schema else { return };
+    let Some(parts) = form.ref_location.rsplit('/').next().and_then(|name| forms.get(name)) else { return };
+    for (part, media) in [("spec", "application/json"), ("nodes", "text/csv"), ("file", "application/octet-stream")] {
+        if parts.contains(&part.to_owned()) {
+            let encoding = EncodingBuilder::new().content_type(Some(media)).build();
+            content.encoding.insert(part.into(), encoding);
+        }
     }
 }
 

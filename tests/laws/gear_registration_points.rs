@@ -231,7 +231,7 @@ fn points_that_are_not_of_the_flank_are_named() {
     let touches = [good, inside, wrong_tooth, good, wrong_flank, no_tooth, endless, before];
     let faults = measure(&Reference::new(&gear), &touches, &Measurement::default()).expect_err("faults");
     let pointers: Vec<&str> = faults.list().iter().map(|fault| fault.pointer.as_str()).collect();
-    assert_eq!(pointers, ["/points/1", "/points/2", "/points/4", "/points/5/tooth", "/points/6"]);
+    assert_eq!(pointers, ["/points/1", "/points/2", "/points/4", "/teeth/5", "/points/6"]);
     assert!(faults.list()[0].detail.contains("inside the base circle"), "{}", faults.list()[0].detail);
     assert!(faults.list()[1].detail.contains("tooth 6"), "{}", faults.list()[1].detail);
 

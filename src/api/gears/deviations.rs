@@ -4,8 +4,11 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    deviations_request::{self, Asked, BordersBody, Given},
+    borders::BordersBody,
+    deviations_request::{self, Given},
     evaluate_request::DirectionName,
+    modification,
+    notice::NoticeBody,
     registration::{self, RegistrationBody},
     trace::SideName,
 };
@@ -18,8 +21,8 @@ use crate::{
     },
     estimation::Faults,
     gear::{
-        Gear,
-        deviation::{self, Deviations, Node, Reference},
+        Gear, Side,
+        deviation::{self, Deviations, Node, Reference, Relief},
         registration::{Registering, register},
         trace::Direction,
     },
@@ -57,6 +60,9 @@ pub struct DeviationsBody {
     pub borders: Option<BordersBody>,
     /// Points that belong to no flank, where these count as undefined.
     pub strays: Vec<StrayBody>,
+    /// Of an imported file: what had to be assumed about it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<NoticeBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub registration: Option<RegistrationBody>,
 }
@@ -77,7 +83,12 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let Some(gear) = asked.gear.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
-    let reference = Reference::new(gear);
+    let modifications =
+        modification::read(gear, &asked.modifications, asked.modification_range).map_err(Problem::invalid)?;
+    let relief = modifications.map(|modifications| {
+        move |side: Side, roll_length: f64, z: f64| modifications.relief(side, roll_length, z).value
+    });
+    let reference = Reference { gear, relief: relief.as_ref().map(|relief| relief as Relief<'_>) };
     let (method, deviations) = match &asked.given {
         Given::Points { touches, measurement } => ("points", deviation::measure(&reference, touches, measurement)),
         Given::Grid(grid) => {
@@ -86,18 +97,18 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         }
     };
     let mut deviations = deviations.map_err(Problem::invalid)?;
-    if let Some(borders) = &asked.borders {
-        let borders = borders.borders(gear).map_err(Problem::invalid)?;
-        deviations.set_borders(&borders).map_err(|faults| Problem::invalid(under("/borders", &faults)))?;
+    if let Some(body) = &asked.borders {
+        let borders = body.borders(gear).map_err(Problem::invalid)?;
+        deviations.set_borders(&borders).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
     }
     let mut json = Json::with_capacity(1024 + 160 * deviations.nodes.len());
     let mut object = json.object();
     match &asked.registration {
-        None => write(&mut object, gear, &deviations, &asked),
+        None => write(&mut object, gear, &deviations, asked.borders),
         Some((motions, pivot)) => {
             let registering = Registering { motions, pivot: *pivot, weight: None, spec: &asked.spec };
             let found = register(&reference, &deviations, &registering).map_err(registration::refused)?;
-            write(&mut object, gear, &found.deviations, &asked);
+            write(&mut object, gear, &found.deviations, asked.borders);
             let found = registration::text(&found, &canonical::request_sha256(text))?;
             object.raw("registration", &found);
         }
@@ -112,7 +123,19 @@ fn under(at: &str, faults: &Faults) -> Faults {
     faults.moved(|pointer| format!("{at}{pointer}"))
 }
 
-fn write(object: &mut Object<'_>, gear: &Gear, deviations: &Deviations, asked: &Asked) {
+/// What was imported, as a record keeps it.
+pub fn imported(gear: &Gear, deviations: &Deviations, warnings: &[NoticeBody]) -> Result<Built, Problem> {
+    let mut json = Json::with_capacity(1024 + 160 * deviations.nodes.len());
+    let mut object = json.object();
+    write(&mut object, gear, deviations, None);
+    if !warnings.is_empty() {
+        object.field("warnings", &warnings);
+    }
+    object.end();
+    Ok(Built { method: "import".to_owned(), result: json.finish().map_err(Problem::internal)? })
+}
+
+fn write(object: &mut Object<'_>, gear: &Gear, deviations: &Deviations, borders: Option<BordersBody>) {
     let nodes = &deviations.nodes;
     let numbers = |of: &dyn Fn(&Node) -> f64| {
         nodes.iter().map(|node| Some(of(node)).filter(|x| x.is_finite())).collect::<Vec<Option<f64>>>()
@@ -137,7 +160,7 @@ fn write(object: &mut Object<'_>, gear: &Gear, deviations: &Deviations, asked: &
         .maybe("rms_um", deviations.rms())
         .maybe("least_um", counted().reduce(f64::min))
         .maybe("greatest_um", counted().reduce(f64::max))
-        .maybe("borders", asked.borders);
+        .maybe("borders", borders);
     let strays: Vec<StrayBody> =
         deviations.strays.iter().map(|(index, stray)| StrayBody { index: *index, reason: stray.to_string() }).collect();
     object.field("strays", &strays);

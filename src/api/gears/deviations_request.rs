@@ -3,7 +3,13 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{evaluate_request::DirectionName, gear::GearBody, trace::SideName};
+use super::{
+    borders::BordersBody,
+    evaluate_request::DirectionName,
+    gear::GearBody,
+    modification::{ModificationBody, ModificationRangeBody},
+    trace::SideName,
+};
 use crate::{
     api::{
         fit_fields::{self, FIT_KEYS, FitFields},
@@ -15,7 +21,7 @@ use crate::{
     },
     gear::{
         Gear, Side,
-        deviation::{Border, Borders, Measurement, Strays, Topography, Touch},
+        deviation::{Measurement, Strays, Topography, Touch},
         registration::Motion,
         trace::Direction,
     },
@@ -45,6 +51,11 @@ pub struct DeviationsRequestBody {
     pub flanks: Option<Vec<SideName>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<DeviationGridBody>,
+    /// What is taken off the involute on purpose, superposed: deviations refer to the flank that is left.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub modifications: Vec<ModificationBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub modification_range: Option<ModificationRangeBody>,
     /// Radius of the ball whose centres `points` are. Default 0: they lie on the surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
@@ -87,7 +98,7 @@ pub struct DeviationGridBody {
     pub diameter_mm: Option<Vec<f64>>,
     /// Ascending.
     pub z_mm: Vec<f64>,
-    /// A row for each roll length; `null` where undefined.
+    /// From the unmodified involute. A row for each roll length; `null` where undefined.
     pub deviation_um: Vec<Vec<Option<f64>>>,
 }
 
@@ -100,30 +111,6 @@ pub enum StraysName {
     Refuse,
     /// They count as undefined and are listed.
     Undefined,
-}
-
-/// Which part of the flank takes part.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = FlankBorders)]
-pub struct BordersBody {
-    /// Percent of the measured profile (in roll length) and of the measured width that are left out at each edge. Default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub root_percent: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tip_percent: Option<f64>,
-    /// At the end of small z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub toe_percent: Option<f64>,
-    /// At the end of great z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub heel_percent: Option<f64>,
-    /// In place of the percentages at root and tip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub diameter_range_mm: Option<[f64; 2]>,
-    /// In place of the percentages at toe and heel.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub z_range_mm: Option<[f64; 2]>,
 }
 
 /// Which rigid motions of the part are found and undone.
@@ -143,6 +130,8 @@ pub struct RegistrationRequestBody {
 pub struct Asked {
     pub gear: Option<Gear>,
     pub given: Given,
+    pub modifications: Vec<ModificationBody>,
+    pub modification_range: Option<ModificationRangeBody>,
     pub direction: Direction,
     pub borders: Option<BordersBody>,
     pub registration: Option<(Vec<Motion>, Option<f64>)>,
@@ -155,12 +144,14 @@ pub enum Given {
     Grid(DeviationGridBody),
 }
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 13] = [
     "gear",
     "points",
     "teeth",
     "flanks",
     "grid",
+    "modifications",
+    "modification_range",
     "probe_radius_mm",
     "direction",
     "reach_mm",
@@ -208,13 +199,24 @@ pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<Asked>, ReadError
             None
         }
     };
+    let modifications: Option<Vec<ModificationBody>> = part(&fields, "modifications", faults);
+    let modification_range = part(&fields, "modification_range", faults);
     let borders = part(&fields, "borders", faults);
     let asked: Option<RegistrationRequestBody> = part(&fields, "registration", faults);
     let registration = asked.map(|asked| (motions(&asked.motions, faults), asked.pivot_z_mm));
     let unfit = fields.get("registration").is_none().then_some("it belongs to a `registration`, which fits");
     let spec = fit_fields::read(&fields, unfit, faults);
     let (Some(given), Some(spec)) = (given, spec) else { return Ok(None) };
-    Ok((faults.count() == before).then_some(Asked { gear, given, direction, borders, registration, spec }))
+    Ok((faults.count() == before).then_some(Asked {
+        gear,
+        given,
+        modifications: modifications.unwrap_or_default(),
+        modification_range,
+        direction,
+        borders,
+        registration,
+        spec,
+    }))
 }
 
 fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
@@ -238,6 +240,10 @@ fn touches(slice: &[u8], fields: &Fields<'_>, faults: &mut Faults) -> Option<Vec
     let points: Vec<Option<[f64; 3]>> = read_part(slice, "/points", faults)?;
     let teeth: Option<Vec<u32>> = part(fields, "teeth", faults);
     let flanks: Option<Vec<SideName>> = part(fields, "flanks", faults);
+    if points.is_empty() {
+        faults.push("/points", "there are no points");
+        return None;
+    }
     if points.len() > MOST_POINTS {
         faults.push("/points", format!("{}, but {MOST_POINTS} are the most of one request", entries(points.len())));
         return None;
@@ -291,30 +297,5 @@ impl DeviationGridBody {
             deviation: self.deviation_um.iter().map(|row| row.iter().map(number).collect()).collect(),
             direction,
         })
-    }
-}
-
-impl BordersBody {
-    /// The borders.
-    pub fn borders(&self, gear: &Gear) -> Result<Borders, Faults> {
-        let percent = |share: Option<f64>| share.unwrap_or(0.0);
-        let mut borders = Borders::trimmed(
-            gear,
-            percent(self.root_percent),
-            percent(self.tip_percent),
-            percent(self.toe_percent),
-            percent(self.heel_percent),
-        );
-        let mut faults = Faults::default();
-        if let Some(diameters) = self.diameter_range_mm {
-            match diameters.map(|diameter| gear.roll_length(diameter)) {
-                [Some(from), Some(to)] => borders.profile = Border::Range { from, to },
-                _ => faults.push("/borders/diameter_range_mm", "a diameter lies below the base circle"),
-            }
-        }
-        if let Some([from, to]) = self.z_range_mm {
-            borders.face = Border::Range { from, to };
-        }
-        faults.into_result(borders)
     }
 }

@@ -149,8 +149,12 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
     let read = body.traces(gear).map_err(Problem::invalid)?;
-    let posted: Vec<Posted<'_>> =
-        read.traces.iter().zip(&read.designs).map(|(trace, design)| Posted { trace, design: *design }).collect();
+    let posted: Vec<Posted<'_>> = read
+        .traces
+        .iter()
+        .zip(&read.designs)
+        .map(|(trace, design)| Posted { trace, design: design.as_deref() })
+        .collect();
     let evaluation = evaluation::evaluate(gear, &posted, &body.evaluation.settings()).map_err(Problem::invalid)?;
     let explicit = body.evaluation.explicit(&evaluation);
     let result = serde_json::to_vec(&EvaluationBody::new(evaluation, explicit)).map_err(Problem::internal)?;

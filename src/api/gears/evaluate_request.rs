@@ -3,13 +3,17 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{gear::GearBody, trace::TraceBody};
+use super::{
+    gear::GearBody,
+    modification::{self, ModificationBody, ModificationRangeBody},
+    trace::TraceBody,
+};
 use crate::{
     estimation::Faults,
     gear::{
-        Gear, Trace,
+        Gear, Kind, Trace,
         evaluation::{
-            Evaluation,
+            self, Evaluation,
             settings::{
                 DeviationSign, HelixReference, HelixSettings, MeanCurve, PlusMaterial, ProfileReference,
                 ProfileSettings, Settings, SlopeSign,
@@ -29,6 +33,11 @@ pub struct EvaluateBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     pub traces: Vec<TraceBody>,
+    /// What is taken off the involute on purpose, superposed: the design line of every trace, beside its own `design_um`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub modifications: Vec<ModificationBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modification_range: Option<ModificationRangeBody>,
     pub evaluation: EvaluationSettingsBody,
 }
 
@@ -250,18 +259,39 @@ impl EvaluationSettingsBody {
 }
 
 /// Traces read, each with its design line.
-pub struct Traces<'a> {
+pub struct Traces {
     pub traces: Vec<Trace>,
-    pub designs: Vec<Option<&'a [f64]>>,
+    pub designs: Vec<Option<Vec<f64>>>,
 }
 
 impl EvaluateBody {
     /// The traces, once their gear is known.
-    pub fn traces(&self, gear: &Gear) -> Result<Traces<'_>, Faults> {
+    pub fn traces(&self, gear: &Gear) -> Result<Traces, Faults> {
         let mut faults = Faults::default();
         let read = |(i, trace): (usize, &TraceBody)| trace.read(gear, &format!("/traces/{i}"), &mut faults);
         let traces: Vec<Trace> = self.traces.iter().enumerate().filter_map(read).collect();
-        let designs = self.traces.iter().map(|trace| trace.design_um.as_deref()).collect();
+        let modifications = modification::read(gear, &self.modifications, self.modification_range)
+            .map_err(|more| faults.append(more))
+            .unwrap_or_default();
+        let mut designs: Vec<Option<Vec<f64>>> = self.traces.iter().map(|trace| trace.design_um.clone()).collect();
+        faults.into_result(())?;
+        let mut faults = Faults::default();
+        if let Some(modifications) = &modifications {
+            let settings = self.evaluation.settings();
+            for (i, (trace, given)) in traces.iter().zip(&mut designs).enumerate() {
+                let Some(line) = evaluation::design(gear, modifications, trace, &settings) else {
+                    let name = if trace.kind == Kind::Profile { "section_z_mm" } else { "section_diameter_mm" };
+                    let detail = "a modified flank is designed differently from section to section: say where the trace lies on the involute";
+                    faults.push(format!("/traces/{i}/{name}"), detail);
+                    continue;
+                };
+                match given {
+                    // of another length than the trace is a fault of its own
+                    Some(given) => given.iter_mut().zip(line).for_each(|(given, more)| *given += more),
+                    None => *given = Some(line),
+                }
+            }
+        }
         faults.into_result(Traces { traces, designs })
     }
 }

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use super::file::{self, ImportSpecBody};
+use super::{
+    deviations,
+    file::{self, ImportSpecBody},
+};
 use crate::{
     api::{
         job_fits,
@@ -27,7 +30,9 @@ pub fn draft(
     plans: &Plans,
 ) -> Result<IterationDraft, Problem> {
     let spec: ImportSpecBody = match spec {
-        Some(text) => read_json(text)?,
+        Some(text) => {
+            read_json(text).map_err(|error| Problem::from(error).moved(|pointer| format!("/spec{pointer}")))?
+        }
         None => ImportSpecBody::default(),
     };
     let read = file::read(content, name, &spec, gear)?;
@@ -39,16 +44,22 @@ pub fn draft(
         terms: Terms::Total,
         basis: PolynomialBasis::Monomial,
     });
-    let computed = job_fits::compute(&nodes, &surface, plans)?;
+    // neither nodes nor model are the caller's
+    let computed =
+        job_fits::compute(&nodes, &surface, plans).map_err(|problem| problem.moved(|_| "/file".to_owned()))?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let plane = if order == 1 { " (a plane: its traces are a cross, which tells no twist)" } else { "" };
     let of = format!("{} flank of tooth {}{plane}", file::word(flank.side), flank.tooth);
+    let request = serde_json::json!({"file": name, "spec": spec, "warnings": read.warnings}).to_string();
     let mut records = Vec::new();
     if let Some(evaluation) = &read.evaluation {
-        let request = serde_json::json!({"file": name, "spec": spec, "warnings": read.warnings});
         let result = serde_json::to_vec(evaluation).map_err(Problem::internal)?;
         let built = Built { method: "import".to_owned(), result };
-        records.push(records::draft(RecordKind::Evaluation, request.to_string().as_bytes(), built)?);
+        records.push(records::draft(RecordKind::Evaluation, request.as_bytes(), built)?);
+    }
+    if let Some(found) = &read.deviations {
+        let built = deviations::imported(&read.gear, found, &read.warnings)?;
+        records.push(records::draft(RecordKind::Deviations, request.as_bytes(), built)?);
     }
     Ok(IterationDraft {
         nodes: Arc::new(nodes),

@@ -12,7 +12,9 @@ use super::{
 use crate::{
     api::{json_writer::Json, problem::Problem, reader::read_json},
     estimation::Faults,
-    gear::{FlankGrid, Gear, GridSpec, ProfileAxis, Side},
+    formats::points::{self, ListedPoint},
+    gear::{FlankGrid, Gear, GridSpec, Modifications, ProfileAxis, Side},
+    geometry::space::Vector,
 };
 
 /// Which nodes of which flank.
@@ -98,8 +100,15 @@ impl ProfileBody {
     }
 }
 
-/// Answers a request. Processor work.
-pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+/// A request, computed.
+struct Computed {
+    gear: Gear,
+    side: Side,
+    modifications: Option<Modifications>,
+    grid: FlankGrid,
+}
+
+fn computed(text: &[u8]) -> Result<Computed, Problem> {
     let body: FlankRequestBody = read_json(text)?;
     let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
     let modifications =
@@ -108,6 +117,26 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let side: Side = body.flank.into();
     let spec = GridSpec { side, axis, values, positions: body.face_width_positions_mm, tooth: body.tooth.unwrap_or(1) };
     let grid = FlankGrid::new(&gear, &spec, modifications.as_ref()).map_err(Problem::invalid)?;
+    Ok(Computed { gear, side, modifications, grid })
+}
+
+/// Answers a request as a list of points, `id,x,y,z,i,j,k`; the id is `row.column`, both from 1. Processor work.
+pub fn csv(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let grid = computed(text)?.grid;
+    let columns = grid.columns().max(1);
+    let listed = grid.points.iter().zip(&grid.normals).enumerate().map(|(k, (point, normal))| ListedPoint {
+        id: Some(format!("{}.{}", k / columns + 1, k % columns + 1)),
+        point: Vector::from(*point),
+        direction: Some(Vector::from(*normal)),
+        line: 0,
+    });
+    let text = points::write(&listed.collect::<Vec<_>>()).map_err(Problem::internal)?;
+    Ok(text.into_bytes())
+}
+
+/// Answers a request. Processor work.
+pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let Computed { gear, side, modifications, grid } = computed(text)?;
     let columns = grid.columns();
     let flat =
         |nodes: &[[f64; 3]]| nodes.chunks(columns.max(1)).map(<[_]>::as_flattened).map(<[f64]>::to_vec).collect();

@@ -44,7 +44,8 @@ pub struct FlankSurfaceRequestBody {
     pub profile: Vec<f64>,
     /// Of a grid ascending.
     pub z_mm: Vec<f64>,
-    /// Rows of numbers (grid) or numbers (scattered nodes); `null` where undefined.
+    /// Rows of numbers (grid) or numbers (scattered nodes), positive where material stands out unless `deviation_sign` says otherwise; `null` where
+    /// undefined.
     #[schema(value_type = Vec<serde_json::Value>)]
     pub deviation_um: Vec<serde_json::Value>,
     /// Evaluation range in the unit of `profile`. By default what the nodes span.
@@ -57,7 +58,7 @@ pub struct FlankSurfaceRequestBody {
     /// The sign of slopes and twist. Default `din`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sign: Option<SignName>,
-    /// Default `material`.
+    /// Default `material`, which is what `din` means for a whole flank too; helix slope and twist are answered by `sign`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deviation_sign: Option<DeviationSignName>,
     /// How is fitted; by default by plain least squares.

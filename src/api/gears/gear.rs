@@ -25,11 +25,11 @@ pub struct GearBody {
     #[schema(minimum = 1, maximum = 10000)]
     pub teeth: u32,
     #[serde(deserialize_with = "positive")]
-    #[schema(exclusive_minimum = 0)]
+    #[schema(minimum = 0.001, maximum = 1e6)]
     pub normal_module_mm: f64,
     /// α_n. Default 20.
     #[serde(default, deserialize_with = "angle", skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0, exclusive_maximum = 80)]
+    #[schema(minimum = 0.1, exclusive_maximum = 80)]
     pub normal_pressure_angle_deg: Option<f64>,
     /// β on the reference cylinder. Default 0; below 0 is a left-hand helix.
     #[serde(default, deserialize_with = "angle", skip_serializing_if = "Option::is_none")]

@@ -124,11 +124,23 @@ pub struct BallsBody {
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let body: GeometryRequestBody = read_json(text)?;
     let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
-    serde_json::to_vec(&GeometryBody::from(Geometry::of(&gear))).map_err(Problem::internal)
+    let geometry = Geometry::of(&gear);
+    let warnings = warnings(&body.gear, &geometry);
+    serde_json::to_vec(&GeometryBody::new(geometry, warnings)).map_err(Problem::internal)
 }
 
-impl From<Geometry> for GeometryBody {
-    fn from(geometry: Geometry) -> Self {
+/// What is unusual about a gear, and what its data leave open.
+pub(super) fn warnings(body: &GearBody, geometry: &Geometry) -> Vec<NoticeBody> {
+    let mut warnings: Vec<NoticeBody> =
+        geometry.warnings.iter().map(|warning| NoticeBody::new(warning.code(), warning)).collect();
+    if body.hand.is_none() && body.helix_angle_deg.is_some_and(|angle| angle > 0.0) {
+        warnings.push(NoticeBody::new("hand_assumed", &"no `hand` is given: the helix is taken for a right-hand one"));
+    }
+    warnings
+}
+
+impl GeometryBody {
+    fn new(geometry: Geometry, warnings: Vec<NoticeBody>) -> Self {
         let Arc { transverse: tooth_thickness_mm, normal: normal_tooth_thickness_mm } = geometry.tooth_thickness;
         let Arc { transverse: space_width_mm, normal: normal_space_width_mm } = geometry.space_width;
         let Arc { transverse: tip_thickness_mm, normal: normal_tip_thickness_mm } = geometry.tip_thickness;
@@ -172,7 +184,7 @@ impl From<Geometry> for GeometryBody {
             undercut: geometry.undercut,
             span: geometry.span.map(SpanBody::from),
             balls: geometry.balls.map(BallsBody::from),
-            warnings: geometry.warnings.iter().map(|warning| NoticeBody::new(warning.code(), warning)).collect(),
+            warnings,
         }
     }
 }

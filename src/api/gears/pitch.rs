@@ -39,7 +39,7 @@ pub struct PitchRequestBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub sector: Option<usize>,
-    /// Which way teeth are counted, for a run-out from pitches. Default `clockwise`, as everywhere.
+    /// Which way teeth are counted: it decides which flanks bound a space, for a run-out from pitches. Default `clockwise`, as everywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counting: Option<CountingName>,
     /// Which tolerances decide the class. Default `rounded`.
@@ -52,10 +52,10 @@ pub struct PitchRequestBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchMeasured)]
 pub struct PitchMeasuredBody {
-    /// How far each flank stands beyond its place, along the measuring circle.
+    /// How far each flank stands beyond its place, along the measuring circle, in the direction in which teeth are counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index_deviation_um: Option<Vec<Option<f64>>>,
-    /// Where each flank is, from anywhere.
+    /// Where each flank is, from anywhere, in the direction in which teeth are counted (their angles ascend, but for full turns).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle_deg: Option<Vec<Option<f64>>>,
     /// Deviation of the pitch that ends at each flank.
@@ -76,6 +76,8 @@ pub enum CountingName {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PitchEvaluation)]
 pub struct PitchEvaluationBody {
+    /// Which way teeth are counted.
+    pub counting: CountingName,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<PitchBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -177,22 +179,22 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut evaluated = |measured: &Option<PitchMeasuredBody>, side: Side, at: &str| {
         let (name, measured) = measured.as_ref()?.measured(at, &mut faults)?;
         let settings = PitchSettings { side, diameter: body.diameter_mm, sector: body.sector, rounding };
-        let placed = |more: Faults| {
-            for fault in more.list() {
-                let pointer = match fault.pointer.strip_prefix("/deviations") {
-                    Some(rest) => format!("{at}/{name}{rest}"),
-                    None => fault.pointer.clone(),
-                };
-                faults.push(pointer, fault.detail.clone());
-            }
+        let place = |pointer: &str| match pointer.strip_prefix("/deviations") {
+            Some(rest) => format!("{at}/{name}{rest}"),
+            None => pointer.to_owned(),
         };
-        pitch(&gear, &measured, &settings).map_err(placed).ok()
+        let mut found = pitch(&gear, &measured, &settings).map_err(|more| faults.append(more.moved(place))).ok()?;
+        for notice in &mut found.notices {
+            notice.pointer = notice.pointer.as_deref().map(place);
+        }
+        Some(found)
     };
     let left = evaluated(&body.left, Side::Left, "/left");
     let right = evaluated(&body.right, Side::Right, "/right");
-    let counting = match body.counting {
-        None | Some(CountingName::Clockwise) => Counting::Clockwise,
-        Some(CountingName::Counterclockwise) => Counting::Counterclockwise,
+    let named = body.counting.unwrap_or(CountingName::Clockwise);
+    let counting = match named {
+        CountingName::Clockwise => Counting::Clockwise,
+        CountingName::Counterclockwise => Counting::Counterclockwise,
     };
     let runout = match (&body.readings_um, &left, &right) {
         (Some(readings), ..) => Some(from_readings(&gear, &numbers(readings), rounding)),
@@ -204,6 +206,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         faults.push("/left", "missing; give `left`, `right` or `readings_um`");
     }
     let answer = PitchEvaluationBody {
+        counting: named,
         left: left.map(PitchBody::from),
         right: right.map(PitchBody::from),
         runout: runout.map(RunoutBody::from),

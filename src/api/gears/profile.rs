@@ -3,11 +3,12 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::gear::GearBody;
+use super::{gear::GearBody, geometry, notice::NoticeBody};
 use crate::{
     api::{json_writer::Json, problem::Problem, reader::read_json},
     estimation::Faults,
     gear::{
+        Geometry,
         generation::envelope::{Envelope, Motion, ToolProfile},
         generation::tooth::{Steps, Tooth},
     },
@@ -59,7 +60,9 @@ pub struct ProfileAnswerBody {
     pub left_flank: Vec<[f64; 2]>,
     /// All teeth; of an internal gear the border of the hole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gear: Option<Vec<[f64; 2]>>,
+    pub whole_gear: Option<Vec<[f64; 2]>>,
+    /// As `POST /v1/gears/geometry` has them: undercut, a pointed tip, an assumed tool.
+    pub warnings: Vec<NoticeBody>,
 }
 
 /// A tool's profile and how it rolls with the gear.
@@ -144,10 +147,13 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let flank: Vec<[f64; 2]> = tooth.flank().iter().map(|place| place.point(1.0, 0.0)).collect();
     let mut json = Json::with_capacity(4096);
     let mut object = json.object();
-    object.values("tooth", 2, tooth.closed().as_flattened()).values("left_flank", 2, flank.as_flattened());
+    // no coordinate is −0
+    let plain = |points: &[[f64; 2]]| points.as_flattened().iter().map(|x| x + 0.0).collect::<Vec<f64>>();
+    object.values("tooth", 2, &plain(&tooth.closed())).values("left_flank", 2, &plain(&flank));
     if body.whole_gear == Some(true) {
-        object.values("gear", 2, tooth.gear().as_flattened());
+        object.values("whole_gear", 2, &plain(&tooth.gear()));
     }
+    object.field("warnings", &geometry::warnings(&body.gear, &Geometry::of(&gear)));
     object.end();
     json.finish().map_err(Problem::internal)
 }

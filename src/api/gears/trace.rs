@@ -8,10 +8,11 @@ use crate::{
         Faults,
         words::{Shown, entries},
     },
-    gear::{Gear, Kind, Side, Trace},
+    gear::{Gear, Kind, Side, Trace, evaluation::Position},
 };
 
-/// A flank of a tooth that points up, seen with the axis towards the viewer.
+/// A flank of a tooth that points up, seen with the axis towards the viewer; on internal gears too, where the tooth at the top points down and
+/// the left flank lies at negative x.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = FlankSide)]
@@ -36,7 +37,7 @@ pub enum KindName {
 #[serde(deny_unknown_fields)]
 #[schema(as = GearTrace)]
 pub struct TraceBody {
-    /// Its number, behind it a letter for traces beside the middle: `1k` and `1f` are helices near the tip and near the root, `1u` and
+    /// Its number from 1, behind it a letter for traces beside the middle: `1k` and `1f` are helices near the tip and near the root, `1u` and
     /// `1o` profiles at the lower and at the upper end. These count for the twist, not in the means.
     pub tooth: String,
     pub flank: SideName,
@@ -50,7 +51,9 @@ pub struct TraceBody {
     /// Of a helix: where its samples lie.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z_mm: Option<Vec<f64>>,
-    /// `null` where undefined.
+    /// `null` where undefined. Positive as `deviation_sign` of the evaluation says; by default (sign `din`) profiles where material stands out, helices
+    /// where the flank is turned counterclockwise: material on left and space on right flanks. Material-positive helices of right flanks need
+    /// `"deviation_sign": "material"`.
     pub deviation_um: Vec<Option<f64>>,
     /// Which samples count. Default all that are defined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -108,6 +111,10 @@ impl TraceBody {
         if let Some(name) = stranger {
             let kind = if kind == Kind::Profile { "profile" } else { "helix" };
             faults.push(format!("{at}/{name}"), format!("a {kind} has none"));
+        }
+        let teeth = gear.data().teeth;
+        if let Some(number) = Position::number(&self.tooth).filter(|number| !(1..=u64::from(teeth)).contains(number)) {
+            faults.push(format!("{at}/tooth"), format!("{number} is not within 1 and {teeth}, the number of teeth"));
         }
         let positions = self.positions(kind, gear, at, faults);
         if let Some(valid) = self.valid.as_ref().filter(|valid| valid.len() != self.deviation_um.len()) {

@@ -1,6 +1,7 @@
 //! Preamble and numbered lines, kept whole whether their codes are known or not.
 
 use super::{
+    super::file_error::shown,
     super::note::{NoteCode, Notes},
     super::source::{Line, Lines, number},
     FileError, trace_head,
@@ -104,7 +105,14 @@ impl Header {
                 notes.push(NoteCode::RepeatedCode, line.number, format!("header code {code} stands here again"));
             }
             let (label, fields) = text.split_once(self.separator).unwrap_or((text, ""));
-            let fields = fields.split(self.separator).map(|field| field.trim().to_owned()).collect();
+            let fields: Vec<String> = fields.split(self.separator).map(|field| field.trim().to_owned()).collect();
+            let beyond = |word: &&str| {
+                word.bytes().any(|b| b.is_ascii_digit()) && word.parse::<f64>().is_ok_and(f64::is_infinite)
+            };
+            for word in fields.iter().flat_map(|field| field.split_ascii_whitespace()).filter(beyond) {
+                let text = format!("“{}” is beyond the numbers that there are; it is not taken", shown(word));
+                notes.push(NoteCode::UnknownSetting, line.number, text);
+            }
             self.lines.push(HeaderLine { code, label: plain_label(label), fields, line: line.number });
             return Ok(true);
         }

@@ -1,4 +1,5 @@
-//! A topography that is given as deviations, on a grid of roll lengths and axial positions.
+//! A topography that is given as deviations from the unmodified involute, on a grid of roll lengths and axial positions; like a measured
+//! point's, they get the relief of the reference added.
 //!
 //! Faults point into the object that holds `roll_length_mm`, `z_mm` and `deviation_um`.
 
@@ -8,7 +9,7 @@ use crate::{
         Faults,
         words::{Shown, counted, entries},
     },
-    gear::Side,
+    gear::{Side, trace::MOST_DEVIATION},
 };
 
 /// Deviations at the crossings of two strictly ascending axes.
@@ -52,11 +53,15 @@ pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations
             let detail = format!("{}, but {} would match z_mm", entries(row.len()), z.len());
             faults.push(format!("/deviation_um/{i}"), detail);
         }
-        for (j, _) in row.iter().enumerate().filter(|(_, value)| value.is_infinite()) {
-            faults.push(format!("/deviation_um/{i}/{j}"), "the number is not finite in double precision");
+        for (j, value) in row.iter().enumerate().filter(|(_, value)| value.abs() > MOST_DEVIATION) {
+            let detail = format!("{} is beyond {} µm", Shown(*value), Shown(MOST_DEVIATION));
+            faults.push(format!("/deviation_um/{i}/{j}"), detail);
         }
     }
     faults.into_result(())?;
+    let factor = direction.from_normal(reference.gear);
+    let relief = |roll_length: f64, z: f64| reference.relief(*side, roll_length, z) * factor;
+    let relief = &relief;
     let nodes = roll_length
         .iter()
         .zip(deviation)
@@ -66,7 +71,7 @@ pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations
                 side: *side,
                 roll_length,
                 z,
-                deviation,
+                deviation: deviation + relief(roll_length, z),
                 within: true,
             })
         })

@@ -1,7 +1,7 @@
 //! Measured points, or centres of a probe ball, become deviations.
 //!
 //! The centre of a ball that touches the flank stands one radius along the normal above the touching point, so compensation is a subtraction
-//! from the normal distance. Faults point into the object that holds `points`, `probe_radius` and `reach`.
+//! from the normal distance. Faults point into the object that holds `points`, `teeth` (one for each point), `probe_radius_mm` and `reach_mm`.
 
 use super::{
     Deviations, Direction, Foot, Node, Reference, Stray,
@@ -114,7 +114,7 @@ pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measureme
             within: true,
         };
         if let Some(tooth) = touch.tooth.filter(|tooth| !(1..=teeth).contains(tooth)) {
-            faults.push(format!("/points/{index}/tooth"), no_tooth(tooth, teeth));
+            faults.push(format!("/teeth/{index}"), no_tooth(tooth, teeth));
         } else if touch.point.iter().any(|x| x.abs() > MOST_COORDINATE) {
             let detail = format!("a coordinate is beyond {} mm", Shown(MOST_COORDINATE));
             faults.push(format!("/points/{index}"), detail);

@@ -4,6 +4,7 @@
 //! Deviations are µm along the base tangent of the transverse plane (asked in [`crate::gear::trace::Direction`], answered so). Every line and
 //! surface is a fit of [`crate::estimation`]. Conventions of sign stand in [`settings`].
 
+mod design;
 pub mod flank_surface;
 pub mod pitch;
 pub mod runout;
@@ -11,6 +12,7 @@ pub mod settings;
 mod single;
 pub mod summary;
 
+pub use design::design;
 use settings::{Settings, Window};
 use single::Subject;
 pub use single::{EDGE, FEWEST_SAMPLES, Samples, Values};
@@ -18,9 +20,14 @@ pub use summary::{Position, Spread, Summary, Twist};
 
 use super::{
     Gear, Kind, Side, Trace,
+    data::MOST_LENGTH,
     tolerance::{Characteristic, Class, OutOfScope, Tolerances},
+    trace::MOST_DEVIATION,
 };
-use crate::estimation::{Faults, words::entries};
+use crate::estimation::{
+    Faults,
+    words::{Shown, entries},
+};
 
 /// A trace and, where the flank is modified by design, its design line: µm per sample in the sign and direction of the deviations, taken away from them.
 #[derive(Clone, Copy, Debug)]
@@ -164,6 +171,10 @@ fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Optio
 /// The most samples of all traces together.
 pub const MOST_SAMPLES: usize = 20_000_000;
 
+fn too_large(deviation: f64) -> String {
+    format!("{} is beyond {} µm", Shown(deviation), Shown(MOST_DEVIATION))
+}
+
 fn check(posted: &[Posted]) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if posted.is_empty() {
@@ -184,18 +195,18 @@ fn check(posted: &[Posted]) -> Result<(), Faults> {
             }
         }
         for (k, at) in trace.at.iter().enumerate() {
-            if !at.is_finite() {
-                faults.push(format!("{positions}/{k}"), "the number is not finite in double precision");
+            if !(at.abs() <= MOST_LENGTH) {
+                faults.push(format!("{positions}/{k}"), format!("{} is beyond {} mm", Shown(*at), Shown(MOST_LENGTH)));
             }
         }
         for (k, deviation) in trace.deviation.iter().enumerate() {
-            if deviation.is_infinite() {
-                faults.push(format!("/traces/{i}/deviation_um/{k}"), "the number is not finite in double precision");
+            if deviation.abs() > MOST_DEVIATION {
+                faults.push(format!("/traces/{i}/deviation_um/{k}"), too_large(*deviation));
             }
         }
         for (k, line) in design.iter().flat_map(|design| design.iter()).enumerate() {
-            if !line.is_finite() {
-                faults.push(format!("/traces/{i}/design_um/{k}"), "the number is not finite in double precision");
+            if !(line.abs() <= MOST_DEVIATION) {
+                faults.push(format!("/traces/{i}/design_um/{k}"), too_large(*line));
             }
         }
     }

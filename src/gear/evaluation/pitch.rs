@@ -18,7 +18,9 @@ use crate::{
     },
     gear::{
         Gear, Side,
+        data::MOST_LENGTH,
         tolerance::{Characteristic, Class, Rounding, Tolerances},
+        trace::MOST_DEVIATION,
     },
 };
 
@@ -93,7 +95,18 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
     let mut closure = None;
     let (index, single) = match measured {
         PitchMeasured::Index(_) => of_index(given.to_vec()),
-        PitchMeasured::Angles(_) => of_index(arcs(given, diameter)),
+        PitchMeasured::Angles(_) => {
+            let arcs = arcs(given, diameter);
+            let half = 5e2 * std::f64::consts::PI * diameter / teeth as f64;
+            if let Some(i) = arcs.iter().position(|arc| arc.abs() > half) {
+                let detail = format!(
+                    "the flank is {} µm from its place, more than half a pitch: angles run in the direction in which teeth are counted",
+                    Shown(arcs[i])
+                );
+                return Err(Faults::one(format!("/deviations/{i}"), detail));
+            }
+            of_index(arcs)
+        }
         PitchMeasured::Single(_) => {
             let sum = given.iter().sum::<f64>();
             closure = (missing == 0).then_some(sum);
@@ -154,6 +167,8 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
     })
 }
 
+/// No angle is larger, rad: 16,000 turns, of which a double still tells 1e-11 rad.
+const MOST_ANGLE: f64 = 1e5;
 /// Rounding to a tenth of a µm leaves at most this much a tooth.
 const CLOSURE: f64 = 0.05;
 
@@ -219,15 +234,21 @@ fn check(teeth: usize, diameter: f64, sector: Option<usize>, measured: &PitchMea
         faults.push("/deviations", format!("{}, but the gear has {teeth} teeth", entries(given.len())));
     }
     for (i, value) in given.iter().enumerate() {
-        if value.is_infinite() {
-            faults.push(format!("/deviations/{i}"), "the number is not finite in double precision");
+        let most = match measured {
+            PitchMeasured::Angles(_) => MOST_ANGLE,
+            _ => MOST_DEVIATION,
+        };
+        if value.abs() > most {
+            let unit = if matches!(measured, PitchMeasured::Angles(_)) { "rad" } else { "µm" };
+            faults.push(format!("/deviations/{i}"), format!("{} {unit}: beyond {} {unit}", Shown(*value), Shown(most)));
         }
     }
     if !given.is_empty() && given.iter().all(|d| d.is_nan()) {
         faults.push("/deviations", "no tooth was measured");
     }
-    if !(diameter > 0.0 && diameter.is_finite()) {
-        faults.push("/diameter_mm", format!("{} is not a diameter above 0 mm", Shown(diameter)));
+    if !(diameter > 0.0 && diameter <= MOST_LENGTH) {
+        let detail = format!("{} is not a diameter above 0 mm (and up to a kilometre)", Shown(diameter));
+        faults.push("/diameter_mm", detail);
     }
     if let Some(k) = sector.filter(|k| !(1..teeth).contains(k)) {
         faults.push("/sector", format!("{k} pitches; a sector has 1 to {}", teeth.saturating_sub(1)));

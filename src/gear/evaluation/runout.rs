@@ -19,6 +19,7 @@ use crate::{
         Gear, Side,
         involute::Flank,
         tolerance::{Characteristic, Class, Rounding, Tolerances},
+        trace::MOST_DEVIATION,
     },
 };
 
@@ -65,8 +66,9 @@ pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Resul
         faults.push("/readings_um", format!("{}, but the gear has {teeth} tooth spaces", entries(readings.len())));
     }
     for (i, reading) in readings.iter().enumerate() {
-        if reading.is_infinite() {
-            faults.push(format!("/readings_um/{i}"), "the number is not finite in double precision");
+        if reading.abs() > MOST_DEVIATION {
+            let detail = format!("{} µm: beyond {} µm", Shown(*reading), Shown(MOST_DEVIATION));
+            faults.push(format!("/readings_um/{i}"), detail);
         }
     }
     if !readings.is_empty() && readings.iter().all(|r| r.is_nan()) {

@@ -2,6 +2,7 @@
 
 use super::super::{
     Gear, Side,
+    data::{LEAST_LENGTH, MOST_LENGTH},
     trace::{Direction, Kind},
 };
 use crate::estimation::{Faults, words::Shown};
@@ -252,16 +253,20 @@ impl Window {
 
 /// `length` is that of the range in the coordinate of the samples.
 fn ascending(pointer: &str, range: [f64; 2], length: f64) -> Result<(), Faults> {
-    if length > 0.0 && length.is_finite() {
+    if length >= LEAST_LENGTH && range.iter().all(|end| end.abs() <= MOST_LENGTH) {
         return Ok(());
     }
-    let detail = format!("{} to {} mm is not an ascending range", Shown(range[0]), Shown(range[1]));
+    let detail = format!(
+        "{} to {} mm is not an ascending range (of a µm at least, and within a kilometre)",
+        Shown(range[0]),
+        Shown(range[1])
+    );
     Err(Faults::one(pointer, detail))
 }
 
 fn given(pointer: &str, length: f64) -> Result<f64, Faults> {
-    if length > 0.0 && length.is_finite() {
+    if length > 0.0 && length <= MOST_LENGTH {
         return Ok(length);
     }
-    Err(Faults::one(pointer, format!("{} is not a length above 0 mm", Shown(length))))
+    Err(Faults::one(pointer, format!("{} is not a length above 0 mm (and up to a kilometre)", Shown(length))))
 }

@@ -27,6 +27,13 @@ impl Position {
         Self::split(tooth).1
     }
 
+    /// The number that a tooth's name begins with; `None` for names of another kind.
+    pub fn number(tooth: &str) -> Option<u64> {
+        let digits = tooth.len() - tooth.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        // more digits than a number takes are of no gear either
+        (digits > 0).then(|| tooth[..digits].parse().unwrap_or(u64::MAX))
+    }
+
     /// The tooth's own name and the position.
     pub fn split(tooth: &str) -> (&str, Self) {
         let number = tooth.trim_end_matches(['f', 'k', 'u', 'o']);

@@ -1,8 +1,8 @@
 //! The whole tooth as a transverse profile at z = 0: fillets, involutes, tip arc, root arc.
 //!
 //! Every part ends where the next one begins, so a closed profile crosses itself nowhere: the fillet is taken up to the root form
-//! diameter, the involute from there to the tip or to where the flanks meet. A gear whose fillets meet within the tooth has no profile: the
-//! tool cuts the tooth off.
+//! diameter, the involute from there to the tip or to where the flanks meet. A gear of which the tool leaves no involute, or whose fillets meet
+//! within the tooth, has no profile.
 
 use super::{Polar, Root};
 use crate::estimation::{
@@ -60,17 +60,22 @@ impl Tooth {
         let mut points = root.points(steps.fillet, reached, gear);
         let tip_roll = gear.roll_length(2.0 * reached).unwrap_or(0.0);
         let form_roll = root.form_roll();
-        if gear.outward() * (tip_roll - form_roll) > 0.0 {
-            points.extend((1..=steps.involute).map(|k| {
-                // Equal steps of the roll angle's square, which is the arc length: the involute starts with a curvature beyond all bounds.
-                let t = k as f64 / steps.involute as f64;
-                let roll =
-                    (form_roll * form_roll + t * (tip_roll - form_roll) * (tip_roll + form_roll)).max(0.0).sqrt();
-                let meets = k == steps.involute && point.is_some();
-                let half_angle = if meets { 0.0 } else { flank.half_angle(roll) };
-                Polar { radius: 0.5 * gear.diameter(roll), half_angle }
-            }));
+        if !(gear.outward() * (tip_roll - form_roll) > 0.0) {
+            let detail = format!(
+                "no involute is left: it would start on {} mm, beyond the end of the tooth on {} mm",
+                Shown(gear.diameter(form_roll)),
+                Shown(2.0 * reached)
+            );
+            return Err(Faults::one(gear.given_circle(), detail));
         }
+        points.extend((1..=steps.involute).map(|k| {
+            // Equal steps of the roll angle's square, which is the arc length: the involute starts with a curvature beyond all bounds.
+            let t = k as f64 / steps.involute as f64;
+            let roll = (form_roll * form_roll + t * (tip_roll - form_roll) * (tip_roll + form_roll)).max(0.0).sqrt();
+            let meets = k == steps.involute && point.is_some();
+            let half_angle = if meets { 0.0 } else { flank.half_angle(roll) };
+            Polar { radius: 0.5 * gear.diameter(roll), half_angle }
+        }));
         if let Some(last) = points.last().copied().filter(|last| gear.data().internal && last.radius > tip) {
             // Below the base circle an internal tooth goes on radially.
             let below = reached < gear.base_radius();

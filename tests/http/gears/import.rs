@@ -18,7 +18,7 @@ const SAMPLES: usize = 60;
 
 /// Three profiles and three leads of the left flank of tooth 1, tilted by 10 µm over the evaluated profile and 6 µm over the width, as the
 /// instrument stores them: minus the material.
-fn file(undefined: bool) -> Vec<u8> {
+pub fn file(undefined: bool) -> Vec<u8> {
     file_of(undefined, |_| true)
 }
 
@@ -45,7 +45,7 @@ fn file_of(undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
     lines.bytes()
 }
 
-async fn import(app: &TestApp, job: &str, content: Vec<u8>, name: &str, spec: Option<Value>) -> Answer {
+pub async fn import(app: &TestApp, job: &str, content: Vec<u8>, name: &str, spec: Option<Value>) -> Answer {
     let mut form = Form::new().part("file", Part::bytes(content).file_name(name.to_owned()));
     if let Some(spec) = spec {
         form = form.part("spec", Part::text(spec.to_string()).mime_str("application/json").unwrap());
@@ -53,7 +53,7 @@ async fn import(app: &TestApp, job: &str, content: Vec<u8>, name: &str, spec: Op
     send(app.client.post(app.url(&format!("{job}/import"))).multipart(form)).await
 }
 
-async fn job(app: &TestApp, gear: Option<Value>) -> String {
+pub async fn job(app: &TestApp, gear: Option<Value>) -> String {
     let mut body = json!({"name": "w"});
     if let Some(gear) = gear {
         body["gear"] = gear;
@@ -134,7 +134,7 @@ async fn what_cannot_be_imported_is_said_with_line_and_column() {
         (String::new(), "x.mka", None, "/file", "empty"),
         (text.clone(), "1.mka", Some(json!({"tooth": "7"})), "/spec/tooth", "there are 1 left"),
         (text.clone(), "1.mka", Some(json!({"flank": "right"})), "/spec/flank", "there are 1 left"),
-        (text, "1.mka", Some(json!({"teeth": "7"})), "/teeth", "no such field"),
+        (text, "1.mka", Some(json!({"teeth": "7"})), "/spec/teeth", "no such field"),
     ] {
         let refused = import(&app, &place, content.into_bytes(), name, spec).await;
         assert_eq!((refused.status.as_u16(), refused.pointers()), (422, vec![pointer.to_owned()]), "{}", refused.text);

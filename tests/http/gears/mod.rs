@@ -2,12 +2,17 @@
 
 mod correction;
 mod evaluation;
+mod exchange;
 mod import;
 #[path = "../../formats/klingelnberg_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
 mod klingelnberg_file;
 mod nominal;
 mod points;
+mod refusals;
+#[path = "../../formats/rexs_file.rs"]
+#[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
+mod rexs_file;
 
 use serde_json::{Value, json};
 

@@ -1,0 +1,81 @@
+//! Which part of a measured flank takes part.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::{
+    estimation::Faults,
+    gear::{
+        Gear,
+        deviation::{Border, Borders},
+    },
+};
+
+/// Which part of the flank takes part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = FlankBorders)]
+pub struct BordersBody {
+    /// Percent of the measured profile (in roll length) and of the measured width that are left out at each edge. Default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub root_percent: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_percent: Option<f64>,
+    /// At the end of small z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub toe_percent: Option<f64>,
+    /// At the end of great z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heel_percent: Option<f64>,
+    /// In place of the percentages at root and tip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diameter_range_mm: Option<[f64; 2]>,
+    /// In place of the percentages at toe and heel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z_range_mm: Option<[f64; 2]>,
+}
+
+impl BordersBody {
+    /// Faults of the borders, by places in the request.
+    pub fn placed(&self, faults: &Faults) -> Faults {
+        let (range, percent) = (self.diameter_range_mm.is_some(), |share: Option<f64>| share.is_some());
+        let profile = match percent(self.root_percent) {
+            _ if range => "diameter_range_mm",
+            true => "root_percent",
+            false => "tip_percent",
+        };
+        let face = match percent(self.toe_percent) {
+            _ if self.z_range_mm.is_some() => "z_range_mm",
+            true => "toe_percent",
+            false => "heel_percent",
+        };
+        faults.moved(|pointer| match pointer {
+            "/profile" => format!("/borders/{profile}"),
+            "/face" => format!("/borders/{face}"),
+            other => format!("/borders{other}"),
+        })
+    }
+
+    /// The borders.
+    pub fn borders(&self, gear: &Gear) -> Result<Borders, Faults> {
+        let percent = |share: Option<f64>| share.unwrap_or(0.0);
+        let mut borders = Borders::trimmed(
+            gear,
+            percent(self.root_percent),
+            percent(self.tip_percent),
+            percent(self.toe_percent),
+            percent(self.heel_percent),
+        );
+        let mut faults = Faults::default();
+        if let Some(diameters) = self.diameter_range_mm {
+            match diameters.map(|diameter| gear.roll_length(diameter)) {
+                [Some(from), Some(to)] => borders.profile = Border::Range { from, to },
+                _ => faults.push("/borders/diameter_range_mm", "a diameter lies below the base circle"),
+            }
+        }
+        if let Some([from, to]) = self.z_range_mm {
+            borders.face = Border::Range { from, to };
+        }
+        faults.into_result(borders)
+    }
+}
