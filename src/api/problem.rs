@@ -219,15 +219,13 @@ impl Problem {
     pub fn of_fit(error: FitError, place: impl Fn(&str) -> String) -> Self {
         match error {
             FitError::Invalid(faults) => Problem::invalid(faults.moved(place)),
-            other => Problem::from(other).moved(place),
+            other => Problem::from(other).placed(place),
         }
     }
 
-    /// The same faults at other places.
-    pub fn moved(mut self, place: impl Fn(&str) -> String) -> Self {
-        for error in &mut self.errors {
-            error.pointer = place(&error.pointer);
-        }
+    /// The same with its faults at other places.
+    pub fn placed(mut self, place: impl Fn(&str) -> String) -> Self {
+        self.errors.iter_mut().for_each(|error| error.pointer = place(&error.pointer));
         self
     }
 

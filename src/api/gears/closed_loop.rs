@@ -308,7 +308,7 @@ fn tell(
         }
         if store {
             kept.push(
-                iteration(nodes, strategy, number, record, plans).map_err(|problem| problem.moved(place(number)))?,
+                iteration(nodes, strategy, number, record, plans).map_err(|problem| problem.placed(place(number)))?,
             );
         }
         rounds.push(round);

@@ -31,7 +31,7 @@ pub fn draft(
 ) -> Result<IterationDraft, Problem> {
     let spec: ImportSpecBody = match spec {
         Some(text) => {
-            read_json(text).map_err(|error| Problem::from(error).moved(|pointer| format!("/spec{pointer}")))?
+            read_json(text).map_err(|error| Problem::from(error).placed(|pointer| format!("/spec{pointer}")))?
         }
         None => ImportSpecBody::default(),
     };
@@ -46,7 +46,7 @@ pub fn draft(
     });
     // neither nodes nor model are the caller's
     let computed =
-        job_fits::compute(&nodes, &surface, plans).map_err(|problem| problem.moved(|_| "/file".to_owned()))?;
+        job_fits::compute(&nodes, &surface, plans).map_err(|problem| problem.placed(|_| "/file".to_owned()))?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let plane = if order == 1 { " (a plane: its traces are a cross, which tells no twist)" } else { "" };
     let of = format!("{} flank of tooth {}{plane}", file::word(flank.side), flank.tooth);
