@@ -148,6 +148,8 @@ async fn get_iteration_correction(
         },
         None => None,
     };
-    let body = state.pool.run(move || correction_answer::write(&record, &before, after.as_ref())).await??;
+    let gear = of_job(&state.jobs.job(job).await?)?;
+    let body =
+        state.pool.run(move || correction_answer::write(&record, &before, after.as_ref(), gear.as_ref())).await??;
     Ok(form.response(body))
 }

@@ -8,7 +8,9 @@ use flankfit::{
     gear::{
         Gear, GearData, Side,
         evaluation::{
-            flank_surface::{Border, FlankNodes, FlankSurface, ProfileAxis, SurfaceSettings, flank_surface},
+            flank_surface::{
+                Border, FlankNodes, FlankSurface, ProfileAxis, SurfaceSettings, flank_figures, flank_surface,
+            },
             settings::{DeviationSign, SlopeSign},
         },
     },
@@ -238,4 +240,49 @@ fn impossible_requests_name_their_place() {
     assert_eq!(places(&FlankNodes { deviation: &nothing, ..full.nodes() }, &settings()), ["/deviation_um"]);
     let beside = SurfaceSettings { helix_range: Some([30.0, 40.0]), ..settings() };
     assert_eq!(places(&full.nodes(), &beside), ["/border_percent"]);
+}
+
+/// The figures by name are those of the surface; a cross of a profile and a lead tells all but the twist, wherever they cross; one trace
+/// tells nothing, and regularisation is not looked at.
+#[test]
+fn figures_are_told_as_far_as_the_nodes_reach() {
+    let gear = gear();
+    let put = [3.0, -8.0, 5.0, 4.0, -6.0, 7.0];
+    let spec = FitSpec {
+        regularization: Regularization::Ridge { parameter: flankfit::estimation::spec::Parameter::Fixed(1.0) },
+        ..plain()
+    };
+    let settings = SurfaceSettings { side: Side::Right, sign: SlopeSign::Din, spec, ..settings() };
+    let whole = grid(5, 9, second_order(put));
+    let told = flank_figures(&gear, &whole.nodes(), &settings).unwrap();
+    // on right flanks DIN turns the sign of helix slope and twist
+    near(told.profile_slope, -8.0, 1e-9);
+    near(told.helix_slope, -5.0, 1e-9);
+    near(told.profile_crowning, 4.0, 1e-9);
+    near(told.helix_crowning, -6.0, 1e-9);
+    near(told.twist.unwrap(), -7.0, 1e-9);
+    for (row, column) in [(2, 4), (1, 6), (0, 4)] {
+        let mut cross = grid(5, 9, second_order([3.0, -8.0, 5.0, 4.0, -6.0, 0.0]));
+        for k in (0..45).filter(|k| k / 9 != row && k % 9 != column) {
+            cross.deviation[k] = f64::NAN;
+        }
+        let told = flank_figures(&gear, &cross.nodes(), &settings).unwrap();
+        near(told.profile_slope, -8.0, 1e-9);
+        near(told.helix_slope, -5.0, 1e-9);
+        near(told.profile_crowning, 4.0, 1e-9);
+        near(told.helix_crowning, -6.0, 1e-9);
+        assert_eq!(told.twist, None);
+        let flat = FlankNodes {
+            profile: &(0..45).map(|k| cross.profile[k / 9]).collect::<Vec<f64>>(),
+            z: &(0..45).map(|k| cross.z[k % 9]).collect::<Vec<f64>>(),
+            grid: false,
+            ..cross.nodes()
+        };
+        near(flank_figures(&gear, &flat, &settings).unwrap().profile_slope, -8.0, 1e-9);
+    }
+    let mut lead = whole;
+    lead.deviation.iter_mut().enumerate().filter(|(k, _)| k / 9 != 2).for_each(|(_, d)| *d = f64::NAN);
+    assert_eq!(flank_figures(&gear, &lead.nodes(), &settings), None);
+    let ranges = SurfaceSettings { profile_range: Some(ROLL), helix_range: Some(Z), ..settings };
+    assert_eq!(flank_figures(&gear, &lead.nodes(), &ranges), None);
 }

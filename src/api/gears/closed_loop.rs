@@ -301,7 +301,7 @@ fn tell(
             round.predicted_rms_um = Some(solution.predicted.rms);
             round.changes = Some(changes);
             if store {
-                let result = correction::write(&solution, &canonical::request_sha256(&request))?;
+                let result = correction::write(&solution, None, &canonical::request_sha256(&request))?;
                 let built = Built { method: "matrix".to_owned(), result };
                 record = Some(records::draft(RecordKind::Correction, &request, built)?);
             }

@@ -3,7 +3,11 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{correction_request, registration::IndistinguishableBody};
+use super::{
+    correction_request::{self, Read},
+    iteration_nodes::Flank,
+    registration::IndistinguishableBody,
+};
 use crate::{
     api::{
         canonical, fit_result::FitResultBody, fit_result_parts::WarningBody, fit_text, json_writer::Json,
@@ -13,6 +17,7 @@ use crate::{
     gear::{
         Gear,
         correction::{Change, Correction, Limit, Predicted, Solution, Trust},
+        evaluation::flank_surface::FlankFigures,
     },
 };
 
@@ -72,6 +77,47 @@ pub struct PredictedBody {
     pub deviation_um: Vec<Option<f64>>,
     /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity leaves.
     pub uncertainty_um: Vec<Option<f64>>,
+    /// What the evaluation of the flank says before and after, with a machine; left out where the nodes do not tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<FiguresBeforeAfterBody>,
+}
+
+/// Figures of the flank as it was measured and as it should become.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankFiguresBeforeAfter)]
+pub struct FiguresBeforeAfterBody {
+    pub before: FlankFiguresBody,
+    pub after: FlankFiguresBody,
+}
+
+/// Of the second-order surface over the ranges of the machine, by plain least squares through the nodes with a weight above 0.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankFigures)]
+pub struct FlankFiguresBody {
+    /// f_Hα: from root to tip; positive where material grows towards the tip.
+    pub profile_slope_um: f64,
+    /// f_Hβ over the width, by DIN: positive where the helix deviates towards the right hand.
+    pub helix_slope_um: f64,
+    /// C_α: positive where material stands out half-way between root and tip.
+    pub profile_crowning_um: f64,
+    /// C_β.
+    pub helix_crowning_um: f64,
+    /// 4 c_uv with the sign of f_Hβ; left out where the nodes do not tell it, as crossed traces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twist_um: Option<f64>,
+}
+
+impl From<FlankFigures> for FlankFiguresBody {
+    fn from(figures: FlankFigures) -> Self {
+        let FlankFigures { profile_slope, helix_slope, profile_crowning, helix_crowning, twist } = figures;
+        FlankFiguresBody {
+            profile_slope_um: profile_slope,
+            helix_slope_um: helix_slope,
+            profile_crowning_um: profile_crowning,
+            helix_crowning_um: helix_crowning,
+            twist_um: twist,
+        }
+    }
 }
 
 /// How far the sensitivity is trusted, in columns of unit length.
@@ -93,10 +139,16 @@ pub struct TrustBody {
 
 /// Computes a correction by the nodes of an iteration. Processor work.
 pub fn build(text: &[u8], nodes: &Nodes, gear: Option<&Gear>) -> Result<Built, Problem> {
-    let (method, asked) = correction_request::read(text, nodes, gear)?.map_err(Problem::invalid)?;
+    let Read { method, asked, flank } = correction_request::read(text, nodes, gear)?.map_err(Problem::invalid)?;
     let correction = Correction::new(asked).map_err(Problem::invalid)?;
     let solution = correction.solve().map_err(refused)?;
-    let result = write(&solution, &canonical::request_sha256(text))?;
+    let asked = correction.asked();
+    let of = |flank: &Flank, deviation: &[f64]| flank.figures(deviation, asked.weight.as_deref()).map(Into::into);
+    let figures = flank.and_then(|flank| {
+        let (before, after) = (of(&flank, &asked.deviation)?, of(&flank, &solution.predicted.deviation)?);
+        Some(FiguresBeforeAfterBody { before, after })
+    });
+    let result = write(&solution, figures, &canonical::request_sha256(text))?;
     Ok(Built { method: method.to_owned(), result })
 }
 
@@ -113,7 +165,7 @@ fn refused(error: FitError) -> Problem {
 }
 
 /// The answer as JSON; `digest` is that of the request.
-pub fn write(solution: &Solution, digest: &str) -> Result<Vec<u8>, Problem> {
+pub fn write(solution: &Solution, figures: Option<FiguresBeforeAfterBody>, digest: &str) -> Result<Vec<u8>, Problem> {
     let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings } = solution;
     let settings: Vec<SettingChangeBody> = settings.iter().map(SettingChangeBody::from).collect();
     let apart: Vec<IndistinguishableBody> = indistinguishable
@@ -137,7 +189,7 @@ pub fn write(solution: &Solution, digest: &str) -> Result<Vec<u8>, Problem> {
     object
         .field("settings", &settings)
         .field("indistinguishable", &apart)
-        .field("predicted", &PredictedBody::from(predicted))
+        .field("predicted", &PredictedBody::new(predicted, figures))
         .maybe("trust", trust.map(TrustBody::from))
         .raw("result", &text(fit)?);
     if let Some(limited) = limited_fit {
@@ -162,8 +214,8 @@ impl From<&Change> for SettingChangeBody {
     }
 }
 
-impl From<&Predicted> for PredictedBody {
-    fn from(predicted: &Predicted) -> Self {
+impl PredictedBody {
+    fn new(predicted: &Predicted, figures: Option<FiguresBeforeAfterBody>) -> Self {
         let defined = |list: &[f64]| list.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
         PredictedBody {
             rms_um: predicted.rms,
@@ -172,6 +224,7 @@ impl From<&Predicted> for PredictedBody {
             max_before_um: predicted.max_before,
             deviation_um: defined(&predicted.deviation),
             uncertainty_um: defined(&predicted.uncertainty),
+            figures,
         }
     }
 }

@@ -6,13 +6,17 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{
-    correction::{CorrectionBody, PredictedBody},
+    correction::{CorrectionBody, FlankFiguresBody, PredictedBody},
+    correction_request,
     iteration_nodes::heights,
 };
 use crate::{
     api::{problem::Problem, text::Moment},
     estimation::{FitError, Nodes},
-    gear::correction::{Answer, Comparison, DEFAULT_RESPONSE_UNCERTAINTY, Verdict, compare},
+    gear::{
+        Gear,
+        correction::{Answer, Comparison, DEFAULT_RESPONSE_UNCERTAINTY, Verdict, compare},
+    },
     jobs::Record,
 };
 
@@ -66,6 +70,9 @@ pub struct MachineAnswerBody {
     /// Of every node; `null` where undefined.
     pub predicted_um: Vec<Option<f64>>,
     pub measured_um: Vec<Option<f64>>,
+    /// What the evaluation of the measured flank says, beside `result.predicted.figures`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<FlankFiguresBody>,
 }
 
 /// How the machine answered.
@@ -134,13 +141,18 @@ struct Written<'a> {
     not_compared: Option<String>,
 }
 
-/// The answer to who asks for a kept correction; `after` is the next iteration with its nodes. Processor work.
-pub fn write(record: &Record, before: &Nodes, after: Option<&(u32, Nodes)>) -> Result<Vec<u8>, Problem> {
+/// The answer to who asks for a kept correction; `after` is the next iteration with its nodes, `gear` that of the job. Processor work.
+pub fn write(
+    record: &Record,
+    before: &Nodes,
+    after: Option<&(u32, Nodes)>,
+    gear: Option<&Gear>,
+) -> Result<Vec<u8>, Problem> {
     let raw = |text| serde_json::from_str::<&RawValue>(text).map_err(Problem::internal);
     let (answer, not_compared) = match after {
         None => (None, None),
         Some((number, nodes)) => match answer(record, before, *number, nodes)? {
-            Ok(answer) => (Some(answer), None),
+            Ok(answer) => (Some(MachineAnswerBody { figures: figures(record, nodes, gear), ..answer }), None),
             Err(why) => (None, Some(why)),
         },
     };
@@ -154,6 +166,12 @@ pub fn write(record: &Record, before: &Nodes, after: Option<&(u32, Nodes)>) -> R
         not_compared,
     };
     serde_json::to_vec(&written).map_err(Problem::internal)
+}
+
+/// Figures of the flank that a machine made; `None` for a matrix, whose nodes may lie anywhere.
+fn figures(record: &Record, after: &Nodes, gear: Option<&Gear>) -> Option<FlankFiguresBody> {
+    let read = correction_request::read(record.draft.request.as_bytes(), after, gear).ok()?.ok()?;
+    read.flank?.figures(&read.asked.deviation, read.asked.weight.as_deref()).map(Into::into)
 }
 
 fn answer(
@@ -220,6 +238,7 @@ impl MachineAnswerBody {
             sentence: answer.sentence,
             predicted_um: defined(&comparison.predicted),
             measured_um: defined(&comparison.measured),
+            figures: None,
         }
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    iteration_nodes::{self, ProfileAxis},
+    iteration_nodes::{self, Flank, ProfileAxis},
     trace::SideName,
 };
 use crate::{
@@ -142,12 +142,17 @@ const KEYS: [&str; 10] = [
     "include",
 ];
 
-/// Reads a request for the nodes of an iteration and the gear of its job; with it the contract's name of the sensitivity.
-pub fn read(
-    text: &[u8],
-    nodes: &Nodes,
-    gear: Option<&Gear>,
-) -> Result<Result<(&'static str, Asked), Faults>, ReadError> {
+/// A request that has been read.
+pub struct Read {
+    /// The contract's name of the sensitivity.
+    pub method: &'static str,
+    pub asked: Asked,
+    /// The flank that the nodes lie on, where the sensitivity is that of a machine.
+    pub flank: Option<Flank>,
+}
+
+/// Reads a request for the nodes of an iteration and the gear of its job.
+pub fn read(text: &[u8], nodes: &Nodes, gear: Option<&Gear>) -> Result<Result<Read, Faults>, ReadError> {
     let mut faults = Faults::default();
     let fields = Fields::of_request(text, &KEYS, &mut faults)?;
     let spec = fit_fields::read(&fields, None, &mut faults);
@@ -182,7 +187,7 @@ pub fn read(
         include: spec.include,
         ..Asked::new(iteration_nodes::heights(nodes), known.matrix, known.settings)
     };
-    Ok(faults.into_result((known.name, asked)))
+    Ok(faults.into_result(Read { method: known.name, asked, flank: known.flank }))
 }
 
 fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
@@ -201,6 +206,7 @@ struct Known {
     name: &'static str,
     settings: Vec<Setting>,
     matrix: Vec<f64>,
+    flank: Option<Flank>,
 }
 
 fn sensitivity(slice: &[u8], nodes: &Nodes, gear: Option<&Gear>, faults: &mut Faults) -> Option<Known> {
@@ -240,7 +246,7 @@ fn of_matrix(fields: &Fields<'_>, faults: &mut Faults) -> Option<Known> {
     }
     let unit = |j: usize| units.as_ref().map_or("", |units| &units[j]).to_owned();
     let settings = names.into_iter().enumerate().map(|(j, name)| Setting::free(name, unit(j))).collect();
-    (faults.count() == before).then_some(Known { name: "matrix", settings, matrix })
+    (faults.count() == before).then_some(Known { name: "matrix", settings, matrix, flank: None })
 }
 
 fn of_machine(fields: &Fields<'_>, nodes: &Nodes, gear: Option<&Gear>, faults: &mut Faults) -> Option<Known> {
@@ -284,7 +290,8 @@ fn of_machine(fields: &Fields<'_>, nodes: &Nodes, gear: Option<&Gear>, faults: &
     ranges.helix = helix.unwrap_or(ranges.helix);
     let asked = [diameters.is_some(), helix.is_some()];
     let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, asked)));
-    found.ok().map(|found| Known { name: machine.name(), settings: found.settings, matrix: found.matrix })
+    let flank = Some(Flank { gear: gear.clone(), side, places, ranges });
+    found.ok().map(|found| Known { name: machine.name(), settings: found.settings, matrix: found.matrix, flank })
 }
 
 /// Faults of a machine's sensitivity by places in the request, one for each place; `asked` says which ranges are in it.

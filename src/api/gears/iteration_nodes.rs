@@ -1,10 +1,14 @@
 //! The nodes of an iteration as deviations of a flank: heights in µm, u along the profile and v along the axis.
 
 use crate::{
-    estimation::{Faults, Nodes},
+    estimation::{Faults, FitSpec, Nodes, spec::Model},
     gear::{
         Gear, Side,
         correction::machine::{FlankNode, Ranges},
+        evaluation::{
+            flank_surface::{self, Border, FlankFigures, FlankNodes, SurfaceSettings, flank_figures},
+            settings::{DeviationSign, SlopeSign},
+        },
     },
 };
 
@@ -66,6 +70,44 @@ pub fn places(nodes: &Nodes, gear: &Gear, side: Side, axis: ProfileAxis) -> Resu
         return Err(Faults::one("/sensitivity/profile_axis", detail));
     }
     Ok(places)
+}
+
+/// A flank that the nodes lie on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flank {
+    pub gear: Gear,
+    pub side: Side,
+    pub places: Vec<FlankNode>,
+    pub ranges: Ranges,
+}
+
+impl Flank {
+    /// The figures of `deviation` (µm, an entry for each node, NaN where undefined) over the ranges, by the nodes of a `weight` above 0;
+    /// signs of ISO 1328-1 with DIN's for slopes. `None` where the nodes do not tell them.
+    pub fn figures(&self, deviation: &[f64], weight: Option<&[f64]>) -> Option<FlankFigures> {
+        let [root, tip] = self.ranges.profile;
+        let valid: Vec<bool> = (0..deviation.len()).map(|k| weight.is_none_or(|weight| weight[k] > 0.0)).collect();
+        let of = |coordinate: fn(&FlankNode) -> f64| self.places.iter().map(coordinate).collect::<Vec<f64>>();
+        let (profile, z) = (of(|place| place.roll_length), of(|place| place.z));
+        let nodes = FlankNodes {
+            axis: flank_surface::ProfileAxis::RollLength,
+            profile: &profile,
+            z: &z,
+            deviation,
+            valid: Some(&valid),
+            grid: false,
+        };
+        let settings = SurfaceSettings {
+            side: self.side,
+            profile_range: Some([root.min(tip), root.max(tip)]),
+            helix_range: Some(self.ranges.helix),
+            border: Border::default(),
+            given: DeviationSign::Material,
+            sign: SlopeSign::Din,
+            spec: FitSpec::new(Model::Linear),
+        };
+        flank_figures(&self.gear, &nodes, &settings)
+    }
 }
 
 /// What the nodes span.

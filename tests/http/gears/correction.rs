@@ -118,6 +118,45 @@ async fn limits_hold_and_machines_are_known() {
     app.stop().await;
 }
 
+/// What the evaluation calls the flank: as it is, as it should become, and as it became.
+#[tokio::test]
+async fn a_correction_by_a_machine_predicts_figures_by_name() {
+    let app = TestApp::start().await;
+    let place = job(&app).await;
+    // u over the roll lengths, v over z: f_Hα 6 µm, f_Hβ −4 µm, C_α 3 µm, C_β 2 µm, twist 4 µm
+    let surface = |share: f64| {
+        move |l: f64, z: f64| {
+            let (u, v) = ((l - 9.0) / 3.0, (z - 7.5) / 6.5);
+            share * (3.0 * u - 2.0 * v - 3.0 * u * u - 2.0 * v * v) + u * v
+        }
+    };
+    assert_eq!(send(app.post(&place, flank(surface(1.0)).to_string())).await.status, 201);
+    let path = format!("{place}/1/correction");
+    let request = json!({"sensitivity": {"machine": "form_grinding", "flank": "right"}, "noise_sigma_um": 0.1});
+    let kept = send(app.post(&path, request.to_string())).await;
+    assert_eq!(kept.status, 201, "{}", kept.text);
+    let figures = &kept.json()["predicted"]["figures"];
+    let are = |figures: &Value, want: [f64; 5], within: f64| {
+        let names = ["profile_slope_um", "helix_slope_um", "profile_crowning_um", "helix_crowning_um", "twist_um"];
+        for (name, want) in names.into_iter().zip(want) {
+            let found = figures[name].as_f64().unwrap_or_else(|| panic!("{name}: {figures}"));
+            assert!((found - want).abs() <= within, "{name} {found} is not {want}");
+        }
+    };
+    // DIN turns helix slope and twist of a right flank; a form grinder has no setting for the twist
+    are(&figures["before"], [6.0, 4.0, 3.0, 2.0, -4.0], 1e-6);
+    are(&figures["after"], [0.0, 0.0, 0.0, 0.0, -4.0], 0.2);
+    // half of it comes
+    assert_eq!(send(app.post(&place, flank(surface(0.5)).to_string())).await.status, 201);
+    let told = send(app.get(&path)).await.json();
+    are(&told["answer"]["figures"], [3.0, 2.0, 1.5, 1.0, -4.0], 1e-6);
+    assert_eq!(told["answer"]["verdict"], "weaker", "{}", told["answer"]["sentence"]);
+    // a matrix may speak of any nodes
+    let matrix = send(app.post(&path, json!({"sensitivity": sensitivity()}).to_string())).await.json();
+    assert_eq!(matrix["predicted"].get("figures"), None);
+    app.stop().await;
+}
+
 #[tokio::test]
 async fn the_closed_loop_is_a_job_and_least_squares_runs_away() {
     let app = TestApp::start().await;

@@ -15,6 +15,7 @@
 //! all in µm over the trimmed range, along the direction in which the deviations are given, with standard errors and with the bounds of their bias
 //! that the fit answers (for the use of such a surface see Litvin et al., ASME J. Mech. Des. 115(4), 1993, p. 995).
 
+mod figures;
 mod nodes;
 
 use super::settings::{DeviationSign, SlopeSign};
@@ -26,6 +27,7 @@ use crate::{
     },
     gear::{Gear, Kind, Side},
 };
+pub use figures::{FlankFigures, flank_figures};
 use nodes::Trimmed;
 pub use nodes::{Border, FlankNodes, NodeCounts, ProfileAxis};
 
@@ -44,6 +46,18 @@ pub struct SurfaceSettings {
     pub sign: SlopeSign,
     /// Everything else about the fit; its model and domain are not looked at.
     pub spec: FitSpec,
+}
+
+impl SurfaceSettings {
+    /// What slopes of profile and helix are multiplied with.
+    fn signs(&self) -> [f64; 2] {
+        // one topography counts in one way, as its profiles do
+        let given = match self.given {
+            DeviationSign::Din => DeviationSign::Material,
+            given => given,
+        };
+        [Kind::Profile, Kind::Helix].map(|kind| self.sign.of_material(given, kind, self.side))
+    }
 }
 
 /// A figure in µm.
@@ -100,13 +114,7 @@ pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
     } else {
         result.residuals.node_indices = None;
     }
-    // one topography counts in one way, as its profiles do
-    let given = match settings.given {
-        DeviationSign::Din => DeviationSign::Material,
-        given => given,
-    };
-    let of = |kind| settings.sign.of_material(given, kind, settings.side);
-    let (profile, helix) = (of(Kind::Profile), of(Kind::Helix));
+    let [profile, helix] = settings.signs();
     let figure = |powers: [usize; 2], factor: f64| {
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
         found

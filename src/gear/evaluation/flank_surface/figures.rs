@@ -1,0 +1,80 @@
+//! The named figures of a flank by themselves, as far as its nodes tell them.
+//!
+//! Nodes over the whole flank tell the second-order surface with all of them. Crossed profiles and leads tell it without the mixed term, that
+//! is all but the twist; a single trace tells nothing of the kind. What is told has a condition of the scaled columns below Belsley's limit.
+
+use super::{FlankNodes, SurfaceSettings, Trimmed, flank_surface};
+use crate::{
+    estimation::{
+        self, FitError, FitResult, FitSpec, Nodes,
+        spec::{DEFAULT_CONDITION_LIMIT, Model, Regularization, Scaling},
+    },
+    gear::Gear,
+};
+
+/// Figures in µm over the trimmed range, signs as asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlankFigures {
+    pub profile_slope: f64,
+    pub helix_slope: f64,
+    pub profile_crowning: f64,
+    pub helix_crowning: f64,
+    /// `None` where the nodes do not tell.
+    pub twist: Option<f64>,
+}
+
+/// The figures by plain least squares: how `settings` would regularise and scale is not looked at. `None` where the nodes do not tell them.
+pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Option<FlankFigures> {
+    let spec = FitSpec { regularization: Regularization::None, scaling: Scaling::UnitLength, ..settings.spec.clone() };
+    let settings = SurfaceSettings { spec, ..settings.clone() };
+    let told = |result: &FitResult| result.spectrum.condition.is_some_and(|c| c < DEFAULT_CONDITION_LIMIT);
+    // what cannot be fitted is not told
+    if let Ok(surface) = flank_surface(gear, nodes, &settings)
+        && told(&surface.result)
+    {
+        return Some(FlankFigures {
+            profile_slope: surface.profile_slope.value,
+            helix_slope: surface.helix_slope.value,
+            profile_crowning: surface.profile_crowning.value,
+            helix_crowning: surface.helix_crowning.value,
+            twist: Some(surface.twist.value),
+        });
+    }
+    let result = crossed(gear, nodes, &settings).ok().filter(told)?;
+    let value = |column: usize| result.coefficients.get(column).map(|coefficient| coefficient.value);
+    let [profile, helix] = settings.signs();
+    Some(FlankFigures {
+        profile_slope: 2.0 * profile * value(1)?,
+        helix_slope: 2.0 * helix * value(2)?,
+        profile_crowning: -value(3)?,
+        helix_crowning: -value(4)?,
+        twist: None,
+    })
+}
+
+/// The surface without its mixed term: columns 1, u, v, u², v².
+fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FitResult, FitError> {
+    let (_, _, posted) = Trimmed::new(gear, nodes, settings)?;
+    let (mut columns, mut heights) = (Vec::new(), Vec::new());
+    let mut add = |u: f64, v: f64, height: f64| {
+        if !height.is_nan() {
+            columns.extend([1.0, u, v, u * u, v * v]);
+            heights.push(height);
+        }
+    };
+    match &posted {
+        Nodes::Grid(grid) => {
+            for (k, height) in grid.z.iter().enumerate() {
+                add(grid.u[k / grid.v.len()], grid.v[k % grid.v.len()], *height);
+            }
+        }
+        Nodes::Scattered(nodes) => {
+            for ((u, v), height) in nodes.u.iter().zip(&nodes.v).zip(&nodes.z) {
+                add(*u, *v, *height);
+            }
+        }
+        Nodes::Curve(_) | Nodes::Matrix(_) => return Err(FitError::NotConverged("a flank has nodes with u and v")),
+    }
+    let nodes = Nodes::matrix(columns, 5, heights, None, None)?;
+    estimation::fit(&nodes, &FitSpec { model: Model::Linear, domain: None, ..settings.spec.clone() })
+}
