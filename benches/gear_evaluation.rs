@@ -8,10 +8,10 @@ use flankfit::{
         spec::{Degree, Model, PolynomialBasis, Terms},
     },
     gear::{
-        Gear, GearData, Hand, Kind, Side, Trace,
+        Gear, GearData, Hand, Kind, ProfileAxis, Side, Trace,
         evaluation::{
             Posted, evaluate,
-            flank_surface::{Border, FlankNodes, ProfileAxis, SurfaceSettings, flank_surface},
+            flank_surface::{Border, FlankNodes, SurfaceSettings, flank_surface},
             pitch::{PitchMeasured, PitchSettings, pitch},
             runout::{Counting, from_pitches},
             settings::{DeviationSign, HelixSettings, ProfileSettings, Settings, SlopeSign},

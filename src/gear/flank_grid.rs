@@ -15,7 +15,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 use super::{
-    Gear, Geometry, Modifications, Side,
+    Gear, Geometry, Modifications, ProfileAxis, Side,
     involute::Flank,
     modification::{Column, Relief},
 };
@@ -29,43 +29,6 @@ pub const MOST_NODES: usize = 2_000_000;
 
 /// Nodes that one thread takes at a time; fewer are not shared out.
 const CHUNK: usize = 4096;
-
-/// What the profile values are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ProfileAxis {
-    /// √(r² − r_b²), mm.
-    RollLength,
-    /// L / r_b, rad.
-    RollAngle,
-    /// mm.
-    Diameter,
-}
-
-impl ProfileAxis {
-    /// Roll lengths of `values`; faults point at `{at}/0`, `{at}/1` ….
-    pub fn roll_lengths(self, gear: &Gear, values: &[f64], at: &str) -> Result<Vec<f64>, Faults> {
-        let mut faults = Faults::default();
-        let base = gear.base_radius();
-        // What no gear reaches, and no square of it overflows.
-        let most = 1e7;
-        let mut roll_of = |(index, value): (usize, &f64)| {
-            let (roll, detail) = match self {
-                ProfileAxis::RollLength => (*value, format!("a roll length of {} mm", Shown(*value))),
-                ProfileAxis::RollAngle => (*value * base, format!("a roll angle of {}°", Shown(value.to_degrees()))),
-                ProfileAxis::Diameter => (
-                    gear.roll_length(*value).unwrap_or(f64::NAN),
-                    format!("a diameter of {} mm, where the base circle has {} mm,", Shown(*value), Shown(2.0 * base)),
-                ),
-            };
-            if !(roll >= 0.0 && roll <= most) {
-                faults.push(format!("{at}/{index}"), format!("{detail} has no involute"));
-            }
-            roll
-        };
-        let rolls = values.iter().enumerate().map(&mut roll_of).collect();
-        faults.into_result(rolls)
-    }
-}
 
 /// Which nodes are wanted.
 #[derive(Clone, Debug, PartialEq)]

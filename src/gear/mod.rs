@@ -17,13 +17,15 @@ pub mod generation;
 pub mod geometry;
 pub mod involute;
 pub mod modification;
+pub mod profile_axis;
 pub mod registration;
 pub mod simulation;
 pub mod tolerance;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
-pub use flank_grid::{FlankGrid, GridSpec, ProfileAxis};
+pub use flank_grid::{FlankGrid, GridSpec};
 pub use geometry::Geometry;
 pub use modification::Modifications;
+pub use profile_axis::ProfileAxis;
 pub use trace::{Kind, Trace};

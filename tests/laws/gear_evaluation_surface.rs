@@ -6,11 +6,9 @@ use flankfit::{
         spec::{Degree, Model, PolynomialBasis, Regularization, Terms},
     },
     gear::{
-        Gear, GearData, Side,
+        Gear, GearData, ProfileAxis, Side,
         evaluation::{
-            flank_surface::{
-                Border, FlankNodes, FlankSurface, ProfileAxis, SurfaceSettings, flank_figures, flank_surface,
-            },
+            flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_figures, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
     },

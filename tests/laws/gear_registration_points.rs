@@ -7,9 +7,9 @@ use flankfit::gear::deviation::{
     Border, Borders, Deviations, Direction, Measurement, Reference, Stray, Strays, Topography, Touch, foot::foot, grid,
     measure,
 };
-use flankfit::gear::flank_grid::{FlankGrid, GridSpec, ProfileAxis};
+use flankfit::gear::flank_grid::{FlankGrid, GridSpec};
 use flankfit::gear::modification::{Flanks, Law, Modification, Modifications, Range};
-use flankfit::gear::{Gear, Hand, Side, involute::Flank};
+use flankfit::gear::{Gear, Hand, ProfileAxis, Side, involute::Flank};
 use flankfit::geometry::space::Vector;
 use proptest::prelude::*;
 

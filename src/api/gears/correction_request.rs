@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    iteration_nodes::{self, Flank, ProfileAxis},
+    iteration_nodes::{self, Flank},
+    profile_axis::ProfileAxisName,
     trace::SideName,
 };
 use crate::{
@@ -109,15 +110,6 @@ pub enum MachineName {
     GeneratingGrinding,
     /// With a wheel of the shape of the gap.
     FormGrinding,
-}
-
-/// A coordinate along the profile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ProfileCoordinate)]
-pub enum ProfileAxisName {
-    RollLength,
-    Diameter,
 }
 
 impl From<MachineName> for Machine {
@@ -257,12 +249,9 @@ fn of_machine(fields: &Fields<'_>, nodes: &Nodes, gear: Option<&Gear>, faults: &
         Some((slice, at)) => read_part::<SideName>(slice, &at, faults)?.into(),
         None => Side::Left,
     };
-    let axis = match asked("profile_axis") {
-        Some((slice, at)) => match read_part(slice, &at, faults)? {
-            ProfileAxisName::RollLength => ProfileAxis::RollLength,
-            ProfileAxisName::Diameter => ProfileAxis::Diameter,
-        },
-        None => ProfileAxis::RollLength,
+    let axis: ProfileAxisName = match asked("profile_axis") {
+        Some((slice, at)) => read_part(slice, &at, faults)?,
+        None => ProfileAxisName::default(),
     };
     let diameters: Option<[f64; 2]> = match asked("profile_diameter_range_mm") {
         Some((slice, at)) => Some(read_part(slice, &at, faults)?),

@@ -7,6 +7,7 @@ use super::{
     gear::GearBody,
     modification::{self, ModificationBody, ModificationRangeBody},
     notice::NoticeBody,
+    profile_axis::ProfileAxisName,
     trace::SideName,
 };
 use crate::{
@@ -43,19 +44,9 @@ pub struct FlankRequestBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = ProfilePlaces)]
 pub struct ProfileBody {
-    pub axis: ProfileAxisBody,
+    pub axis: ProfileAxisName,
     /// mm; roll angles in degrees.
     pub values: Vec<f64>,
-}
-
-/// A coordinate along the profile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ProfileAxis)]
-pub enum ProfileAxisBody {
-    RollLength,
-    RollAngle,
-    Diameter,
 }
 
 /// Nodes, a row for each profile value and in it one for each z. Normals are those of the modified flank.
@@ -80,17 +71,7 @@ pub struct FlankBody {
 
 impl ProfileBody {
     fn axis_and_values(&self) -> (ProfileAxis, Vec<f64>) {
-        let values = self
-            .values
-            .iter()
-            .map(|x| if self.axis == ProfileAxisBody::RollAngle { x.to_radians() } else { *x })
-            .collect();
-        let axis = match self.axis {
-            ProfileAxisBody::RollLength => ProfileAxis::RollLength,
-            ProfileAxisBody::RollAngle => ProfileAxis::RollAngle,
-            ProfileAxisBody::Diameter => ProfileAxis::Diameter,
-        };
-        (axis, values)
+        (self.axis.into(), self.values.iter().map(|x| self.axis.value(*x)).collect())
     }
 
     /// Roll lengths; faults stand at `{at}/0` ….

@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    correction_request::ProfileAxisName,
     evaluate_request::{DeviationSignName, SignName},
     figures::FiguresBody,
     gear::GearBody,
+    profile_axis::ProfileAxisName,
     trace::SideName,
 };
 use crate::{
@@ -25,7 +25,7 @@ use crate::{
     gear::{
         Gear,
         evaluation::{
-            flank_surface::{Border, FlankNodes, FlankSurface, ProfileAxis, SurfaceSettings, flank_surface},
+            flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
     },
@@ -41,7 +41,7 @@ pub struct FlankSurfaceRequestBody {
     /// What `profile` is. Default `roll_length`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile_axis: Option<ProfileAxisName>,
-    /// mm; of a grid ascending.
+    /// mm; roll angles in degrees. Of a grid ascending.
     pub profile: Vec<f64>,
     /// Of a grid ascending.
     pub z_mm: Vec<f64>,
@@ -151,7 +151,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let profile: Option<Vec<f64>> = required(&fields, "profile", &mut faults);
     let z: Option<Vec<f64>> = required(&fields, "z_mm", &mut faults);
     let posted: Option<Posted> = required(&fields, "deviation_um", &mut faults);
-    let axis: Option<ProfileAxisName> = part(&fields, "profile_axis", &mut faults);
+    let axis: ProfileAxisName = part(&fields, "profile_axis", &mut faults).unwrap_or_default();
     let border: BorderPercentBody = part(&fields, "border_percent", &mut faults).unwrap_or_default();
     let sign: Option<SignName> = part(&fields, "sign", &mut faults);
     let given: Option<DeviationSignName> = part(&fields, "deviation_sign", &mut faults);
@@ -166,17 +166,9 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let grid = matches!(posted, Posted::Rows(_));
     let deviation = flat(posted, z.len(), &mut faults);
     faults.into_result(()).map_err(Problem::invalid)?;
-    let nodes = FlankNodes {
-        axis: match axis {
-            None | Some(ProfileAxisName::RollLength) => ProfileAxis::RollLength,
-            Some(ProfileAxisName::Diameter) => ProfileAxis::Diameter,
-        },
-        profile: &profile,
-        z: &z,
-        deviation: &deviation,
-        valid: None,
-        grid,
-    };
+    let profile: Vec<f64> = profile.into_iter().map(|x| axis.value(x)).collect();
+    let profile_range = profile_range.map(|range: [f64; 2]| range.map(|x| axis.value(x)));
+    let nodes = FlankNodes { axis: axis.into(), profile: &profile, z: &z, deviation: &deviation, valid: None, grid };
     let settings = SurfaceSettings {
         side: side.into(),
         profile_range,

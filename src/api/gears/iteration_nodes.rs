@@ -1,23 +1,17 @@
 //! The nodes of an iteration as deviations of a flank: heights in µm, u along the profile and v along the axis.
 
+use super::profile_axis::ProfileAxisName;
 use crate::{
     estimation::{Faults, FitSpec, Nodes, spec::Model},
     gear::{
-        Gear, Side,
+        Gear, ProfileAxis, Side,
         correction::machine::{FlankNode, Ranges},
         evaluation::{
-            flank_surface::{self, Border, FlankFigures, FlankNodes, SurfaceSettings, flank_figures},
+            flank_surface::{Border, FlankFigures, FlankNodes, SurfaceSettings, flank_figures},
             settings::{DeviationSign, SlopeSign},
         },
     },
 };
-
-/// What u of the nodes is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ProfileAxis {
-    RollLength,
-    Diameter,
-}
 
 /// Heights in the order posted, row by row of a grid; NaN where missing.
 pub fn heights(nodes: &Nodes) -> Vec<f64> {
@@ -43,7 +37,7 @@ pub fn weights(nodes: &Nodes) -> Option<Vec<f64>> {
 }
 
 /// Where on the flank of a gear the nodes lie; a fault at `/sensitivity` where nobody can say.
-pub fn places(nodes: &Nodes, gear: &Gear, side: Side, axis: ProfileAxis) -> Result<Vec<FlankNode>, Faults> {
+pub fn places(nodes: &Nodes, gear: &Gear, side: Side, axis: ProfileAxisName) -> Result<Vec<FlankNode>, Faults> {
     let pairs: Vec<(f64, f64)> = match nodes {
         Nodes::Scattered(nodes) => nodes.u.iter().copied().zip(nodes.v.iter().copied()).collect(),
         Nodes::Grid(grid) => grid.u.iter().flat_map(|u| grid.v.iter().map(|v| (*u, *v))).collect(),
@@ -55,18 +49,13 @@ pub fn places(nodes: &Nodes, gear: &Gear, side: Side, axis: ProfileAxis) -> Resu
     let (count, mut below) = (pairs.len(), 0usize);
     let mut places = Vec::with_capacity(count);
     for (u, z) in pairs {
-        let roll_length = match axis {
-            ProfileAxis::RollLength => Some(u),
-            ProfileAxis::Diameter => gear.roll_length(u),
-        };
-        match roll_length {
+        match ProfileAxis::from(axis).roll_length(gear, axis.value(u)) {
             Some(roll_length) => places.push(FlankNode { side, roll_length, z }),
             None => below += 1,
         }
     }
     if below > 0 {
-        let detail =
-            format!("{below} of the iteration's {count} nodes lie below the base circle: is their u a diameter, mm?");
+        let detail = format!("{below} of the iteration's {count} nodes lie where no involute is: what is their u?");
         return Err(Faults::one("/sensitivity/profile_axis", detail));
     }
     Ok(places)
@@ -90,7 +79,7 @@ impl Flank {
         let of = |coordinate: fn(&FlankNode) -> f64| self.places.iter().map(coordinate).collect::<Vec<f64>>();
         let (profile, z) = (of(|place| place.roll_length), of(|place| place.z));
         let nodes = FlankNodes {
-            axis: flank_surface::ProfileAxis::RollLength,
+            axis: ProfileAxis::RollLength,
             profile: &profile,
             z: &z,
             deviation,

@@ -25,6 +25,7 @@ pub mod modification;
 pub mod notice;
 pub mod pitch;
 pub mod profile;
+pub mod profile_axis;
 pub mod registration;
 pub mod tolerances;
 pub mod trace;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{
     EDGE, Position, Posted,
-    flank_surface::{Border, FlankNodes, FlankSurface, ProfileAxis, SurfaceSettings, flank_surface},
+    flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
     settings::{DeviationSign, Settings, Window},
 };
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
         FitSpec,
         spec::{Model, Regularization},
     },
-    gear::{Gear, Kind, Side, trace::Direction},
+    gear::{Gear, Kind, ProfileAxis, Side, trace::Direction},
 };
 
 /// Samples of one tooth flank, within the evaluation ranges: what lies beyond (the rounding of the tip) is no matter of the flank.

@@ -165,6 +165,14 @@ async fn injected_slope_crowning_and_twist_come_back() {
     }
     assert!(answer["form"]["peak_to_valley_um"].as_f64().unwrap() < 1e-9);
     assert_eq!(answer["nodes"], json!({"posted": 63, "missing": 0, "trimmed": 0, "used": 63}));
+    // the same flank over its roll angles
+    let base = 26.0 * 20f64.to_radians().cos();
+    let mut turned = request.clone();
+    turned["profile"] = json!(u.iter().map(|l| (l / base).to_degrees()).collect::<Vec<_>>());
+    turned["profile_axis"] = json!("roll_angle");
+    let by_angle = taken(&app, "/v1/gears/flank-surface", &turned).await;
+    close(by_angle["profile_slope_um"]["value"].as_f64().unwrap(), 10.0, 1e-12);
+    close(by_angle["roll_length_range_mm"][1].as_f64().unwrap(), 12.0, 1e-12);
     app.stop().await;
 }
 

@@ -29,7 +29,7 @@ use crate::{
 };
 pub use figures::{FlankFigures, flank_figures};
 use nodes::Trimmed;
-pub use nodes::{Border, FlankNodes, NodeCounts, ProfileAxis};
+pub use nodes::{Border, FlankNodes, NodeCounts};
 
 /// What is asked for beside the nodes.
 #[derive(Clone, Debug, PartialEq)]

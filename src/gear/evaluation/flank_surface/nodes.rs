@@ -6,16 +6,8 @@ use crate::{
         Faults, FitError, Nodes,
         words::{Shown, entries},
     },
-    gear::{Gear, Kind, evaluation::EDGE},
+    gear::{Gear, Kind, ProfileAxis, evaluation::EDGE},
 };
-
-/// What the profile coordinate of a node is, mm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum ProfileAxis {
-    #[default]
-    RollLength,
-    Diameter,
-}
 
 /// Deviations over a flank, µm; NaN or invalid where missing.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +63,7 @@ impl Trimmed {
         settings: &SurfaceSettings,
     ) -> Result<(Self, NodeCounts, Nodes), FitError> {
         check(nodes, &settings.border)?;
-        let roll = roll_lengths(gear, nodes.axis, nodes.profile, "/profile")?;
+        let roll = nodes.axis.roll_lengths(gear, nodes.profile, "/profile")?;
         let there = |k: usize| !nodes.deviation[k].is_nan() && nodes.valid.is_none_or(|valid| valid[k]);
         let at = |k: usize| match nodes.grid {
             true => [roll[k / nodes.z.len()], nodes.z[k % nodes.z.len()]],
@@ -90,7 +82,7 @@ impl Trimmed {
         }
         let roll_range = match settings.profile_range {
             Some(range) => {
-                let found = roll_lengths(gear, nodes.axis, &range, "/profile_range")?;
+                let found = nodes.axis.roll_lengths(gear, &range, "/profile_range")?;
                 [found[0], found[1]]
             }
             None => extent(0),
@@ -165,32 +157,6 @@ fn cut([low, high]: [f64; 2], percent: [f64; 2], pointer: &str) -> Result<[f64; 
         return Err(Faults::one(pointer, detail));
     }
     Ok([low + 0.01 * percent[0] * length, high - 0.01 * percent[1] * length])
-}
-
-fn roll_lengths(gear: &Gear, axis: ProfileAxis, values: &[f64], pointer: &str) -> Result<Vec<f64>, Faults> {
-    let mut faults = Faults::default();
-    let mut lengths = Vec::with_capacity(values.len());
-    for (i, &value) in values.iter().enumerate() {
-        let length = match axis {
-            ProfileAxis::RollLength => Some(value).filter(|l| l.is_finite() && *l >= 0.0),
-            ProfileAxis::Diameter => gear.roll_length(value).filter(|l| l.is_finite()),
-        };
-        match length {
-            Some(length) => lengths.push(length),
-            None => {
-                let detail = match axis {
-                    ProfileAxis::RollLength => format!("{} is not a roll length of at least 0 mm", Shown(value)),
-                    ProfileAxis::Diameter => format!(
-                        "{} mm is not a diameter on the involute, which starts at {} mm",
-                        Shown(value),
-                        Shown(2.0 * gear.base_radius())
-                    ),
-                };
-                faults.push(format!("{pointer}/{i}"), detail);
-            }
-        }
-    }
-    faults.into_result(lengths)
 }
 
 fn check(nodes: &FlankNodes, border: &Border) -> Result<(), Faults> {

@@ -1,0 +1,56 @@
+//! Coordinates along the profile.
+
+use super::Gear;
+use crate::estimation::{Faults, words::Shown};
+
+/// What profile values are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum ProfileAxis {
+    /// √(r² − r_b²), mm.
+    #[default]
+    RollLength,
+    /// L / r_b, rad.
+    RollAngle,
+    /// mm.
+    Diameter,
+}
+
+/// What no gear reaches, and no square of it overflows, mm.
+const MOST_ROLL_LENGTH: f64 = 1e7;
+
+impl ProfileAxis {
+    /// The roll length of a value; `None` where there is no involute.
+    pub fn roll_length(self, gear: &Gear, value: f64) -> Option<f64> {
+        let roll = match self {
+            ProfileAxis::RollLength => value,
+            ProfileAxis::RollAngle => value * gear.base_radius(),
+            ProfileAxis::Diameter => gear.roll_length(value)?,
+        };
+        (0.0..=MOST_ROLL_LENGTH).contains(&roll).then_some(roll)
+    }
+
+    /// Roll lengths of `values`; faults point at `{at}/0`, `{at}/1` ….
+    pub fn roll_lengths(self, gear: &Gear, values: &[f64], at: &str) -> Result<Vec<f64>, Faults> {
+        let mut faults = Faults::default();
+        let mut rolls = Vec::with_capacity(values.len());
+        for (index, &value) in values.iter().enumerate() {
+            match self.roll_length(gear, value) {
+                Some(roll) => rolls.push(roll),
+                None => faults.push(format!("{at}/{index}"), format!("{} has no involute", self.named(gear, value))),
+            }
+        }
+        faults.into_result(rolls)
+    }
+
+    fn named(self, gear: &Gear, value: f64) -> String {
+        match self {
+            ProfileAxis::RollLength => format!("a roll length of {} mm", Shown(value)),
+            ProfileAxis::RollAngle => format!("a roll angle of {}°", Shown(value.to_degrees())),
+            ProfileAxis::Diameter => format!(
+                "a diameter of {} mm, where the base circle has {} mm,",
+                Shown(value),
+                Shown(2.0 * gear.base_radius())
+            ),
+        }
+    }
+}
