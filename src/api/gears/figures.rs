@@ -7,7 +7,7 @@ use crate::gear::evaluation::flank_surface::{Figure, FlankSurface};
 
 /// What the deviations of a flank have in common, in µm over the evaluation range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FlankFigures)]
+#[schema(as = SurfaceFigures)]
 pub struct FiguresBody {
     /// In the middle of the flank.
     pub mean_um: FigureBody,
