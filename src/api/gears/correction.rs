@@ -84,15 +84,16 @@ pub struct PredictedBody {
 
 /// Figures of the flank as it was measured and as it should become.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FlankFiguresBeforeAfter)]
+#[schema(as = CorrectionFiguresBeforeAfter)]
 pub struct FiguresBeforeAfterBody {
     pub before: FlankFiguresBody,
     pub after: FlankFiguresBody,
 }
 
-/// Of the second-order surface over the ranges of the machine, by plain least squares through the nodes with a weight above 0.
+/// Of the second-order surface over the ranges of the machine, by plain least squares through the nodes with a weight above 0; along the normal,
+/// as corrections count, which on helical gears is less than along the base tangent by cos β_b.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FlankFigures)]
+#[schema(as = CorrectionFigures)]
 pub struct FlankFiguresBody {
     /// f_Hα: from root to tip; positive where material grows towards the tip.
     pub profile_slope_um: f64,
