@@ -16,6 +16,7 @@ use crate::{
             deviations,
             evaluate::{EvaluatedTraceBody, EvaluationBody},
             evaluate_request::EvaluationSettingsBody,
+            figures::FigureBody,
             file::{self, FileRead, ImportSpecBody},
             file_gears::{self, GearsOfFileBody},
             gear::GearBody,
@@ -157,6 +158,11 @@ fn gears(found: &GearsOfFileBody, json: bool) -> Result<String, String> {
     Ok(table.to_string())
 }
 
+/// With one decimal, and no sign where that leaves 0.
+fn tenths(x: f64) -> String {
+    format!("{:.1}", (10.0 * x).round() / 10.0 + 0.0)
+}
+
 fn side_word(side: SideName) -> &'static str {
     if side == SideName::Left { "left" } else { "right" }
 }
@@ -209,7 +215,7 @@ fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::E
         let [slope, form, total, crowning] = names;
         let mut table = Table::new(["tooth", "flank", slope, form, total, crowning, "class"], 2);
         for trace in traces {
-            let number = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), |x| format!("{x:.1}"));
+            let number = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), tenths);
             let class = trace.class.as_ref().map_or_else(
                 || "–".to_owned(),
                 |class| {
@@ -240,6 +246,30 @@ fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::E
                 mean.count, mean.slope_um.mean, mean.slope_um.variation, mean.form_um.mean, mean.total_um.mean
             )?;
         }
+    }
+    if !found.surfaces.is_empty() {
+        writeln!(out, "\nSecond-order surfaces through all traces of a flank, µm over the evaluation ranges")?;
+        let mut table =
+            Table::new(["tooth", "flank", "traces", "f_Hα", "f_Hβ", "C_α", "C_β", "twist", "left over (rms)"], 2);
+        for surface in &found.surfaces {
+            let figure = |figure: &FigureBody| match figure.std_error {
+                Some(error) => format!("{} ± {}", tenths(figure.value), tenths(error)),
+                None => tenths(figure.value),
+            };
+            let of = &surface.figures;
+            table.row([
+                surface.tooth.clone(),
+                side_word(surface.flank).to_owned(),
+                surface.traces.to_string(),
+                figure(&of.profile_slope_um),
+                figure(&of.helix_slope_um),
+                figure(&of.profile_crowning_um),
+                figure(&of.helix_crowning_um),
+                figure(&of.twist_um),
+                format!("{:.2}", surface.rms_um),
+            ]);
+        }
+        writeln!(out, "{table}")?;
     }
     for twist in &found.twists {
         let by = if twist.kind == KindName::Helix { "helices" } else { "profiles" };

@@ -90,7 +90,7 @@ impl GearFacts {
             let Some(file) = file.map(f64::to_degrees) else { continue };
             let of_gear = of_gear.to_degrees();
             if (file - of_gear).abs() > 0.02 {
-                differ(name, format!("{file:.4}"), format!("{of_gear:.4}"), false);
+                differ(name, format!("{file:.4}"), format!("{of_gear:.4}"), (file - of_gear).abs() > 0.5);
             }
         }
         if let Some(shift) = self.profile_shift.filter(|shift| (shift - gear.profile_shift).abs() > 1e-3) {
@@ -98,7 +98,7 @@ impl GearFacts {
         }
         let word = |hand| if hand == Hand::Right { "right" } else { "left" };
         if let Some(hand) = self.hand.filter(|hand| *hand != gear.hand && gear.helix_angle > 0.0) {
-            differ("hand", word(hand).to_owned(), word(gear.hand).to_owned(), false);
+            differ("hand", word(hand).to_owned(), word(gear.hand).to_owned(), true);
         }
         if let Some(internal) = self.internal.filter(|internal| *internal != gear.internal) {
             differ("internal", internal.to_string(), gear.internal.to_string(), true);

@@ -60,7 +60,7 @@ pub struct DeviationsBody {
     pub borders: Option<BordersBody>,
     /// Points that belong to no flank, where these count as undefined.
     pub strays: Vec<StrayBody>,
-    /// Of an imported file: what had to be assumed about it.
+    /// What had to be assumed, about an imported file above all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<NoticeBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -112,6 +112,9 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
             let found = registration::text(&found, &canonical::request_sha256(text))?;
             object.raw("registration", &found);
         }
+    }
+    if let Some(assumed) = &asked.hand_assumed {
+        object.field("warnings", &[assumed]);
     }
     object.end();
     let result = json.finish().map_err(Problem::internal)?;

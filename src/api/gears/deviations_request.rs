@@ -8,6 +8,7 @@ use super::{
     evaluate_request::DirectionName,
     gear::GearBody,
     modification::{ModificationBody, ModificationRangeBody},
+    notice::NoticeBody,
     trace::SideName,
 };
 use crate::{
@@ -129,6 +130,7 @@ pub struct RegistrationRequestBody {
 /// A request, read.
 pub struct Asked {
     pub gear: Option<Gear>,
+    pub hand_assumed: Option<NoticeBody>,
     pub given: Given,
     pub modifications: Vec<ModificationBody>,
     pub modification_range: Option<ModificationRangeBody>,
@@ -165,6 +167,7 @@ pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<Asked>, ReadError
     let fields = Fields::of_request(text, &[&KEYS[..], &FIT_KEYS[..]].concat(), faults)?;
     let before = faults.count();
     let gear: Option<GearBody> = part(&fields, "gear", faults);
+    let hand_assumed = gear.as_ref().and_then(GearBody::hand_assumed);
     let gear = gear.and_then(|gear| gear.checked("/gear").map_err(|more| faults.append(more)).ok());
     let direction: Option<DirectionName> = part(&fields, "direction", faults);
     let direction = direction.map_or(Direction::Normal, Into::into);
@@ -209,6 +212,7 @@ pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<Asked>, ReadError
     let (Some(given), Some(spec)) = (given, spec) else { return Ok(None) };
     Ok((faults.count() == before).then_some(Asked {
         gear,
+        hand_assumed,
         given,
         modifications: modifications.unwrap_or_default(),
         modification_range,

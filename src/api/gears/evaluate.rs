@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 use super::{
     evaluate_request::{EvaluateBody, EvaluationSettingsBody},
     figures::FiguresBody,
+    gear::GearBody,
     notice::NoticeBody,
     trace::{KindName, SideName},
 };
@@ -180,7 +181,9 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         .collect();
     let evaluation = evaluation::evaluate(gear, &posted, &body.evaluation.settings()).map_err(Problem::invalid)?;
     let explicit = body.evaluation.explicit(&evaluation);
-    let result = serde_json::to_vec(&EvaluationBody::new(evaluation, explicit)).map_err(Problem::internal)?;
+    let mut answer = EvaluationBody::new(evaluation, explicit);
+    answer.warnings.extend(body.gear.as_ref().and_then(GearBody::hand_assumed));
+    let result = serde_json::to_vec(&answer).map_err(Problem::internal)?;
     Ok(Built { method: "iso_1328_1".to_owned(), result })
 }
 
@@ -212,11 +215,12 @@ impl From<Evaluated> for EvaluatedTraceBody {
             tooth: trace.tooth,
             flank: trace.side.into(),
             kind: trace.kind.into(),
-            slope_um: values.map(|v| v.slope),
+            // −0 is 0
+            slope_um: values.map(|v| v.slope + 0.0),
             slope_std_error_um: values.and_then(|v| v.slope_std_error),
             form_um: values.map(|v| v.form),
             total_um: values.map(|v| v.total),
-            crowning_um: values.map(|v| v.crowning),
+            crowning_um: values.map(|v| v.crowning + 0.0),
             crowning_std_error_um: values.and_then(|v| v.crowning_std_error),
             form_plus_material_um: values.map(|v| v.form_plus_material).filter(|raised| *raised > 0.0),
             total_plus_material_um: values.map(|v| v.total_plus_material).filter(|raised| *raised > 0.0),

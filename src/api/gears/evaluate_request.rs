@@ -281,7 +281,8 @@ impl EvaluateBody {
             for (i, (trace, given)) in traces.iter().zip(&mut designs).enumerate() {
                 let Some(line) = evaluation::design(gear, modifications, trace, &settings) else {
                     let name = if trace.kind == Kind::Profile { "section_z_mm" } else { "section_diameter_mm" };
-                    let detail = "a modified flank is designed differently from section to section: say where the trace lies on the involute";
+                    let detail =
+                        "modifications may differ from section to section: say where on the involute the trace lies";
                     faults.push(format!("/traces/{i}/{name}"), detail);
                     continue;
                 };

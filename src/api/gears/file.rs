@@ -4,8 +4,12 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    evaluate::EvaluationBody, evaluate_request::EvaluationSettingsBody, file_curves, file_points, gear::GearBody,
-    notice::NoticeBody, trace::SideName,
+    evaluate::EvaluationBody,
+    evaluate_request::{DeviationSignName, EvaluationSettingsBody},
+    file_curves, file_points,
+    gear::GearBody,
+    notice::NoticeBody,
+    trace::SideName,
 };
 use crate::{
     api::problem::Problem,
@@ -44,6 +48,35 @@ pub struct ImportSpecBody {
     pub note: Option<String>,
 }
 
+impl ImportSpecBody {
+    /// Refuses what says nothing about such a file.
+    fn belongs_to(&self, file: &GearFile) -> Result<(), Problem> {
+        let (curves, model, points) = match file {
+            GearFile::Curves(_) => (true, false, false),
+            GearFile::Model(_) => (false, true, false),
+            GearFile::Points(_) => (false, false, true),
+            // refused as a whole
+            GearFile::Values(_) => (true, true, true),
+        };
+        let mut faults = Faults::default();
+        for (name, given, known, of) in [
+            ("evaluation", self.evaluation.is_some(), curves, "curves"),
+            ("component", self.component.is_some(), model, "REXS models"),
+            ("probe_radius_mm", self.probe_radius_mm.is_some(), points, "points"),
+        ] {
+            if given && !known {
+                faults.push(format!("/spec/{name}"), format!("it belongs to files of {of}, which this one is not"));
+            }
+        }
+        let sign = self.evaluation.as_ref().and_then(|evaluation| evaluation.deviation_sign);
+        if sign.is_some_and(|sign| sign != DeviationSignName::Din) {
+            let detail = "the file says what its deviations count; they are turned into DIN's";
+            faults.push("/spec/evaluation/deviation_sign", detail);
+        }
+        faults.into_result(()).map_err(Problem::invalid)
+    }
+}
+
 /// A file, read.
 pub struct FileRead {
     pub gear: Gear,
@@ -72,7 +105,9 @@ pub struct FlankNodes {
 pub fn read(bytes: &[u8], name: Option<&str>, spec: &ImportSpecBody, own: Option<&Gear>) -> Result<FileRead, Problem> {
     let asked = spec.gear.as_ref().map(|gear| gear.checked("/spec/gear")).transpose().map_err(Problem::invalid)?;
     let own = asked.as_ref().or(own);
-    match gear_file::read(bytes, name).map_err(|error| unreadable(&error))? {
+    let file = gear_file::read(bytes, name).map_err(|error| unreadable(&error))?;
+    spec.belongs_to(&file)?;
+    match file {
         GearFile::Curves(curves) => file_curves::read(&curves, spec, own),
         GearFile::Points(points) => file_points::of_list(&points, spec, own),
         GearFile::Values(values) => Err(nothing_measured(&format!(
@@ -130,21 +165,6 @@ impl FlankNodes {
             _ => Nodes::scattered(column(0), column(1), column(2), None),
         };
         nodes.map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))
-    }
-
-    /// The degrees of the surface that the traces tell, of second order at most: a plain cross of one profile and one lead has no mixed term,
-    /// which a surface of total degree 2 would ask for.
-    pub fn order(&self) -> usize {
-        // the value that most places share
-        let crowded = |c: usize| {
-            let mut values: Vec<f64> = self.places.iter().map(|place| place[c]).collect();
-            values.sort_by(f64::total_cmp);
-            values.chunk_by(|a, b| a == b).max_by_key(|run| run.len()).map(|run| (run[0], run.len() == values.len()))
-        };
-        let (Some((line_u, only_u)), Some((line_v, only_v))) = (crowded(0), crowded(1)) else { return 2 };
-        // a place off the cross of the lines that most places lie on
-        let off = |place: &[f64; 3]| place[0] != line_u && place[1] != line_v;
-        if only_u || only_v || self.places.iter().any(off) { 2 } else { 1 }
     }
 }
 

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::{
     api::problem::Problem,
+    estimation::Faults,
     formats::klingelnberg::{Curves, ProfileAxis, Range, Sense, SliceOf},
     gear::{
         Gear, Kind, Trace,
@@ -20,6 +21,11 @@ use crate::{
 
 /// Reads the traces of a file of curves.
 pub(super) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&Gear>) -> Result<FileRead, Problem> {
+    let asked = spec.evaluation.as_ref().and_then(|evaluation| evaluation.direction);
+    if curves.header.rules().section == Some(SliceOf::Axial) && asked.is_none() {
+        let detail = "deviations of axial sections (code 183) are not known to be along any direction; say it as `direction` of `evaluation`";
+        return Err(Problem::invalid(Faults::one("/spec/evaluation/direction", detail)));
+    }
     let mut notes = curves.notes.clone();
     let facts = curves.header.gear(&mut notes);
     let mut warnings = Vec::new();

@@ -130,7 +130,7 @@ impl From<&GearData> for GearBody {
                 Hand::Right => HandName::Right,
                 Hand::Left => HandName::Left,
             }),
-            profile_shift_coefficient: Some(data.profile_shift),
+            profile_shift_coefficient: Some(data.profile_shift + 0.0),
             face_width_mm: data.face_width,
             tip_diameter_mm: data.tip_diameter,
             root_diameter_mm: data.root_diameter,

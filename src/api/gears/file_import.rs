@@ -1,6 +1,6 @@
 //! A file of a gear tester as an iteration: nodes of one flank with their second-order surface, and the evaluation of all traces.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use super::{
     deviations,
@@ -14,11 +14,11 @@ use crate::{
         records::{self, Built},
     },
     estimation::{
-        FitSpec, Plans,
+        FitSpec, Nodes, Plans,
         spec::{Degree, Model, PolynomialBasis, Terms},
     },
     gear::Gear,
-    jobs::{IterationDraft, RecordKind},
+    jobs::{Computed, IterationDraft, RecordKind},
 };
 
 /// Reads, evaluates and fits. Processor work.
@@ -38,19 +38,15 @@ pub fn draft(
     let read = file::read(content, name, &spec, gear)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
-    let order = flank.order();
-    let surface = FitSpec::new(Model::Polynomial {
-        degree: Degree::Both(order),
-        terms: Terms::Total,
-        basis: PolynomialBasis::Monomial,
-    });
-    // neither nodes nor model are the caller's
-    let computed =
-        job_fits::compute(&nodes, &surface, plans).map_err(|problem| problem.placed(|_| "/file".to_owned()))?;
+    let (computed, told) = surface(&nodes, plans)?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
-    let plane = if order == 1 { " (a plane: its traces are a cross, which tells no twist)" } else { "" };
-    let of = format!("{} flank of tooth {}{plane}", file::word(flank.side), flank.tooth);
-    let request = serde_json::json!({"file": name, "spec": spec, "warnings": read.warnings}).to_string();
+    let mut of = format!("{} flank of tooth {}{told}, imported from {name}", file::word(flank.side), flank.tooth);
+    if !read.warnings.is_empty() {
+        let codes: BTreeSet<&str> = read.warnings.iter().map(|warning| warning.code.as_str()).collect();
+        let codes: Vec<&str> = codes.into_iter().take(10).collect();
+        of.push_str(&format!("; warnings in its records: {}", codes.join(", ")));
+    }
+    let request = serde_json::json!({"file": name, "spec": spec}).to_string();
     let mut records = Vec::new();
     if let Some(evaluation) = &read.evaluation {
         let result = serde_json::to_vec(evaluation).map_err(Problem::internal)?;
@@ -67,7 +63,30 @@ pub fn draft(
         measured_at: None,
         instrument: None,
         operator: None,
-        note: Some(spec.note.unwrap_or_else(|| format!("{of}, imported from {name}"))),
+        note: Some(spec.note.unwrap_or(of)),
         records,
     })
+}
+
+/// The surface of the nodes with the most terms that they tell: of second order, without the squares across two parallel traces, or a plane; and
+/// what is to be said of it.
+fn surface(nodes: &Nodes, plans: &Plans) -> Result<(Computed, &'static str), Problem> {
+    let of = |degree, terms| FitSpec::new(Model::Polynomial { degree, terms, basis: PolynomialBasis::Monomial });
+    let mut told: Vec<(FitSpec, &'static str)> = vec![(of(Degree::Both(2), Terms::Total), "")];
+    if !matches!(nodes, Nodes::Curve(_)) {
+        const TWO: &str = " (without the square across its two parallel traces)";
+        told.push((of(Degree::Each(2, 1), Terms::Tensor), TWO));
+        told.push((of(Degree::Each(1, 2), Terms::Tensor), TWO));
+        told.push((of(Degree::Both(1), Terms::Total), " (a plane: its traces tell no twist)"));
+    }
+    let mut refused = None;
+    for (spec, said) in told {
+        match job_fits::compute(nodes, &spec, plans) {
+            Ok(computed) => return Ok((computed, said)),
+            Err(problem) => refused = refused.or(Some(problem)),
+        }
+    }
+    // neither nodes nor model are the caller's
+    let refused = refused.unwrap_or_else(|| Problem::internal("no surface was tried"));
+    Err(refused.placed(|_| "/file".to_owned()))
 }

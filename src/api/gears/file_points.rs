@@ -67,14 +67,15 @@ pub(super) fn of_model(model: &RexsModel, spec: &ImportSpecBody, own: Option<&Ge
         let amounts = amounts(flank);
         let count = amounts.len();
         nodes.extend(amounts.into_iter().filter_map(|[diameter, z, deviation]| {
-            let roll_length = gear.roll_length(diameter)?;
+            let roll_length = gear.roll_length(diameter).filter(|_| on_the_tooth(&gear, diameter, z))?;
             // a model has one tooth for all
             Some(Node { tooth: 1, side: flank.side, roll_length, z, deviation, within: true })
         }));
         let lost = count - (nodes.len() - before);
         if lost > 0 {
-            let message = format!("{lost} amounts of flank {} lie below the base circle and are left out", flank.id);
-            warnings.push(NoticeBody::new("below_the_base_circle", &message));
+            let message =
+                format!("{lost} amounts of flank {} lie on no involute of the tooth and are left out", flank.id);
+            warnings.push(NoticeBody::new("off_the_tooth", &message));
         }
     }
     let deviations = Deviations { direction: Direction::Normal, ball_radius: 0.0, nodes, strays: Vec::new() };
@@ -97,6 +98,14 @@ fn of_deviations(gear: Gear, deviations: Deviations, warnings: Vec<NoticeBody>) 
         return Err(nothing_measured("no point lies on a flank of this gear"));
     }
     Ok(FileRead { gear, traces: Vec::new(), evaluation: None, deviations: Some(deviations), nodes, warnings })
+}
+
+/// Whether a place is between root and tip circle, and not far beyond the face (whose z may begin at its end or in its middle).
+fn on_the_tooth(gear: &Gear, diameter: f64, z: f64) -> bool {
+    let (tip, root) = (2.0 * gear.tip_radius(), 2.0 * gear.root_radius());
+    let slack = 0.1 * gear.data().normal_module;
+    let within = tip.min(root) - slack <= diameter && diameter <= tip.max(root) + slack;
+    within && gear.data().face_width.is_none_or(|face| z.abs() <= 2.0 * face)
 }
 
 /// Diameter, z and amount of everything that is defined.

@@ -87,6 +87,7 @@ struct Computed {
     side: Side,
     modifications: Option<Modifications>,
     grid: FlankGrid,
+    hand_assumed: Option<NoticeBody>,
 }
 
 fn computed(text: &[u8]) -> Result<Computed, Problem> {
@@ -98,7 +99,7 @@ fn computed(text: &[u8]) -> Result<Computed, Problem> {
     let side: Side = body.flank.into();
     let spec = GridSpec { side, axis, values, positions: body.face_width_positions_mm, tooth: body.tooth.unwrap_or(1) };
     let grid = FlankGrid::new(&gear, &spec, modifications.as_ref()).map_err(Problem::invalid)?;
-    Ok(Computed { gear, side, modifications, grid })
+    Ok(Computed { gear, side, modifications, grid, hand_assumed: body.gear.hand_assumed() })
 }
 
 /// Answers a request as a list of points, `id,x,y,z,i,j,k`; the id is `row.column`, both from 1. Processor work.
@@ -117,10 +118,14 @@ pub fn csv(text: &[u8]) -> Result<Vec<u8>, Problem> {
 
 /// Answers a request. Processor work.
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
-    let Computed { gear, side, modifications, grid } = computed(text)?;
+    let Computed { gear, side, modifications, grid, hand_assumed } = computed(text)?;
     let columns = grid.columns();
     let flat =
-        |nodes: &[[f64; 3]]| nodes.chunks(columns.max(1)).map(<[_]>::as_flattened).map(<[f64]>::to_vec).collect();
+        // no coordinate is −0
+        |nodes: &[[f64; 3]]| -> Vec<Vec<f64>> {
+            let row = |row: &[[f64; 3]]| row.as_flattened().iter().map(|x| x + 0.0).collect();
+            nodes.chunks(columns.max(1)).map(row).collect()
+        };
     let (points, normals): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (flat(&grid.points), flat(&grid.normals));
     let mut json = Json::with_capacity(1024 + 6 * 20 * grid.points.len());
     let mut object = json.object();
@@ -137,6 +142,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     }
     let warnings: Vec<NoticeBody> =
         grid.warnings.iter().map(|warning| NoticeBody::new(warning.code(), warning)).collect();
+    let warnings: Vec<NoticeBody> = warnings.into_iter().chain(hand_assumed).collect();
     object.field("warnings", &warnings);
     object.end();
     json.finish().map_err(Problem::internal)

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use utoipa::ToSchema;
 
+use super::notice::NoticeBody;
 use crate::{
     api::{fit_spec::present, problem::Problem},
     estimation::{
@@ -67,6 +68,12 @@ pub fn of_job(job: &Job) -> Result<Option<Gear>, Problem> {
 }
 
 impl GearBody {
+    /// A warning where the hand of a helix had to be assumed.
+    pub fn hand_assumed(&self) -> Option<NoticeBody> {
+        let assumed = self.hand.is_none() && self.helix_angle_deg.is_some_and(|angle| angle > 0.0);
+        assumed.then(|| NoticeBody::new("hand_assumed", &"no `hand` is given: the helix is taken for a right-hand one"))
+    }
+
     /// The gear; faults stand under `at`.
     pub fn checked(&self, at: &str) -> Result<Gear, Faults> {
         let helix = self.helix_angle_deg.unwrap_or(0.0);

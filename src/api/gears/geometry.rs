@@ -133,9 +133,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
 pub(super) fn warnings(body: &GearBody, geometry: &Geometry) -> Vec<NoticeBody> {
     let mut warnings: Vec<NoticeBody> =
         geometry.warnings.iter().map(|warning| NoticeBody::new(warning.code(), warning)).collect();
-    if body.hand.is_none() && body.helix_angle_deg.is_some_and(|angle| angle > 0.0) {
-        warnings.push(NoticeBody::new("hand_assumed", &"no `hand` is given: the helix is taken for a right-hand one"));
-    }
+    warnings.extend(body.hand_assumed());
     warnings
 }
 

@@ -84,6 +84,8 @@ pub struct PitchEvaluationBody {
     pub right: Option<PitchBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub runout: Option<RunoutBody>,
+    /// About all of them; each part has its own.
+    pub warnings: Vec<NoticeBody>,
 }
 
 /// Pitch deviations of a flank.
@@ -196,12 +198,25 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         CountingName::Clockwise => Counting::Clockwise,
         CountingName::Counterclockwise => Counting::Counterclockwise,
     };
+    let mut warnings = Vec::new();
     let runout = match (&body.readings_um, &left, &right) {
-        (Some(readings), ..) => Some(from_readings(&gear, &numbers(readings), rounding)),
-        (None, Some(left), Some(right)) => Some(from_pitches(&gear, left, right, counting, rounding)),
+        (Some(readings), ..) => {
+            from_readings(&gear, &numbers(readings), rounding).map_err(|more| faults.append(more)).ok()
+        }
+        // pitches that tell no run-out are pitches all the same
+        (None, Some(left), Some(right)) => match from_pitches(&gear, left, right, counting, rounding) {
+            Ok(found) => Some(found),
+            Err(why) => {
+                let why: Vec<&str> = why.list().iter().map(|fault| fault.detail.as_str()).collect();
+                warnings.push(NoticeBody::new(
+                    "no_runout",
+                    &format!("no run-out follows from the pitches: {}", why.join("; ")),
+                ));
+                None
+            }
+        },
         _ => None,
     };
-    let runout = runout.and_then(|found| found.map_err(|more| faults.append(more)).ok());
     if body.left.is_none() && body.right.is_none() && body.readings_um.is_none() {
         faults.push("/left", "missing; give `left`, `right` or `readings_um`");
     }
@@ -210,6 +225,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         left: left.map(PitchBody::from),
         right: right.map(PitchBody::from),
         runout: runout.map(RunoutBody::from),
+        warnings,
     };
     let answer = faults.into_result(answer).map_err(Problem::invalid)?;
     serde_json::to_vec(&answer).map_err(Problem::internal)

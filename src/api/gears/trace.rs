@@ -113,8 +113,13 @@ impl TraceBody {
             faults.push(format!("{at}/{name}"), format!("a {kind} has none"));
         }
         let teeth = gear.data().teeth;
-        if let Some(number) = Position::number(&self.tooth).filter(|number| !(1..=u64::from(teeth)).contains(number)) {
-            faults.push(format!("{at}/tooth"), format!("{number} is not within 1 and {teeth}, the number of teeth"));
+        if self.tooth.is_empty() {
+            faults.push(format!("{at}/tooth"), "a tooth has a number or a name");
+        }
+        if Position::number(&self.tooth).is_some_and(|number| !(1..=u64::from(teeth)).contains(&number)) {
+            let shown: String = self.tooth.chars().take(20).collect();
+            let detail = format!("`{shown}` is not within 1 and {teeth}, the number of teeth");
+            faults.push(format!("{at}/tooth"), detail);
         }
         let positions = self.positions(kind, gear, at, faults);
         if let Some(valid) = self.valid.as_ref().filter(|valid| valid.len() != self.deviation_um.len()) {

@@ -6,6 +6,9 @@ use crate::gear::{Gear, Kind, Modifications, Trace, trace::Direction};
 /// What a flank that was machined as designed shows along `trace`: µm for each sample, in the sign and direction of its deviations. `None`
 /// where the section of the trace is not known, or is no diameter of the involute.
 pub fn design(gear: &Gear, modifications: &Modifications, trace: &Trace, settings: &Settings) -> Option<Vec<f64>> {
+    if modifications.is_none_on(trace.side) {
+        return Some(vec![0.0; trace.at.len()]);
+    }
     let section = trace.section?;
     let along = match settings.direction {
         Direction::Normal => 1.0,

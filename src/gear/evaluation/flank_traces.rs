@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use super::{
     EDGE, Position, Posted,
-    flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
-    settings::{DeviationSign, Settings, Window},
+    flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface, told},
+    settings::{DeviationSign, Settings, SlopeSign, Window},
 };
 use crate::{
     estimation::{
         FitSpec,
-        spec::{Model, Regularization},
+        spec::{Model, Regularization, Scaling},
     },
     gear::{Gear, Kind, ProfileAxis, Side, trace::Direction},
 };
@@ -23,8 +23,6 @@ pub struct FlankTraces {
     pub side: Side,
     /// Roll length and z in mm, deviation about the design in µm, transverse, positive where material stands out.
     pub places: Vec<[f64; 3]>,
-    /// z of the profiles, and roll lengths of the helices, each once.
-    sections: [Vec<f64>; 2],
     traces: usize,
 }
 
@@ -43,7 +41,8 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
         let [a, b] = asked.diameters.map(|diameter| gear.roll_length(diameter));
         Some([a?.min(b?), a?.max(b?)])
     });
-    let range = |kind| if kind == Kind::Profile { rolls } else { settings.helix.map(|asked| asked.range) };
+    let helix = settings.helix.map(|asked| asked.range);
+    let within = |x: f64, range: Option<[f64; 2]>| range.is_none_or(|[low, high]| low - EDGE <= x && x <= high + EDGE);
     let along = match settings.direction {
         Direction::Transverse => 1.0,
         Direction::Normal => 1.0 / gear.base_helix_angle().cos(),
@@ -58,24 +57,18 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
             tooth: tooth.to_owned(),
             side: trace.side,
             places: Vec::new(),
-            sections: [Vec::new(), Vec::new()],
             traces: 0,
         });
-        flank.traces += 1;
-        let sections = &mut flank.sections[usize::from(trace.kind == Kind::Helix)];
-        if !sections.contains(&fixed) {
-            sections.push(fixed);
-        }
-        let range = range(trace.kind);
+        let before = flank.places.len();
         let scale = along * settings.given.to_material(trace.kind, trace.side);
         for (k, (&at, &deviation)) in trace.at.iter().zip(&trace.deviation).enumerate() {
-            let within = range.is_none_or(|[low, high]| low - EDGE <= at && at <= high + EDGE);
             let about = deviation - design.map_or(0.0, |design| design[k]);
-            if within && about.is_finite() {
-                let [roll, z] = if trace.kind == Kind::Profile { [at, fixed] } else { [fixed, at] };
+            let [roll, z] = if trace.kind == Kind::Profile { [at, fixed] } else { [fixed, at] };
+            if within(roll, rolls) && within(z, helix) && about.is_finite() {
                 flank.places.push([roll, z, scale * about]);
             }
         }
+        flank.traces += usize::from(flank.places.len() > before);
     }
     let mut flanks: Vec<FlankTraces> = flanks.into_values().filter(|flank| !flank.places.is_empty()).collect();
     flanks.sort_by_key(|flank| std::cmp::Reverse(flank.traces));
@@ -83,17 +76,12 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
 }
 
 impl FlankTraces {
-    /// Its traces.
+    /// How many of its traces have samples there.
     pub fn traces(&self) -> usize {
         self.traces
     }
 
-    /// Whether the traces tell all six terms: a plain cross of one profile and one helix says nothing of the twist.
-    fn tells_a_surface(&self) -> bool {
-        let [profiles, helices] = self.sections.each_ref().map(Vec::len);
-        (profiles > 0 && helices > 0 && profiles + helices > 2) || profiles > 2 || helices > 2
-    }
-
+    /// `None` where the traces do not tell all six terms: a plain cross of one profile and one helix says nothing of the twist.
     fn surface(
         &self,
         gear: &Gear,
@@ -116,10 +104,20 @@ impl FlankTraces {
             helix_range: helix.map(|window| [window.low, window.high]),
             border: Border::default(),
             given: DeviationSign::Material,
-            sign: settings.sign,
-            spec: FitSpec { regularization: Regularization::None, ..FitSpec::new(Model::Linear) },
+            // the sign asked for is that of traces, see below
+            sign: SlopeSign::Vdi,
+            spec: FitSpec {
+                regularization: Regularization::None,
+                scaling: Scaling::None,
+                ..FitSpec::new(Model::Linear)
+            },
         };
-        let surface = flank_surface(gear, &nodes, &asked).ok()?;
+        // what cannot be fitted is not told
+        let mut surface = flank_surface(gear, &nodes, &asked).ok().filter(|surface| told(&surface.result))?;
+        let sign = |kind| settings.sign.of_material(settings.given, kind, self.side);
+        surface.profile_slope = surface.profile_slope.times(sign(Kind::Profile));
+        surface.helix_slope = surface.helix_slope.times(sign(Kind::Helix));
+        surface.twist = surface.twist.times(sign(Kind::Helix));
         Some(TraceSurface { tooth: self.tooth.clone(), side: self.side, traces: self.traces, surface })
     }
 }
@@ -132,8 +130,8 @@ pub(super) fn surfaces(
     settings: &Settings,
 ) -> Vec<TraceSurface> {
     let flanks = flank_traces(gear, posted, settings);
-    let told = flanks.iter().filter(|flank| flank.tells_a_surface());
-    let mut surfaces: Vec<TraceSurface> = told.filter_map(|flank| flank.surface(gear, windows, settings)).collect();
+    let mut surfaces: Vec<TraceSurface> =
+        flanks.iter().filter_map(|flank| flank.surface(gear, windows, settings)).collect();
     let number = |tooth: &str| Position::number(tooth).unwrap_or(u64::MAX);
     surfaces.sort_by(|a, b| (number(&a.tooth), &a.tooth, a.side).cmp(&(number(&b.tooth), &b.tooth, b.side)));
     surfaces

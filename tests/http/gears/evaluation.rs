@@ -130,6 +130,14 @@ async fn pitches_of_an_eccentric_gear() {
     close(answer["left"]["F_pk"]["value_um"].as_f64().unwrap().abs(), 10.0 * 2f64.sqrt(), 1e-2);
     assert_eq!(answer["left"]["k"], 6);
     assert!(answer["left"]["class"]["F_p"].as_u64().is_some() && answer["runout"]["derived"] == true);
+    // pitches without a run-out
+    let mut gaps = vec![Value::from(0.0); index.len()];
+    gaps[0] = Value::Null;
+    let request = json!({"gear": {"teeth": teeth, "normal_module_mm": 2.0},
+                         "left": {"single_pitch_um": gaps}, "right": {"single_pitch_um": gaps}});
+    let answer = taken(&app, "/v1/gears/pitch", &request).await;
+    assert_eq!((answer.get("runout"), &answer["warnings"][0]["code"]), (None, &json!("no_runout")));
+    assert_eq!(answer["left"]["f_p"]["value_um"], 0.0);
     let short = json!({"gear": {"teeth": 24, "normal_module_mm": 2.0}, "left": {"index_deviation_um": [0.0, 1.0]}});
     assert_eq!(pointers(&app, "/v1/gears/pitch", &short).await, ["/left/index_deviation_um"]);
     app.stop().await;
@@ -221,6 +229,22 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
         }
         assert!(found["peak_to_valley_um"].as_f64().unwrap() < 1e-9);
         assert_eq!(found["samples"], 2 * 27 + 27);
+        // as given: the signs of the traces themselves
+        let mut as_given = request.clone();
+        as_given["evaluation"]["sign"] = json!("as_given");
+        as_given["evaluation"]["deviation_sign"] = json!("din");
+        let answer = taken(&app, "/v1/gears/evaluate", &as_given).await;
+        let slope = answer["surfaces"][0]["helix_slope_um"]["value"].as_f64().unwrap();
+        assert_eq!(slope.signum(), answer["traces"][2]["slope_um"].as_f64().unwrap().signum());
+        // what a third trace does not tell: nothing defined, out of the range, the same place once more
+        let mut nothing = helix("4k", 9.5);
+        nothing["deviation_um"] = json!(vec![Value::Null; z.len()]);
+        for third in [nothing, helix("4k", 12.0), profile("4o", 14.8), helix("4k", 8.0001)] {
+            let traces = json!([profile("4", 7.5), helix("4", 8.0), third]);
+            let request = json!({"gear": spur(), "traces": traces, "evaluation": request["evaluation"]});
+            let answer = taken(&app, "/v1/gears/evaluate", &request).await;
+            assert_eq!(answer["surfaces"], json!([]));
+        }
     }
     app.stop().await;
 }

@@ -120,12 +120,20 @@ async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
     };
     assert_eq!(terms(&cross).len(), 3);
     assert!(terms(&cross).iter().any(|(term, value)| term == "v" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&cross));
-    assert!(cross.json()["note"].as_str().unwrap().contains("cross"));
+    assert!(cross.json()["note"].as_str().unwrap().contains("a plane"));
     let lead = import(&app, &job, file_of(false, |trace| trace.tooth == "1" && !trace.profile), "1.mka", None).await;
     assert_eq!(lead.status, 201, "{}", lead.text);
     assert!(terms(&lead).iter().any(|(term, value)| term == "x" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&lead));
     let records = send(app.get(&format!("{job}/iterations/2/records"))).await.json();
     assert_eq!(records["items"][0]["kind"], "evaluation");
+    // two parallel traces tell all but the square across them
+    for (profile, terms_told) in [(true, 6), (false, 6)] {
+        let beside = |trace: &Trace| trace.profile == profile && trace.tooth != "1";
+        let made = import(&app, &job, file_of(false, beside), "1.mka", None).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        assert_eq!(terms(&made).len(), terms_told);
+        assert!(made.json()["note"].as_str().unwrap().contains("parallel"), "{}", made.json()["note"]);
+    }
     app.stop().await;
 }
 
@@ -134,6 +142,8 @@ async fn what_cannot_be_imported_is_said_with_line_and_column() {
     let app = TestApp::start().await;
     let place = job(&app, Some(spur())).await;
     let text = String::from_utf8(file(false)).unwrap();
+    let axial = text.replace("SCHNT: 1", "SCHNT: 2");
+    assert_ne!(axial, text);
     let broken = text.replacen("Zahn-Nr.: 1f", "Zahn-Nr.: 1f links / 61  Werte  x= 1\r\nZahn-Nr.: 1f", 1);
     for (content, name, spec, pointer, says) in [
         (broken, "1.mka", None, "/file", "line "),
@@ -141,7 +151,17 @@ async fn what_cannot_be_imported_is_said_with_line_and_column() {
         (String::new(), "x.mka", None, "/file", "empty"),
         (text.clone(), "1.mka", Some(json!({"tooth": "7"})), "/spec/tooth", "there are 1 left"),
         (text.clone(), "1.mka", Some(json!({"flank": "right"})), "/spec/flank", "there are 1 left"),
-        (text, "1.mka", Some(json!({"teeth": "7"})), "/spec/teeth", "no such field"),
+        (text.clone(), "1.mka", Some(json!({"teeth": "7"})), "/spec/teeth", "no such field"),
+        (text.clone(), "1.mka", Some(json!({"probe_radius_mm": 1.0})), "/spec/probe_radius_mm", "points"),
+        (text.clone(), "1.mka", Some(json!({"component": "1"})), "/spec/component", "REXS"),
+        (
+            text.clone(),
+            "1.mka",
+            Some(json!({"evaluation": {"deviation_sign": "clockwise"}})),
+            "/spec/evaluation/deviation_sign",
+            "the file says",
+        ),
+        (axial, "1.mka", None, "/spec/evaluation/direction", "axial"),
     ] {
         let refused = import(&app, &place, content.into_bytes(), name, spec).await;
         assert_eq!((refused.status.as_u16(), refused.pointers()), (422, vec![pointer.to_owned()]), "{}", refused.text);
@@ -168,7 +188,7 @@ fn the_program_evaluates_a_file_without_a_server() {
     };
     let (done, text) = run(&[path.to_str().unwrap()]);
     assert!(done && text.contains("f_Hα") && text.contains("Helices"), "{text}");
-    assert_eq!(text.lines().filter(|line| line.contains(" left ") && line.contains(" 10.0 ")).count(), 3, "{text}");
+    assert_eq!(text.lines().filter(|line| line.contains(" left ") && line.contains(" 10.0  ")).count(), 3, "{text}");
     let (done, json) = run(&[path.to_str().unwrap(), "--json"]);
     let body: Value = serde_json::from_str(&json).unwrap();
     assert!(done && body["traces"].as_array().unwrap().len() == 6);

@@ -1,7 +1,8 @@
 //! The named figures of a flank by themselves, as far as its nodes tell them.
 //!
 //! Nodes over the whole flank tell the second-order surface with all of them. Crossed profiles and leads tell it without the mixed term, that
-//! is all but the twist; a single trace tells nothing of the kind. What is told has a condition of the scaled columns below Belsley's limit.
+//! is all but the twist; a single trace tells nothing of the kind. What is told has a condition below Belsley's limit, of columns over [-1, 1]
+//! as they are: scaled to one length, a column that hardly is there would look as good as any other.
 
 use super::{FlankNodes, SurfaceSettings, Trimmed, flank_surface};
 use crate::{
@@ -25,9 +26,8 @@ pub struct FlankFigures {
 
 /// The figures by plain least squares: how `settings` would regularise and scale is not looked at. `None` where the nodes do not tell them.
 pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Option<FlankFigures> {
-    let spec = FitSpec { regularization: Regularization::None, scaling: Scaling::UnitLength, ..settings.spec.clone() };
+    let spec = FitSpec { regularization: Regularization::None, scaling: Scaling::None, ..settings.spec.clone() };
     let settings = SurfaceSettings { spec, ..settings.clone() };
-    let told = |result: &FitResult| result.spectrum.condition.is_some_and(|c| c < DEFAULT_CONDITION_LIMIT);
     // what cannot be fitted is not told
     if let Ok(surface) = flank_surface(gear, nodes, &settings)
         && told(&surface.result)
@@ -50,6 +50,11 @@ pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
         helix_crowning: -value(4)?,
         twist: None,
     })
+}
+
+/// Whether the nodes of a fit without scaling tell its terms apart and how large each is: over [-1, 1] a short column is one that hardly is there.
+pub(in crate::gear) fn told(result: &FitResult) -> bool {
+    result.spectrum.condition.is_some_and(|condition| condition < DEFAULT_CONDITION_LIMIT)
 }
 
 /// The surface without its mixed term: columns 1, u, v, u², v².

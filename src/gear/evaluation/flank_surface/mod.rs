@@ -27,6 +27,7 @@ use crate::{
     },
     gear::{Gear, Kind, Side},
 };
+pub(in crate::gear) use figures::told;
 pub use figures::{FlankFigures, flank_figures};
 use nodes::Trimmed;
 pub use nodes::{Border, FlankNodes, NodeCounts};
@@ -137,6 +138,16 @@ pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
 }
 
 impl Figure {
+    /// With another sign, or in another unit.
+    pub(in crate::gear) fn times(self, factor: f64) -> Self {
+        Figure {
+            value: factor * self.value,
+            std_error: self.std_error.map(|error| error * factor.abs()),
+            bias_bound: self.bias_bound * factor.abs(),
+            least_squares: factor * self.least_squares,
+        }
+    }
+
     fn new(coefficient: &Coefficient, factor: f64) -> Self {
         Figure {
             value: factor * coefficient.value,
