@@ -102,6 +102,9 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         let message = "no classes of the helix: tolerances need the face width of the gear".into();
         notices.push(Notice { code: "no_face_width", pointer: Some("/gear/face_width_mm".into()), message });
     }
+    let foreign = [(Kind::Profile, profile.as_ref()), (Kind::Helix, helix.as_ref())]
+        .map(|(kind, window)| window.and_then(|window| foreign_reference(gear, kind, window)));
+    notices.extend(foreign.iter().flatten().cloned());
     let mut traces = Vec::with_capacity(posted.len());
     for (i, posted) in posted.iter().enumerate() {
         let trace = posted.trace;
@@ -113,7 +116,9 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         let subject = Subject { gear, trace, design: posted.design, settings, window, pointer: format!("/traces/{i}") };
         let (samples, values, covers) = subject.evaluate(&mut notices);
         let classes = match (&tolerances, &values) {
-            (Ok(tolerances), Some(values)) if covers => classes(tolerances, trace.kind, values, settings),
+            (Ok(tolerances), Some(values)) if covers && foreign[usize::from(trace.kind == Kind::Helix)].is_none() => {
+                classes(tolerances, trace.kind, values, settings)
+            }
             _ => None,
         };
         traces.push(Evaluated {
@@ -133,6 +138,23 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     let overall =
         super::tolerance::overall(traces.iter().filter_map(|t| t.classes).flat_map(|c| [c.slope, c.form, c.total]));
     Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, notices })
+}
+
+/// Slopes over a length that the gear has not got are extrapolated: tolerances say nothing about them.
+fn foreign_reference(gear: &Gear, kind: Kind, window: &Window) -> Option<Notice> {
+    let (longest, name) = match kind {
+        Kind::Profile => (gear.roll_length(2.0 * gear.tip_radius().max(gear.root_radius()))?, "profile"),
+        Kind::Helix => (gear.data().face_width?.max(window.length()), "helix"),
+    };
+    (window.reference > longest * (1.0 + 1e-9)).then(|| Notice {
+        code: "foreign_reference_length",
+        pointer: Some(format!("/evaluation/{name}_reference_length_mm")),
+        message: format!(
+            "slopes are extended to {} mm, more than the {} mm of the gear: no classes",
+            Shown(window.reference),
+            Shown(longest)
+        ),
+    })
 }
 
 fn classes(tolerances: &Tolerances, kind: Kind, values: &Values, settings: &Settings) -> Option<Classes> {

@@ -110,6 +110,23 @@ async fn warnings_and_faults_name_fields_of_the_request() {
 }
 
 #[tokio::test]
+async fn slopes_over_lengths_that_the_gear_has_not_got_have_no_class() {
+    let app = TestApp::start().await;
+    let z: Vec<f64> = (0..=10).map(f64::from).collect();
+    let trace = json!({"tooth": "1", "flank": "left", "kind": "helix", "z_mm": z, "deviation_um": z});
+    for (length, told) in [(10.0, true), (11.0, false)] {
+        let request = json!({"gear": twenty(), "traces": [trace],
+                             "evaluation": {"helix_range_mm": [1.0, 9.0], "helix_reference_length_mm": length}});
+        let answer = taken(&app, "/v1/gears/evaluate", &request).await;
+        close(answer["traces"][0]["slope_um"].as_f64().unwrap(), length, 1e-9);
+        assert_eq!(answer["traces"][0].get("class").is_some(), told, "{length}");
+        let warned = answer["warnings"].to_string().contains("foreign_reference_length");
+        assert_eq!(warned, !told);
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
 async fn a_gear_without_an_involute_has_no_profile() {
     let app = TestApp::start().await;
     let gear = json!({"teeth": 20, "normal_module_mm": 2.0, "profile_shift_coefficient": 5.0});
