@@ -77,7 +77,7 @@ fn surface(nodes: &Nodes, plans: &Plans) -> Result<(Computed, &'static str), Pro
         const TWO: &str = " (without the square across its two parallel traces)";
         told.push((of(Degree::Each(2, 1), Terms::Tensor), TWO));
         told.push((of(Degree::Each(1, 2), Terms::Tensor), TWO));
-        told.push((of(Degree::Both(1), Terms::Total), " (a plane: its traces tell no twist)"));
+        told.push((of(Degree::Both(1), Terms::Total), " (a plane: its nodes tell no twist)"));
     }
     let mut refused = None;
     for (spec, said) in told {

@@ -190,7 +190,7 @@ fn check_settings(settings: &[Setting], faults: &mut Faults) {
         faults.push("/sensitivity/settings", format!("{given}; a correction has 1 to {MOST_SETTINGS}"));
     }
     for (j, setting) in settings.iter().enumerate().take(MOST_SETTINGS) {
-        if setting.name.is_empty() {
+        if setting.name.trim().is_empty() {
             faults.push(format!("/sensitivity/settings/{j}"), "a setting needs a name");
         } else if settings[..j].iter().any(|other| other.name == setting.name) {
             faults.push(format!("/sensitivity/settings/{j}"), format!("`{}` is there twice", setting.name));

@@ -77,6 +77,10 @@ async fn a_correction_goes_out_under_the_names_of_the_standard() {
         assert_eq!((line[6], line[7]), (sign, id));
     }
     assert_eq!((lines[1][4], lines[1][5], lines[2][4]), ("1.0", "-1.0", ""));
+    // a name of blanks would be no identifier
+    let blank = json!({"sensitivity": {"settings": [" "], "matrix": vec![[1.0]; 20]}});
+    let refused = send(app.post(&format!("{place}/1/correction"), blank.to_string())).await;
+    assert_eq!(refused.pointers(), ["/sensitivity/settings/0"], "{}", refused.text);
     let refused = send(app.get(&format!("{place}/1/correction")).header("accept", "image/png")).await;
     refused.problem(406, "not_acceptable");
     app.stop().await;
