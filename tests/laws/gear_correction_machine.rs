@@ -184,7 +184,7 @@ fn crowning_has_its_natural_twist_in_generating_grinding_only() {
         let worm = Machine::GeneratingGrinding.sensitivity(&gear, &nodes, ranges).unwrap();
         let wheel = Machine::FormGrinding.sensitivity(&gear, &nodes, ranges).unwrap();
         for ((node, worm), wheel) in
-            nodes.iter().zip(column(&worm, "lead_crowning")).zip(column(&wheel, "lead_crowning"))
+            nodes.iter().zip(column(&worm, "helix_crowning")).zip(column(&wheel, "helix_crowning"))
         {
             let v = |z: f64| (z - middle) / half;
             assert!((wheel + v(node.z).powi(2)).abs() < 1e-12);

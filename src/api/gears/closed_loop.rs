@@ -110,12 +110,12 @@ pub struct ClosedLoopRoundBody {
     /// Number of the iteration.
     pub iteration: u32,
     /// Of the nodes that were measured.
-    pub measured_rms_um: f64,
+    pub rms_measured_um: f64,
     /// Without noise, over all nodes: only a simulation knows.
-    pub true_rms_um: f64,
+    pub rms_true_um: f64,
     /// What the correction promised; left out after the last measurement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub predicted_rms_um: Option<f64>,
+    pub rms_predicted_um: Option<f64>,
     /// The changes of the settings.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub changes: Option<Vec<f64>>,
@@ -284,9 +284,9 @@ fn tell(
         let nodes = grid(rows, columns, &measured).map_err(|faults| Problem::invalid(faults.moved(place(number))))?;
         let mut round = ClosedLoopRoundBody {
             iteration: u32::try_from(number + 1).unwrap_or(u32::MAX),
-            measured_rms_um: rms(&measured),
-            true_rms_um: true_rms,
-            predicted_rms_um: None,
+            rms_measured_um: rms(&measured),
+            rms_true_um: true_rms,
+            rms_predicted_um: None,
             changes: None,
         };
         let mut record = None;
@@ -298,7 +298,7 @@ fn tell(
             let solution = correction.solve().map_err(refused)?;
             let changes: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
             simulation.apply(&changes).map_err(|faults| Problem::invalid(faults.moved(place(number + 1))))?;
-            round.predicted_rms_um = Some(solution.predicted.rms);
+            round.rms_predicted_um = Some(solution.predicted.rms);
             round.changes = Some(changes);
             if store {
                 let result = correction::write(&solution, None, &canonical::request_sha256(&request))?;

@@ -47,15 +47,15 @@ pub struct MachineAnswerBody {
     /// Number of the iteration that measured it.
     pub iteration: u32,
     pub nodes: usize,
-    pub before_rms_um: f64,
-    pub predicted_rms_um: f64,
-    pub measured_rms_um: f64,
+    pub rms_before_um: f64,
+    pub rms_predicted_um: f64,
+    pub rms_measured_um: f64,
     /// Of predicted minus before.
-    pub predicted_change_rms_um: f64,
+    pub rms_predicted_change_um: f64,
     /// Of measured minus predicted.
-    pub difference_rms_um: f64,
+    pub rms_difference_um: f64,
     /// What noise and the uncertainty of the sensitivity let expect of it.
-    pub expected_difference_rms_um: f64,
+    pub rms_expected_difference_um: f64,
     /// How much of the predicted change came; left out where it is not told from none at all (standard error above 0.3).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio: Option<f64>,
@@ -224,12 +224,12 @@ impl MachineAnswerBody {
         MachineAnswerBody {
             iteration,
             nodes: answer.nodes,
-            before_rms_um: answer.before_rms,
-            predicted_rms_um: answer.predicted_rms,
-            measured_rms_um: answer.measured_rms,
-            predicted_change_rms_um: answer.predicted_change_rms,
-            difference_rms_um: answer.difference_rms,
-            expected_difference_rms_um: answer.expected_difference_rms,
+            rms_before_um: answer.before_rms,
+            rms_predicted_um: answer.predicted_rms,
+            rms_measured_um: answer.measured_rms,
+            rms_predicted_change_um: answer.predicted_change_rms,
+            rms_difference_um: answer.difference_rms,
+            rms_expected_difference_um: answer.expected_difference_rms,
             response_ratio: answer.response_ratio,
             response_ratio_std_error: answer.response_ratio_std_error,
             chi_squared: answer.chi_squared,

@@ -96,22 +96,23 @@ pub struct PitchBody {
     pub diameter_mm: f64,
     /// About the first tooth that was measured.
     pub index_deviation_um: Vec<Option<f64>>,
-    pub single_pitch_um: Vec<Option<f64>>,
-    /// The single pitch deviation of greatest amount, with its sign; f_p is its amount.
+    /// f_pi, the deviation of the pitch that ends at each flank; `null` where undefined.
+    pub single_pitch_deviation_um: Vec<Option<f64>>,
+    /// f_p: the single pitch deviation of greatest amount, with its sign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub f_p: Option<ExtremeBody>,
-    /// Range of the index deviations.
-    #[serde(rename = "F_p_um", default, skip_serializing_if = "Option::is_none")]
-    pub cumulative: Option<f64>,
+    pub single_pitch: Option<ExtremeBody>,
+    /// F_p: total cumulative pitch deviation, the range of the index deviations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cumulative_pitch_um: Option<f64>,
     /// Pitches of a sector.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k: Option<usize>,
-    /// The deviation over k pitches of greatest amount, where the sector ends.
-    #[serde(rename = "F_pk", default, skip_serializing_if = "Option::is_none")]
-    pub sector: Option<ExtremeBody>,
-    /// The greatest difference of neighbouring pitches.
+    /// F_pk: the cumulative deviation over k pitches of greatest amount, at the tooth where the sector ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub f_u: Option<ExtremeBody>,
+    pub sector_pitch: Option<ExtremeBody>,
+    /// f_u: the greatest difference of neighbouring pitches, at the later of the two.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adjacent_pitch_difference: Option<ExtremeBody>,
     /// What the single pitches add up to, as they were posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closure_um: Option<f64>,
@@ -133,10 +134,13 @@ pub struct ExtremeBody {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PitchClasses)]
 pub struct PitchClassesBody {
+    /// Of f_p.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub f_p: Option<u8>,
-    #[serde(rename = "F_p", default, skip_serializing_if = "Option::is_none")]
-    pub cumulative: Option<u8>,
+    pub single_pitch: Option<u8>,
+    /// Of F_p.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cumulative_pitch: Option<u8>,
+    /// Names of the two above that exceed even class 11.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub beyond: Vec<String>,
 }
@@ -145,8 +149,8 @@ pub struct PitchClassesBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearRunout)]
 pub struct RunoutBody {
-    #[serde(rename = "F_r_um")]
-    pub runout: f64,
+    /// F_r: the range of the readings all around.
+    pub runout_um: f64,
     /// Whether it follows from pitches, without a probe.
     pub derived: bool,
     pub readings_um: Vec<Option<f64>>,
@@ -262,9 +266,10 @@ impl From<Extreme> for ExtremeBody {
 impl From<Pitch> for PitchBody {
     fn from(pitch: Pitch) -> Self {
         let mut class = PitchClassesBody::default();
-        for (name, found, place) in
-            [("f_p", pitch.single_class, &mut class.f_p), ("F_p", pitch.cumulative_class, &mut class.cumulative)]
-        {
+        for (name, found, place) in [
+            ("single_pitch", pitch.single_class, &mut class.single_pitch),
+            ("cumulative_pitch", pitch.cumulative_class, &mut class.cumulative_pitch),
+        ] {
             match found {
                 Some(Class::Within(found)) => *place = Some(found),
                 Some(Class::Beyond) => class.beyond.push(name.to_owned()),
@@ -275,12 +280,12 @@ impl From<Pitch> for PitchBody {
             flank: pitch.side.into(),
             diameter_mm: pitch.diameter,
             index_deviation_um: pitch.index,
-            single_pitch_um: pitch.single,
-            f_p: pitch.single_pitch.map(ExtremeBody::from),
-            cumulative: pitch.cumulative,
+            single_pitch_deviation_um: pitch.single,
+            single_pitch: pitch.single_pitch.map(ExtremeBody::from),
+            cumulative_pitch_um: pitch.cumulative,
             k: pitch.sector,
-            sector: pitch.sector_pitch.map(ExtremeBody::from),
-            f_u: pitch.adjacent.map(ExtremeBody::from),
+            sector_pitch: pitch.sector_pitch.map(ExtremeBody::from),
+            adjacent_pitch_difference: pitch.adjacent.map(ExtremeBody::from),
             closure_um: pitch.closure,
             missing: pitch.missing,
             class,
@@ -297,7 +302,7 @@ impl From<Runout> for RunoutBody {
             None => (None, false),
         };
         RunoutBody {
-            runout: runout.runout,
+            runout_um: runout.runout,
             derived: runout.derived,
             readings_um: runout.readings,
             eccentricity: runout.eccentricity.map(|found| EccentricityBody {

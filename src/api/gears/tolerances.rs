@@ -36,31 +36,27 @@ pub struct TolerancesBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ToleranceValues)]
 pub struct ToleranceValuesBody {
-    /// Single pitch.
-    pub f_p_um: f64,
-    /// Cumulative pitch, total.
-    #[serde(rename = "F_p_um")]
-    pub cumulative_pitch: f64,
-    /// Run-out.
-    #[serde(rename = "F_r_um")]
-    pub runout: f64,
-    /// Profile slope.
-    #[serde(rename = "f_Halpha_um")]
-    pub profile_slope: f64,
-    /// Profile form.
-    pub f_falpha_um: f64,
-    /// Profile, total.
-    #[serde(rename = "F_alpha_um")]
-    pub profile_total: f64,
-    /// Helix slope.
-    #[serde(rename = "f_Hbeta_um", default, skip_serializing_if = "Option::is_none")]
-    pub helix_slope: Option<f64>,
-    /// Helix form.
+    /// f_p, single pitch deviation.
+    pub single_pitch_um: f64,
+    /// F_p, total cumulative pitch (index) deviation.
+    pub cumulative_pitch_um: f64,
+    /// F_r, run-out.
+    pub runout_um: f64,
+    /// f_Hα, profile slope deviation.
+    pub profile_slope_um: f64,
+    /// f_fα, profile form deviation.
+    pub profile_form_um: f64,
+    /// F_α, total profile deviation.
+    pub profile_total_um: f64,
+    /// f_Hβ, helix slope deviation. Left out where the gear has no face width.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub f_fbeta_um: Option<f64>,
-    /// Helix, total.
-    #[serde(rename = "F_beta_um", default, skip_serializing_if = "Option::is_none")]
-    pub helix_total: Option<f64>,
+    pub helix_slope_um: Option<f64>,
+    /// f_fβ, helix form deviation. Left out where the gear has no face width.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_form_um: Option<f64>,
+    /// F_β, total helix deviation. Left out where the gear has no face width.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_total_um: Option<f64>,
 }
 
 /// Answers a request. Outside the scope of the standard there are no tolerances: every quantity beyond it is a fault.
@@ -100,14 +96,14 @@ fn place(quantity: &str) -> &'static str {
 
 fn values(of: impl Fn(Characteristic) -> Option<f64>) -> Option<ToleranceValuesBody> {
     Some(ToleranceValuesBody {
-        f_p_um: of(Characteristic::SinglePitch)?,
-        cumulative_pitch: of(Characteristic::CumulativePitch)?,
-        runout: of(Characteristic::Runout)?,
-        profile_slope: of(Characteristic::ProfileSlope)?,
-        f_falpha_um: of(Characteristic::ProfileForm)?,
-        profile_total: of(Characteristic::ProfileTotal)?,
-        helix_slope: of(Characteristic::HelixSlope),
-        f_fbeta_um: of(Characteristic::HelixForm),
-        helix_total: of(Characteristic::HelixTotal),
+        single_pitch_um: of(Characteristic::SinglePitch)?,
+        cumulative_pitch_um: of(Characteristic::CumulativePitch)?,
+        runout_um: of(Characteristic::Runout)?,
+        profile_slope_um: of(Characteristic::ProfileSlope)?,
+        profile_form_um: of(Characteristic::ProfileForm)?,
+        profile_total_um: of(Characteristic::ProfileTotal)?,
+        helix_slope_um: of(Characteristic::HelixSlope),
+        helix_form_um: of(Characteristic::HelixForm),
+        helix_total_um: of(Characteristic::HelixTotal),
     })
 }

@@ -30,9 +30,9 @@ struct Run {
 #[derive(Deserialize)]
 struct Round {
     iteration: u32,
-    measured_rms_um: f64,
-    true_rms_um: f64,
-    predicted_rms_um: Option<f64>,
+    rms_measured_um: f64,
+    rms_true_um: f64,
+    rms_predicted_um: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -67,11 +67,11 @@ answers 1 % off, the probe is 0.3 µm off and misses every tenth node.",
         writeln!(out, "\n{what}")?;
         let mut table = Table::new(["iteration", "measured RMS µm", "without noise", "predicted of the next"], 0);
         for round in &run.rounds {
-            let predicted = round.predicted_rms_um.map_or_else(String::new, |rms| format!("{rms:.3}"));
+            let predicted = round.rms_predicted_um.map_or_else(String::new, |rms| format!("{rms:.3}"));
             table.row([
                 round.iteration.to_string(),
-                format!("{:.3}", round.measured_rms_um),
-                format!("{:.3}", round.true_rms_um),
+                format!("{:.3}", round.rms_measured_um),
+                format!("{:.3}", round.rms_true_um),
                 predicted,
             ]);
         }
@@ -88,7 +88,7 @@ answers 1 % off, the probe is 0.3 µm off and misses every tenth node.",
     let mut good = vec![0; first.runs.len()];
     for seed in 0..SEEDS {
         for (good, run) in good.iter_mut().zip(ask(seed, false)?.runs) {
-            *good += usize::from(run.rounds.last().is_some_and(|round| round.true_rms_um < GOOD));
+            *good += usize::from(run.rounds.last().is_some_and(|round| round.rms_true_um < GOOD));
         }
     }
     writeln!(out, "\nOf {SEEDS} such machines, below {GOOD} µm RMS after {CORRECTIONS} re-machinings:")?;

@@ -11,7 +11,7 @@
 //! | `profile_angle` | ′ | both | tool's normal pressure angle, for each rad `cos β_b (2 x r_b / (z cos² α_n) − τ tan α_t (dα_t/dα_n) (L − L_0))`: about −0.106 µm for each ′ and mm of roll length at 20° |
 //! | `helix_angle` | ′ | both | helix angle made, turning about the middle of the evaluated z: `s h (z − z_m) cos α_n / cos β` for each rad, h = ±1 for right and left hand |
 //! | `profile_crowning` | µm | both | `−u²` |
-//! | `lead_crowning` | µm | both | form grinding `−v²`; generating grinding `−v_t²`, see below |
+//! | `helix_crowning` | µm | both | form grinding `−v²`; generating grinding `−v_t²`, see below |
 //! | `twist` | µm | generating | `uv/4`: the twist 4c_uv of the second-order surface grows by 1 µm |
 //! | `tooth_thickness` | µm | both | normal tooth thickness on the reference cylinder: `½ cos α_n` on both flanks |
 //! | `infeed` | µm | form | wheel moved away from the gear's axis: the gap moves outwards as it is |
@@ -84,7 +84,7 @@ enum Kind {
     ProfileAngle,
     HelixAngle,
     ProfileCrowning,
-    LeadCrowning,
+    HelixCrowning,
     Twist,
     ToothThickness,
     Infeed,
@@ -97,7 +97,7 @@ impl Kind {
             Kind::ProfileAngle => ("profile_angle", "arcmin"),
             Kind::HelixAngle => ("helix_angle", "arcmin"),
             Kind::ProfileCrowning => ("profile_crowning", "µm"),
-            Kind::LeadCrowning => ("lead_crowning", "µm"),
+            Kind::HelixCrowning => ("helix_crowning", "µm"),
             Kind::Twist => ("twist", "µm"),
             Kind::ToothThickness => ("tooth_thickness", "µm"),
             Kind::Infeed => ("infeed", "µm"),
@@ -120,10 +120,10 @@ impl Machine {
         use Kind::*;
         match self {
             Machine::GeneratingGrinding => {
-                [ProfileAngle, HelixAngle, ProfileCrowning, LeadCrowning, Twist, ToothThickness, ToolAxisOffset]
+                [ProfileAngle, HelixAngle, ProfileCrowning, HelixCrowning, Twist, ToothThickness, ToolAxisOffset]
             }
             Machine::FormGrinding => {
-                [ProfileAngle, HelixAngle, ProfileCrowning, LeadCrowning, ToothThickness, Infeed, ToolAxisOffset]
+                [ProfileAngle, HelixAngle, ProfileCrowning, HelixCrowning, ToothThickness, Infeed, ToolAxisOffset]
             }
         }
     }
@@ -167,7 +167,7 @@ impl Made<'_> {
                 MICRO * sign * lever * turn * (node.z - middle(self.ranges.helix))
             }
             Kind::ProfileCrowning => -u * u,
-            Kind::LeadCrowning => match self.machine {
+            Kind::HelixCrowning => match self.machine {
                 Machine::FormGrinding => -v * v,
                 Machine::GeneratingGrinding => -along(self.tool_position(node), self.ranges.helix).powi(2),
             },

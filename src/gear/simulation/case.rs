@@ -17,7 +17,7 @@ pub fn ill_conditioned(seed: u64) -> Asked {
         ("profile_angle", "µm at the tip"),
         ("helix_angle", "µm at the end"),
         ("profile_crowning", "µm"),
-        ("lead_crowning", "µm"),
+        ("helix_crowning", "µm"),
         ("twist", "µm at the corner"),
         ("tilt", "µm at the corner"),
     ];

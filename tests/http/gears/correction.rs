@@ -163,7 +163,7 @@ async fn the_closed_loop_is_a_job_and_least_squares_runs_away() {
     let answer = taken(&app, "/v1/simulations/closed-loop", &examples("simulate_closed_loop")[0].1).await;
     assert!(answer["condition"].as_f64().unwrap() > 1e10, "{}", answer["condition"]);
     let rms = |run: usize| -> Vec<f64> {
-        answer["runs"][run]["rounds"].as_array().unwrap().iter().map(|r| r["true_rms_um"].as_f64().unwrap()).collect()
+        answer["runs"][run]["rounds"].as_array().unwrap().iter().map(|r| r["rms_true_um"].as_f64().unwrap()).collect()
     };
     let (spectral, plain) = (rms(0), rms(1));
     assert!(spectral[0] > 5.0 && spectral[2] < 0.5, "{spectral:?}");
@@ -178,7 +178,7 @@ async fn the_closed_loop_is_a_job_and_least_squares_runs_away() {
     // settings that ran away made the flank worse: that is no answer as predicted
     let job = format!("/v1/jobs/{}", answer["runs"][1]["job_id"].as_str().unwrap());
     let told = send(app.get(&format!("{job}/iterations/1/correction"))).await.json();
-    let [before, after] = ["before_rms_um", "measured_rms_um"].map(|key| told["answer"][key].as_f64().unwrap());
+    let [before, after] = ["rms_before_um", "rms_measured_um"].map(|key| told["answer"][key].as_f64().unwrap());
     assert!(after > before, "{}", told["answer"]);
     assert_eq!(told["answer"]["verdict"], "undecided", "{}", told["answer"]);
     assert_eq!(told["answer"].get("response_ratio"), None);

@@ -14,20 +14,20 @@ async fn tolerances_of_the_standard() {
     let gear = json!({"teeth": 50, "normal_module_mm": 2.0, "face_width_mm": 20.0});
     let answer = taken(&app, "/v1/gears/tolerances", &json!({"gear": gear, "class": 5})).await;
     for (name, value) in [
-        ("f_p_um", 5.9),
-        ("F_p_um", 19.1),
-        ("F_r_um", 17.19),
-        ("f_Halpha_um", 4.9),
-        ("f_falpha_um", 6.1),
-        ("F_alpha_um", 7.824),
-        ("f_Hbeta_um", 6.0652),
-        ("f_fbeta_um", 6.7125),
-        ("F_beta_um", 9.0467),
+        ("single_pitch_um", 5.9),
+        ("cumulative_pitch_um", 19.1),
+        ("runout_um", 17.19),
+        ("profile_slope_um", 4.9),
+        ("profile_form_um", 6.1),
+        ("profile_total_um", 7.824),
+        ("helix_slope_um", 6.0652),
+        ("helix_form_um", 6.7125),
+        ("helix_total_um", 9.0467),
     ] {
         assert!((answer["unrounded"][name].as_f64().unwrap() - value).abs() < 5e-4, "{name}");
         assert!(answer["rounded"][name].as_f64().unwrap() > 0.0);
     }
-    assert_eq!(answer["rounded"]["F_p_um"], 19.0);
+    assert_eq!(answer["rounded"]["cumulative_pitch_um"], 19.0);
     let outside = json!({"gear": {"teeth": 50, "normal_module_mm": 0.3, "face_width_mm": 20.0}, "class": 12});
     assert_eq!(pointers(&app, "/v1/gears/tolerances", &outside).await, ["/class", "/gear/normal_module_mm"]);
     app.stop().await;
@@ -120,16 +120,16 @@ async fn pitches_of_an_eccentric_gear() {
     let request = json!({"gear": {"teeth": teeth, "normal_module_mm": 2.0, "face_width_mm": 10.0},
                          "left": {"index_deviation_um": index}, "right": {"index_deviation_um": index}, "sector": 6});
     let answer = taken(&app, "/v1/gears/pitch", &request).await;
-    close(answer["left"]["F_p_um"].as_f64().unwrap(), 20.0, 1e-12);
+    close(answer["left"]["cumulative_pitch_um"].as_f64().unwrap(), 20.0, 1e-12);
     // the greatest step of 10 sin over one pitch, and over a quarter
     close(
-        answer["left"]["f_p"]["value_um"].as_f64().unwrap().abs(),
+        answer["left"]["single_pitch"]["value_um"].as_f64().unwrap().abs(),
         20.0 * (std::f64::consts::PI / 24.0).sin() * (std::f64::consts::PI / 24.0).cos(),
         0.02,
     );
-    close(answer["left"]["F_pk"]["value_um"].as_f64().unwrap().abs(), 10.0 * 2f64.sqrt(), 1e-2);
+    close(answer["left"]["sector_pitch"]["value_um"].as_f64().unwrap().abs(), 10.0 * 2f64.sqrt(), 1e-2);
     assert_eq!(answer["left"]["k"], 6);
-    assert!(answer["left"]["class"]["F_p"].as_u64().is_some() && answer["runout"]["derived"] == true);
+    assert!(answer["left"]["class"]["cumulative_pitch"].as_u64().is_some() && answer["runout"]["derived"] == true);
     // pitches without a run-out
     let mut gaps = vec![Value::from(0.0); index.len()];
     gaps[0] = Value::Null;
@@ -137,7 +137,7 @@ async fn pitches_of_an_eccentric_gear() {
                          "left": {"single_pitch_um": gaps}, "right": {"single_pitch_um": gaps}});
     let answer = taken(&app, "/v1/gears/pitch", &request).await;
     assert_eq!((answer.get("runout"), &answer["warnings"][0]["code"]), (None, &json!("no_runout")));
-    assert_eq!(answer["left"]["f_p"]["value_um"], 0.0);
+    assert_eq!(answer["left"]["single_pitch"]["value_um"], 0.0);
     let short = json!({"gear": {"teeth": 24, "normal_module_mm": 2.0}, "left": {"index_deviation_um": [0.0, 1.0]}});
     assert_eq!(pointers(&app, "/v1/gears/pitch", &short).await, ["/left/index_deviation_um"]);
     app.stop().await;

@@ -58,7 +58,7 @@ async fn angles_run_with_the_counting() {
     let descending: Vec<f64> = ascending.iter().map(|a| -a).collect();
     let of = |angles: &[f64]| json!({"gear": twenty(), "right": {"angle_deg": angles}, "counting": "counterclockwise"});
     let answer = taken(&app, "/v1/gears/pitch", &of(&ascending)).await;
-    assert!(answer["right"]["F_p_um"].as_f64().unwrap() < 1e-6);
+    assert!(answer["right"]["cumulative_pitch_um"].as_f64().unwrap() < 1e-6);
     assert_eq!(answer["counting"], "counterclockwise");
     assert_eq!(pointers(&app, "/v1/gears/pitch", &of(&descending)).await, ["/right/angle_deg/1"]);
     app.stop().await;
