@@ -13,7 +13,7 @@ use axum::{
 };
 use http_body_util::BodyExt;
 
-use super::state::AppState;
+use super::{media_type, state::AppState};
 use crate::api::problem::{Problem, ProblemCode};
 
 /// Room that is taken for a body of declared length before it comes.
@@ -50,7 +50,7 @@ impl FromRequest<AppState> for Payload {
 
     async fn from_request(request: Request, state: &AppState) -> Result<Self, Problem> {
         let encoding = encoding(request.headers())?;
-        let media = media(request.headers());
+        let media = media(request.headers())?;
         let settings = &state.settings;
         let bytes = tokio::time::timeout(settings.body_timeout(), collect(request, settings.body_limit))
             .await
@@ -106,6 +106,15 @@ impl Payload {
 pub fn unsupported(got: &str, wanted: &str) -> Problem {
     let got = if got.is_empty() { "no content-type".to_owned() } else { format!("content-type `{got}`") };
     Problem::new(ProblemCode::UnsupportedMediaType, format!("The request has {got}; send {wanted}."))
+}
+
+/// 415 for a text in another character set than UTF-8.
+pub fn foreign(charset: &str) -> Problem {
+    let charset: String = charset.chars().take(64).collect();
+    Problem::new(
+        ProblemCode::UnsupportedMediaType,
+        format!("The charset `{charset}` is not supported; send UTF-8, which needs no charset."),
+    )
 }
 
 fn too_large(limit: usize) -> Problem {
@@ -208,14 +217,17 @@ fn unsupported_encoding(got: &str) -> Problem {
     )
 }
 
-fn media(headers: &HeaderMap) -> Media {
+fn media(headers: &HeaderMap) -> Result<Media, Problem> {
     let text = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
-    let essence = text.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
+    let essence = media_type::essence(text);
     if essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json")) {
-        Media::Json
+        match media_type::foreign_charset(text) {
+            Some(charset) => Err(foreign(&charset)),
+            None => Ok(Media::Json),
+        }
     } else if essence == "multipart/form-data" {
-        Media::Multipart(text.to_owned())
+        Ok(Media::Multipart(text.to_owned()))
     } else {
-        Media::Other(text.to_owned())
+        Ok(Media::Other(text.to_owned()))
     }
 }

@@ -1,9 +1,14 @@
-//! `ETag` and `If-Match`. The tag of a job or an iteration is its version, which moves on with every change.
+//! `ETag`, `If-Match` and `If-None-Match`. The tag of a job or an iteration is its version, which moves on with every change.
 
 use axum::{
-    extract::FromRequestParts,
-    http::{HeaderMap, HeaderValue, header, request::Parts},
+    body::Body,
+    extract::{FromRequestParts, Request},
+    http::{HeaderMap, HeaderValue, Method, StatusCode, header, request::Parts},
+    middleware::Next,
+    response::Response,
 };
+
+use sha2::{Digest, Sha256};
 
 use super::state::AppState;
 use crate::{api::problem::Problem, jobs::Precondition};
@@ -18,6 +23,13 @@ pub fn set_etag(headers: &mut HeaderMap, version: u64) {
     if let Ok(value) = HeaderValue::from_str(&etag(version)) {
         headers.insert(header::ETAG, value);
     }
+}
+
+/// The tag of bytes that have no version.
+pub fn content_tag(bytes: &[u8]) -> Option<HeaderValue> {
+    let digest = Sha256::digest(bytes);
+    let digits: String = digest[..16].iter().map(|byte| format!("{byte:02x}")).collect();
+    HeaderValue::from_str(&format!("\"{digits}\"")).ok()
 }
 
 /// What the request's `If-Match` says the caller has seen.
@@ -50,6 +62,46 @@ fn precondition(headers: &HeaderMap) -> Precondition {
     if given { Precondition::AnyOf(seen) } else { Precondition::None }
 }
 
+/// Answers 304 without a body where a GET's `If-None-Match` has the tag of what would be answered.
+pub async fn not_modified(request: Request, next: Next) -> Response {
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    let seen = if reads { tags(request.headers()) } else { Vec::new() };
+    let mut response = next.run(request).await;
+    if response.status() != StatusCode::OK || !is_seen(&seen, response.headers().get(header::ETAG)) {
+        return response;
+    }
+    *response.status_mut() = StatusCode::NOT_MODIFIED;
+    *response.body_mut() = Body::empty();
+    for name in [header::CONTENT_TYPE, header::CONTENT_LENGTH, header::CONTENT_ENCODING, header::CONTENT_DISPOSITION] {
+        response.headers_mut().remove(name);
+    }
+    response
+}
+
+/// The values of `If-None-Match`.
+fn tags(headers: &HeaderMap) -> Vec<HeaderValue> {
+    headers.get_all(header::IF_NONE_MATCH).iter().cloned().collect()
+}
+
+/// Whether a tag is among the seen ones, by weak comparison (RFC 9110, 8.8.3.2).
+fn is_seen(seen: &[HeaderValue], tag: Option<&HeaderValue>) -> bool {
+    let Some(tag) = tag.and_then(|tag| tag.to_str().ok()) else { return false };
+    let opaque = |tag: &str| tag.strip_prefix("W/").unwrap_or(tag).to_owned();
+    let wanted = opaque(tag);
+    let lists = seen.iter().filter_map(|value| value.to_str().ok());
+    lists.flat_map(split_tags).any(|seen| seen == "*" || opaque(seen) == wanted)
+}
+
+/// The members of a list of tags. Tags may have commas between their quotes.
+fn split_tags(list: &str) -> impl Iterator<Item = &str> {
+    let mut quoted = false;
+    list.split(move |c| {
+        quoted ^= c == '"';
+        c == ',' && !quoted
+    })
+    .map(str::trim)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,5 +122,19 @@ mod tests {
         assert_eq!(of(&["\"3\", \"4\"", "\"5\""]), Precondition::AnyOf(vec![3, 4, 5]));
         assert_eq!(of(&["W/\"3\""]), Precondition::AnyOf(vec![]));
         assert_eq!(of(&["\"something\""]), Precondition::AnyOf(vec![]));
+    }
+
+    #[test]
+    fn seen_tags_are_compared_weakly() {
+        let seen = |values: &[&'static str], tag: &'static str| {
+            let values: Vec<_> = values.iter().map(|value| HeaderValue::from_static(value)).collect();
+            is_seen(&values, Some(&HeaderValue::from_static(tag)))
+        };
+        assert!(seen(&["\"3\""], "\"3\""));
+        assert!(seen(&["W/\"3\""], "\"3\"") && seen(&["\"3\""], "W/\"3\""));
+        assert!(seen(&["\"1\", \"a,b\"", "\"3\""], "\"3\"") && seen(&["\"1\",\"a,b\""], "\"a,b\""));
+        assert!(seen(&["*"], "\"3\""));
+        assert!(!seen(&[], "\"3\"") && !seen(&["\"4\"", ""], "\"3\"") && !seen(&["3"], "\"3\""));
+        assert!(!is_seen(&[HeaderValue::from_static("*")], None), "nothing that has a tag");
     }
 }

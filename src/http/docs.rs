@@ -11,7 +11,7 @@ use axum::{
 };
 use utoipa_swagger_ui::Config;
 
-use super::{extract::PathOf, state::AppState};
+use super::{conditional::content_tag, extract::PathOf, state::AppState};
 use crate::api::problem::{Problem, ProblemCode};
 
 pub fn routes() -> Router<AppState> {
@@ -29,10 +29,16 @@ fn file(name: &str, config: Arc<Config<'static>>) -> Result<Response, Problem> {
     let file = utoipa_swagger_ui::serve(name, config)
         .map_err(Problem::internal)?
         .ok_or_else(|| Problem::new(ProblemCode::NotFound, "The documentation has no such file."))?;
+    let tag = content_tag(&file.bytes);
     let mut response = Bytes::from(file.bytes.into_owned()).into_response();
     let headers = response.headers_mut();
     let media = HeaderValue::from_str(&file.content_type).map_err(Problem::internal)?;
     headers.insert(header::CONTENT_TYPE, media);
+    // The page and its settings are of this server; all else belongs to a version of the documentation's program.
+    if !matches!(name, "" | "index.html" | "swagger-initializer.js") {
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("public, max-age=604800"));
+    }
+    headers.extend(tag.map(|tag| (header::ETAG, tag)));
     if file.gzpipped {
         headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
     }

@@ -1,5 +1,7 @@
 //! Around the contract: health, metrics, the OpenAPI documents and the interactive documentation.
 
+use std::sync::OnceLock;
+
 use axum::{
     Router,
     body::Bytes,
@@ -13,6 +15,7 @@ use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{
+    conditional::content_tag,
     docs,
     openapi::{openapi_3_0_json, openapi_json},
     state::AppState,
@@ -25,9 +28,11 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// What is served but is not part of the document it serves.
 pub fn undocumented(state: &AppState) -> Router<AppState> {
+    static TAG: OnceLock<Option<HeaderValue>> = OnceLock::new();
+    static TAG_3_0: OnceLock<Option<HeaderValue>> = OnceLock::new();
     let router = Router::new()
-        .route("/openapi.json", get(|| async { document(openapi_json()) }))
-        .route("/openapi-3.0.json", get(|| async { document(openapi_3_0_json()) }));
+        .route("/openapi.json", get(|| async { document(openapi_json(), &TAG) }))
+        .route("/openapi-3.0.json", get(|| async { document(openapi_3_0_json(), &TAG_3_0) }));
     if state.settings.docs { router.merge(docs::routes()) } else { router }
 }
 
@@ -83,8 +88,11 @@ async fn get_metrics(State(state): State<AppState>) -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], state.metrics.render())
 }
 
-fn document(text: &'static str) -> Response {
+fn document(text: &'static str, tag: &'static OnceLock<Option<HeaderValue>>) -> Response {
     let mut response = Bytes::from_static(text.as_bytes()).into_response();
-    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    let tag = tag.get_or_init(|| content_tag(text.as_bytes()));
+    headers.extend(tag.clone().map(|tag| (header::ETAG, tag)));
     response
 }

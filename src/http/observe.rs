@@ -6,7 +6,7 @@ use std::{panic::AssertUnwindSafe, task::Poll, time::Instant};
 
 use axum::{
     extract::{MatchedPath, Request, State},
-    http::{HeaderName, HeaderValue, Method},
+    http::{HeaderName, HeaderValue, Method, Version, header},
     middleware::Next,
     response::{IntoResponse, Response},
 };
@@ -42,7 +42,8 @@ pub async fn observe(State(state): State<AppState>, mut request: Request, next: 
     let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
     request.extensions_mut().insert(RequestId(id.clone()));
 
-    let allowed = auth::authorize(&state.settings.api_keys_sha256, request.uri().path(), request.headers());
+    let allowed = names_host(&request)
+        .and_then(|()| auth::authorize(&state.settings.api_keys_sha256, request.uri().path(), request.headers()));
     let answer = async {
         match allowed {
             Ok(()) => catch_panic(next.run(request)).await,
@@ -62,13 +63,13 @@ pub async fn observe(State(state): State<AppState>, mut request: Request, next: 
 
     if let Some(mut problem) = response.extensions_mut().remove::<Problem>() {
         if let Some(cause) = problem.cause.take() {
-            tracing::error!(request_id = RequestId(id.clone()).as_str(), code = %problem.code, cause, "problem");
+            log_cause(&RequestId(id.clone()), &problem, &cause);
         }
         problem.request_id = Some(RequestId(id.clone()).as_str().to_owned());
         let headers = std::mem::take(response.headers_mut());
         let mut named = problem.into_response();
         for (name, value) in &headers {
-            if name != axum::http::header::CONTENT_LENGTH {
+            if name != header::CONTENT_LENGTH {
                 named.headers_mut().insert(name, value.clone());
             }
         }
@@ -77,6 +78,25 @@ pub async fn observe(State(state): State<AppState>, mut request: Request, next: 
     response.headers_mut().insert(REQUEST_ID.clone(), id.clone());
     report(&method, path.as_ref(), &response, begun, &id, url);
     response
+}
+
+/// A request of HTTP/1.1 names one host (RFC 9112, 3.2).
+fn names_host(request: &Request) -> Result<(), Problem> {
+    let named = request.headers().get_all(header::HOST).iter().count();
+    if named == 1 || (named == 0 && request.version() != Version::HTTP_11) {
+        return Ok(());
+    }
+    Err(Problem::new(ProblemCode::MalformedRequest, "A request of HTTP/1.1 has one header `Host`."))
+}
+
+/// What happened inside, as loudly as somebody here must look at it: a client that leaves is nobody's fault here.
+fn log_cause(id: &RequestId, problem: &Problem, cause: &str) {
+    let (request_id, code) = (id.as_str(), &problem.code);
+    match problem.status {
+        500 => tracing::error!(request_id, %code, cause, "problem"),
+        501.. => tracing::warn!(request_id, %code, cause, "problem"),
+        _ => tracing::debug!(request_id, %code, cause, "problem"),
+    }
 }
 
 fn report(

@@ -1,13 +1,15 @@
 //! Every endpoint group in one place. Groups are built by `utoipa-axum`, so what is served is what is documented.
 
-use axum::Router;
+use axum::{Router, middleware};
+use tower::util::option_layer;
 use tower_http::{CompressionLevel, compression::CompressionLayer};
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
 use super::{
-    curves, events, fits, gear_records, gears, imports, iterations, job_fits, jobs, meta, observe, openapi::Contract,
-    records, shapes, simulations, state::AppState, stream_socket, streams, studies, surfaces, trace,
+    conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations, job_fits, jobs, meta,
+    observe, openapi::Contract, records, shapes, simulations, state::AppState, stream_socket, streams, studies,
+    surfaces, trace,
 };
 use crate::api::problem::{Problem, ProblemCode};
 
@@ -43,8 +45,11 @@ pub fn router(state: AppState) -> Router {
         .method_not_allowed_fallback(|| async {
             Problem::new(ProblemCode::MethodNotAllowed, "The header `allow` names the methods of this path.")
         })
-        .layer(axum::middleware::from_fn_with_state(state.clone(), observe::observe))
+        .layer(middleware::from_fn(conditional::not_modified))
+        .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
+        .layer(middleware::from_fn(headers::protect))
         // Answers are digits: the fastest level halves them, higher ones cost ten times as much for little.
         .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
+        .layer(option_layer(cors::layer(&state.settings.cors_origins)))
         .with_state(state)
 }

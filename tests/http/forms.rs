@@ -78,3 +78,25 @@ async fn broken_forms_are_refused() {
         send(request).await.problem(400, "malformed_body");
     }
 }
+
+/// The only limit on forms is that on bodies.
+#[tokio::test]
+async fn a_large_form_is_read() {
+    let app = TestApp::start_with(|settings| settings.body_limit = 6 << 20).await;
+    // points on a line, in rows of equal length
+    let rows: String = (0..280_000).map(|i| format!("{i:08},{:09}\n", 2 * i + 1)).collect();
+    assert!(rows.len() > 5 << 20);
+    let answer = post_table(&app, &format!("x,y\n{rows}")).await;
+    assert_eq!(answer.status, 200, "{:.300}", answer.text);
+    assert_eq!(answer.json()["residuals"]["count"], 280_000);
+    let more = format!("x,y\n{rows}{rows}");
+    post_table(&app, &more).await.problem(413, "body_too_large");
+}
+
+#[tokio::test]
+async fn a_table_in_another_character_set_is_refused() {
+    let app = TestApp::start().await;
+    let form = |media| Form::new().text("spec", SPEC).part("nodes", part("x,y\n0,1\n1,2\n2,4\n", media));
+    assert_eq!(post(&app, form("text/csv; charset=utf-8")).await.status, 200);
+    post(&app, form("text/csv; charset=utf-16le")).await.problem(415, "unsupported_media_type");
+}

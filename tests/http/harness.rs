@@ -6,7 +6,12 @@ use flankfit::{app::App, config::ServeSettings, http::AppState};
 use reqwest::{Client, RequestBuilder, Response, StatusCode, header};
 use serde_json::Value;
 use tempfile::TempDir;
-use tokio::{sync::oneshot, task::JoinHandle};
+use tokio::{
+    io::{AsyncReadExt, AsyncWriteExt},
+    net::TcpStream,
+    sync::oneshot,
+    task::JoinHandle,
+};
 
 pub struct TestApp {
     pub address: SocketAddr,
@@ -110,6 +115,15 @@ impl TestApp {
 
 fn database_url(file: PathBuf) -> String {
     format!("sqlite://{}", file.display())
+}
+
+/// What a server answers to these very bytes, until it closes the connection.
+pub async fn raw(address: SocketAddr, request: &str) -> String {
+    let mut stream = TcpStream::connect(address).await.expect("a connection");
+    stream.write_all(request.as_bytes()).await.expect("the request is sent");
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).await.expect("an answer");
+    String::from_utf8_lossy(&answer).into_owned()
 }
 
 pub async fn send(request: RequestBuilder) -> Answer {

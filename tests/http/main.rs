@@ -4,12 +4,14 @@ mod harness;
 
 mod bad_bodies;
 mod bad_input;
+mod cors;
 mod degenerate;
 mod document;
 mod filters;
 mod fits;
 mod forms;
 mod gears;
+mod headers;
 mod jobs;
 mod mutations;
 mod operation;

@@ -138,6 +138,12 @@ async fn a_model_gives_its_gears_and_its_topographies() {
     let made = import(&app, &place, model(), "m.rexs", Some(json!({"component": "7"}))).await;
     assert_eq!(made.status, 201, "{}", made.text);
     assert_eq!(made.json()["node_count"], 16);
+    // forms have no limit of their own
+    let mut long = model();
+    long.extend(format!("<!--{}-->", " x".repeat(3 << 19)).into_bytes());
+    assert_eq!(send(form(long.clone())).await.json()["gears"], body["gears"]);
+    let made = import(&app, &place, long, "m.rexs", Some(json!({"component": "7"}))).await;
+    assert_eq!(made.status, 201, "{}", made.text);
     let fit = &made.json()["fits"][0]["result"];
     let v = fit["coefficients"].as_array().unwrap().iter().find(|c| c["term"] == "v").unwrap().clone();
     close(v["least_squares"].as_f64().unwrap(), 2.0, 1e-9);

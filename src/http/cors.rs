@@ -1,0 +1,40 @@
+//! Requests of web pages that come from elsewhere: only from origins that the settings name, and never with cookies.
+
+use std::time::Duration;
+
+use axum::http::{HeaderName, HeaderValue, Method, header};
+use tower_http::cors::CorsLayer;
+
+use super::observe::REQUEST_ID;
+use crate::config::Origin;
+
+/// How long a browser may keep what a preflight was told.
+const KEPT: Duration = Duration::from_secs(600);
+
+/// The layer for these origins; none where there are none. It answers preflights itself, so they need no key.
+pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
+    if origins.is_empty() {
+        return None;
+    }
+    let name = HeaderName::from_static;
+    // an origin that was read is of ASCII
+    let origins: Vec<_> = origins.iter().filter_map(|origin| HeaderValue::from_str(origin.as_str()).ok()).collect();
+    let layer = CorsLayer::new()
+        .allow_origin(origins)
+        .allow_methods([Method::GET, Method::HEAD, Method::POST, Method::PUT, Method::PATCH, Method::DELETE])
+        .allow_headers([
+            header::CONTENT_TYPE,
+            header::CONTENT_ENCODING,
+            header::AUTHORIZATION,
+            name("x-api-key"),
+            name("idempotency-key"),
+            header::IF_MATCH,
+            header::IF_NONE_MATCH,
+            name("last-event-id"),
+            name("prefer"),
+        ])
+        .expose_headers([header::ETAG, header::LOCATION, header::RETRY_AFTER, REQUEST_ID.clone()])
+        .vary([header::ORIGIN])
+        .max_age(KEPT);
+    Some(layer)
+}

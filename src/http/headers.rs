@@ -1,0 +1,73 @@
+//! Headers that every answer carries: what may be cached, what a browser may make of it.
+
+use axum::{
+    extract::Request,
+    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
+    middleware::Next,
+    response::Response,
+};
+
+/// Answers that belong to one request.
+const NO_STORE: HeaderValue = HeaderValue::from_static("no-store");
+/// Answers with a tag: kept by the client alone, and asked about before each use.
+const ASK_FIRST: HeaderValue = HeaderValue::from_static("private, no-cache");
+/// Pages load nothing from elsewhere and stand in no frame. The documentation sets styles from its script, and has pictures in them.
+const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
+     connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+);
+static REFERRER_POLICY: HeaderName = HeaderName::from_static("referrer-policy");
+
+/// Adds them where the answer has not its own.
+pub async fn protect(request: Request, next: Next) -> Response {
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    let mut response = next.run(request).await;
+    let status = response.status();
+    complete(response.headers_mut(), reads, status);
+    response
+}
+
+fn complete(headers: &mut HeaderMap, reads: bool, status: StatusCode) {
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    headers.insert(&REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    let good = status.is_success() || status == StatusCode::NOT_MODIFIED;
+    if !headers.contains_key(header::CACHE_CONTROL) && status != StatusCode::SWITCHING_PROTOCOLS {
+        let tagged = reads && good && headers.contains_key(header::ETAG);
+        headers.insert(header::CACHE_CONTROL, if tagged { ASK_FIRST } else { NO_STORE });
+    }
+    let page = headers.get(header::CONTENT_TYPE).is_some_and(|media| media.as_bytes().starts_with(b"text/html"));
+    if page {
+        headers.insert(header::CONTENT_SECURITY_POLICY, PAGE_POLICY);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(reads: bool, status: u16, given: &[(HeaderName, &'static str)]) -> HeaderMap {
+        let given = given.iter().map(|(name, value)| (name.clone(), HeaderValue::from_static(value)));
+        let mut headers: HeaderMap = given.collect();
+        complete(&mut headers, reads, StatusCode::from_u16(status).unwrap());
+        headers
+    }
+
+    #[test]
+    fn what_may_be_kept_follows_from_the_answer() {
+        let tag = [(header::ETAG, "\"1\"")];
+        let keeps = |headers: HeaderMap| headers[header::CACHE_CONTROL].to_str().unwrap().to_owned();
+        assert_eq!(keeps(of(true, 200, &tag)), "private, no-cache");
+        assert_eq!(keeps(of(true, 304, &tag)), "private, no-cache");
+        assert_eq!(keeps(of(true, 200, &[])), "no-store");
+        assert_eq!(keeps(of(true, 404, &tag)), "no-store");
+        assert_eq!(keeps(of(false, 201, &tag)), "no-store");
+        assert_eq!(keeps(of(true, 200, &[(header::CACHE_CONTROL, "public")])), "public");
+    }
+
+    #[test]
+    fn pages_have_a_policy() {
+        let policy = |media| of(true, 200, &[(header::CONTENT_TYPE, media)]).contains_key("content-security-policy");
+        assert!(policy("text/html; charset=utf-8"));
+        assert!(!policy("application/json"));
+    }
+}

@@ -1,0 +1,84 @@
+//! Web pages of other origins.
+
+use flankfit::config::{Digest, ServeSettings};
+use reqwest::Method;
+use sha2::Digest as _;
+
+use crate::harness::{Answer, CURVE, TestApp, send};
+
+const CELL: &str = "https://cell.example";
+
+/// Settings as the command line reads them.
+fn with_origins(origins: &'static str) -> impl FnOnce(&mut ServeSettings) {
+    move |settings| settings.cors_origins = flankfit::config::parse_origins(origins).unwrap()
+}
+
+async fn preflight(app: &TestApp, origin: &str, wanted: &str) -> Answer {
+    let request = app.client.request(Method::OPTIONS, app.url("/v1/fits"));
+    let request = request.header("origin", origin).header("access-control-request-method", "POST");
+    send(request.header("access-control-request-headers", wanted)).await
+}
+
+#[tokio::test]
+async fn a_named_origin_may_call_and_sees_what_it_needs() {
+    let app = TestApp::start_with(with_origins("http://localhost:3000, https://cell.example:443")).await;
+    for (request, status) in [(app.post("/v1/fits", CURVE), 200), (app.get("/v1/nothing"), 404)] {
+        let answer = send(request.header("origin", CELL)).await;
+        assert_eq!(answer.status.as_u16(), status);
+        assert_eq!(answer.header("access-control-allow-origin"), CELL);
+        assert_eq!(answer.header("access-control-allow-credentials"), "", "no cookies");
+        let exposed = answer.header("access-control-expose-headers").to_ascii_lowercase();
+        for name in ["etag", "location", "retry-after", "x-request-id"] {
+            assert!(exposed.split(',').any(|exposed| exposed.trim() == name), "{name}: {exposed}");
+        }
+        let vary: Vec<_> = answer.headers.get_all("vary").iter().map(|value| value.to_str().unwrap()).collect();
+        assert!(vary.join(",").to_ascii_lowercase().contains("origin"), "{vary:?}");
+    }
+}
+
+#[tokio::test]
+async fn other_origins_are_told_nothing() {
+    let app = TestApp::start_with(with_origins(CELL)).await;
+    for other in ["https://other.example", "http://cell.example", "https://cell.example.evil", "null"] {
+        let answer = send(app.post("/v1/fits", CURVE).header("origin", other)).await;
+        // it is the browser that refuses; nothing is lost by answering
+        assert_eq!((answer.status.as_u16(), answer.header("access-control-allow-origin")), (200, ""), "{other}");
+        assert_eq!(preflight(&app, other, "content-type").await.header("access-control-allow-origin"), "", "{other}");
+    }
+}
+
+#[tokio::test]
+async fn preflights_need_no_key_and_name_what_may_be_sent() {
+    let digest = Digest(sha2::Sha256::digest(b"key").into());
+    let app = TestApp::start_with(|settings| {
+        with_origins(CELL)(settings);
+        settings.api_keys_sha256 = vec![digest];
+    })
+    .await;
+    let wanted = "content-type,content-encoding,authorization,x-api-key,idempotency-key,if-match,if-none-match,\
+                  last-event-id,prefer";
+    let answer = preflight(&app, CELL, wanted).await;
+    assert_eq!(answer.status, 200);
+    assert_eq!(answer.header("access-control-allow-origin"), CELL);
+    let allowed = answer.header("access-control-allow-headers").to_ascii_lowercase();
+    for name in wanted.split(',') {
+        assert!(allowed.split(',').any(|allowed| allowed.trim() == name), "{name}: {allowed}");
+    }
+    for method in ["GET", "POST", "PUT", "PATCH", "DELETE"] {
+        assert!(answer.header("access-control-allow-methods").contains(method), "{method}");
+    }
+    // the request itself needs one, and its refusal can be read
+    let answer = send(app.post("/v1/fits", CURVE).header("origin", CELL)).await;
+    answer.problem(401, "unauthorized");
+    assert_eq!(answer.header("access-control-allow-origin"), CELL);
+    let answer = send(app.post("/v1/fits", CURVE).header("origin", CELL).header("x-api-key", "key")).await;
+    assert_eq!((answer.status.as_u16(), answer.header("access-control-allow-origin")), (200, CELL));
+}
+
+#[tokio::test]
+async fn without_origins_nothing_is_allowed() {
+    let app = TestApp::start().await;
+    let answer = send(app.post("/v1/fits", CURVE).header("origin", CELL)).await;
+    assert_eq!((answer.status.as_u16(), answer.header("access-control-allow-origin")), (200, ""));
+    preflight(&app, CELL, "content-type").await.problem(405, "method_not_allowed");
+}
