@@ -303,6 +303,21 @@ fn nothing_is_left_unfinished() {
     }
 }
 
+/// A clone is whole: what tests, examples, benches and tools read lies in it, and no test passes because something is missing.
+#[test]
+fn nothing_outside_the_project_is_needed() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let own = root.join("tests/structure.rs");
+    for room in ["src", "tests", "examples", "benches", "fuzz/fuzz_targets"] {
+        for file in rust_files(&root.join(room)).into_iter().filter(|file| *file != own) {
+            for text in split(&fs::read_to_string(&file).expect("a source file")).1 {
+                let outside = text.starts_with("../") && !file.parent().expect("a folder").join(&text).exists();
+                assert!(!outside && !text.contains("SKIPPED"), "{}: {text:?}", file.display());
+            }
+        }
+    }
+}
+
 #[test]
 fn the_reader_of_sources_reads() {
     let text = r##"

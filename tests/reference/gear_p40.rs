@@ -1,7 +1,7 @@
 //! Traces of a real spur gear (z = 52, m_n = 1 mm), 17 of them, and what the instrument itself printed for its left flank. The
-//! measurement stands in `../shared/data/p40`; every 12th of the 480 samples of a trace, so form and total deviation cannot agree.
+//! measurement stands in `tests/data/p40`; every 12th of the 480 samples of a trace, so form and total deviation cannot agree.
 
-use std::{collections::BTreeMap, io::Write, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use flankfit::gear::{
     Gear, GearData, Hand, Kind, Side, Trace,
@@ -16,16 +16,9 @@ use serde_json::Value;
 const PROFILE: f64 = 0.3;
 const HELIX: f64 = 1.1;
 
-/// The file, or `None` (said aloud) without the folder.
-fn file(name: &str) -> Option<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/p40");
-    if !folder.is_dir() {
-        let line = format!("SKIPPED {name}: there is no folder ../shared/data/p40 beside this checkout\n");
-        std::io::stderr().write_all(line.as_bytes()).expect("standard error");
-        return None;
-    }
-    let path = folder.join(name);
-    Some(std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+fn file(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/p40").join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 fn gear() -> Gear {
@@ -93,9 +86,7 @@ fn evaluated(traces: &[Trace], settings: &Settings) -> Evaluation {
 
 #[test]
 fn slopes_are_those_that_the_instrument_printed() {
-    let (Some(text), Some(printed)) = (file("97340-neu_nodes.csv"), file("97340-neu_printed_results_left.json")) else {
-        return;
-    };
+    let (text, printed) = (file("97340-neu_nodes.csv"), file("97340-neu_printed_results_left.json"));
     let printed: Value = serde_json::from_str(&printed).expect("JSON");
     let traces = traces(&text, Column::Din);
     assert_eq!(traces.len(), 17);
@@ -140,7 +131,7 @@ fn slopes_are_those_that_the_instrument_printed() {
 /// The instrument's own numbers count clockwise on every trace; read so, the DIN slopes are the same.
 #[test]
 fn the_sign_of_the_curve_file_leads_to_the_same_slopes() {
-    let Some(text) = file("97340-neu_nodes.csv") else { return };
+    let text = file("97340-neu_nodes.csv");
     let din = evaluated(&traces(&text, Column::Din), &settings(DeviationSign::Din));
     let raw = evaluated(&traces(&text, Column::Printed), &settings(DeviationSign::Clockwise));
     for (a, b) in din.traces.iter().zip(&raw.traces) {
@@ -152,7 +143,7 @@ fn the_sign_of_the_curve_file_leads_to_the_same_slopes() {
 /// Means leave out the traces of the twist measurement.
 #[test]
 fn twist_and_means_are_told_apart() {
-    let Some(text) = file("97340-neu_nodes.csv") else { return };
+    let text = file("97340-neu_nodes.csv");
     let answer = evaluated(&traces(&text, Column::Din), &settings(DeviationSign::Din));
     let counts: BTreeMap<_, _> = answer.summaries.iter().map(|s| ((s.kind, s.side), s.count)).collect();
     assert_eq!(counts[&(Kind::Helix, Side::Left)], 2);

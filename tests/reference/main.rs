@@ -1,5 +1,4 @@
-//! Published and exactly computed reference results. The files stand in `../shared/refdata` beside the checkout;
-//! without that folder the tests that need it say so on standard error and pass.
+//! Published and exactly computed reference results. `tests/refdata/README.md` says where each file comes from.
 
 #[expect(dead_code, reason = "the oracle is shared by the test binaries, each of which uses a part")]
 #[path = "../oracle/mod.rs"]

@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 
 use crate::harness::{TestApp, send};
 
-/// A spur gear of a real measurement (`../shared/data/p40`).
+/// A spur gear of a real measurement (`tests/data/p40`).
 fn spur() -> Value {
     json!({"teeth": 52, "normal_module_mm": 1.0, "normal_pressure_angle_deg": 20.0, "profile_shift_coefficient": 0.011,
            "face_width_mm": 15.0, "tip_diameter_mm": 54.0219, "root_diameter_mm": 49.5219})
