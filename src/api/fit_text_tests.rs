@@ -337,7 +337,7 @@ fn no_number_that_is_not_finite_reaches_the_writer() {
     let (mut left_out, mut refused) = (0, 0);
     for poisoned in 0..whole.numbers {
         let result = Maker { full: true, poisoned, ..Maker::new(7) }.result();
-        assert_eq!(write(&result, None, "digest"), Err(NotFinite), "{poisoned}");
+        assert!(matches!(write(&result, None, "digest"), Err(NotFinite(_))), "{poisoned}");
         match checked(result) {
             Ok(result) => {
                 agrees(&write(&result, None, "digest").unwrap());

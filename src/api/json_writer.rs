@@ -8,10 +8,10 @@ use std::sync::OnceLock;
 
 use serde::Serialize;
 
-/// An answer has a number that JSON cannot hold.
+/// An answer has a number that JSON cannot hold; its field, or the field that it stands in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the answer has a number that is not finite")]
-pub struct NotFinite;
+#[error("`{0}` of the answer leaves the range of double precision: check the request's magnitudes and units")]
+pub struct NotFinite(pub &'static str);
 
 /// Numbers formatted before the first of them is copied.
 const TOGETHER: usize = 8;
@@ -24,6 +24,9 @@ const LONGEST: usize = 24;
 pub struct Json {
     text: Vec<u8>,
     finite: bool,
+    /// The field that was begun last, and the first that had a number that is not finite.
+    field: &'static str,
+    culprit: Option<&'static str>,
 }
 
 /// An object being written.
@@ -34,7 +37,7 @@ pub struct Object<'a> {
 
 impl Json {
     pub fn with_capacity(bytes: usize) -> Self {
-        Json { text: Vec::with_capacity(bytes), finite: true }
+        Json { text: Vec::with_capacity(bytes), finite: true, field: "", culprit: None }
     }
 
     pub fn object(&mut self) -> Object<'_> {
@@ -49,7 +52,7 @@ impl Json {
 
     /// The text, if every number in it was finite.
     pub fn finish(self) -> Result<Vec<u8>, NotFinite> {
-        if self.finite { Ok(self.text) } else { Err(NotFinite) }
+        if self.finite { Ok(self.text) } else { Err(NotFinite(self.culprit.unwrap_or(self.field))) }
     }
 
     fn number(&mut self, value: f64) {
@@ -286,6 +289,10 @@ impl Object<'_> {
     #[inline]
     fn key(&mut self, name: &'static str) -> &mut Json {
         let out = &mut *self.out;
+        if !out.finite {
+            out.culprit.get_or_insert(out.field);
+        }
+        out.field = name;
         if !std::mem::take(&mut self.first) {
             out.text.push(b',');
         }
@@ -347,7 +354,10 @@ mod tests {
         for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let mut json = Json::with_capacity(0);
             json.object().numbers("a", &[1.0, wrong, 2.0]).end();
-            assert_eq!(json.finish(), Err(NotFinite));
+            assert_eq!(json.finish(), Err(NotFinite("a")));
+            let mut json = Json::with_capacity(0);
+            json.object().number("a", 1.0).number("b", wrong).number("c", wrong).number("d", 2.0).end();
+            assert_eq!(json.finish(), Err(NotFinite("b")));
         }
     }
 

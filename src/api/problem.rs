@@ -8,6 +8,7 @@ use std::{borrow::Cow, fmt::Display};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::json_writer::NotFinite;
 use crate::estimation::{Faults, FitError};
 
 /// An error. `application/problem+json` (RFC 9457).
@@ -233,6 +234,11 @@ impl Problem {
     pub fn internal(cause: impl Display) -> Self {
         Problem::new(ProblemCode::Internal, "The fault is on this side; it has been logged under the request id.")
             .caused_by(cause)
+    }
+
+    /// 422: a number of the answer is beyond doubles, which data of sensible magnitude never lead to.
+    pub fn not_finite(fault: NotFinite) -> Self {
+        Problem::invalid(Faults::one("", fault.to_string()))
     }
 
     /// Keeps what happened inside for the log.

@@ -43,7 +43,8 @@ impl KnotFault {
 impl BSplineBasis {
     /// Checks a full knot vector.
     pub fn new(degree: usize, knots: Vec<f64>) -> Result<Self, KnotFault> {
-        let least = 2 * (degree + 1);
+        // a degree may be any number that a request holds
+        let least = degree.saturating_add(1).saturating_mul(2);
         if knots.len() < least {
             return Err(KnotFault::TooFew { given: knots.len(), degree, least });
         }
@@ -198,6 +199,9 @@ mod tests {
     #[test]
     fn faults_name_the_knot() {
         assert!(matches!(BSplineBasis::new(1, vec![0., 1.]), Err(KnotFault::TooFew { .. })));
+        for degree in [usize::MAX, usize::MAX / 2, isize::MAX as usize] {
+            assert!(matches!(BSplineBasis::new(degree, vec![0., 1.]), Err(KnotFault::TooFew { .. })), "{degree}");
+        }
         assert_eq!(BSplineBasis::new(1, vec![0., 0., 2., 1., 3., 3.]).unwrap_err().index(), Some(3));
         assert_eq!(BSplineBasis::new(1, vec![0., 0., 1., 1., 1., 3., 3.]).unwrap_err().index(), Some(4));
         assert!(BSplineBasis::new(0, vec![1., 1.]).is_err());

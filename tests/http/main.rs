@@ -7,6 +7,7 @@ mod bad_input;
 mod cors;
 mod degenerate;
 mod document;
+mod extremes;
 mod filters;
 mod fits;
 mod forms;

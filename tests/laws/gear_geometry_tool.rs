@@ -6,7 +6,7 @@ use flankfit::gear::{
     Gear, GearData, Geometry, Side, Tool,
     generation::{
         Polar, Root,
-        envelope::{Envelope, Motion, ToolPoint, ToolProfile},
+        envelope::{Envelope, Motion, TooManyBetween, ToolPoint, ToolProfile},
         rack::RackFillet,
         tooth::{Steps, Tooth},
     },
@@ -215,7 +215,7 @@ proptest! {
         let profile = ToolProfile::polyline(&tool_points(&gear, 400, 2.5 * m), 2).unwrap();
         let motion = Motion::Rack { pitch_radius: gear.reference_radius() };
         let [least, most] = [fillet.root_radius(), flank[flank.len() - 1].radius];
-        let envelope = Envelope::of(&profile, motion, [0.9 * least, 1.1 * most]);
+        let envelope = Envelope::of(&profile, motion, [0.9 * least, 1.1 * most]).unwrap();
         let radii: Vec<f64> = (1..60).map(|k| least + (most - least) * f64::from(k) / 60.0).collect();
         for (radius, found) in radii.iter().zip(envelope.boundary(&radii)) {
             let wanted = half_angle_at(flank, *radius);
@@ -374,6 +374,19 @@ fn a_root_circle_and_a_tool_that_disagree_are_told() {
     assert!(codes(75.0).is_empty());
 }
 
+/// A pitch line that turns the gear a million times while the tool passes asks for billions of points.
+#[test]
+fn an_envelope_has_a_total_of_points() {
+    let points = [[-1.5708, -1.25], [-1.2403609562, -1.25], [-0.4214279291, 1.0]];
+    let profile = ToolProfile::polyline(&points, 40).unwrap();
+    for pitch_radius in [1e-300, 1e-6, 1e-4] {
+        let refused = Envelope::of(&profile, Motion::Rack { pitch_radius }, [0.0247, 27.1]);
+        assert_eq!(refused, Err(TooManyBetween), "{pitch_radius}");
+    }
+    let made = Envelope::of(&profile, Motion::Rack { pitch_radius: 20.0 }, [0.0247, 27.1]).unwrap();
+    assert!(made.branches.iter().map(Vec::len).sum::<usize>() < 10_000);
+}
+
 #[test]
 fn profiles_of_tools_are_checked() {
     let point = |x: f64| [x, 0.5 * x];
@@ -384,4 +397,7 @@ fn profiles_of_tools_are_checked() {
     assert_eq!(pointers(&[point(0.0), point(0.0)], 3), ["/1"]);
     assert_eq!(pointers(&[point(0.0), point(f64::NAN), point(2.0)], 3), ["/1"]);
     assert_eq!(pointers(&[point(0.0), point(1.0)], usize::MAX), [""]);
+    // a saw: nearly half a turn at every corner
+    let saw: Vec<[f64; 2]> = (0..2000).map(|k| [f64::from(k % 2), 1e-3 * f64::from(k)]).collect();
+    assert_eq!(pointers(&saw, 1), [""]);
 }

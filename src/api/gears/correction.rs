@@ -198,7 +198,7 @@ pub fn write(solution: &Solution, figures: Option<FiguresBeforeAfterBody>, diges
     }
     object.field("warnings", &warnings);
     object.end();
-    json.finish().map_err(Problem::internal)
+    json.finish().map_err(Problem::not_finite)
 }
 
 impl From<&Change> for SettingChangeBody {

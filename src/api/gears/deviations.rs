@@ -117,7 +117,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         object.field("warnings", &[assumed]);
     }
     object.end();
-    let result = json.finish().map_err(Problem::internal)?;
+    let result = json.finish().map_err(Problem::not_finite)?;
     Ok(Built { method: method.to_owned(), result })
 }
 
@@ -135,7 +135,7 @@ pub fn imported(gear: &Gear, deviations: &Deviations, warnings: &[NoticeBody]) -
         object.field("warnings", &warnings);
     }
     object.end();
-    Ok(Built { method: "import".to_owned(), result: json.finish().map_err(Problem::internal)? })
+    Ok(Built { method: "import".to_owned(), result: json.finish().map_err(Problem::not_finite)? })
 }
 
 fn write(object: &mut Object<'_>, gear: &Gear, deviations: &Deviations, borders: Option<BordersBody>) {

@@ -145,5 +145,5 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let warnings: Vec<NoticeBody> = warnings.into_iter().chain(hand_assumed).collect();
     object.field("warnings", &warnings);
     object.end();
-    json.finish().map_err(Problem::internal)
+    json.finish().map_err(Problem::not_finite)
 }

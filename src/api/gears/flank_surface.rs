@@ -253,5 +253,5 @@ fn write(found: &FlankSurface, digest: &str) -> Result<Vec<u8>, Problem> {
         )
         .raw("result", &text);
     object.end();
-    json.finish().map_err(Problem::internal)
+    json.finish().map_err(Problem::not_finite)
 }

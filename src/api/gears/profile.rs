@@ -9,7 +9,7 @@ use crate::{
     estimation::Faults,
     gear::{
         Geometry,
-        generation::envelope::{Envelope, Motion, ToolProfile},
+        generation::envelope::{Envelope, MOST_RADII, Motion, ToolProfile},
         generation::tooth::{Steps, Tooth},
     },
 };
@@ -76,6 +76,7 @@ pub struct EnvelopeRequestBody {
     pub radius_range_mm: [f64; 2],
     /// Ascending: where the flank that is left is answered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 10000)]
     pub radii_mm: Option<Vec<f64>>,
 }
 
@@ -155,7 +156,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     }
     object.field("warnings", &geometry::warnings(&body.gear, &Geometry::of(&gear)));
     object.end();
-    json.finish().map_err(Problem::internal)
+    json.finish().map_err(Problem::not_finite)
 }
 
 /// Answers a request for an envelope. Processor work.
@@ -197,7 +198,14 @@ pub fn envelope(text: &[u8]) -> Result<Vec<u8>, Problem> {
             faults.push(format!("/radii_mm/{}", k + 1), "the radii do not ascend");
         }
     }
+    if let Some(radii) = body.radii_mm.as_ref().filter(|radii| radii.len() > MOST_RADII) {
+        faults.push("/radii_mm", format!("{} radii; at most {MOST_RADII} are answered", radii.len()));
+    }
     let steps = body.tool.steps.unwrap_or(20);
+    if steps == 0 {
+        faults.push("/tool/steps", "an interval is at least 1 step");
+        return Err(Problem::invalid(faults));
+    }
     let made = match body.tool.through.unwrap_or(ThroughName::Polyline) {
         ThroughName::Polyline => ToolProfile::polyline(&body.tool.points, steps),
         ThroughName::Spline => ToolProfile::spline(&body.tool.points, steps),
@@ -206,7 +214,8 @@ pub fn envelope(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let Some(profile) = faults.into_result(profile).map_err(Problem::invalid)? else {
         return Err(Problem::internal("a tool's profile without a fault is none"));
     };
-    let envelope = Envelope::of(&profile, motion, [least, most]);
+    let envelope = Envelope::of(&profile, motion, [least, most])
+        .map_err(|fault| Problem::invalid(Faults::one("/motion", fault.to_string())))?;
     let branches: Vec<Vec<f64>> = envelope
         .branches
         .iter()
@@ -221,5 +230,5 @@ pub fn envelope(text: &[u8]) -> Result<Vec<u8>, Problem> {
         object.field("half_angle_deg", &angles);
     }
     object.end();
-    json.finish().map_err(Problem::internal)
+    json.finish().map_err(Problem::not_finite)
 }

@@ -120,6 +120,6 @@ pub fn text(found: &Registration, digest: &str) -> Result<String, Problem> {
     }
     object.field("warnings", &warnings);
     object.end();
-    let text = json.finish().map_err(Problem::internal)?;
+    let text = json.finish().map_err(Problem::not_finite)?;
     String::from_utf8(text).map_err(Problem::internal)
 }

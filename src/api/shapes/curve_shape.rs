@@ -17,7 +17,7 @@ use crate::{
     geometry::{
         BSplineBasis,
         curve::{BSplineCurve, Curve, CurveFault, CurveShape, PiecewisePolynomial, Polynomial, polynomial::Form},
-        space::Vector,
+        space::{ControlFault, HIGHEST_DEGREE, Vector},
     },
     numerics::Dd,
 };
@@ -243,6 +243,10 @@ fn b_spline(
     faults: &mut Faults,
 ) -> Option<BSplineCurve> {
     let points = point::read(control_points, &format!("{at}/control_points"), faults);
+    if degree > HIGHEST_DEGREE {
+        faults.push(format!("{at}/degree"), ControlFault::Degree { degree }.to_string());
+        return None;
+    }
     let basis = BSplineBasis::new(degree, knots);
     if let Err(fault) = &basis {
         knot_fault(fault, &format!("{at}/knots"), faults);

@@ -18,7 +18,7 @@ use crate::{
     geometry::{
         BSplineBasis,
         curve::{Curve, CurveShape},
-        space::{ControlFault, Dimension, Vector},
+        space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
         surface::{
             BSplineSurface, BezierSurface, Border, Boundaries, CoonsPatch, GregoryPatch, Patchwork, SurfaceShape,
             bezier::BezierFault,
@@ -138,9 +138,16 @@ fn b_spline(
     at: &str,
     faults: &mut Faults,
 ) -> Option<BSplineSurface> {
+    let degree_of_each = matches!(degree, DegreeBody::Each(_));
     let degrees = degrees(degree);
     let net = Net::read(control_points, &format!("{at}/control_points"), faults);
     let [u, v] = knots;
+    if let Some(axis) = degrees.iter().position(|degree| *degree > HIGHEST_DEGREE) {
+        let degree = degrees[axis];
+        let place = if degree_of_each { format!("{at}/degree/{axis}") } else { format!("{at}/degree") };
+        faults.push(place, ControlFault::Degree { degree }.to_string());
+        return None;
+    }
     let mut basis = |axis: usize, knots| {
         BSplineBasis::new(degrees[axis], knots)
             .map_err(|fault| knot_fault(&fault, &format!("{at}/knots/{axis}"), faults))

@@ -25,7 +25,7 @@ use crate::{
             knots::averaging_least_squares,
             parametrization::Parametrization,
         },
-        space::{Dimension, Vector},
+        space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
     },
 };
 
@@ -263,6 +263,9 @@ fn check(points: &CurvePoints, asked: &CurveAsked) -> Result<Dimension, Faults> 
         && weight.len() != count
     {
         faults.push("/method/weight", format!("{} entries for {count} points", weight.len()));
+    }
+    if asked.degree > HIGHEST_DEGREE {
+        faults.push("/method/degree", ControlFault::Degree { degree: asked.degree }.to_string());
     }
     if !asked.spec.filters.is_empty() {
         faults.push("/filters", "points of a curve are not filtered");

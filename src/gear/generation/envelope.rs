@@ -31,8 +31,12 @@ use crate::geometry::{
     space::{Dimension, Vector},
 };
 
-/// Most points of a profile, and of what is made of them.
+/// Most points of a profile, those of its steps and corners with them.
 pub const MOST_POINTS: usize = 200_000;
+/// Most points tried between those of the profile, so that the envelope has no gaps.
+pub const MOST_BETWEEN: usize = 200_000;
+/// Most radii at which the flank that is left is asked for.
+pub const MOST_RADII: usize = 10_000;
 /// Between the two normals of a corner, one for each of these angles, rad.
 const CORNER_STEP: f64 = 0.01;
 
@@ -77,6 +81,13 @@ impl ToolProfile {
             if let Some(before) = before {
                 let turn = (direction - before + PI).rem_euclid(2.0 * PI) - PI;
                 let steps = (turn.abs() / CORNER_STEP).ceil();
+                if made.len() + steps as usize + parts > MOST_POINTS {
+                    let detail = format!(
+                        "with the normals at their corners these points in {parts} parts each are more than {MOST_POINTS}: \
+                         give fewer points or parts, or join them by a spline"
+                    );
+                    return Err(Faults::one("", detail));
+                }
                 made.extend((1..steps as usize).map(|k| {
                     let (sin, cos) = (before + turn * k as f64 / steps).sin_cos();
                     ToolPoint { point: pair[0], normal: [sin, -cos] }
@@ -194,6 +205,14 @@ fn rotated([x, y]: [f64; 2], turn: f64) -> [f64; 2] {
     [x * cos - y * sin, x * sin + y * cos]
 }
 
+/// The gear turns so far while the tool passes that its contacts would not be near each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "more than {MOST_BETWEEN} points would be tried between those of the tool, for the gear turns too far from one contact to the \
+     next: give a larger pitch radius, a narrower range of radii or a shorter tool"
+)]
+pub struct TooManyBetween;
+
 /// What a profile's points touch, in the profile's order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Envelope {
@@ -204,21 +223,23 @@ pub struct Envelope {
 impl Envelope {
     /// Everything that `profile` touches under `motion` within radii from `least` to `most`.
     ///
-    /// Where two neighbouring points of the tool touch far from each other, points and normals between them are tried too.
-    pub fn of(profile: &ToolProfile, motion: Motion, [least, most]: [f64; 2]) -> Self {
+    /// Where two neighbouring points of the tool touch far from each other, points and normals between them are tried too; refused where
+    /// they would be more than [`MOST_BETWEEN`].
+    pub fn of(profile: &ToolProfile, motion: Motion, [least, most]: [f64; 2]) -> Result<Self, TooManyBetween> {
         let near = RESOLUTION * (most - least);
-        let mut trail = Trail { motion, range: least..=most, near, branches: vec![Vec::new()], last: None };
+        let (range, branches, left) = (least..=most, vec![Vec::new()], MOST_BETWEEN);
+        let mut trail = Trail { motion, range, near, branches, last: None, left };
         let mut before: Option<ToolPoint> = None;
         for tool in &profile.points {
             let tool = tool.towards(before.as_ref());
             if let Some(before) = before {
-                trail.between(&before, &tool, DEEPEST);
+                trail.between(&before, &tool, DEEPEST)?;
             }
             trail.touch(motion.contact(&tool));
             before = Some(tool);
         }
         trail.branches.retain(|branch| branch.len() > 1);
-        Envelope { branches: trail.branches }
+        Ok(Envelope { branches: trail.branches })
     }
 
     /// The flank that is left, at ascending radii: half the tooth's angle, `None` where nothing of the tool passes.
@@ -266,11 +287,13 @@ struct Trail {
     near: f64,
     branches: Vec<Vec<Polar>>,
     last: Option<Polar>,
+    /// How many more points may be tried between those of the profile.
+    left: usize,
 }
 
 impl Trail {
     /// Takes points between `a` and `b` as long as these touch far from each other within the range.
-    fn between(&mut self, a: &ToolPoint, b: &ToolPoint, depth: usize) {
+    fn between(&mut self, a: &ToolPoint, b: &ToolPoint, depth: usize) -> Result<(), TooManyBetween> {
         let ends = [a, b].map(|tool| self.motion.contact_and_turn(tool));
         let seen = ends.iter().flatten().any(|([x, y], _)| self.range.contains(&x.hypot(*y)));
         // A normal along the pitch line never touches, but its neighbours do, ever farther out; on both sides of it contacts may
@@ -282,11 +305,13 @@ impl Trail {
             _ => true,
         };
         if depth > 0 && seen && far {
+            self.left = self.left.checked_sub(1).ok_or(TooManyBetween)?;
             let middle = a.half_way(b);
-            self.between(a, &middle, depth - 1);
+            self.between(a, &middle, depth - 1)?;
             self.touch(self.motion.contact(&middle));
-            self.between(&middle, b, depth - 1);
+            self.between(&middle, b, depth - 1)?;
         }
+        Ok(())
     }
 
     fn touch(&mut self, contact: Option<[f64; 2]>) {

@@ -1,6 +1,6 @@
 //! The analytic modifications. Each depends on the profile alone or on the face width alone, but for the twist, which is their product.
 
-use super::{Range, Topography};
+use super::{LEAST_LENGTH, Range, Topography};
 use crate::estimation::{Faults, words::Shown};
 use crate::gear::Gear;
 
@@ -122,7 +122,7 @@ impl Part {
                 let start = gear.roll_length(start_diameter).unwrap_or(f64::NAN);
                 // Within the range, and not at the end that the relief runs to.
                 let share = (start - end) / (other - end);
-                if !(share > 0.0 && share <= 1.0) {
+                if !(share > 0.0 && share <= 1.0 && (start - end).abs() >= LEAST_LENGTH) {
                     let detail = format!(
                         "{} mm does not lie between {} mm and {} mm, or leaves no way to the end of the relief",
                         Shown(start_diameter),
@@ -136,9 +136,9 @@ impl Part {
             Law::EndRelief { end, amount, length, growth } => {
                 let amount = amount_of(amount);
                 let [low, high] = range.helix();
-                if !(length > 0.0 && length <= high - low) {
+                if !(length >= LEAST_LENGTH && length <= high - low) {
                     let detail = format!(
-                        "{} mm is not above 0 and up to {} mm, the range's length",
+                        "{} mm is not within {LEAST_LENGTH} mm and {} mm, the range's length",
                         Shown(length),
                         Shown(high - low)
                     );

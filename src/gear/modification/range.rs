@@ -1,5 +1,6 @@
 //! The part of the flank that amounts of modifications refer to.
 
+use super::LEAST_LENGTH;
 use crate::estimation::{Faults, words::Shown};
 use crate::gear::{Gear, Geometry};
 
@@ -31,16 +32,17 @@ impl Range {
                 ),
             }
         }
-        if faults.is_empty() && profile[0] == profile[1] {
-            faults.push("/profile_diameter_range_mm", "the two diameters are one");
+        if faults.is_empty() && !((profile[0] - profile[1]).abs() >= LEAST_LENGTH) {
+            let detail = format!("their roll lengths are less than {LEAST_LENGTH} mm apart");
+            faults.push("/profile_diameter_range_mm", detail);
         }
         if let Some(index) = helix.iter().position(|z| !(z.abs() <= 1e6)) {
             faults.push(
                 format!("/helix_range_mm/{index}"),
                 format!("{} is not a place on the axis", Shown(helix[index])),
             );
-        } else if helix[0] == helix[1] {
-            faults.push("/helix_range_mm", "the two ends are one");
+        } else if !((helix[0] - helix[1]).abs() >= LEAST_LENGTH) {
+            faults.push("/helix_range_mm", format!("the two ends are less than {LEAST_LENGTH} mm apart"));
         }
         if (profile[1] - profile[0]) * gear.outward() < 0.0 {
             profile.reverse();

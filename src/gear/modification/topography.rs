@@ -3,7 +3,7 @@
 //! Between the nodes a tensor-product B-spline of degree 1 (bilinear) or 3 goes through all of them; an axis of fewer nodes has the degree that
 //! they allow, and an axis of a single one is constant. Beyond the border the value of the nearest border place goes on.
 
-use super::Relief;
+use super::{LEAST_LENGTH, Relief};
 use crate::estimation::{
     Faults,
     words::{Shown, counted},
@@ -56,10 +56,13 @@ impl Topography {
             if axis.is_empty() {
                 faults.push(name.clone(), "a grid has at least one place on every axis");
             }
-            if let Some(index) = axis.iter().position(|x| !x.is_finite()) {
-                faults.push(format!("{name}/{index}"), "not a finite number");
-            } else if let Some(index) = axis.windows(2).position(|pair| !(pair[0] < pair[1])) {
-                let detail = format!("{} does not lie above the place before it", Shown(axis[index + 1]));
+            if let Some(index) = axis.iter().position(|x| !(x.abs() <= 1e6)) {
+                faults.push(format!("{name}/{index}"), format!("{} is not within ±1000000 mm", Shown(axis[index])));
+            } else if let Some(index) = axis.windows(2).position(|pair| !(pair[1] - pair[0] >= LEAST_LENGTH)) {
+                let detail = format!(
+                    "{} does not lie above the place before it by {LEAST_LENGTH} mm or more",
+                    Shown(axis[index + 1])
+                );
                 faults.push(format!("{name}/{}", index + 1), detail);
             }
         }

@@ -9,7 +9,7 @@ use crate::geometry::space::HIGHEST_DEGREE;
 /// Knots for interpolation by averaging (Eq. 9.8): each inner knot is the mean of `degree` neighbouring parameters, so that the
 /// condition of Schoenberg and Whitney holds. As many basis functions as parameters.
 pub fn averaging(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, CurveFault> {
-    check(degree, parameters, degree + 1)?;
+    check(degree, parameters, 0)?;
     let inner = (1..parameters.len() - degree).map(|j| mean(&parameters[j..j + degree]));
     Ok(clamped(degree, parameters, inner))
 }
@@ -33,7 +33,7 @@ pub fn averaging_least_squares(degree: usize, parameters: &[f64], controls: usiz
 /// Knots at the parameters themselves but for those next to the ends: for degree 3 the not-a-knot spline. An even degree has its knots
 /// midway between parameters.
 pub fn not_a_knot(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, CurveFault> {
-    check(degree, parameters, degree + 1)?;
+    check(degree, parameters, 0)?;
     let n = parameters.len();
     let inner: Vec<f64> = if degree % 2 == 1 {
         let skipped = degree.div_ceil(2);
@@ -58,6 +58,7 @@ fn clamped(degree: usize, parameters: &[f64], inner: impl Iterator<Item = f64>) 
     end(parameters[0]).chain(inner).chain(end(parameters[parameters.len() - 1])).collect()
 }
 
+/// Refuses degrees that there are not, and fewer parameters than `least` or than the degree asks for.
 fn check(degree: usize, parameters: &[f64], least: usize) -> Result<(), CurveFault> {
     if !(1..=HIGHEST_DEGREE).contains(&degree) {
         return Err(CurveFault::Degree { degree, least: 1, most: HIGHEST_DEGREE });
@@ -103,7 +104,11 @@ mod tests {
     #[test]
     fn refused_parameters() {
         assert_eq!(averaging(3, &[0.0, 1.0, 1.0, 2.0]).unwrap_err().indices(), [2]);
-        assert!(matches!(averaging(0, &[0.0, 1.0]), Err(CurveFault::Degree { .. })));
+        for degree in [0, 26, usize::MAX] {
+            assert!(matches!(averaging(degree, &[0.0, 1.0]), Err(CurveFault::Degree { .. })));
+            assert!(matches!(not_a_knot(degree, &[0.0, 1.0]), Err(CurveFault::Degree { .. })));
+            assert!(matches!(averaging_least_squares(degree, &[0.0, 1.0], 2), Err(CurveFault::Degree { .. })));
+        }
         assert!(matches!(averaging(3, &[0.0, 1.0, 2.0]), Err(CurveFault::DegreeAboveNodes { .. })));
     }
 }

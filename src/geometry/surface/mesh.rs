@@ -157,11 +157,14 @@ impl CurveMesh {
     fn check(&self) -> Result<(), MeshFault> {
         let mut dimension = None;
         let mut missing = Vec::new();
-        for (family, (places, curves, along)) in self.families().into_iter().enumerate() {
+        // both axes first: the curves of one family run over the places of the other
+        for (axis, places) in [&self.us, &self.vs].into_iter().enumerate() {
             if places.len() < 2 {
-                return Err(GridFault::TooFew { axis: family, given: places.len(), least: 2 }.into());
+                return Err(GridFault::TooFew { axis, given: places.len(), least: 2 }.into());
             }
-            ascending(family, places)?;
+            ascending(axis, places)?;
+        }
+        for (family, (places, curves, along)) in self.families().into_iter().enumerate() {
             if curves.len() != places.len() {
                 return Err(MeshFault::Count { family, given: curves.len(), wanted: places.len() });
             }

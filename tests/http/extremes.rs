@@ -1,0 +1,133 @@
+//! Counts and places at the end of what their types hold: a request decides them, so each is a 422 where it stands.
+
+use flankfit::api::examples::REQUEST_EXAMPLES;
+use serde_json::{Value, json};
+
+use crate::harness::{Answer, TestApp, send};
+
+/// The request of an example, and where it goes.
+fn example(name: &str) -> Value {
+    let found = REQUEST_EXAMPLES.iter().find(|example| example.name == name).expect("an example");
+    serde_json::from_str(found.text).expect("JSON")
+}
+
+/// The same with other values at some pointers; what is not there yet becomes a field.
+fn with(name: &str, changes: &[(&str, Value)]) -> Value {
+    let mut request = example(name);
+    for (pointer, value) in changes {
+        let (parent, field) = pointer.rsplit_once('/').expect("a pointer");
+        match request.pointer_mut(parent).expect("a parent") {
+            Value::Object(fields) => {
+                fields.insert(field.to_owned(), value.clone());
+            }
+            Value::Array(items) => items[field.parse::<usize>().expect("an index")] = value.clone(),
+            other => panic!("{other}"),
+        }
+    }
+    request
+}
+
+async fn sent(app: &TestApp, path: &str, request: &Value) -> Answer {
+    send(app.post(path, request.to_string())).await
+}
+
+/// As many as a signed or an unsigned number of 64 bits can count, and some beside that overflow when doubled or when one is added.
+const COUNTS: [u64; 5] = [i64::MAX as u64, u64::MAX, u64::MAX - 1, u64::MAX / 2, 1 << 62];
+
+#[tokio::test]
+async fn degrees_of_shapes() {
+    let app = TestApp::start().await;
+    let curve = |degree: u64| json!({"type": "b_spline", "degree": degree, "knots": [0, 1], "control_points": [0]});
+    let surface = |degree: Value| json!({"type": "b_spline", "degree": degree, "knots": [[0, 0, 1, 1], [0, 0, 1, 1]], "control_points": [[0, 0], [0, 0]]});
+    for count in COUNTS {
+        for (path, name) in
+            [("evaluate", "curve_evaluate"), ("export", "curve_export"), ("closest-points", "curve_closest")]
+        {
+            let request = with(name, &[("/curve", curve(count))]);
+            let answer = sent(&app, &format!("/v1/curves/{path}"), &request).await;
+            assert_eq!(answer.pointers(), ["/curve/degree"], "{path} {count}");
+        }
+        for (path, name) in
+            [("evaluate", "surface_evaluate"), ("export", "surface_export"), ("closest-points", "surface_closest")]
+        {
+            for (degree, pointer) in [(json!(count), "/surface/degree"), (json!([1, count]), "/surface/degree/1")] {
+                let request = with(name, &[("/surface", surface(degree))]);
+                let answer = sent(&app, &format!("/v1/surfaces/{path}"), &request).await;
+                assert_eq!(answer.pointers(), [pointer], "{path} {count}");
+            }
+        }
+        for name in ["curve_nurbs_least_squares", "curve_least_squares", "curve_adaptive"] {
+            let answer = sent(&app, "/v1/curves", &with(name, &[("/method/degree", json!(count))])).await;
+            assert_eq!(answer.pointers(), ["/method/degree"], "{name} {count}");
+        }
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn a_mesh_without_places() {
+    let app = TestApp::start().await;
+    for axis in ["u", "v"] {
+        let request = with("surface_mesh", &[(&format!("/mesh/{axis}"), json!([]))]);
+        assert_eq!(sent(&app, "/v1/surfaces", &request).await.pointers(), [format!("/mesh/{axis}")]);
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn reliefs_over_no_length() {
+    let app = TestApp::start().await;
+    let range = "/modification_range/helix_range_mm";
+    for (changes, expected) in [
+        (vec![(range, json!([0, 1e-154]))], range),
+        (vec![(range, json!([5e-324, 0]))], range),
+        (
+            vec![("/modification_range/profile_diameter_range_mm", json!([190.0, 190.000_000_1]))],
+            "/modification_range/profile_diameter_range_mm",
+        ),
+        (
+            vec![("/modifications/0", json!({"type": "end_relief", "end": "I", "amount_um": 9, "length_mm": 1e-300}))],
+            "/modifications/0/length_mm",
+        ),
+        (vec![("/modifications/0/start_diameter_mm", json!(194.0 - 1e-13))], "/modifications/0/start_diameter_mm"),
+    ] {
+        let answer = sent(&app, "/v1/gears/flank", &with("gear_flank", &changes)).await;
+        assert_eq!(answer.pointers(), [expected], "{changes:?}");
+    }
+    let relief = json!({
+        "type": "grid", "profile": {"axis": "diameter", "values": [188, 190]}, "face_width_positions_mm": [0, 1e-300],
+        "relief_um": [[1, 2], [3, 4]], "interpolation": "b_spline"
+    });
+    let answer = sent(&app, "/v1/gears/flank", &with("gear_flank", &[("/modifications/0", relief)])).await;
+    assert_eq!(answer.pointers(), ["/modifications/0/face_width_positions_mm/1"]);
+    app.stop().await;
+}
+
+/// 189 bytes halved 24 deep between every pair of points.
+#[tokio::test]
+async fn an_envelope_of_a_gear_that_spins() {
+    let app = TestApp::start().await;
+    let tool = json!({
+        "points": [[-1.5708, -1.25], [-1.240_360_956_2, -1.25], [-0.421_427_929_1, 1]], "steps": 40, "through": "polyline"
+    });
+    for radius in [1e-6, 1e-4] {
+        let motion = json!({"type": "rack", "pitch_radius_mm": radius});
+        let request = json!({"motion": motion, "radius_range_mm": [0.0247, 27.1], "tool": tool});
+        let answer = sent(&app, "/v1/gears/envelope", &request).await;
+        assert_eq!(answer.pointers(), ["/motion"]);
+        assert!(
+            answer.text.contains("200000 points") && answer.text.contains("larger pitch radius"),
+            "{}",
+            answer.text
+        );
+    }
+    for (changes, expected) in [
+        (vec![("/tool/steps", json!(0))], "/tool/steps"),
+        (vec![("/tool/steps", json!(u64::MAX))], "/tool/points"),
+        (vec![("/radii_mm", json!((1..=10_001).collect::<Vec<_>>()))], "/radii_mm"),
+    ] {
+        let answer = sent(&app, "/v1/gears/envelope", &with("gear_envelope", &changes)).await;
+        assert_eq!(answer.pointers(), [expected], "{expected}");
+    }
+    app.stop().await;
+}
