@@ -1,8 +1,8 @@
 //! Wiring: settings in, a running server out.
 
-use std::{io, net::SocketAddr, sync::Arc};
+use std::{io, net::SocketAddr, sync::Arc, time::Duration};
 
-use tokio::net::TcpListener;
+use tokio::{net::TcpListener, sync::oneshot, time::Instant};
 
 use crate::{
     config::ServeSettings,
@@ -12,8 +12,12 @@ use crate::{
     telemetry,
 };
 
-/// How long WebSockets may take to end at a shutdown.
-const LAST_WORDS: std::time::Duration = std::time::Duration::from_secs(5);
+/// How long WebSockets may take to end at a shutdown, within the grace.
+const LAST_WORDS: Duration = Duration::from_secs(5);
+
+/// How long the store may take to finish what it has been given. What it has not committed then was not answered either, and the log
+/// of the database undoes it.
+const LAST_WRITES: Duration = Duration::from_millis(1500);
 
 /// A server that listens but does not serve yet.
 pub struct App {
@@ -61,20 +65,27 @@ impl App {
         &self.state
     }
 
-    /// Serves until `stop` is ready, then finishes what was accepted within the shutdown grace.
+    /// Serves until `stop` is ready, then finishes what was accepted within the shutdown grace and cancels the rest: it returns within the
+    /// grace and two seconds, whatever runs.
     pub async fn serve(self, stop: impl Future<Output = ()>) {
         let grace = self.state.settings.shutdown_grace();
         let upkeep = tokio::spawn(telemetry::upkeep());
         let state = self.state.clone();
+        let (stopping, stopped) = oneshot::channel();
         let stop = async {
             stop.await;
             // event streams and WebSockets would never end by themselves
             state.closing.close();
+            let _sent = stopping.send(Instant::now() + grace);
         };
         server::serve(self.listener, http::router(self.state), stop, grace).await;
-        // WebSockets have left their connections; they were told to end and have nothing long to do
-        let _late = tokio::time::timeout(LAST_WORDS.min(grace), state.closing.empty()).await;
+        let deadline = stopped.await.unwrap_or_else(|_| Instant::now()).min(Instant::now() + LAST_WORDS);
+        // WebSockets have left their connections; they were told to end at once
+        let _late = tokio::time::timeout_at(deadline, state.closing.empty()).await;
+        state.pool.stop();
         upkeep.abort();
-        self.store.close().await;
+        if tokio::time::timeout(LAST_WRITES, self.store.close()).await.is_err() {
+            tracing::warn!("the store was not closed in time");
+        }
     }
 }

@@ -5,39 +5,50 @@
 //! instead of being hidden in memory and latency. A worker is woken only when one sleeps: under load a job
 //! changes threads without a system call. Work that is known to be short may be done by the thread that has it, in the
 //! [`Place`] of an idle worker.
+//!
+//! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when the future is dropped, which
+//! is what happens when a client leaves or a request's time is over; that of [`WorkPool::run_with`] belongs to the caller. All of
+//! them are cancelled when the pool stops.
 
 use std::{
     collections::VecDeque,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
-    thread::JoinHandle,
+    time::{Duration, Instant},
 };
 
 use tokio::sync::oneshot;
 
+pub use crate::numerics::cancel::Handle;
 use crate::telemetry;
 
-/// Work with somebody who waits for it.
+/// Work with the handle under which it runs.
 trait Job: Send {
-    fn run(self: Box<Self>);
-    /// Whether nobody waits any more.
-    fn is_abandoned(&self) -> bool;
+    /// Whether the work came to its end and somebody heard of it.
+    fn run(self: Box<Self>) -> bool;
+    fn handle(&self) -> &Handle;
 }
 
 struct Task<T, F> {
+    handle: Handle,
     work: F,
-    answer: oneshot::Sender<T>,
+    answer: oneshot::Sender<Result<T, PoolError>>,
 }
 
 impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
-    fn run(self: Box<Self>) {
-        if !self.is_abandoned() {
-            let _gone = self.answer.send((self.work)());
+    fn run(self: Box<Self>) -> bool {
+        let Task { handle, work, answer } = *self;
+        match handle.run(work) {
+            Ok(result) => answer.send(Ok(result)).is_ok(),
+            Err(_cancelled) => {
+                let _gone = answer.send(Err(PoolError::Cancelled));
+                false
+            }
         }
     }
 
-    fn is_abandoned(&self) -> bool {
-        self.answer.is_closed()
+    fn handle(&self) -> &Handle {
+        &self.handle
     }
 }
 
@@ -50,16 +61,21 @@ pub enum PoolError {
         /// The queue's length.
         limit: usize,
     },
-    /// The work panicked or the pool was closed.
+    /// Its handle was cancelled.
+    #[error("the work was cancelled")]
+    Cancelled,
+    /// The pool takes no more work.
+    #[error("the server is stopping")]
+    Stopped,
+    /// The work panicked.
     #[error("the work ended without an answer")]
     Lost,
 }
 
-/// See the module's documentation. Dropping the pool finishes what was accepted.
+/// See the module's documentation. Dropping the pool stops it.
 #[derive(Debug)]
 pub struct WorkPool {
     shared: Arc<Shared>,
-    workers: Vec<JoinHandle<()>>,
     limit: usize,
 }
 
@@ -75,7 +91,9 @@ struct State {
     idle: usize,
     /// Places of idle workers that are taken by other threads.
     taken: usize,
-    closed: bool,
+    /// What each worker works on.
+    running: Vec<Option<Handle>>,
+    stopped: bool,
 }
 
 impl std::fmt::Debug for Shared {
@@ -90,16 +108,27 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn work(&self) {
+    fn work(&self, worker: usize) {
         let mut state = self.lock();
         loop {
             if let Some(job) = state.queue.pop_front() {
                 self.depth.set(state.queue.len() as f64);
+                let handle = job.handle().clone();
+                state.running[worker] = Some(handle.clone());
                 drop(state);
+                let begun = Instant::now();
+                let begins = !handle.is_cancelled();
                 // The panic hook has said what happened; the waiting side sees its channel closed.
-                let _panicked = catch_unwind(AssertUnwindSafe(|| job.run()));
+                let answered = catch_unwind(AssertUnwindSafe(|| job.run()));
                 state = self.lock();
-            } else if state.closed {
+                state.running[worker] = None;
+                if matches!(answered, Ok(false)) {
+                    telemetry::record_cancelled(
+                        reason(state.stopped),
+                        if begins { begun.elapsed() } else { Duration::ZERO },
+                    );
+                }
+            } else if state.stopped {
                 return;
             } else {
                 state.idle += 1;
@@ -108,6 +137,29 @@ impl Shared {
             }
         }
     }
+
+    /// Takes no more work, forgets what waits and cancels what runs.
+    fn stop(&self) {
+        let mut state = self.lock();
+        state.stopped = true;
+        let waiting = std::mem::take(&mut state.queue);
+        for handle in state.running.iter().flatten() {
+            handle.cancel();
+        }
+        self.wake.notify_all();
+        drop(state);
+        // Outside the lock: what a job owns may be anything.
+        for job in waiting {
+            telemetry::record_cancelled(reason(true), Duration::ZERO);
+            drop(job);
+        }
+        self.depth.set(0.0);
+    }
+}
+
+/// Why work was cancelled, as a label.
+fn reason(stopped: bool) -> &'static str {
+    if stopped { "stopped" } else { "abandoned" }
 }
 
 /// The place of a worker, for work that the calling thread does itself. Dropping it gives it back.
@@ -120,58 +172,86 @@ impl Drop for Place<'_> {
     }
 }
 
+/// Cancels when dropped.
+struct Leaving(Handle);
+
+impl Drop for Leaving {
+    fn drop(&mut self) {
+        self.0.cancel();
+    }
+}
+
 impl WorkPool {
     /// Starts `workers` threads (at least one) with a queue of `limit` places (at least one).
     pub fn new(workers: usize, limit: usize) -> std::io::Result<Self> {
         telemetry::metrics();
+        let workers = workers.max(1);
         let shared = Arc::new(Shared {
-            state: Mutex::default(),
+            state: Mutex::new(State { running: vec![None; workers], ..State::default() }),
             wake: Condvar::new(),
             depth: metrics::gauge!(telemetry::QUEUE_DEPTH),
         });
-        let workers = (0..workers.max(1))
-            .map(|i| {
-                let shared = Arc::clone(&shared);
-                std::thread::Builder::new().name(format!("fit-{i}")).spawn(move || shared.work())
-            })
-            .collect::<Result<_, _>>()?;
-        Ok(WorkPool { shared, workers, limit: limit.max(1) })
+        // The threads are not joined: they end when the pool stops, and the process does not wait for them.
+        let pool = WorkPool { shared, limit: limit.max(1) };
+        for i in 0..workers {
+            let shared = Arc::clone(&pool.shared);
+            std::thread::Builder::new().name(format!("fit-{i}")).spawn(move || shared.work(i))?;
+        }
+        Ok(pool)
     }
 
-    /// Runs `work` on a worker. When the returned future is dropped before the work has begun, it is skipped.
+    /// Runs `work` on a worker. When the returned future is dropped, work that has not begun is skipped and work that runs ends
+    /// at its next checkpoint.
     pub async fn run<T, F>(&self, work: F) -> Result<T, PoolError>
     where
         T: Send + 'static,
         F: FnOnce() -> T + Send + 'static,
     {
+        let handle = Handle::new();
+        let _leaving = Leaving(handle.clone());
+        self.run_with(handle, work).await
+    }
+
+    /// Runs `work` on a worker until it is done or `handle` is cancelled, whether or not somebody still waits for it.
+    pub async fn run_with<T, F>(&self, handle: Handle, work: F) -> Result<T, PoolError>
+    where
+        T: Send + 'static,
+        F: FnOnce() -> T + Send + 'static,
+    {
         let (answer, receiver) = oneshot::channel();
-        let job = Box::new(Task { work, answer });
-        {
-            let mut state = self.shared.lock();
-            if state.closed {
-                return Err(PoolError::Lost);
-            }
-            if state.queue.len() >= self.limit {
-                // Requests that were given up (timeouts, lost connections) do not hold places.
-                state.queue.retain(|job| !job.is_abandoned());
-            }
-            if state.queue.len() >= self.limit {
-                return Err(PoolError::Full { limit: self.limit });
-            }
-            state.queue.push_back(job);
-            self.shared.depth.set(state.queue.len() as f64);
-            if state.idle > 0 {
-                self.shared.wake.notify_one();
+        self.enqueue(Box::new(Task { handle, work, answer }))?;
+        receiver.await.unwrap_or(Err(if self.shared.lock().stopped { PoolError::Stopped } else { PoolError::Lost }))
+    }
+
+    fn enqueue(&self, job: Box<dyn Job>) -> Result<(), PoolError> {
+        let mut state = self.shared.lock();
+        if state.stopped {
+            return Err(PoolError::Stopped);
+        }
+        if state.queue.len() >= self.limit {
+            // Requests that were given up (timeouts, lost connections) do not hold places.
+            let before = state.queue.len();
+            state.queue.retain(|job| !job.handle().is_cancelled());
+            for _skipped in state.queue.len()..before {
+                telemetry::record_cancelled(reason(false), Duration::ZERO);
             }
         }
-        receiver.await.map_err(|_| PoolError::Lost)
+        if state.queue.len() >= self.limit {
+            return Err(PoolError::Full { limit: self.limit });
+        }
+        state.queue.push_back(job);
+        self.shared.depth.set(state.queue.len() as f64);
+        if state.idle > 0 {
+            self.shared.wake.notify_one();
+        }
+        Ok(())
     }
 
     /// The place of an idle worker, if nobody waits for one: for work that is so short that handing it to another thread and
     /// back would take as long. Work that comes meanwhile is not held up by a place that is taken.
     pub fn place(&self) -> Option<Place<'_>> {
         let mut state = self.shared.lock();
-        let free = state.queue.is_empty() && state.taken < state.idle && !state.closed;
+        let free = state.queue.is_empty() && state.taken < state.idle && !state.stopped;
         state.taken += usize::from(free);
         // Lazily: a place that is made is also given back.
         free.then(|| Place(&self.shared))
@@ -181,17 +261,21 @@ impl WorkPool {
     pub fn waiting(&self) -> usize {
         self.shared.lock().queue.len()
     }
+
+    /// Workers at work.
+    pub fn busy(&self) -> usize {
+        self.shared.lock().running.iter().flatten().count()
+    }
+
+    /// Takes no more work and cancels what waits and what runs.
+    pub fn stop(&self) {
+        self.shared.stop();
+    }
 }
 
 impl Drop for WorkPool {
     fn drop(&mut self) {
-        self.shared.lock().closed = true;
-        self.shared.wake.notify_all();
-        let here = std::thread::current().id();
-        // Work may own the last handle of the pool; a worker does not wait for itself.
-        for worker in self.workers.drain(..).filter(|worker| worker.thread().id() != here) {
-            let _panicked = worker.join();
-        }
+        self.stop();
     }
 }
 
@@ -202,6 +286,7 @@ mod tests {
     use tokio::task::JoinHandle;
 
     use super::*;
+    use crate::numerics::cancel;
 
     /// A worker at work until the sender is dropped.
     async fn occupied(pool: &Arc<WorkPool>) -> (mpsc::Sender<()>, JoinHandle<Result<bool, PoolError>>) {
@@ -241,6 +326,103 @@ mod tests {
         assert!(pool.place().is_none(), "the worker is busy");
         drop(open);
         assert_eq!(busy.await.unwrap(), Ok(true));
+    }
+
+    /// Work that says that it runs and goes on until it is cancelled.
+    fn endless() -> (oneshot::Receiver<()>, impl FnOnce() + Send + 'static) {
+        let (started, begun) = oneshot::channel();
+        let work = move || {
+            let _ = started.send(());
+            loop {
+                cancel::checkpoint();
+                std::thread::yield_now();
+            }
+        };
+        (begun, work)
+    }
+
+    async fn until_idle(pool: &WorkPool) {
+        while pool.busy() > 0 {
+            tokio::task::yield_now().await;
+        }
+    }
+
+    #[tokio::test]
+    async fn work_that_nobody_waits_for_any_more_ends() {
+        let pool = WorkPool::new(1, 4).unwrap();
+        let (begun, work) = endless();
+        {
+            let mut running = Box::pin(pool.run(work));
+            let started = tokio::select! {
+                started = begun => started,
+                _ = &mut running => panic!("it has no end"),
+            };
+            started.unwrap();
+            assert_eq!(pool.busy(), 1);
+        }
+        until_idle(&pool).await;
+        assert_eq!(pool.run(|| 1).await, Ok(1));
+    }
+
+    #[tokio::test]
+    async fn a_handle_of_the_caller_does_not_hang_on_the_one_who_waits() {
+        let pool = WorkPool::new(1, 4).unwrap();
+        let (begun, work) = endless();
+        let handle = Handle::new();
+        {
+            let mut running = Box::pin(pool.run_with(handle.clone(), work));
+            let started = tokio::select! {
+                started = begun => started,
+                _ = &mut running => panic!("it has no end"),
+            };
+            started.unwrap();
+        }
+        // the next one has to wait: the work goes on
+        let mut next = Box::pin(pool.run(|| 1));
+        for _ in 0..100 {
+            assert!(std::future::poll_fn(|cx| std::task::Poll::Ready(next.as_mut().poll(cx).is_pending())).await);
+            std::thread::yield_now();
+        }
+        assert_eq!(pool.busy(), 1);
+        handle.cancel();
+        assert_eq!(next.await, Ok(1));
+        assert_eq!(pool.run_with(handle, || 1).await, Err(PoolError::Cancelled));
+    }
+
+    #[tokio::test]
+    async fn a_stopped_pool_cancels_what_runs_and_what_waits() {
+        let pool = Arc::new(WorkPool::new(1, 4).unwrap());
+        let (begun, work) = endless();
+        let running = tokio::spawn({
+            let pool = Arc::clone(&pool);
+            async move { pool.run(work).await }
+        });
+        begun.await.unwrap();
+        let mut waiting = Box::pin(pool.run(|| true));
+        assert!(std::future::poll_fn(|cx| std::task::Poll::Ready(waiting.as_mut().poll(cx).is_pending())).await);
+        pool.stop();
+        assert_eq!(waiting.await, Err(PoolError::Stopped));
+        assert_eq!(running.await.unwrap(), Err(PoolError::Cancelled));
+        assert_eq!(pool.run(|| true).await, Err(PoolError::Stopped));
+        until_idle(&pool).await;
+    }
+
+    #[tokio::test]
+    async fn cancelled_work_is_counted_with_its_seconds() {
+        let pool = WorkPool::new(1, 4).unwrap();
+        let (begun, work) = endless();
+        {
+            let mut running = Box::pin(pool.run(work));
+            tokio::select! {
+                started = begun => started.unwrap(),
+                _ = &mut running => panic!("it has no end"),
+            }
+        }
+        until_idle(&pool).await;
+        assert_eq!(pool.run(|| 1).await, Ok(1));
+        let text = telemetry::metrics().render();
+        let count = text.lines().find(|line| line.starts_with("flankfit_cancelled_work_seconds_count"));
+        assert!(count.is_some_and(|line| line.contains("abandoned") && !line.ends_with(" 0")), "{text}");
     }
 
     #[tokio::test]

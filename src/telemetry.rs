@@ -19,6 +19,9 @@ pub const REQUESTS: &str = "flankfit_http_requests_total";
 pub const FIT_SECONDS: &str = "flankfit_fit_duration_seconds";
 /// Fits waiting for a worker.
 pub const QUEUE_DEPTH: &str = "flankfit_fit_queue_depth";
+/// Seconds that a worker spent on work that was then cancelled. Label: `reason` (`abandoned`: the client left or its time was over;
+/// `stopped`: the server stopped).
+pub const CANCELLED_SECONDS: &str = "flankfit_cancelled_work_seconds";
 /// Seconds from asking the store to its answer. Label: `operation`.
 pub const STORE_SECONDS: &str = "flankfit_store_duration_seconds";
 
@@ -61,7 +64,7 @@ pub fn init_logs(format: LogFormat, directives: &str) -> Result<(), LogError> {
 pub fn metrics() -> &'static PrometheusHandle {
     static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
     HANDLE.get_or_init(|| {
-        let builder = [REQUEST_SECONDS, FIT_SECONDS, STORE_SECONDS, BLOCK_SECONDS].into_iter().fold(
+        let builder = [REQUEST_SECONDS, FIT_SECONDS, CANCELLED_SECONDS, STORE_SECONDS, BLOCK_SECONDS].into_iter().fold(
             PrometheusBuilder::new(),
             |builder, name| {
                 // Only an empty list of buckets is refused.
@@ -79,6 +82,11 @@ pub fn metrics() -> &'static PrometheusHandle {
             FIT_SECONDS,
             metrics::Unit::Seconds,
             "Time to read, compute and write one fit, by class of node count"
+        );
+        metrics::describe_histogram!(
+            CANCELLED_SECONDS,
+            metrics::Unit::Seconds,
+            "Time spent on work that was cancelled, by reason; work that had not begun counts with 0"
         );
         metrics::describe_gauge!(QUEUE_DEPTH, "Fits waiting for a worker");
         metrics::describe_histogram!(
@@ -104,6 +112,11 @@ pub async fn upkeep() {
 /// Notes how long one operation of the store took.
 pub fn record_store(operation: &'static str, elapsed: Duration) {
     metrics::histogram!(STORE_SECONDS, "operation" => operation).record(elapsed.as_secs_f64());
+}
+
+/// Notes that work was cancelled, and how long it had run.
+pub fn record_cancelled(reason: &'static str, elapsed: Duration) {
+    metrics::histogram!(CANCELLED_SECONDS, "reason" => reason).record(elapsed.as_secs_f64());
 }
 
 /// Notes how long a fit of `nodes` nodes took.

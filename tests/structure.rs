@@ -66,7 +66,7 @@ const RULES: &[Rule] = &[
         rooms: &["api", "jobs", "estimation", "pool", "config", "telemetry"],
         foreign: &["clap", "nalgebra", "sqlx"],
     },
-    Rule { room: "pool", rooms: &["telemetry"], foreign: &["axum", "clap", "nalgebra", "sqlx", "utoipa"] },
+    Rule { room: "pool", rooms: &["numerics", "telemetry"], foreign: &["axum", "clap", "nalgebra", "sqlx", "utoipa"] },
     Rule { room: "telemetry", rooms: &["config"], foreign: &["axum", "clap", "nalgebra", "sqlx", "utoipa"] },
     Rule { room: "config", rooms: &[], foreign: &["axum", "nalgebra", "sqlx", "utoipa"] },
 ];

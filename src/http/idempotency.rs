@@ -1,4 +1,7 @@
-//! POSTs that store: done once for a key, and done to the end even if the client goes away.
+//! POSTs that store: done once for a key.
+//!
+//! A client that goes away while its answer is computed takes its request along, and the key is free again: asked once more, the work is
+//! done anew. What the store has been given is stored all the same, and the key stays claimed until it is.
 
 use axum::{
     extract::FromRequestParts,
@@ -10,7 +13,7 @@ use utoipa::IntoParams;
 use super::{body::Payload, multipart, state::AppState};
 use crate::{
     api::problem::{Problem, ProblemCode},
-    jobs::{Answer, Keyed, Stored},
+    jobs::{Answer, KeyClaim, Keyed, Stored},
 };
 
 /// Says that an answer is given again.
@@ -48,18 +51,19 @@ pub struct Known {
     key: String,
     scope: String,
     request_sha256: [u8; 32],
+    claim: KeyClaim,
 }
 
 impl Known {
     /// What is kept under the key: the answer that `answer` writes.
     pub fn answered_by<T>(self, answer: impl Fn(&T, Stored) -> Answer + Send + Sync + 'static) -> Keyed<T> {
-        let Known { key, scope, request_sha256 } = self;
-        Keyed { key, scope, request_sha256, answer: Box::new(answer) }
+        let Known { key, scope, request_sha256, claim } = self;
+        Keyed { key, scope, request_sha256, answer: Box::new(answer), claim: Some(claim) }
     }
 }
 
 /// Does the work of a POST. With a key whose first answer is kept, that answer is given again; with a key whose first request
-/// still runs, or was another one, the request is refused. The work goes on when the client goes away.
+/// still runs, or was another one, the request is refused.
 pub async fn once<W, F>(
     state: AppState,
     key: IdempotencyKey,
@@ -68,35 +72,31 @@ pub async fn once<W, F>(
     work: W,
 ) -> Result<Response, Problem>
 where
-    W: FnOnce(AppState, Payload, Option<Known>) -> F + Send + 'static,
-    F: Future<Output = Result<Answer, Problem>> + Send,
+    W: FnOnce(AppState, Payload, Option<Known>) -> F,
+    F: Future<Output = Result<Answer, Problem>>,
 {
-    let task = tokio::spawn(async move {
-        let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
-        // The claim is held until the answer is stored.
-        let Some(_claim) = state.keys.claim(&key, &scope) else {
-            return Err(Problem::new(
-                ProblemCode::IdempotencyKeyInUse,
-                "The first request with this Idempotency-Key is still running; ask again for its answer.",
-            )
-            .retry_after(1));
-        };
-        let limit = state.settings.body_limit;
-        let (payload, request_sha256) = state.pool.run(move || multipart::digest(payload, limit)).await??;
-        match state.jobs.repository().answer(key.clone(), scope.clone()).await? {
-            Some((digest, answer)) if digest == request_sha256 => {
-                let mut response = respond(answer);
-                response.headers_mut().insert(&REPLAYED, HeaderValue::from_static("true"));
-                Ok(response)
-            }
-            Some(_) => Err(Problem::new(
-                ProblemCode::IdempotencyKeyReused,
-                "This Idempotency-Key was used for a request with another body; take a new key for a new request.",
-            )),
-            None => work(state, payload, Some(Known { key, scope, request_sha256 })).await.map(respond),
+    let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
+    let Some(claim) = state.keys.claim(&key, &scope) else {
+        return Err(Problem::new(
+            ProblemCode::IdempotencyKeyInUse,
+            "The first request with this Idempotency-Key is still running; ask again for its answer.",
+        )
+        .retry_after(1));
+    };
+    let limit = state.settings.body_limit;
+    let (payload, request_sha256) = state.pool.run(move || multipart::digest(payload, limit)).await??;
+    match state.jobs.repository().answer(key.clone(), scope.clone()).await? {
+        Some((digest, answer)) if digest == request_sha256 => {
+            let mut response = respond(answer);
+            response.headers_mut().insert(&REPLAYED, HeaderValue::from_static("true"));
+            Ok(response)
         }
-    });
-    task.await.unwrap_or_else(|lost| Err(Problem::internal(lost)))
+        Some(_) => Err(Problem::new(
+            ProblemCode::IdempotencyKeyReused,
+            "This Idempotency-Key was used for a request with another body; take a new key for a new request.",
+        )),
+        None => work(state, payload, Some(Known { key, scope, request_sha256, claim })).await.map(respond),
+    }
 }
 
 /// An answer as a response.

@@ -53,12 +53,7 @@ pub async fn observe(State(state): State<AppState>, mut request: Request, next: 
     let mut response = match tokio::time::timeout(state.settings.request_timeout(), answer).await {
         Ok(Ok(response)) => response,
         Ok(Err(Panicked)) => Problem::internal("a handler panicked").into_response(),
-        Err(_elapsed) => {
-            let limit = state.settings.request_timeout;
-            Problem::new(ProblemCode::RequestTimeout, format!("There was no answer within {limit} s."))
-                .retry_after(5)
-                .into_response()
-        }
+        Err(_elapsed) => too_late(&state).into_response(),
     };
 
     if let Some(mut problem) = response.extensions_mut().remove::<Problem>() {
@@ -97,6 +92,12 @@ fn log_cause(id: &RequestId, problem: &Problem, cause: &str) {
         501.. => tracing::warn!(request_id, %code, cause, "problem"),
         _ => tracing::debug!(request_id, %code, cause, "problem"),
     }
+}
+
+/// What is answered when the time of a request is over. (Its work was cancelled with it.)
+pub fn too_late(state: &AppState) -> Problem {
+    let limit = state.settings.request_timeout;
+    Problem::new(ProblemCode::RequestTimeout, format!("There was no answer within {limit} s.")).retry_after(5)
 }
 
 fn report(

@@ -37,6 +37,9 @@ impl From<PoolError> for Problem {
                 "Every worker is busy and the queue is full; try again in a moment.",
             )
             .retry_after(1),
+            PoolError::Cancelled | PoolError::Stopped => {
+                Problem::new(ProblemCode::Overloaded, "The server is stopping; ask again in a moment.").retry_after(1)
+            }
             PoolError::Lost => Problem::internal(error),
         }
     }

@@ -2,7 +2,8 @@
 //!
 //! A stream's slot is held from looking at its number to having stored the block, so of two clients that post the same block
 //! one counts; the store checks the number once more. The estimate moves on only when the block is stored: if storing fails, what
-//! is in memory is dropped and made again from what is stored.
+//! is in memory is dropped and made again from what is stored. A client that leaves while its block is estimated takes the block along;
+//! from the moment the store has it, storing and what follows (the slot is held as long) do not depend on the client.
 
 use std::{sync::Arc, time::Instant};
 
@@ -38,7 +39,6 @@ pub async fn add_block(
         return Err(RepositoryError::StreamFinished { iteration }.into());
     }
     let expected = live.stream.sequence + 1;
-    let in_turn = block.sequence == expected;
     let answer = if block.sequence < expected {
         repeated(state, live, &block).await
     } else if block.sequence > expected {
@@ -50,30 +50,22 @@ pub async fn add_block(
             ),
         ))
     } else {
-        next(state, live, block, known).await
+        next(state, slot, block, known).await
     };
-    let unstored = |problem: &Problem| problem.status == 422 || problem.code == ProblemCode::Overloaded.name();
-    if in_turn && answer.as_ref().is_err_and(|problem| !unstored(problem)) {
-        // Whatever went wrong, what is stored is right.
-        *slot = None;
-    }
-    state.jobs.live().note(id, slot.as_ref());
     metrics::histogram!(telemetry::BLOCK_SECONDS).record(begun.elapsed().as_secs_f64());
     answer
 }
 
-async fn next(
-    state: &AppState,
-    live: &mut LiveStream,
-    block: PostedBlock,
-    known: Option<Known>,
-) -> Result<Answer, Problem> {
+async fn next(state: &AppState, slot: Slot, block: PostedBlock, known: Option<Known>) -> Result<Answer, Problem> {
+    let Some(live) = slot.as_ref() else { return Err(Problem::internal("a stream was loaded and is not there")) };
     let PostedBlock { sequence, nodes, sha256 } = block;
     let input_sha256 = canonical::after_block(&live.stream.input_sha256, &sha256);
     let node_count = live.stream.node_count + nodes.posted() as u64;
     let unwritten = live.unwritten + nodes.posted() as u64;
+    let version = live.stream.version + 1;
     let mut estimate = live.estimate.clone();
     let pushed = nodes.clone();
+    // Given up in here, the stream stays as it was.
     let (estimate, written, body) = state
         .pool
         .run(move || {
@@ -86,15 +78,10 @@ async fn next(
             Ok::<_, Problem>((estimate, written, body))
         })
         .await??;
-    let is_written = written.is_some();
     let answered = body.clone();
-    let version = live.stream.version + 1;
     let keyed = known.map(|known| known.answered_by(move |_: &NewBlock, _| as_answer(answered.clone(), version)));
     let draft = BlockDraft { sequence, sha256, input_sha256, nodes, state: written };
-    live.stream = state.jobs.add_block(&live.stream, draft, keyed).await?;
-    live.estimate = estimate;
-    live.last_sha256 = Some(sha256);
-    live.unwritten = if is_written { 0 } else { unwritten };
+    state.jobs.add_block(slot, draft, estimate, keyed).await?;
     Ok(as_answer(body, version))
 }
 

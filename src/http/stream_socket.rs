@@ -2,7 +2,7 @@
 //!
 //! Messages are those of `POST /v1/streams/{stream_id}/nodes`, one answer for each, in order; a refusal is the problem that the
 //! request would have got, and the connection goes on. One block at a time: who sends faster is slowed down by the connection
-//! itself.
+//! itself. A client that leaves takes the block that is being worked on along, unless the store has it already.
 
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ use axum::{
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
-use super::{extract::PathOf, state::AppState, stream_flow};
+use super::{extract::PathOf, observe::too_late, state::AppState, stream_flow};
 use crate::{
     api::{
         problem::{Problem, ProblemCode},
@@ -87,6 +87,8 @@ async fn talk(state: &AppState, id: Uuid, socket: &mut WebSocket) -> End {
     let mut stopped = std::pin::pin!(state.closing.stopped());
     let mut pings = tokio::time::interval_at(tokio::time::Instant::now() + PING, PING);
     let mut silent = 0;
+    // what came while a block was worked on
+    let mut early: Option<Message> = None;
     // it may have ended between the upgrade and now
     if let Some(end) = ended(state, id).await {
         return end;
@@ -105,7 +107,7 @@ async fn talk(state: &AppState, id: Uuid, socket: &mut WebSocket) -> End {
                     return End::Gone;
                 }
             }
-            message = socket.recv() => {
+            message = received(&mut early, socket) => {
                 silent = 0;
                 let text = match message {
                     Some(Ok(Message::Text(text))) => text.as_bytes().to_vec(),
@@ -117,11 +119,37 @@ async fn talk(state: &AppState, id: Uuid, socket: &mut WebSocket) -> End {
                         return End::Close(close_code::SIZE, "a message could not be read, or was too large");
                     }
                 };
-                let answer = block(state, id, text).await;
+                let answer = tokio::select! {
+                    answer = block(state, id, text) => answer,
+                    () = left(socket, &mut early) => return End::Gone,
+                };
                 if !send(socket, Message::Text(answer)).await {
                     return End::Gone;
                 }
             }
+        }
+    }
+}
+
+/// The message that came early, or the next one.
+async fn received(early: &mut Option<Message>, socket: &mut WebSocket) -> Option<Result<Message, axum::Error>> {
+    match early.take() {
+        Some(message) => Some(Ok(message)),
+        None => socket.recv().await,
+    }
+}
+
+/// Ready when the client leaves. One block that it sends ahead is taken, so that its leaving is seen behind it only when that one's
+/// turn has come.
+async fn left(socket: &mut WebSocket, early: &mut Option<Message>) {
+    loop {
+        match socket.recv().await {
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
+            Some(Ok(message @ (Message::Text(_) | Message::Binary(_)))) => {
+                *early = Some(message);
+                return std::future::pending().await;
+            }
+            Some(Ok(Message::Close(_)) | Err(_)) | None => return,
         }
     }
 }
@@ -146,7 +174,8 @@ async fn block(state: &AppState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
         let block = state.pool.run(move || streams::read_block(&text)).await??;
         stream_flow::add_block(state, id, block, None).await
     };
-    let bytes = match outcome.await {
+    let outcome = tokio::time::timeout(state.settings.request_timeout(), outcome).await;
+    let bytes = match outcome.unwrap_or_else(|_elapsed| Err(too_late(state))) {
         Ok(answer) => answer.body,
         Err(mut problem) => {
             if let Some(cause) = problem.cause.take() {

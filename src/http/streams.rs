@@ -164,10 +164,7 @@ async fn finish_stream(
             records: Vec::new(),
         };
         let keyed = known.map(|known| known.answered_by(iterations::created));
-        let finished = state.jobs.finish_stream(&stream, draft, keyed).await;
-        // stored or not: what is in memory is no longer sure
-        *slot = None;
-        let (iteration, stored) = finished?;
+        let (iteration, stored) = state.jobs.finish_stream(slot, &stream, draft, keyed).await?;
         Ok(iterations::created(&iteration, stored))
     })
     .await
@@ -199,10 +196,8 @@ async fn delete_stream(
     PathOf(id): PathOf<Uuid>,
     IfMatch(precondition): IfMatch,
 ) -> Result<StatusCode, Problem> {
-    let mut slot = state.jobs.live().slot(id).await;
-    // dropped first: should this request be given up meanwhile, the next one looks at the store
-    *slot = None;
+    let slot = state.jobs.live().slot(id).await;
     let stream = state.jobs.stream(id).await?;
-    state.jobs.delete_stream(&stream, precondition).await?;
+    state.jobs.delete_stream(slot, &stream, precondition).await?;
     Ok(StatusCode::NO_CONTENT)
 }

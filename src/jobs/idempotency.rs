@@ -29,6 +29,9 @@ pub struct Receipt {
     /// Writes the answer, once the store knows what only it can know. Runs inside the transaction, perhaps twice (a
     /// transaction may have to be repeated): pure and quick.
     pub answer: Box<dyn Fn(Stored) -> Answer + Send + Sync>,
+    /// Given back when the write has ended, one way or the other: until then the key is being worked on, also when the client
+    /// has left meanwhile.
+    pub claim: Option<KeyClaim>,
 }
 
 impl std::fmt::Debug for Receipt {

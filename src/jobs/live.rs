@@ -11,7 +11,10 @@ use std::{
 use tokio::sync::{OwnedMutexGuard, watch};
 use uuid::Uuid;
 
-use super::stream::Stream;
+use super::{
+    repository::Stored,
+    stream::{NewBlock, Stream},
+};
 use crate::estimation::Recursive;
 
 /// A stream with its estimate after the last block.
@@ -23,6 +26,26 @@ pub struct LiveStream {
     pub estimate: Recursive,
     /// Nodes since the estimate was written down last.
     pub unwritten: u64,
+}
+
+impl LiveStream {
+    /// The stream after its next block, which is stored.
+    pub(super) fn after(self, block: &NewBlock, stored: Stored, estimate: Recursive) -> Self {
+        let posted = block.nodes.posted() as u64;
+        LiveStream {
+            stream: Stream {
+                sequence: block.sequence,
+                node_count: self.stream.node_count + posted,
+                input_sha256: block.input_sha256,
+                version: stored.version,
+                updated_at: block.created_at,
+                ..self.stream
+            },
+            last_sha256: Some(block.sha256),
+            estimate,
+            unwritten: if block.state.is_some() { 0 } else { self.unwritten + posted },
+        }
+    }
 }
 
 /// One stream at a time.

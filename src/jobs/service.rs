@@ -13,7 +13,7 @@ use super::{
     draft::{IterationDraft, JobDraft, RefitDraft},
     event::Bells,
     fit::{FitRecord, NewFit},
-    idempotency::{Answer, Receipt},
+    idempotency::{Answer, KeyClaim, Receipt},
     iteration::{Choice, Decision, Event, Iteration, NewIteration, Ruling, Trace},
     job::{Job, JobPatch},
     live::LiveStreams,
@@ -32,35 +32,33 @@ pub struct Keyed<T> {
     pub scope: String,
     pub request_sha256: [u8; 32],
     pub answer: AnswerWriter<T>,
+    /// Held until the write has ended.
+    pub claim: Option<KeyClaim>,
 }
 
 impl<T: Send + Sync + 'static> Keyed<T> {
     pub(super) fn receipt(self, of: Arc<T>) -> Receipt {
-        let Keyed { key, scope, request_sha256, answer } = self;
-        Receipt { key, scope, request_sha256, answer: Box::new(move |stored| answer(&of, stored)) }
+        let Keyed { key, scope, request_sha256, answer, claim } = self;
+        Receipt { key, scope, request_sha256, answer: Box::new(move |stored| answer(&of, stored)), claim }
     }
 }
 
 /// Jobs and everything that can be done with them.
+///
+/// Whoever waits for a use case may leave at any time. What the store has taken is then finished all the same, with what follows from it
+/// (`to_the_end`); what it has not taken yet is not begun.
 pub struct Jobs {
     pub(super) repository: Arc<dyn Repository>,
     pub(super) clock: Arc<dyn Clock>,
     pub(super) ids: Arc<dyn Ids>,
     known: KnownJobs,
-    pub(super) live: LiveStreams,
-    pub(super) bells: Bells,
+    pub(super) live: Arc<LiveStreams>,
+    pub(super) bells: Arc<Bells>,
 }
 
 impl Jobs {
     pub fn new(repository: Arc<dyn Repository>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Self {
-        Jobs {
-            repository,
-            clock,
-            ids,
-            known: KnownJobs::default(),
-            live: LiveStreams::default(),
-            bells: Bells::default(),
-        }
+        Jobs { repository, clock, ids, known: KnownJobs::default(), live: Arc::default(), bells: Arc::default() }
     }
 
     /// The store beneath, for what is not about jobs (readiness, kept answers).
@@ -127,9 +125,13 @@ impl Jobs {
     ) -> Result<(Arc<NewIteration>, Stored), RepositoryError> {
         let iteration = Arc::new(self.new_iteration(job_id, draft));
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
-        let stored = self.repository.insert_iteration(iteration.clone(), receipt).await?;
-        self.bells.ring(job_id);
-        Ok((iteration, stored))
+        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        to_the_end(async move {
+            let stored = repository.insert_iteration(iteration.clone(), receipt).await?;
+            bells.ring(job_id);
+            Ok((iteration, stored))
+        })
+        .await
     }
 
     /// An iteration with its first fit, before it is stored.
@@ -177,9 +179,13 @@ impl Jobs {
             created_at: now,
         });
         let receipt = keyed.map(|keyed| keyed.receipt(fit.clone()));
-        let stored = self.repository.insert_fit(job, number, fit.clone(), receipt).await?;
-        self.bells.ring(job);
-        Ok((fit, stored))
+        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        to_the_end(async move {
+            let stored = repository.insert_fit(job, number, fit.clone(), receipt).await?;
+            bells.ring(job);
+            Ok((fit, stored))
+        })
+        .await
     }
 
     /// From now on this fit of the iteration stands.
@@ -192,8 +198,13 @@ impl Jobs {
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
         let choice = Choice { fit_id, event: Event { reason, created_at: self.clock.now() } };
-        self.repository.choose(job, number, choice, precondition).await?;
-        self.bells.ring(job);
+        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        to_the_end(async move {
+            repository.choose(job, number, choice, precondition).await?;
+            bells.ring(job);
+            Ok(())
+        })
+        .await?;
         self.iteration(job, number).await
     }
 
@@ -207,8 +218,13 @@ impl Jobs {
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
         let ruling = Ruling { decision, event: Event { reason, created_at: self.clock.now() } };
-        self.repository.rule(job, number, ruling, precondition).await?;
-        self.bells.ring(job);
+        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        to_the_end(async move {
+            repository.rule(job, number, ruling, precondition).await?;
+            bells.ring(job);
+            Ok(())
+        })
+        .await?;
         self.iteration(job, number).await
     }
 
@@ -237,6 +253,13 @@ impl Jobs {
         }
         Ok(())
     }
+}
+
+/// Stores, and does what follows from it, even if the one who waits leaves meanwhile.
+pub(super) async fn to_the_end<T: Send + 'static>(
+    storing: impl Future<Output = Result<T, RepositoryError>> + Send + 'static,
+) -> Result<T, RepositoryError> {
+    tokio::spawn(storing).await.unwrap_or_else(|lost| Err(RepositoryError::Failed(lost.to_string())))
 }
 
 /// Jobs lately seen to exist.

@@ -9,11 +9,12 @@ use super::{
     draft::{BlockDraft, IterationDraft, StreamDraft},
     event::JobEvent,
     iteration::NewIteration,
-    live::LiveStreams,
+    live::{LiveStreams, Slot},
     repository::{Precondition, RepositoryError, Stored},
-    service::{Jobs, Keyed},
+    service::{Jobs, Keyed, to_the_end},
     stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
 };
+use crate::estimation::Recursive;
 
 impl Jobs {
     /// Opens a stream.
@@ -33,9 +34,13 @@ impl Jobs {
             created_at: now,
         });
         let receipt = keyed.map(|keyed| keyed.receipt(stream.clone()));
-        let stored = self.repository.insert_stream(stream.clone(), receipt).await?;
-        self.bells.ring(job_id);
-        Ok((stream, stored))
+        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        to_the_end(async move {
+            let stored = repository.insert_stream(stream.clone(), receipt).await?;
+            bells.ring(job_id);
+            Ok((stream, stored))
+        })
+        .await
     }
 
     pub async fn stream(&self, id: Uuid) -> Result<Stream, RepositoryError> {
@@ -60,16 +65,21 @@ impl Jobs {
         self.repository.block_sha256(id, sequence).await
     }
 
-    /// Stores the next block and answers the stream after it.
+    /// Stores the next block of the stream in the slot and puts the stream as it is after it into the slot. The slot is held until
+    /// the store has answered, and is empty if it cannot be told whether the block is stored: then the stream is read again.
     pub async fn add_block(
         &self,
-        stream: &Stream,
+        mut slot: Slot,
         draft: BlockDraft,
+        estimate: Recursive,
         keyed: Option<Keyed<NewBlock>>,
-    ) -> Result<Stream, RepositoryError> {
+    ) -> Result<(), RepositoryError> {
+        let Some(before) = slot.take() else {
+            return Err(RepositoryError::Failed("a block came to a stream that is not in memory".into()));
+        };
         let now = self.clock.now();
         let block = Arc::new(NewBlock {
-            stream: stream.id,
+            stream: before.stream.id,
             sequence: draft.sequence,
             sha256: draft.sha256,
             input_sha256: draft.input_sha256,
@@ -78,21 +88,31 @@ impl Jobs {
             created_at: now,
         });
         let receipt = keyed.map(|keyed| keyed.receipt(block.clone()));
-        let stored = self.repository.insert_block(block.clone(), receipt).await?;
-        self.bells.ring(stream.job_id);
-        Ok(Stream {
-            sequence: block.sequence,
-            node_count: stream.node_count + block.nodes.posted() as u64,
-            input_sha256: block.input_sha256,
-            version: stored.version,
-            updated_at: now,
-            ..stream.clone()
+        let (repository, bells, live) = (self.repository.clone(), self.bells.clone(), self.live.clone());
+        to_the_end(async move {
+            let (id, job) = (before.stream.id, before.stream.job_id);
+            let outcome = match repository.insert_block(block.clone(), receipt).await {
+                Ok(stored) => {
+                    *slot = Some(before.after(&block, stored, estimate));
+                    bells.ring(job);
+                    Ok(())
+                }
+                Err(RepositoryError::Overloaded) => {
+                    *slot = Some(before);
+                    Err(RepositoryError::Overloaded)
+                }
+                Err(error) => Err(error),
+            };
+            live.note(id, slot.as_ref());
+            outcome
         })
+        .await
     }
 
-    /// Makes the stream an iteration of its job.
+    /// Makes the stream in the slot an iteration of its job. Afterwards the slot is empty.
     pub async fn finish_stream(
         &self,
+        mut slot: Slot,
         stream: &Stream,
         draft: IterationDraft,
         keyed: Option<Keyed<NewIteration>>,
@@ -100,18 +120,36 @@ impl Jobs {
         let iteration = Arc::new(self.new_iteration(stream.job_id, draft));
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
         let finished = FinishedStream { stream: stream.id, sequence: stream.sequence, iteration: iteration.clone() };
-        let stored = self.repository.finish_stream(finished, receipt).await?;
-        self.live.announce_end();
-        self.bells.ring(stream.job_id);
-        Ok((iteration, stored))
+        let (repository, bells, live) = (self.repository.clone(), self.bells.clone(), self.live.clone());
+        let job = stream.job_id;
+        to_the_end(async move {
+            // stored or not: what is in memory is no longer sure
+            *slot = None;
+            let stored = repository.finish_stream(finished, receipt).await?;
+            live.announce_end();
+            bells.ring(job);
+            Ok((iteration, stored))
+        })
+        .await
     }
 
-    /// Deletes a stream with its blocks; an iteration that it has become stays.
-    pub async fn delete_stream(&self, stream: &Stream, precondition: Precondition) -> Result<(), RepositoryError> {
-        self.repository.delete_stream(stream.id, precondition, self.clock.now()).await?;
-        self.live.announce_end();
-        self.bells.ring(stream.job_id);
-        Ok(())
+    /// Deletes the stream in the slot with its blocks; an iteration that it has become stays. Afterwards the slot is empty.
+    pub async fn delete_stream(
+        &self,
+        mut slot: Slot,
+        stream: &Stream,
+        precondition: Precondition,
+    ) -> Result<(), RepositoryError> {
+        let (repository, bells, live) = (self.repository.clone(), self.bells.clone(), self.live.clone());
+        let (id, job, now) = (stream.id, stream.job_id, self.clock.now());
+        to_the_end(async move {
+            *slot = None;
+            repository.delete_stream(id, precondition, now).await?;
+            live.announce_end();
+            bells.ring(job);
+            Ok(())
+        })
+        .await
     }
 
     /// Estimates of open streams.

@@ -11,6 +11,7 @@
 
 pub mod band_cholesky;
 pub mod banded;
+pub mod cancel;
 pub mod condition;
 pub mod dd;
 pub mod givens;

@@ -7,12 +7,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::cancel;
 use super::dd::exponent_of;
 use super::lanes::{Lanes, WIDTH, axpy, dot, lanes_for};
 use super::real::Real;
 
 /// Rows folded in at a time.
 const BLOCK: usize = 128;
+
+/// Columns between two checkpoints: small matrices have few.
+const STRETCH: usize = 8;
 
 /// The triangular factor, the transformed right-hand side and the squared length of what the columns cannot reach.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,6 +84,7 @@ impl<T: Real> Fold<T> {
         let top_rows = n.min(rows);
         let mut v = Vec::with_capacity(stride);
         for k in 0..top_rows {
+            cancel::every(STRETCH, k);
             let (from, lane) = (k / WIDTH, k % WIDTH);
             let (done, rest) = self.tail.split_at_mut((k + 1) * stride);
             let column = &mut done[k * stride..];
@@ -113,6 +118,7 @@ impl<T: Real> Fold<T> {
     fn fold(&mut self) {
         let (n, stride) = (self.n, self.stride);
         for k in 0..n {
+            cancel::every(STRETCH, k);
             let (done, rest) = self.tail.split_at_mut((k + 1) * stride);
             let v = &mut done[k * stride..];
             let Some(reflection) = Reflection::of(self.head[k * n + k], v) else { continue };

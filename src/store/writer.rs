@@ -55,6 +55,15 @@ pub struct Request {
     pub reply: oneshot::Sender<Result<Outcome, RepositoryError>>,
 }
 
+impl Request {
+    fn end(self, outcome: Result<Outcome, RepositoryError>) {
+        // First of all the idempotency key is given back: whoever hears the outcome may ask again at once.
+        drop(self.work);
+        // Whoever asked may be gone; what was asked is done.
+        let _gone = self.reply.send(outcome);
+    }
+}
+
 #[expect(clippy::large_enum_variant, reason = "nearly every message is the large one")]
 pub enum Message {
     Write(Request),
@@ -131,8 +140,7 @@ impl Writer {
         match self.transact(&group).await {
             Ok(outcomes) => {
                 for (request, outcome) in group.into_iter().zip(outcomes) {
-                    // Whoever asked may be gone; what was asked is done.
-                    let _gone = request.reply.send(outcome);
+                    request.end(outcome);
                 }
             }
             Err(error) if group.len() > 1 && code(&error).is_some_and(|code| REFUSING_CODES.contains(&code)) => {
@@ -142,13 +150,13 @@ impl Writer {
                         Ok(mut outcomes) => outcomes.pop().unwrap_or_else(|| Err(lost())),
                         Err(error) => Err(failure(&error)),
                     };
-                    let _gone = request.reply.send(outcome);
+                    request.end(outcome);
                 }
             }
             Err(error) => {
                 tracing::error!(%error, requests = group.len(), "a transaction failed");
                 for request in group {
-                    let _gone = request.reply.send(Err(failure(&error)));
+                    request.end(Err(failure(&error)));
                 }
             }
         }

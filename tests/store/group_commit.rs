@@ -19,6 +19,7 @@ fn receipt(key: &str) -> Receipt {
             etag: None,
             body: format!("{{\"number\":{}}}", stored.number).into_bytes(),
         }),
+        claim: None,
     }
 }
 
