@@ -1,6 +1,6 @@
 //! Gear jobs as they are written and read.
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -66,30 +66,49 @@ pub struct JobBody {
     pub updated_at: Moment,
 }
 
-/// Changes of a job. A field that is left out stays; `null` clears an optional one; `tags` are replaced as a whole.
+/// Changes of a job. A field that is left out stays as it is.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = JobPatch, example = json!({"machine": "grinder 4", "tags": {"shift": "day"}}))]
+#[schema(as = JobPatch, example = json!({"machine": "grinder 4", "tags": {"shift": "day"}, "clear": ["serial_number"]}))]
 pub struct JobPatchBody {
+    /// The new name.
     #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
-    #[serde(default, deserialize_with = "update")]
+    /// The new part number.
+    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
-    pub part_number: Update<ShortText>,
-    #[serde(default, deserialize_with = "update")]
+    pub part_number: Option<ShortText>,
+    /// The new serial number.
+    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
-    pub serial_number: Update<ShortText>,
-    #[serde(default, deserialize_with = "update")]
+    pub serial_number: Option<ShortText>,
+    /// The new name of the machine.
+    #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
-    pub machine: Update<ShortText>,
-    /// Replaced as a whole; `null` clears it.
-    #[serde(default, deserialize_with = "update")]
-    #[schema(value_type = GearBody, required = false)]
-    pub gear: Update<GearBody>,
+    pub machine: Option<ShortText>,
+    /// The new gear, which replaces the old one as a whole.
+    #[serde(default, deserialize_with = "present")]
+    pub gear: Option<GearBody>,
+    /// The new tags, which replace the old ones as a whole; `{}` leaves none.
     #[serde(default, deserialize_with = "present")]
     #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
     pub tags: Option<Tags>,
+    /// What the job shall no longer have. A field that stands here cannot be given a value at the same time.
+    #[serde(default)]
+    #[schema(required = false, max_items = 4)]
+    pub clear: Vec<ClearableName>,
+}
+
+/// A field that a job need not have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = JobOptionalField)]
+pub enum ClearableName {
+    PartNumber,
+    SerialNumber,
+    Machine,
+    Gear,
 }
 
 /// Some jobs, newest first.
@@ -100,14 +119,6 @@ pub struct JobPageBody {
     /// Where the next page begins; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
-}
-
-/// Left out: stays; `null`: is cleared; otherwise: is set.
-fn update<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<Update<T>, D::Error> {
-    Ok(match Option::<T>::deserialize(deserializer)? {
-        Some(value) => Update::Set(value),
-        None => Update::Clear,
-    })
 }
 
 impl TryFrom<NewJobBody> for JobDraft {
@@ -130,17 +141,31 @@ impl TryFrom<JobPatchBody> for JobPatch {
     type Error = Faults;
 
     fn try_from(body: JobPatchBody) -> Result<Self, Faults> {
-        if let Update::Set(gear) = &body.gear {
-            gear.checked("/gear")?;
+        let mut faults = Faults::default();
+        if let Some(Err(found)) = body.gear.as_ref().map(|gear| gear.checked("/gear")) {
+            faults.append(found);
         }
-        Ok(JobPatch {
+        let mut update = |name: ClearableName, value: Option<String>| {
+            let cleared = body.clear.iter().position(|cleared| *cleared == name);
+            match (value, cleared) {
+                (None, None) => Update::Keep,
+                (Some(value), None) => Update::Set(value),
+                (None, Some(_)) => Update::Clear,
+                (Some(value), Some(i)) => {
+                    faults.push(format!("/clear/{i}"), "the field is given a value at the same time");
+                    Update::Set(value)
+                }
+            }
+        };
+        let patch = JobPatch {
             name: body.name.map(String::from),
-            part_number: body.part_number.map(String::from),
-            serial_number: body.serial_number.map(String::from),
-            machine: body.machine.map(String::from),
-            gear: body.gear.map(|gear| gear_text(&gear)),
+            part_number: update(ClearableName::PartNumber, body.part_number.map(String::from)),
+            serial_number: update(ClearableName::SerialNumber, body.serial_number.map(String::from)),
+            machine: update(ClearableName::Machine, body.machine.map(String::from)),
+            gear: update(ClearableName::Gear, body.gear.as_ref().map(gear_text)),
             tags: body.tags.map(|tags| tags.0),
-        })
+        };
+        faults.into_result(patch)
     }
 }
 
@@ -180,11 +205,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_patch_tells_left_out_from_null() {
-        let patch: JobPatch =
-            serde_json::from_str::<JobPatchBody>(r#"{"machine":null,"part_number":"P"}"#).unwrap().try_into().unwrap();
+    fn a_patch_tells_what_stays_from_what_is_cleared() {
+        let read = |text: &str| serde_json::from_str::<JobPatchBody>(text).unwrap().try_into();
+        let patch: JobPatch = read(r#"{"clear":["machine"],"part_number":"P"}"#).unwrap();
         assert_eq!((patch.machine, patch.serial_number), (Update::Clear, Update::Keep));
         assert_eq!(patch.part_number, Update::Set("P".to_owned()));
+        let both: Result<JobPatch, Faults> = read(r#"{"clear":["gear","machine"],"machine":"M"}"#);
+        assert_eq!(both.unwrap_err().list()[0].pointer, "/clear/1");
         assert!(serde_json::from_str::<JobPatchBody>(r#"{"name":null}"#).is_err());
         assert!(serde_json::from_str::<JobPatchBody>(r#"{"id":"x"}"#).is_err());
     }

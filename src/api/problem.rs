@@ -19,7 +19,7 @@ pub struct Problem {
     #[schema(value_type = String, format = "uri", example = "urn:flankfit:problem:invalid_request")]
     pub kind: Cow<'static, str>,
     /// The kind of problem in words; the same for every occurrence.
-    #[schema(value_type = String, example = "The request is well-formed but impossible")]
+    #[schema(value_type = String, example = "The request holds what cannot be accepted")]
     pub title: Cow<'static, str>,
     /// The HTTP status.
     #[schema(example = 422)]
@@ -27,11 +27,14 @@ pub struct Problem {
     /// Stable name of the kind of problem.
     #[schema(value_type = String, example = "invalid_request")]
     pub code: Cow<'static, str>,
-    /// What is wrong this time and what to do about it.
+    /// What is wrong this time and what to do about it. Of faults in the request: the first with its place, and how many more there are.
     pub detail: String,
     /// Every fault found in the request (the first 100), by its place.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<ProblemError>,
+    /// Faults beyond those listed.
+    #[serde(skip)]
+    pub unlisted: usize,
     /// Id of the request, as in the header `x-request-id`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub request_id: Option<String>,
@@ -156,7 +159,7 @@ impl ProblemCode {
                 (415, "urn:flankfit:problem:unsupported_media_type", "The media type is not supported")
             }
             Self::InvalidRequest => {
-                (422, "urn:flankfit:problem:invalid_request", "The request is well-formed but impossible")
+                (422, "urn:flankfit:problem:invalid_request", "The request holds what cannot be accepted")
             }
             Self::RankDeficient => (422, "urn:flankfit:problem:rank_deficient", "The columns are linearly dependent"),
             Self::NotConverged => (422, "urn:flankfit:problem:not_converged", "The computation did not converge"),
@@ -195,6 +198,7 @@ impl Problem {
             code: code.name().into(),
             detail: detail.into(),
             errors: Vec::new(),
+            unlisted: 0,
             request_id: None,
             retry_after: None,
             cause: None,
@@ -203,17 +207,31 @@ impl Problem {
 
     /// 422 with every fault by its place.
     pub fn invalid(faults: Faults) -> Self {
-        let detail = match faults.count() {
-            1 => "1 fault; `errors` says where.".to_owned(),
-            n if n <= Faults::MOST => format!("{n} faults; `errors` says where."),
-            n => format!("{n} faults; `errors` lists the first {}.", Faults::MOST),
-        };
-        let errors = faults
+        let errors: Vec<ProblemError> = faults
             .list()
             .iter()
             .map(|fault| ProblemError { pointer: fault.pointer.clone(), detail: fault.detail.clone() })
             .collect();
-        Problem { errors, ..Problem::new(ProblemCode::InvalidRequest, detail) }
+        let unlisted = faults.count() - errors.len();
+        Problem { errors, unlisted, ..Problem::new(ProblemCode::InvalidRequest, "") }.summed_up()
+    }
+
+    /// The first fault with its place, and how many more there are: what a log needs.
+    fn summed_up(mut self) -> Self {
+        let Some(first) = self.errors.first() else { return self };
+        let place = if first.pointer.is_empty() { String::new() } else { format!("{}: ", first.pointer) };
+        let told = first.detail.trim_end_matches('.');
+        let stop = if told.ends_with('?') { "" } else { "." };
+        self.detail = match (self.errors.len() - 1, self.unlisted) {
+            (0, 0) => format!("{place}{told}{stop}"),
+            (1, 0) => format!("{place}{told}; and 1 fault more, see `errors`."),
+            (more, 0) => format!("{place}{told}; and {more} faults more, see `errors`."),
+            (more, unlisted) => {
+                let all = more + 1 + unlisted;
+                format!("{place}{told}; the first of {all} faults, of which `errors` lists {}.", more + 1)
+            }
+        };
+        self
     }
 
     /// A fit that was refused on the way of a larger request; `place` says where there its faults stand.
@@ -227,7 +245,7 @@ impl Problem {
     /// The same with its faults at other places.
     pub fn placed(mut self, place: impl Fn(&str) -> String) -> Self {
         self.errors.iter_mut().for_each(|error| error.pointer = place(&error.pointer));
-        self
+        if self.code == ProblemCode::InvalidRequest.name() { self.summed_up() } else { self }
     }
 
     /// 500: the cause goes to the log, nothing of it to the client.
@@ -291,6 +309,23 @@ mod tests {
         let problem = Problem::new(ProblemCode::Conflict, "x");
         assert_eq!((problem.status, problem.code.as_ref()), (409, "conflict"));
         assert!(problem.kind.ends_with(problem.code.as_ref()));
+    }
+
+    #[test]
+    fn the_first_fault_stands_in_the_detail() {
+        let mut faults = Faults::default();
+        let mut said = |pointer: &str, detail: &str| {
+            faults.push(pointer, detail);
+            Problem::invalid(faults.clone()).detail
+        };
+        assert_eq!(said("/nodes/z/3/7", "expected a number"), "/nodes/z/3/7: expected a number.");
+        assert_eq!(said("/a", "b"), "/nodes/z/3/7: expected a number; and 1 fault more, see `errors`.");
+        assert_eq!(said("/c", "d"), "/nodes/z/3/7: expected a number; and 2 faults more, see `errors`.");
+        (3..120).for_each(|_| drop(said("/e", "f")));
+        let many = Problem::invalid(faults.clone()).placed(|pointer| format!("/fit{pointer}"));
+        let told = "/fit/nodes/z/3/7: expected a number; the first of 120 faults, of which `errors` lists 100.";
+        assert_eq!(many.detail, told);
+        assert_eq!(Problem::invalid(Faults::one("", "expected an object.")).detail, "expected an object.");
     }
 
     #[test]

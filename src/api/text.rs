@@ -33,7 +33,8 @@ impl<'de, const MOST: usize> Deserialize<'de> for Text<MOST> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
         if text.trim().is_empty() {
-            return Err(D::Error::custom("the text is empty; leave the field out instead"));
+            let found = if text.is_empty() { "is empty" } else { "holds only blanks" };
+            return Err(D::Error::custom(format_args!("a text of 1 to {MOST} characters is wanted; this one {found}")));
         }
         let count = text.chars().count();
         if count > MOST {
@@ -138,7 +139,7 @@ mod tests {
     fn texts_have_bounds() {
         assert_eq!(String::from(read::<Text<3>>("\"äöü\"").unwrap()), "äöü");
         assert!(read::<Text<3>>("\"abcd\"").unwrap_err().contains("4 characters; at most 3"));
-        assert!(read::<Text<3>>("\" \"").unwrap_err().contains("empty"));
+        assert!(read::<Text<3>>("\" \"").unwrap_err().contains("only blanks"));
     }
 
     #[test]

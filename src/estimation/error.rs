@@ -14,6 +14,8 @@ pub struct Fault {
 pub struct Faults {
     faults: Vec<Fault>,
     count: usize,
+    /// Places of which one fault says all.
+    settled: Vec<String>,
 }
 
 impl Faults {
@@ -29,14 +31,37 @@ impl Faults {
 
     /// Adds a fault.
     pub fn push(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
-        self.count += 1;
-        if self.faults.len() < Self::MOST {
-            self.faults.push(Fault { pointer: pointer.into(), detail: detail.into() });
+        let pointer = pointer.into();
+        if !self.settled.contains(&pointer) {
+            self.count += 1;
+            if self.faults.len() < Self::MOST {
+                self.faults.push(Fault { pointer, detail: detail.into() });
+            }
         }
     }
 
+    /// Adds a fault that says all of its place: no other one is taken there.
+    pub fn settle(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
+        let pointer = pointer.into();
+        if !self.settled.contains(&pointer) && self.settled.len() < Self::MOST {
+            self.forget(&pointer);
+            self.push(pointer.clone(), detail);
+            self.settled.push(pointer);
+        }
+    }
+
+    fn forget(&mut self, pointer: &str) {
+        let before = self.faults.len();
+        self.faults.retain(|fault| fault.pointer != pointer);
+        self.count -= before - self.faults.len();
+    }
+
     /// Takes over another list's faults.
-    pub fn append(&mut self, other: Faults) {
+    pub fn append(&mut self, mut other: Faults) {
+        self.settled.iter().for_each(|pointer| other.forget(pointer));
+        other.settled.retain(|pointer| !self.settled.contains(pointer));
+        other.settled.iter().for_each(|pointer| self.forget(pointer));
+        self.settled.append(&mut other.settled);
         self.count += other.count;
         let room = Self::MOST - self.faults.len();
         self.faults.extend(other.faults.into_iter().take(room));
@@ -46,7 +71,7 @@ impl Faults {
     pub fn moved(&self, place: impl Fn(&str) -> String) -> Faults {
         let each = self.faults.iter();
         let faults = each.map(|fault| Fault { pointer: place(&fault.pointer), detail: fault.detail.clone() }).collect();
-        Faults { faults, count: self.count }
+        Faults { faults, count: self.count, settled: self.settled.iter().map(|pointer| place(pointer)).collect() }
     }
 
     /// The faults kept.
@@ -94,5 +119,28 @@ pub enum FitError {
 impl From<Faults> for FitError {
     fn from(faults: Faults) -> Self {
         FitError::Invalid(faults)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_settled_place_one_thing_is_said() {
+        let mut faults = Faults::one("/a", "before");
+        faults.settle("/a", "all");
+        faults.push("/a", "after");
+        faults.push("/b", "other");
+        let mut second = Faults::one("/a", "elsewhere");
+        second.push("/b", "again");
+        second.settle("/b", "all of b");
+        faults.append(second);
+        let told: Vec<_> = faults.list().iter().map(|fault| (&*fault.pointer, &*fault.detail)).collect();
+        assert_eq!(told, [("/a", "all"), ("/b", "all of b")]);
+        assert_eq!(faults.count(), 2);
+        let mut moved = faults.moved(|pointer| format!("/x{pointer}"));
+        moved.push("/x/a", "after");
+        assert_eq!(moved.count(), 2);
     }
 }

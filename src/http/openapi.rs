@@ -122,7 +122,7 @@ fn refusals(path: &str, operation: &mut Operation) {
         (versioned && body, "408", "The body did not arrive in time."),
         (versioned && body, "413", "The body is too large (counted after decompression)."),
         (versioned && body, "415", "The media type or the compression is not supported."),
-        (versioned && body, "422", "Well-formed but impossible; `errors` points to every fault."),
+        (versioned && body, "422", "The request holds what cannot be accepted; `errors` points to every fault."),
         (true, "500", "The fault is on the server's side; nothing was stored."),
         (true, "503", "Busy, or no answer in time; try again after `Retry-After` seconds."),
     ];

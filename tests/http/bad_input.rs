@@ -1,4 +1,4 @@
-//! Well-formed but impossible: 422 with pointers.
+//! JSON that cannot be accepted: 422 with pointers.
 
 use crate::harness::{Answer, TestApp};
 

@@ -18,5 +18,6 @@ mod mutations;
 mod operation;
 mod regularization;
 mod shapes;
+mod strict;
 mod studies;
 mod wording;

@@ -61,6 +61,39 @@ async fn tiny_and_huge_numbers_are_written_with_an_exponent() {
 }
 
 #[tokio::test]
+async fn the_detail_alone_is_worth_logging() {
+    let app = TestApp::start().await;
+    let curve = r#""nodes":{"type":"curve","x":[0,1,2,3],"y":[1,3.1,4.9,7.2]}"#;
+    for (request, detail) in [
+        (
+            format!(r#"{curve},{LINE},"regularisation":{{}}"#),
+            "/regularisation: there is no such field; did you mean `regularization`?",
+        ),
+        (format!(r#"{curve},"modle":{{}},{LINE}"#), "/modle: there is no such field; did you mean `model`?"),
+        (
+            format!(r#""nodes":{{"type":"curve","x":[0,1],"y":[0,1],"wieght":[1,1]}},{LINE}"#),
+            "/nodes/wieght: there is no such field; did you mean `weight`?",
+        ),
+    ] {
+        let problem = app.fit(&format!("{{{request}}}")).await.problem(422, "invalid_request");
+        assert_eq!(problem["detail"], detail, "{problem}");
+        assert_eq!(problem["title"], "The request holds what cannot be accepted");
+    }
+    let answer = send(app.post("/v1/jobs", r#"{"name":""}"#)).await.problem(422, "invalid_request");
+    assert_eq!(answer["detail"], "/name: a text of 1 to 200 characters is wanted; this one is empty.");
+    let gear = r#"{"gear":{"teeth":20,"normal_module_mm":1,"helix_angel_deg":1},"class":12}"#;
+    let answer = send(app.post("/v1/gears/tolerances", gear)).await.problem(422, "invalid_request");
+    let told = answer["detail"].as_str().unwrap();
+    assert!(
+        told.starts_with("/gear/helix_angel_deg: there is no such field; did you mean `helix_angle_deg`?"),
+        "{told}"
+    );
+    let answer = send(app.get("/v1/jobs?limt=3")).await.problem(422, "invalid_request");
+    assert_eq!(answer["detail"], "/limt: there is no such query parameter; did you mean `limit`?");
+    app.stop().await;
+}
+
+#[tokio::test]
 async fn one_is_one_and_no_type_of_rust_is_named() {
     let app = TestApp::start().await;
     let curve = r#""nodes":{"type":"curve","x":[0,1,2,3],"y":[1,3.1,4.9,7.2]}"#;

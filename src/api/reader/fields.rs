@@ -5,8 +5,10 @@
 use super::{
     ReadError,
     cursor::{Cursor, Syntax, Token},
+    nulls,
     numbers::Numbers,
     request::{escape, malformed},
+    wording::no_such_field,
 };
 use crate::estimation::Faults;
 
@@ -21,7 +23,10 @@ impl<'a> Fields<'a> {
     pub fn of_request(text: &'a [u8], keys: &[&'static str], faults: &mut Faults) -> Result<Self, ReadError> {
         let mut cursor = Cursor::new(text);
         let fields = Self::walk(&mut cursor, "", keys, faults);
-        fields.and_then(|fields| cursor.end().map(|()| fields)).map_err(|syntax| malformed(text, &syntax))
+        let fields =
+            fields.and_then(|fields| cursor.end().map(|()| fields)).map_err(|syntax| malformed(text, &syntax))?;
+        nulls::refuse(&cursor, faults);
+        Ok(fields)
     }
 
     /// The fields of a part of a request that stands at `at`, known to be JSON.
@@ -58,10 +63,7 @@ impl<'a> Fields<'a> {
         cursor.object(|cursor, key| {
             let slice = cursor.skip_value()?;
             match keys.iter().find(|known| **known == key) {
-                None => faults.push(
-                    format!("{at}/{}", escape(&key)),
-                    format!("there is no such field; expected {}", listed(keys)),
-                ),
+                None => faults.push(format!("{at}/{}", escape(&key)), no_such_field(&key, keys)),
                 Some(known) if fields.get(known).is_some() => {
                     faults.push(format!("{at}/{known}"), "the field stands twice");
                 }
@@ -70,15 +72,6 @@ impl<'a> Fields<'a> {
             Ok(())
         })?;
         Ok(fields)
-    }
-}
-
-fn listed(keys: &[&str]) -> String {
-    let quoted: Vec<_> = keys.iter().map(|key| format!("`{key}`")).collect();
-    match &quoted[..] {
-        [] => "none".to_owned(),
-        [only] => only.clone(),
-        [before @ .., last] => format!("{} or {last}", before.join(", ")),
     }
 }
 

@@ -14,7 +14,9 @@ mod estimator;
 mod every;
 mod fields;
 mod filters;
+mod nearest;
 mod nodes;
+mod nulls;
 mod numbers;
 mod regularization;
 mod request;
@@ -46,7 +48,7 @@ pub enum ReadError {
     /// Not JSON (or not CSV), with the place.
     #[error("{detail}")]
     Malformed { detail: String },
-    /// Well-formed but impossible.
+    /// JSON (or CSV) that says what cannot be done.
     #[error("{} fault(s)", .0.count())]
     Invalid(Faults),
 }

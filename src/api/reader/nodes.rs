@@ -6,6 +6,7 @@ use super::{
     cursor::{Cursor, Syntax, Token},
     numbers::Numbers,
     request::{escape, read_part},
+    wording::no_such_field,
 };
 use crate::api::text::control_character;
 use crate::estimation::{
@@ -56,7 +57,8 @@ impl<'a> RawNodes<'a> {
             "valid" => self.valid.replace(cursor.skip_value()?).is_some(),
             "names" => self.names.replace(cursor.skip_value()?).is_some(),
             other => {
-                self.faults.push(format!("/nodes/{}", escape(other)), "no type of nodes has this field");
+                const KNOWN: [&str; 9] = ["type", "x", "y", "u", "v", "z", "weight", "valid", "names"];
+                self.faults.push(format!("/nodes/{}", escape(other)), no_such_field(other, &KNOWN));
                 cursor.skip_value()?;
                 false
             }

@@ -7,8 +7,9 @@ use super::{
     cursor::{Cursor, Syntax, Token, place},
     every,
     nodes::RawNodes,
+    nulls,
     spec::{RawSpec, SPEC_KEYS},
-    wording::explain,
+    wording::{explain, no_such_field},
 };
 use crate::estimation::{Faults, FitSpec, Nodes};
 
@@ -81,6 +82,7 @@ fn walk<E: Extra>(text: &[u8], wanted: Wanted) -> Result<Walked<'_>, ReadError> 
     let mut walked = Walked::default();
     let mut cursor = Cursor::new(text);
     walk_text::<E>(&mut cursor, wanted, &mut walked).map_err(|syntax| malformed(text, &syntax))?;
+    nulls::refuse(&cursor, &mut walked.faults);
     Ok(walked)
 }
 
@@ -105,7 +107,10 @@ fn walk_text<'a, E: Extra>(cursor: &mut Cursor<'a>, wanted: Wanted, walked: &mut
             walked.extras.push((known, cursor.skip_value()?));
             twice
         } else {
-            walked.faults.push(format!("/{}", escape(key)), "there is no such field");
+            let nodes = (wanted != Wanted::Spec).then_some("nodes");
+            let spec = SPEC_KEYS.iter().filter(|_| wanted != Wanted::Nodes);
+            let known: Vec<&str> = nodes.into_iter().chain(spec.chain(E::KEYS).copied()).collect();
+            walked.faults.push(format!("/{}", escape(key)), no_such_field(key, &known));
             cursor.skip_value()?;
             false
         };
@@ -139,11 +144,17 @@ pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, ReadError> {
     let mut cursor = Cursor::new(text);
     cursor.skip_value().and_then(|_| cursor.end()).map_err(|syntax| malformed(text, &syntax))?;
     let mut faults = Faults::default();
-    if let Some(value) = read_object(text, "", &mut faults) {
-        return Ok(value);
+    nulls::refuse(&cursor, &mut faults);
+    let mut others = Faults::default();
+    let value = read_object(text, "", &mut others);
+    if value.is_none() {
+        every::add_further::<T>(text, &mut others);
+        faults.append(others);
     }
-    every::add_further::<T>(text, &mut faults);
-    Err(ReadError::Invalid(faults))
+    match value {
+        Some(value) => Ok(faults.into_result(value)?),
+        None => Err(ReadError::Invalid(faults)),
+    }
 }
 
 pub fn malformed(text: &[u8], syntax: &Syntax) -> ReadError {

@@ -5,6 +5,7 @@
 
 use std::borrow::Cow;
 
+use super::nearest::nearest;
 use crate::estimation::words::{Shown, entries};
 
 /// Characters of the caller's text that a message repeats.
@@ -20,7 +21,9 @@ pub fn explain(message: &str) -> (Option<String>, String) {
         Some(rest.rsplit_once("`, expected ").unwrap_or((rest.strip_suffix('`').unwrap_or(rest), "")))
     };
     if let Some((name, known)) = named("unknown field `") {
-        return (Some(name.to_owned()), format!("there is no such field; expected {known}"));
+        // serde lists them as "`a`, `b`", "`a` or `b`" or "one of `a`, `b`": every second piece between the quotes is a name
+        let names: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
+        return (Some(name.to_owned()), no_such_field(name, &names));
     }
     if let Some((name, _)) = named("missing field `") {
         return (Some(name.to_owned()), "missing".into());
@@ -29,6 +32,19 @@ pub fn explain(message: &str) -> (Option<String>, String) {
         return (Some(name.to_owned()), "the field stands twice".into());
     }
     (None, reworded(message).unwrap_or_else(|| message.to_owned()))
+}
+
+/// What to say of a field that is not known.
+pub fn no_such_field(name: &str, known: &[&str]) -> String {
+    if let Some(near) = nearest(name, known.iter().copied()) {
+        return format!("there is no such field; did you mean `{near}`?");
+    }
+    let quoted: Vec<_> = known.iter().map(|key| format!("`{key}`")).collect();
+    match &quoted[..] {
+        [] => "there is no such field; expected none".to_owned(),
+        [only] => format!("there is no such field; expected {only}"),
+        [before @ .., last] => format!("there is no such field; expected {} or {last}", before.join(", ")),
+    }
 }
 
 fn reworded(message: &str) -> Option<String> {

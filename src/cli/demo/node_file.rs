@@ -3,6 +3,7 @@
 //! - JSON: a fit request, or a `nodes` object alone.
 //! - CSV with the header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
 //! - CSV of gear tester traces, see [`super::traces`].
+//! - what `POST …/import` takes: curves of a gear tester (.mka), a REXS model with topographies. Of each flank the tooth with the most nodes.
 
 use std::{
     fs, io,
@@ -12,7 +13,15 @@ use std::{
 use serde_json::{Value, json};
 
 use super::traces;
-use crate::api::{nodes_text, reader::read_csv};
+use crate::{
+    api::{
+        gears::file::{self, ImportSpecBody},
+        nodes_text,
+        problem::Problem,
+        reader::read_csv,
+    },
+    gear::Side,
+};
 
 /// Nodes to be shown, as the body of a fit request.
 #[derive(Debug)]
@@ -62,11 +71,21 @@ pub enum NodeFileError {
     Field { path: PathBuf, line: u64, column: String, reason: String },
     #[error("{} holds no samples", path.display())]
     Empty { path: PathBuf },
+    #[error("{}: {reason}", path.display())]
+    Measured { path: PathBuf, reason: String },
+    #[error("{} is neither UTF-8 nor a file of a gear tester", path.display())]
+    NotText { path: PathBuf },
 }
 
 /// Reads a file of any of the known forms.
 pub fn read(path: &Path) -> Result<Vec<NodeSet>, NodeFileError> {
-    let text = fs::read_to_string(path).map_err(|source| NodeFileError::Unreadable { path: path.into(), source })?;
+    let content = fs::read(path).map_err(|source| NodeFileError::Unreadable { path: path.into(), source })?;
+    let name = name_of(path);
+    if is_of_a_tester(&name, &content) {
+        return from_tester(&name, &content)
+            .map_err(|problem| NodeFileError::Measured { path: path.into(), reason: problem.detail });
+    }
+    let text = std::str::from_utf8(&content).map_err(|_| NodeFileError::NotText { path: path.into() })?;
     let text = text.trim_start_matches('\u{feff}');
     if text.trim_start().starts_with('{') {
         return from_json(path, text).map(|set| vec![set]);
@@ -117,6 +136,41 @@ fn from_traces(path: &Path, text: &str) -> Result<Vec<NodeSet>, NodeFileError> {
         report: flank.report,
     });
     Ok(sets.collect())
+}
+
+/// Whether content or ending say curves, values or a gear model. CSV is taken for nodes: points on a gear need the gear beside them.
+fn is_of_a_tester(name: &str, content: &[u8]) -> bool {
+    let start = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
+    let ending = name.rsplit_once('.').map(|(_, ending)| ending.to_lowercase());
+    start.starts_with(b"<")
+        || start.get(..6).is_some_and(|word| word.eq_ignore_ascii_case(b"HEADER"))
+        || ending.is_some_and(|ending| ["mka", "mew", "rexs", "xml"].contains(&ending.as_str()))
+}
+
+/// What an import would make of the file, of each flank the tooth with the most nodes.
+fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
+    let read = file::read(content, Some(name), &ImportSpecBody::default(), None)?;
+    let mut report = String::new();
+    for warning in &read.warnings {
+        report.push_str(&format!("  {}: {}\n", warning.code, warning.message));
+    }
+    let mut sets = Vec::new();
+    for side in [Side::Left, Side::Right] {
+        let Some(flank) = read.nodes.iter().find(|flank| flank.side == side) else { continue };
+        let nodes = serde_json::from_slice(&nodes_text::to_json(&flank.nodes()?)).map_err(Problem::internal)?;
+        let of = format!("{}, {} flank of tooth {}", name, file::word(side), flank.tooth);
+        let count = flank.places.len();
+        let report = match flank.traces {
+            0 => format!("{report}  {count} points of the flank used.\n"),
+            traces => format!("{report}  {count} samples of {traces} traces used.\n"),
+        };
+        sets.push(NodeSet { name: of, request: request_for(nodes), units: Units::FlankDeviation, report });
+    }
+    if sets.is_empty() {
+        // says which flanks there are: none with a known place
+        read.flank(&ImportSpecBody::default())?;
+    }
+    Ok(sets)
 }
 
 /// The reader's error, with the column's name where it knows only its number.

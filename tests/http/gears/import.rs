@@ -178,6 +178,31 @@ async fn what_cannot_be_imported_is_said_with_line_and_column() {
 }
 
 #[test]
+fn the_demonstration_takes_curves_of_a_tester() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, content: &[u8]| {
+        std::fs::write(folder.path().join(name), content).unwrap();
+        let program = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+            .args(["demo", "--exit", "--nodes", name])
+            .current_dir(folder.path())
+            .env("FLANKFIT_BIND", "127.0.0.1:0")
+            .output()
+            .unwrap();
+        (program.status.success(), String::from_utf8([program.stdout, program.stderr].concat()).unwrap())
+    };
+    let (done, text) = run("1.mka", &file(true));
+    assert!(done && text.contains("1.mka, left flank of tooth 1") && text.contains("samples of 6 traces"), "{text}");
+    // 10 µm over the evaluated profile, as they were put into the file
+    assert!(text.contains("profile slope f_Hα") && text.contains("helix slope f_Hβ"), "{text}");
+    for (name, content, says) in
+        [("2.mka", &b"hello"[..], "expected HEADER KS.MK.FILE"), ("3.rexs", b"<model>", "line")]
+    {
+        let (done, text) = run(name, content);
+        assert!(!done && text.contains(name) && text.contains(says), "{text}");
+    }
+}
+
+#[test]
 fn the_program_evaluates_a_file_without_a_server() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("1.mka");

@@ -14,7 +14,7 @@ async fn a_job_is_changed_only_by_whoever_saw_its_latest_version() {
     assert_eq!((&patched.json()["machine"], &patched.json()["tags"]), (&json!("K300"), &json!({"a": "b"})));
     app.patch_if(&job, "\"1\"", &json!({"machine": "K400"})).await.problem(412, "precondition_failed");
     app.patch_if(&job, "W/\"2\"", &json!({"machine": "K400"})).await.problem(412, "precondition_failed");
-    app.patch_if(&job, "*", &json!({"machine": null})).await.expect(200);
+    app.patch_if(&job, "*", &json!({"clear": ["machine"]})).await.expect(200);
     let now = app.get(&job).await.expect(200);
     assert_eq!(now.header("etag"), Some("\"3\""));
     assert!(now.json().get("machine").is_none(), "what does not exist is left out: {}", now.text);

@@ -1,0 +1,139 @@
+//! What no request may hold: a field that is `null`, a field that is not known. Every example is walked through, field by field.
+
+use flankfit::{api::examples::REQUEST_EXAMPLES, http::openapi::openapi_json};
+use reqwest::Method;
+use serde_json::{Value, json};
+
+use crate::harness::{Answer, TestApp, send};
+
+/// A job with an iteration and an open stream, and where requests of every operation go.
+struct Places {
+    document: Value,
+    job: String,
+    stream: String,
+}
+
+impl Places {
+    async fn make(app: &TestApp) -> Self {
+        let example = |name: &str| REQUEST_EXAMPLES.iter().find(|example| example.name == name).unwrap().text;
+        let job = send(app.post("/v1/jobs", example("job"))).await.header("location").to_owned();
+        assert_eq!(send(app.post(&format!("{job}/iterations"), example("iteration"))).await.status, 201);
+        let stream = send(app.post(&format!("{job}/streams"), example("stream"))).await;
+        assert_eq!(stream.status, 201, "{}", stream.text);
+        let id = |place: &str| place.rsplit('/').next().unwrap().to_owned();
+        let document = serde_json::from_str(openapi_json()).unwrap();
+        Places { document, job: id(&job), stream: id(stream.header("location")) }
+    }
+
+    /// Method and path of an operation.
+    fn of(&self, operation_id: &str) -> (Method, String) {
+        for (path, item) in self.document["paths"].as_object().unwrap() {
+            for (method, operation) in item.as_object().unwrap() {
+                if operation["operationId"] == operation_id {
+                    let path = path.replace("{job_id}", &self.job).replace("{number}", "1");
+                    let path = path.replace("{stream_id}", &self.stream);
+                    return (method.to_uppercase().parse().unwrap(), path);
+                }
+            }
+        }
+        panic!("{operation_id}");
+    }
+}
+
+/// The pointer of every object of a value.
+fn objects(value: &Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Object(fields) => {
+            found.push(at.to_owned());
+            for (key, value) in fields {
+                objects(value, &format!("{at}/{key}"), found);
+            }
+        }
+        Value::Array(entries) => {
+            for (i, value) in entries.iter().enumerate() {
+                objects(value, &format!("{at}/{i}"), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+async fn sent(app: &TestApp, (method, path): &(Method, String), body: &Value) -> Answer {
+    let request = app.client.request(method.clone(), app.url(path)).header("content-type", "application/json");
+    send(request.body(body.to_string())).await
+}
+
+#[tokio::test]
+async fn every_field_that_is_null_is_refused() {
+    let app = TestApp::start().await;
+    let places = Places::make(&app).await;
+    let mut count = 0;
+    for example in REQUEST_EXAMPLES {
+        let place = places.of(example.operation_id);
+        let whole: Value = serde_json::from_str(example.text).unwrap();
+        let mut found = Vec::new();
+        objects(&whole, "", &mut found);
+        for object in found {
+            let keys: Vec<String> = whole.pointer(&object).unwrap().as_object().unwrap().keys().cloned().collect();
+            for key in keys {
+                let mut body = whole.clone();
+                body.pointer_mut(&object).unwrap()[&key] = Value::Null;
+                let answer = sent(&app, &place, &body).await;
+                let pointer = format!("{object}/{key}");
+                let told = answer.problem(422, "invalid_request");
+                let errors = told["errors"].as_array().unwrap();
+                let of: Vec<&Value> = errors.iter().filter(|error| error["pointer"] == pointer.as_str()).collect();
+                assert_eq!(of.len(), 1, "{} {pointer}: {}", example.name, answer.text);
+                assert!(of[0]["detail"].as_str().unwrap().contains("leave the field out"), "{}", answer.text);
+                assert!(told["detail"].as_str().unwrap().starts_with('/'), "{}", answer.text);
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 400, "{count}");
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn every_field_that_is_not_known_is_refused() {
+    let app = TestApp::start().await;
+    let places = Places::make(&app).await;
+    for example in REQUEST_EXAMPLES {
+        let place = places.of(example.operation_id);
+        let whole: Value = serde_json::from_str(example.text).unwrap();
+        let mut found = Vec::new();
+        objects(&whole, "", &mut found);
+        for object in found {
+            let mut body = whole.clone();
+            body.pointer_mut(&object).unwrap()["no_such_field"] = json!(1);
+            let answer = sent(&app, &place, &body).await;
+            let pointer = format!("{object}/no_such_field");
+            assert!(answer.pointers().contains(&pointer), "{} {pointer}: {}", example.name, answer.text);
+        }
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn null_clears_nothing() {
+    let app = TestApp::start().await;
+    let job =
+        send(app.post("/v1/jobs", r#"{"name":"w","machine":"m","gear":{"teeth":20,"normal_module_mm":1}}"#)).await;
+    let place = (Method::PATCH, job.header("location").to_owned());
+    let refused = sent(&app, &place, &json!({"gear": null, "machine": null})).await;
+    assert_eq!(refused.pointers(), ["/gear", "/machine"]);
+    let refused = sent(&app, &place, &json!({"gear": {"teeth": 20, "normal_module_mm": 2}, "clear": ["gear"]})).await;
+    assert_eq!(refused.pointers(), ["/clear/0"]);
+    let cleared = sent(&app, &place, &json!({"clear": ["gear", "machine"]})).await;
+    assert_eq!((cleared.json().get("gear"), cleared.json().get("machine")), (None, None));
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn heights_that_were_not_measured_pass() {
+    let app = TestApp::start().await;
+    let grid = json!({"nodes": {"type": "grid", "u": [0, 1, 2], "v": [0, 1], "z": [[1, 2], [null, 4], [5, 6]]},
+                      "model": {"type": "polynomial", "degree": 1}});
+    assert_eq!(app.fit(&grid.to_string()).await.status, 200);
+    app.stop().await;
+}
