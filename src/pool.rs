@@ -83,6 +83,7 @@ struct Shared {
     state: Mutex<State>,
     wake: Condvar,
     depth: metrics::Gauge,
+    busy: metrics::Gauge,
 }
 
 #[derive(Default)]
@@ -116,10 +117,12 @@ impl Shared {
                 let handle = job.handle().clone();
                 state.running[worker] = Some(handle.clone());
                 drop(state);
+                self.busy.increment(1.0);
                 let begun = Instant::now();
                 let begins = !handle.is_cancelled();
                 // The panic hook has said what happened; the waiting side sees its channel closed.
                 let answered = catch_unwind(AssertUnwindSafe(|| job.run()));
+                self.busy.decrement(1.0);
                 state = self.lock();
                 state.running[worker] = None;
                 if matches!(answered, Ok(false)) {
@@ -190,6 +193,7 @@ impl WorkPool {
             state: Mutex::new(State { running: vec![None; workers], ..State::default() }),
             wake: Condvar::new(),
             depth: metrics::gauge!(telemetry::QUEUE_DEPTH),
+            busy: metrics::gauge!(telemetry::BUSY_WORKERS),
         });
         // The threads are not joined: they end when the pool stops, and the process does not wait for them.
         let pool = WorkPool { shared, limit: limit.max(1) };

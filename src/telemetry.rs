@@ -19,6 +19,8 @@ pub const REQUESTS: &str = "flankfit_http_requests_total";
 pub const FIT_SECONDS: &str = "flankfit_fit_duration_seconds";
 /// Fits waiting for a worker.
 pub const QUEUE_DEPTH: &str = "flankfit_fit_queue_depth";
+/// Workers at work.
+pub const BUSY_WORKERS: &str = "flankfit_fit_workers_busy";
 /// Seconds that a worker spent on work that was then cancelled. Label: `reason` (`abandoned`: the client left or its time was over;
 /// `stopped`: the server stopped).
 pub const CANCELLED_SECONDS: &str = "flankfit_cancelled_work_seconds";
@@ -89,6 +91,7 @@ pub fn metrics() -> &'static PrometheusHandle {
             "Time spent on work that was cancelled, by reason; work that had not begun counts with 0"
         );
         metrics::describe_gauge!(QUEUE_DEPTH, "Fits waiting for a worker");
+        metrics::describe_gauge!(BUSY_WORKERS, "Workers at work");
         metrics::describe_histogram!(
             BLOCK_SECONDS,
             metrics::Unit::Seconds,

@@ -19,6 +19,7 @@ use super::{
     nodes_codec::{self, Layout},
 };
 use crate::estimation::{FitSpec, Nodes};
+use crate::numerics::cancel::Asking;
 
 const TAG: &[u8] = b"flankfit-input-v1\n";
 const STREAM_TAG: &[u8] = b"flankfit-stream-v1\n";
@@ -68,7 +69,7 @@ fn update(digest: &mut Sha256, nodes: &Nodes) {
     let Layout { head, doubles, tail } = nodes_codec::layout(nodes);
     digest.update(&head);
     let mut block = [0; 8 * BLOCK];
-    for values in doubles.into_iter().flat_map(|array| array.chunks(BLOCK)) {
+    for values in doubles.into_iter().flat_map(|array| array.chunks(BLOCK)).asking(20 * BLOCK) {
         let bytes = &mut block[..8 * values.len()];
         for (place, value) in bytes.as_chunks_mut::<8>().0.iter_mut().zip(values) {
             *place = canonical(*value);

@@ -6,6 +6,7 @@
 
 use std::sync::OnceLock;
 
+use crate::numerics::cancel::Asking;
 use serde::Serialize;
 
 /// An answer has a number that JSON cannot hold; its field, or the field that it stands in.
@@ -65,7 +66,7 @@ impl Json {
     /// Several are formatted before they are copied: a copy that follows its number at once waits for the processor to put
     /// the number's pieces together, which takes longer than writing them.
     fn numbers(&mut self, values: &[f64], mut ends: impl FnMut(usize)) {
-        for (i, values) in values.chunks(TOGETHER).enumerate() {
+        for (i, values) in values.chunks(TOGETHER).enumerate().asking(20 * TOGETHER) {
             self.finite &= values.iter().fold(true, |finite, value| finite & value.is_finite());
             let mut buffers: [_; TOGETHER] = std::array::from_fn(|_| zmij::Buffer::new());
             let mut texts = [&b""[..]; TOGETHER];
@@ -111,7 +112,7 @@ impl Json {
         if let Some(first) = items.next() {
             write(self, first);
         }
-        for item in items {
+        for item in items.asking(100) {
             self.text.push(b',');
             write(self, item);
         }

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use crate::estimation::nodes::{Grid, Nodes};
+use crate::numerics::cancel::Asking;
 
 /// JSON in the contract's form; a missing node is `null`.
 pub fn to_json(nodes: &Nodes) -> Vec<u8> {
@@ -107,7 +108,7 @@ fn table(
     out.extend_from_slice(header.join(",").as_bytes());
     out.push(b'\n');
     let mut row = Vec::new();
-    for i in 0..count {
+    for i in (0..count).asking(200) {
         row.clear();
         fill(i, &mut row);
         row.extend(weight.map(|weight| weight[i]));
@@ -150,7 +151,7 @@ fn rows<T: Copy>(out: &mut Vec<u8>, values: &[T], columns: usize, write: impl Fn
 
 fn list<T>(out: &mut Vec<u8>, values: impl Iterator<Item = T>, write: impl Fn(&mut Vec<u8>, T)) {
     out.push(b'[');
-    for (i, value) in values.enumerate() {
+    for (i, value) in values.enumerate().asking(30) {
         if i > 0 {
             out.push(b',');
         }

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::numerics::{
     Dd, Real,
+    cancel::{self, Asking},
     wide::{Ddx4, F64x4, Lanes},
 };
 
@@ -50,11 +51,17 @@ pub fn projection_error(count: usize, residual: f64, size: f64) -> f64 {
 /// Runs `work` over every chunk and folds the results in order.
 pub fn over_chunks<P: Send>(count: usize, work: impl Fn(std::ops::Range<usize>) -> P + Sync, fold: impl FnMut(P)) {
     let chunks = count.div_ceil(CHUNK);
+    let handle = cancel::current();
+    let work = |range| {
+        cancel::checkpoint();
+        work(range)
+    };
     let range = |i: usize| i * CHUNK..((i + 1) * CHUNK).min(count);
     if count < PARALLEL {
         (0..chunks).map(|i| work(range(i))).for_each(fold);
     } else {
-        let parts: Vec<P> = (0..chunks).into_par_iter().map(|i| work(range(i))).collect();
+        let parts: Vec<P> =
+            (0..chunks).into_par_iter().map(|i| cancel::carry(handle.as_ref(), || work(range(i)))).collect();
         parts.into_iter().for_each(fold);
     }
 }
@@ -170,6 +177,7 @@ fn tiled_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[D
             let mut narrow_a = vec![[S::ZERO; GROUPS]; if project { p } else { 0 }];
             let (mut rss, mut largest) = ([L::ZERO; GROUPS], [F64x4::ZERO; GROUPS]);
             for start in range.clone().step_by(TILE) {
+                cancel::every(4 * TILE * c.len(), (start - range.start) / TILE);
                 let nodes = sample.tile(start);
                 tile::chebyshev(&nodes.u, axes.u.0, &mut a);
                 tile::chebyshev(&nodes.v, axes.v.0, &mut b);
@@ -248,7 +256,7 @@ fn row_residuals<T: Real>(design: &Design, sample: &Sample, c: &[Dd], wanted: Wa
             let mut part = Part { projected: vec![T::of(0.0); n], rss: Dd::ZERO, max_abs: 0.0, values: Vec::new() };
             let mut row = Row::<T>::new(design);
             let mut rss = T::of(0.0);
-            for k in range {
+            for k in range.asking(20 * n) {
                 row.at(design, sample, k);
                 let mut residual = T::of(sample.z(k));
                 for (&j, &x) in row.index.iter().zip(&row.values) {

@@ -15,6 +15,7 @@ use super::{
 };
 use crate::numerics::{
     Dd,
+    cancel::{self, Asking},
     lanes::{self, F64Lanes, Lanes},
     triangular,
 };
@@ -89,6 +90,7 @@ fn correlations(centred: &DMatrix<f64>, deviation: &[f64], varies: impl Fn(usize
     let columns: Vec<&[f64]> = centred.as_slice().chunks_exact(rows).collect();
     let mut out = vec![vec![0.0; n]; n];
     for i in 0..n {
+        cancel::every(n * n, i);
         out[i][i] = 1.0;
         for j in 0..i {
             if varies(i) && varies(j) {
@@ -176,7 +178,7 @@ fn centred(design: &Design, factor: &Factor, caller: &DMatrix<Dd>, weight: f64) 
     let rest = whole - own;
     let outside = design.constant.is_none() && rest > 1e-10 * whole;
     let mut matrix = DMatrix::zeros(n + 1, n);
-    for j in 0..n {
+    for j in (0..n).asking(20 * n) {
         let mean = dot(&|k| constant[k], j) / whole;
         for k in 0..n {
             matrix[(k, j)] = (caller[(k, j)] - mean * constant[k]).to_f64();
@@ -306,7 +308,7 @@ fn explained(unit: &[F64Lanes], stride: usize, terms: &[usize], room: &mut Vec<F
     // columns are taken four at a time: behind the last one stand some of zeros
     room.resize((terms.len() + 3) * stride, F64Lanes::ZERO);
     let mut rest = &mut room[..];
-    for _ in 1..terms.len() {
+    for _ in (1..terms.len()).asking(terms.len() * terms.len()) {
         let (direction, after) = rest.split_at_mut(stride);
         let square: f64 = lanes::dot(direction, direction);
         if square > 1e-30 {

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     geometry::{BSplineBasis, KnotFault, Mapping, WeightNet, polynomial, polynomial::Family, rational::WeightFault},
-    numerics::{Dd, Real, words::Shown},
+    numerics::{Dd, Real, cancel::Asking, words::Shown},
 };
 
 /// The largest number of coefficients: the n×n analysis must stay within seconds.
@@ -182,7 +182,7 @@ pub fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<De
     let mut largest = vec![0.0f64; n];
     let mut same = vec![true; n];
     let first = sample.matrix_row(0);
-    for k in 0..sample.count() {
+    for k in (0..sample.count()).asking(100) {
         for (j, x) in sample.matrix_row(k).iter().enumerate() {
             largest[j] = largest[j].max(x.abs());
             same[j] &= *x == first[j];
@@ -321,7 +321,7 @@ pub fn bounding_box(sample: &Sample) -> ([f64; 2], [f64; 2]) {
     }
     let (u, v) = sample.place(0);
     let (mut box_u, mut box_v) = ([u; 2], [v; 2]);
-    for k in 1..sample.count() {
+    for k in (1..sample.count()).asking(20) {
         let (u, v) = sample.place(k);
         box_u = [box_u[0].min(u), box_u[1].max(u)];
         box_v = [box_v[0].min(v), box_v[1].max(v)];

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     geometry::polynomial::{self, Family},
-    numerics::{Dd, triangular},
+    numerics::{Dd, cancel::Asking, triangular},
 };
 
 /// Standard deviations counted as "may be".
@@ -179,7 +179,7 @@ fn largest_slopes(fit: &Fitted, (u, v): (&Axis, &Axis), places: impl Iterator<It
     }
     let (mut fu, mut du, mut fv, mut dv) = (vec![0.0; p], vec![0.0; p], vec![0.0; q], vec![0.0; q]);
     let (mut slope_u, mut slope_v) = (0.0f64, 0.0f64);
-    for (x, y) in places {
+    for (x, y) in places.asking(100 + 4 * p * q) {
         working_row(u, x, &mut fu, &mut du);
         working_row(v, y, &mut fv, &mut dv);
         let (mut along_u, mut along_v) = (0.0, 0.0);

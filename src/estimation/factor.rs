@@ -20,7 +20,11 @@ use super::{
     sample::Sample,
     separable::Separable,
 };
-use crate::numerics::{Dd, Real, qr, triangular};
+use crate::numerics::{
+    Dd, Real,
+    cancel::{self, Asking},
+    qr, triangular,
+};
 
 /// Relative error of R that the fast path may have: it is the relative error of every singular value.
 const TOLERANCE: f64 = 1e-11;
@@ -106,7 +110,7 @@ pub fn amplification(change: &DMatrix<Dd>, working: &[Dd]) -> f64 {
     let n = working.len();
     let mut worst: f64 = 1.0;
     let largest = working.iter().map(|c| c.to_f64().abs()).fold(0.0, f64::max);
-    for j in 0..n {
+    for j in (0..n).asking(20 * n) {
         let (mut sum, mut spread) = (Dd::ZERO, 0.0);
         for i in j..n {
             sum += inverse[(j, i)] * working[i];
@@ -154,6 +158,7 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
     let r = DMatrix::from_fn(n, n, |i, j| Dd::from(unit[(i, j)]) * length[j]);
     let (mut rss, mut max_abs, mut relative_error) = (0.0, 0.0, f64::EPSILON);
     for round in 0..6 {
+        cancel::checkpoint();
         let pass = residual_pass(design, sample, &working, precision, Wanted::Projection);
         step = pass.projected.iter().map(|x| x.to_f64()).collect();
         solve(&mut step);
@@ -218,6 +223,7 @@ fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
     let mut start = 0;
     let mut ones = vec![0.0; n];
     while start < sample.count() {
+        cancel::checkpoint();
         let block = (sample.count() - start).min(BLOCK.max(n));
         let above = if start == 0 { 0 } else { n };
         let mut a = DMatrix::from_element(above + block, n, Dd::ZERO);
@@ -228,7 +234,7 @@ fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
             }
             y[i] = qty[i];
         }
-        for i in 0..block {
+        for i in (0..block).asking(100 * n) {
             let k = start + i;
             row.at(design, sample, k);
             let weight = sample.w(k);
@@ -289,6 +295,7 @@ fn polish(factor: &mut Factor, design: &Design, sample: &Sample) {
     let mut last = f64::INFINITY;
     factor.relative_error = (1e-31 * condition * condition).min(1.0);
     for _ in 0..4 {
+        cancel::checkpoint();
         let pass = residual_pass(design, sample, &working, Precision::DoubleDouble, Wanted::Projection);
         factor.rss = pass.rss.to_f64();
         factor.max_abs = Some(pass.max_abs);

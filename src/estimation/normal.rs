@@ -13,6 +13,7 @@ use super::{
 };
 use crate::numerics::{
     Dd,
+    cancel::Asking,
     wide::{F64x4, Lanes},
 };
 
@@ -41,7 +42,7 @@ fn from_moments(axes: &Chebyshev, sample: &Sample) -> Normal {
             let mut sums = vec![F64x4::ZERO; mp * mq + p * q];
             let (mut a, mut b) = (vec![[F64x4::ZERO; GROUPS]; mp], vec![[F64x4::ZERO; GROUPS]; mq]);
             let mut za = vec![[F64x4::ZERO; GROUPS]; p];
-            for start in range.step_by(TILE) {
+            for start in range.step_by(TILE).asking(4 * TILE * (mp * mq + p * q)) {
                 let nodes = sample.tile(start);
                 tile::chebyshev(&nodes.u, axes.u.0, &mut a);
                 tile::chebyshev(&nodes.v, axes.v.0, &mut b);
@@ -94,7 +95,7 @@ fn from_rows(design: &Design, sample: &Sample) -> Normal {
         |range| {
             let mut part = Normal { gram: DMatrix::zeros(n, n), rhs: vec![0.0; n], ones: vec![0.0; n] };
             let mut row = Row::<f64>::new(design);
-            for k in range {
+            for k in range.asking(n * n) {
                 row.at(design, sample, k);
                 let (w, z) = (sample.w(k), sample.z(k));
                 for (s, &j) in row.index.iter().enumerate() {

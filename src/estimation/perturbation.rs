@@ -13,6 +13,7 @@ use super::{
     scaled::ScaledColumns,
     spec::NodeUncertainty,
 };
+use crate::numerics::cancel::Asking;
 
 /// What the bounds need of one estimate.
 pub struct Estimate {
@@ -72,7 +73,7 @@ pub fn slopes(design: &Design, sample: &Sample) -> Vec<f64> {
         Basis::Product { u, v } => {
             let (mut fu, mut du) = (vec![0.0; u.size()], vec![0.0; u.size()]);
             let (mut fv, mut dv) = (vec![0.0; v.size()], vec![0.0; v.size()]);
-            for k in 0..sample.count() {
+            for k in (0..sample.count()).asking(1000) {
                 let (x, y) = sample.place(k);
                 u.caller_row(x, &mut fu, &mut du);
                 v.caller_row(y, &mut fv, &mut dv);

@@ -11,7 +11,12 @@ use super::{
     sample::Sample,
     seen::Seen,
 };
-use crate::numerics::{Dd, triangular, wide::LANES};
+use crate::numerics::{
+    Dd,
+    cancel::{self, Asking},
+    triangular,
+    wide::LANES,
+};
 
 /// A residual this small against the heights has lost digits in double precision.
 const SMALL: f64 = 1e-7;
@@ -87,7 +92,7 @@ fn over_blocks(sample: &Sample, mut work: impl FnMut(&[f64], &[f64])) {
         return;
     }
     let (mut z, mut w) = ([0.0; BLOCK], [1.0; BLOCK]);
-    for start in (0..sample.count()).step_by(BLOCK) {
+    for start in (0..sample.count()).step_by(BLOCK).asking(10 * BLOCK) {
         let here = (sample.count() - start).min(BLOCK);
         for i in 0..here {
             (z[i], w[i]) = (sample.z(start + i), sample.w(start + i));
@@ -186,7 +191,8 @@ pub fn matrix_b(
     for (i, &ci) in c.iter().enumerate().filter(|(_, c)| **c != 0.0) {
         let mut direction: Vec<Dd> = image.column(i).iter().map(|&x| Dd::from(x)).collect();
         triangular::solve_upper(&factor.r, &mut direction);
-        for j in 0..n {
+        cancel::checkpoint();
+        for j in (0..n).asking(10 * n) {
             let factor = Dd::product(ci, v[(j, i)]) * scale[j];
             for k in 0..n {
                 middle[(k, j)] += direction[k] * factor;
@@ -196,9 +202,11 @@ pub fn matrix_b(
     let mut row = super::accumulate::Row::<Dd>::new(design);
     (0..sample.count())
         .map(|k| {
+            cancel::checkpoint();
             row.at(design, sample, k);
             let root = sample.w(k).sqrt();
             (0..n)
+                .asking(10 * n)
                 .map(|j| {
                     let terms = row.index.iter().zip(&row.values);
                     root * terms.fold(Dd::ZERO, |sum, (&s, &x)| sum + x * middle[(s, j)]).to_f64()

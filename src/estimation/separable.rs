@@ -14,7 +14,9 @@ use super::{
     nodes::Grid,
 };
 use crate::numerics::{
-    Dd, Real, qr, triangular,
+    Dd, Real,
+    cancel::{self, Asking},
+    qr, triangular,
     wide::{Ddx4, F64x4, LANES, Lanes},
 };
 
@@ -58,7 +60,7 @@ impl AxisFactor {
         }
         let mut w = DMatrix::from_element(m, n, Dd::ZERO);
         let mut row = vec![Dd::ZERO; n];
-        for (i, &x) in positions.iter().enumerate() {
+        for (i, &x) in positions.iter().enumerate().asking(50 * n) {
             axis.row(x, &mut row);
             for (j, value) in row.iter().enumerate() {
                 w[(i, j)] = *value;
@@ -74,7 +76,7 @@ impl AxisFactor {
         for j in 0..n {
             for k in 0..=j {
                 let factor = inverse[(k, j)];
-                for i in 0..m {
+                for i in (0..m).asking(10) {
                     let sum = w[(i, k)].fma(factor, q[(i, j)]);
                     q[(i, j)] = sum;
                 }
@@ -170,11 +172,12 @@ fn four(row: &[f64], start: usize) -> F64x4 {
 /// Applies `work` to groups of grid rows, in order.
 fn over_rows<P: Send>(rows: usize, nodes: usize, work: impl Fn(std::ops::Range<usize>) -> P + Sync) -> Vec<P> {
     let groups = rows.div_ceil(ROWS);
+    let handle = cancel::current();
     let range = |g: usize| g * ROWS..((g + 1) * ROWS).min(rows);
     if nodes < PARALLEL {
         (0..groups).map(|g| work(range(g))).collect()
     } else {
-        (0..groups).into_par_iter().map(|g| work(range(g))).collect()
+        (0..groups).into_par_iter().map(|g| cancel::carry(handle.as_ref(), || work(range(g)))).collect()
     }
 }
 
@@ -184,7 +187,7 @@ fn contract(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, z: &[f64]) -> Vec<Dd> {
     let columns: Vec<Vec<Ddx4>> = lanes_of(qv);
     let parts = over_rows(nu, z.len(), |rows| {
         let mut sum = vec![Dd::ZERO; p * q];
-        for k in rows {
+        for k in rows.asking(4 * (p + nv) * q) {
             let row = &z[k * nv..(k + 1) * nv];
             for (j, column) in columns.iter().enumerate() {
                 let mut dot = Ddx4::ZERO;
@@ -212,7 +215,7 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
     let z = &grid.z;
     let parts = over_rows(nu, z.len(), |rows| {
         let (mut rss, mut max_abs, mut values) = (L::ZERO, F64x4::ZERO, Vec::new());
-        for k in rows {
+        for k in rows.asking(4 * (p + nv) * q) {
             let weights: Vec<L> = (0..q)
                 .map(|j| {
                     let mut sum = Dd::ZERO;

@@ -15,7 +15,7 @@ use super::{
     separable::{Axes, AxisFactor, Separable},
     spec::Scaling,
 };
-use crate::numerics::{Dd, Real, jacobi, triangular};
+use crate::numerics::{Dd, Real, cancel::Asking, jacobi, triangular};
 
 /// Relative error of an eigenvalue that double precision may leave before double-double takes over.
 const TOLERANCE: f64 = 1e-12;
@@ -95,7 +95,7 @@ fn decompose(matrix: &DMatrix<Dd>, floor: f64) -> Result<Decomposition, FitError
 fn rounding_floor(r: &DMatrix<Dd>, change: &DMatrix<Dd>, scale: impl Fn(usize) -> f64) -> f64 {
     let n = r.ncols();
     let mut sum = 0.0;
-    for j in 0..n {
+    for j in (0..n).asking(4 * n * n) {
         let mut column = 0.0;
         for i in 0..n {
             let spread: f64 = (i..=j.max(i)).map(|k| (r[(i, k)] * change[(k, j)]).to_f64().abs()).sum();

@@ -10,6 +10,7 @@ use super::{
     text::ascii,
 };
 use crate::geometry::space::Vector;
+use crate::numerics::cancel::Asking;
 
 /// A mesh and its name in the file.
 #[derive(Clone, Copy, Debug)]
@@ -39,11 +40,11 @@ pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result
         vectors(&mut text, "v", mesh.nodes().iter());
         vectors(&mut text, "vn", mesh.normals().iter().flatten());
         let mut numbers = Vec::with_capacity(mesh.normals().len());
-        for normal in mesh.normals() {
+        for normal in mesh.normals().iter().asking(200) {
             numbers.push(normal.map(|_| normals));
             normals += usize::from(normal.is_some());
         }
-        for face in mesh.faces() {
+        for face in mesh.faces().iter().asking(200) {
             let smooth = face.corners().iter().all(|i| numbers[*i].is_some());
             text.push('f');
             for i in face.corners() {
@@ -60,7 +61,7 @@ pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result
         let _ = writeln!(text, "o {}", object(name));
         vectors(&mut text, "v", points.iter());
         text.push('l');
-        for i in 0..points.len() {
+        for i in (0..points.len()).asking(50) {
             let _ = write!(text, " {}", places + i);
         }
         text.push('\n');
@@ -70,7 +71,7 @@ pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result
 }
 
 fn vectors<'a>(text: &mut String, keyword: &str, vectors: impl Iterator<Item = &'a Vector>) {
-    for v in vectors {
+    for v in vectors.into_iter().asking(300) {
         let _ = writeln!(text, "{keyword} {} {} {}", real(v.x), real(v.y), real(v.z));
     }
 }

@@ -14,6 +14,7 @@ use super::{
     source::{Line, Lines, decode, number},
 };
 use crate::geometry::space::Vector;
+use crate::numerics::cancel::Asking;
 
 /// A point of a list.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +67,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<ListedPoint>, FileError> {
     };
     let mut marks = Marks { separator, seen: None };
     let mut points = Vec::new();
-    for line in lines {
+    for line in lines.into_iter().asking(1000) {
         points.push(point_of(line, &columns, &mut marks)?);
     }
     Ok(points)

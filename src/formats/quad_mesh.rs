@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::{fault::ExportFault, sampling::SurfaceSample};
 use crate::geometry::space::Vector;
+use crate::numerics::cancel::{self, Asking};
 
 /// Nodes and the faces between them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,11 +49,12 @@ impl QuadMesh {
     pub fn of(samples: &[SurfaceSample]) -> Self {
         let mut mesh = QuadMesh::default();
         for sample in samples {
+            cancel::checkpoint();
             let (first, [m, n]) = (mesh.nodes.len(), sample.size());
             mesh.nodes.extend(sample.nodes());
             mesh.normals.extend(sample.normals());
             let at = |i: usize, j: usize| first + i * n + j;
-            for (i, j) in (0..m - 1).flat_map(|i| (0..n - 1).map(move |j| (i, j))) {
+            for (i, j) in (0..m - 1).flat_map(|i| (0..n - 1).map(move |j| (i, j))).asking(50) {
                 mesh.faces.push(Face::Quad([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]));
             }
         }
@@ -73,7 +75,7 @@ impl QuadMesh {
         let leaders = leaders(&apart.nodes, &border, tolerance);
         let mut mesh = QuadMesh::default();
         let mut number = vec![0; leaders.len()];
-        for (i, leader) in leaders.iter().enumerate() {
+        for (i, leader) in leaders.iter().enumerate().asking(50) {
             number[i] = if *leader == i {
                 mesh.nodes.push(apart.nodes[i]);
                 mesh.nodes.len() - 1
@@ -82,7 +84,7 @@ impl QuadMesh {
             };
         }
         let mut sums = vec![Vector::zeros(); mesh.nodes.len()];
-        for (i, normal) in apart.normals.iter().enumerate() {
+        for (i, normal) in apart.normals.iter().enumerate().asking(50) {
             sums[number[i]] += normal.unwrap_or_else(Vector::zeros);
         }
         // opposite normals leave nothing but rounding
@@ -124,7 +126,7 @@ fn leaders(nodes: &[Vector], border: &[bool], tolerance: f64) -> Vec<usize> {
     let cell = |p: &Vector| [p.x, p.y, p.z].map(|x| (x / size).floor() as i64);
     let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
     let mut leaders: Vec<usize> = (0..nodes.len()).collect();
-    for (i, node) in nodes.iter().enumerate().filter(|(i, _)| border[*i]) {
+    for (i, node) in nodes.iter().enumerate().filter(|(i, _)| border[*i]).asking(500) {
         let [x, y, z] = cell(node);
         let around = (-1..=1).flat_map(|a| (-1..=1).flat_map(move |b| (-1..=1).map(move |c| [x + a, y + b, z + c])));
         let near = around

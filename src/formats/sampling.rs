@@ -8,6 +8,7 @@ use crate::geometry::{
     space::Vector,
     surface::{Surface, differential::Local},
 };
+use crate::numerics::cancel::{self, Asking};
 
 /// More nodes than this are refused for one surface.
 pub const MOST_NODES: usize = 4_000_000;
@@ -45,7 +46,7 @@ impl SurfaceSample {
             normals: Vec::with_capacity(wanted),
             curvatures: Vec::with_capacity(wanted),
         };
-        for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))) {
+        for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))).asking(1000) {
             let Local { point, normal, differential } = Local::at(surface, u, v);
             if !point.iter().all(|x| x.is_finite()) {
                 return Err(ExportFault::NoPlace { at: [u, v] });
@@ -151,11 +152,12 @@ pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, E
         if waiting.len() == MOST_CHORDS || !(a < middle && middle < b) {
             return Err(ExportFault::Chords { tolerance, reached: worst.strays });
         }
+        cancel::checkpoint();
         waiting.pop();
         waiting.extend([chord(a, middle), chord(middle, b)]);
     }
     let mut all: Vec<f64> = waiting.into_iter().map(|chord| chord.ends[0]).chain(breaks.last().copied()).collect();
-    all.sort_by(f64::total_cmp);
+    all.sort_by(cancel::comparing(f64::total_cmp));
     Ok(all)
 }
 

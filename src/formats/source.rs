@@ -6,6 +6,7 @@
 use std::borrow::Cow;
 
 use super::file_error::{FileError, Place, shown};
+use crate::numerics::cancel;
 
 /// Largest file that is read. Text of measured gears is a thousandth of that.
 pub const MOST_BYTES: usize = 1 << 28;
@@ -211,6 +212,7 @@ pub(super) fn append_numbers<'a>(line: &'a str, out: &mut Vec<f64>) -> Result<()
         if let Some((value, length)) = short_number(&bytes[at..])
             && bytes.get(at + length).is_none_or(u8::is_ascii_whitespace)
         {
+            cancel::every(20, out.len());
             out.push(value);
             at += length;
             continue;

@@ -13,6 +13,7 @@ use super::{
     text::ascii,
 };
 use crate::geometry::space::Vector;
+use crate::numerics::cancel::Asking;
 
 /// The text form; numbers come back to the last bit.
 pub fn ascii_file(mesh: &QuadMesh, label: &Label) -> Result<String, ExportFault> {
@@ -22,7 +23,7 @@ pub fn ascii_file(mesh: &QuadMesh, label: &Label) -> Result<String, ExportFault>
     let mut text = String::new();
     let _ = writeln!(text, "solid {name}");
     let row = |v: &Vector| format!("{} {} {}", real(v.x), real(v.y), real(v.z));
-    for (normal, corners) in some(triangles)? {
+    for (normal, corners) in some(triangles)?.into_iter().asking(500) {
         let _ = writeln!(text, "  facet normal {}\n    outer loop", row(&normal));
         for corner in &corners {
             let _ = writeln!(text, "      vertex {}", row(corner));
@@ -47,7 +48,7 @@ pub fn binary_file(mesh: &QuadMesh, label: &Label) -> Result<Vec<u8>, ExportFaul
     header.resize(80, b' ');
     let mut bytes = header;
     bytes.extend(count.to_le_bytes());
-    for (normal, corners) in &triangles {
+    for (normal, corners) in triangles.iter().asking(100) {
         for vector in std::iter::once(normal).chain(corners) {
             for x in vector.iter() {
                 bytes.extend((*x as f32).to_le_bytes());
@@ -77,7 +78,7 @@ fn triangles(mesh: &QuadMesh, rounded: impl Fn(f64) -> f64) -> Vec<Triangle> {
             triangles.push((normal / normal.norm(), corners));
         }
     };
-    for face in mesh.faces() {
+    for face in mesh.faces().iter().asking(50) {
         match *face {
             Face::Triangle(corners) => add(corners),
             Face::Quad([a, b, c, d]) => {

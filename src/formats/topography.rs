@@ -1,6 +1,7 @@
 //! A flank's deviations on a grid, as files give them.
 
 use crate::gear::Side;
+use crate::numerics::cancel::Asking;
 
 /// Deviations over diameter and face width.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +30,7 @@ pub(super) fn ascending(
     };
     let (by_row, by_column) = (order(rows)?, order(columns)?);
     let mut values = Vec::with_capacity(rows.len() * columns.len());
-    for i in &by_row {
+    for i in by_row.iter().asking(100) {
         values.extend(by_column.iter().map(|j| value(*i, *j)));
     }
     let sorted = |places: &[f64], order: &[usize]| order.iter().map(|i| places[*i]).collect();

@@ -14,6 +14,7 @@ use super::{
     text::ascii,
 };
 use crate::geometry::space::Vector;
+use crate::numerics::cancel::Asking;
 
 /// A number for each node of a sample, in the order of its nodes.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +47,7 @@ pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &La
     rows(&mut text, u_fastest().map(|i| sample.normals()[i].unwrap_or_else(Vector::zeros)));
     let mut scalars = |name: &str, value: &dyn Fn(usize) -> f64| {
         let _ = writeln!(text, "SCALARS {} double 1\nLOOKUP_TABLE default", word(name));
-        for i in u_fastest() {
+        for i in u_fastest().asking(200) {
             let _ = writeln!(text, "{}", real(value(i)));
         }
     };
@@ -90,7 +91,7 @@ pub fn poly_data(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Re
             continue;
         }
         let _ = writeln!(text, "{keyword} {} {}", cells.len(), cells.iter().map(|c| c.len() + 1).sum::<usize>());
-        for cell in cells {
+        for cell in cells.into_iter().asking(200) {
             let _ = write!(text, "{}", cell.len());
             for i in cell {
                 let _ = write!(text, " {i}");
@@ -112,7 +113,7 @@ fn head(label: &Label, kind: &str) -> String {
 }
 
 fn rows(text: &mut String, vectors: impl Iterator<Item = Vector>) {
-    for v in vectors {
+    for v in vectors.into_iter().asking(300) {
         let _ = writeln!(text, "{} {} {}", real(v.x), real(v.y), real(v.z));
     }
 }

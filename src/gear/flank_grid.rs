@@ -23,6 +23,7 @@ use crate::estimation::{
     Faults,
     words::{Shown, counted},
 };
+use crate::numerics::cancel;
 
 /// Most nodes of one grid.
 pub const MOST_NODES: usize = 2_000_000;
@@ -154,16 +155,20 @@ impl FlankGrid {
         let width = sections.len();
         let rows = self.points.par_chunks_exact_mut(width).zip(self.normals.par_chunks_exact_mut(width));
         let rows = rows.zip(self.roll_lengths.par_iter()).with_min_len(CHUNK.div_ceil(width));
+        let handle = cancel::current();
         rows.for_each(|((points, normals), roll)| {
+            cancel::ask(handle.as_ref());
             let profile = frame.profile(*roll);
             let nodes = points.iter_mut().zip(normals).zip(&sections);
             match modifications.zip(columns.as_ref()) {
-                None => {
-                    nodes.for_each(|((point, normal), section)| (*point, *normal) = frame.nominal(&profile, section))
-                }
+                None => nodes.for_each(|((point, normal), section)| {
+                    cancel::ask(handle.as_ref());
+                    (*point, *normal) = frame.nominal(&profile, section);
+                }),
                 Some((modifications, columns)) => {
                     let row = modifications.row(frame.side, *roll);
                     for (((point, normal), section), column) in nodes.zip(columns) {
+                        cancel::ask(handle.as_ref());
                         (*point, *normal) = frame.modified(&profile, section, row.at(column));
                     }
                 }

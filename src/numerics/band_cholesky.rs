@@ -4,6 +4,7 @@
 //! (Takahashi's recursion), which is all that traces and variances need. Rows are stored end to end, so that the inner loops are
 //! dot products of neighbouring numbers.
 
+use super::cancel;
 use super::real::Real;
 
 /// A symmetric matrix that is 0 further than `width` from the diagonal; its lower half, row by row.
@@ -74,6 +75,7 @@ impl<T: Real> SymmetricBand<T> {
     pub fn multiply(&self, x: &[T]) -> Vec<T> {
         let mut y = vec![T::of(0.0); self.size];
         for i in 0..self.size {
+            cancel::every(5 * (self.width + 1), i);
             let (first, row) = self.row(i);
             let (before, diagonal) = row.split_at(i - first);
             y[i] += dot(before, &x[first..i]) + diagonal[0] * x[i];
@@ -93,6 +95,7 @@ impl<T: Real> SymmetricBand<T> {
     pub fn trace_of_product(&self, other: &Self) -> T {
         let mut sum = T::of(0.0);
         for i in 0..self.size {
+            cancel::every(5 * (self.width + 1), i);
             let ((first, a), (_, b)) = (self.row(i), other.row(i));
             let inner = i - first;
             sum += dot(&a[..inner], &b[..inner]).mul_f64(2.0) + a[inner] * b[inner];
@@ -130,6 +133,7 @@ impl<T: Real> SymmetricBand<T> {
         let mut least = f64::INFINITY;
         let stride = self.width + 1;
         for i in 0..self.size {
+            cancel::every(2 * (self.width + 1) * (self.width + 1), i);
             let first = i.saturating_sub(self.width);
             let (above, rest) = self.entries.split_at_mut(i * stride);
             // row i, aligned so that its last entry is the diagonal
@@ -177,11 +181,13 @@ impl<T: Real> Cholesky<T> {
     /// Solves `A x = b` in place.
     pub fn solve(&self, b: &mut [T]) {
         for i in 0..self.l.size {
+            cancel::every(5 * (self.l.width + 1), i);
             let (first, row) = self.l.row(i);
             let inner = i - first;
             b[i] = (b[i] - dot(&row[..inner], &b[first..i])) / row[inner];
         }
         for i in (0..self.l.size).rev() {
+            cancel::every(5 * (self.l.width + 1), i);
             let (first, row) = self.l.row(i);
             let (before, diagonal) = row.split_at(i - first);
             let x = b[i] / diagonal[0];
@@ -207,6 +213,7 @@ impl<T: Real> Cholesky<T> {
         let mut window = vec![T::of(0.0); w * w];
         let mut row = vec![T::of(0.0); w];
         for i in (0..n).rev() {
+            cancel::every(2 * (w + 1) * (w + 1), i);
             let last = (i + w).min(n - 1);
             let diagonal = self.l.get(i, i);
             row.fill(T::of(0.0));

@@ -3,6 +3,7 @@
 //! Interpolation by splines asks for these: `n` equations of which each knows a handful of neighbours. Work and room are
 //! O(n · bandwidth²) and O(n · bandwidth). Over [`super::Dd`] a solve keeps all digits of a double for any spacing that doubles can tell.
 
+use super::cancel;
 use super::real::Real;
 
 /// A square matrix that is 0 further than `lower` below and `upper` above the diagonal.
@@ -99,6 +100,7 @@ impl<T: Real> Banded<T> {
                 }
             }
             exchanges.push(pivot);
+            cancel::every(10 * (self.lower + 1) * (self.lower + self.upper + 1), k);
             let right = (k + self.upper + self.lower + 1).min(n);
             if pivot != k {
                 for j in k..right {
@@ -151,12 +153,14 @@ impl<T: Real> BandedLu<T> {
     pub fn solve(&self, b: &mut [T]) {
         let n = self.lu.size;
         for k in 0..n {
+            cancel::every(10 * (self.lu.lower + 1), k);
             b.swap(k, self.exchanges[k]);
             for i in k + 1..self.below(k) {
                 b[i] = (-self.entry(i, k)).fma(b[k], b[i]);
             }
         }
         for k in (0..n).rev() {
+            cancel::every(10 * (self.lu.lower + self.lu.upper + 1), k);
             let rest = (k + 1..self.right(k)).fold(b[k], |rest, j| (-self.entry(k, j)).fma(b[j], rest));
             b[k] = rest / self.entry(k, k);
         }
@@ -166,12 +170,14 @@ impl<T: Real> BandedLu<T> {
     pub fn solve_transposed(&self, b: &mut [T]) {
         let n = self.lu.size;
         for k in 0..n {
+            cancel::every(10 * (self.lu.lower + self.lu.upper + 1), k);
             b[k] = b[k] / self.entry(k, k);
             for j in k + 1..self.right(k) {
                 b[j] = (-self.entry(k, j)).fma(b[k], b[j]);
             }
         }
         for k in (0..n).rev() {
+            cancel::every(10 * (self.lu.lower + 1), k);
             b[k] = (k + 1..self.below(k)).fold(b[k], |rest, i| (-self.entry(i, k)).fma(b[i], rest));
             b.swap(k, self.exchanges[k]);
         }

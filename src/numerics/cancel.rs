@@ -19,10 +19,11 @@
 
 use std::{
     cell::RefCell,
+    cmp::Ordering,
     panic::{AssertUnwindSafe, catch_unwind, resume_unwind},
     sync::{
         Arc,
-        atomic::{AtomicBool, Ordering},
+        atomic::{self, AtomicBool},
     },
     time::Instant,
 };
@@ -68,11 +69,12 @@ impl Handle {
 
     /// From now on the work is not wanted. It ends at its next checkpoint.
     pub fn cancel(&self) {
-        self.0.cancelled.store(true, Ordering::Relaxed);
+        self.0.cancelled.store(true, atomic::Ordering::Relaxed);
     }
 
     pub fn is_cancelled(&self) -> bool {
-        self.0.cancelled.load(Ordering::Relaxed) || self.0.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+        self.0.cancelled.load(atomic::Ordering::Relaxed)
+            || self.0.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// Does `work` under this handle. Work that was done before a checkpoint saw the cancellation has its result.
@@ -116,9 +118,7 @@ pub fn carry<T>(handle: Option<&Handle>, work: impl FnOnce() -> T) -> T {
 /// Ends the computation here if it is not wanted any more.
 #[inline]
 pub fn checkpoint() {
-    if CURRENT.with_borrow(|handle| handle.as_ref().is_some_and(Handle::is_cancelled)) {
-        unwind();
-    }
+    CURRENT.with_borrow(|handle| ask(handle.as_ref()));
 }
 
 /// Work between two checkpoints of a loop, in the unit of [`every`]: a tenth of a millisecond.
@@ -130,6 +130,19 @@ const STRETCH: usize = 100_000;
 pub fn every(cost: usize, turn: usize) {
     if (turn + 1).is_multiple_of(STRETCH / cost.max(1) + 1) {
         checkpoint();
+    }
+}
+
+/// A comparison for sorting that passes a checkpoint now and then. (What a cancelled sort leaves is a permutation, and goes away.)
+pub fn comparing<T>(mut compare: impl FnMut(&T, &T) -> Ordering) -> impl FnMut(&T, &T) -> Ordering {
+    let mut left = STRETCH / 10;
+    move |a, b| {
+        left -= 1;
+        if left == 0 {
+            checkpoint();
+            left = STRETCH / 10;
+        }
+        compare(a, b)
     }
 }
 
@@ -170,11 +183,21 @@ impl<I: Iterator> Iterator for Checked<I> {
     }
 }
 
+/// A checkpoint of a handle that is not this thread's: for turns of a parallel loop that are too short to be carried.
+#[inline]
+pub fn ask(handle: Option<&Handle>) {
+    if let Some(handle) = handle
+        && handle.is_cancelled()
+    {
+        unwind(handle);
+    }
+}
+
 #[cold]
-fn unwind() {
+fn unwind(handle: &Handle) {
     // A destructor that computes while the stack unwinds already must not unwind once more.
-    if let Some(handle) = current().filter(|_| !std::thread::panicking()) {
-        resume_unwind(Box::new(Unwinding(handle)));
+    if !std::thread::panicking() {
+        resume_unwind(Box::new(Unwinding(handle.clone())));
     }
 }
 
@@ -276,14 +299,17 @@ mod tests {
             let by_item = catch_unwind(AssertUnwindSafe(|| {
                 carry(Some(&handle), || (0..most).asking(cost).for_each(|i| seen.set(i + 1)))
             }));
-            assert_eq!((turn.get(), by_number.is_err()), (seen.get(), by_item.is_err()));
-            by_number.is_err().then(|| turn.get())
+            assert_eq!(by_number.is_err(), by_item.is_err());
+            by_number.is_err().then(|| (turn.get(), seen.get()))
         };
         assert_eq!(turns(STRETCH / 4, 3), None);
-        assert_eq!(turns(STRETCH / 4, 5), Some(4));
-        assert_eq!(turns(0, 2 * STRETCH), Some(STRETCH));
-        assert_eq!(turns(usize::MAX, 1), Some(0));
+        assert_eq!(turns(STRETCH / 4, 5), Some((4, 4)));
+        assert_eq!(turns(0, 2 * STRETCH), Some((STRETCH, STRETCH)));
+        assert_eq!(turns(usize::MAX, 1), Some((0, 0)));
         assert_eq!((0..7).asking(1).size_hint(), (7, Some(7)));
+        let mut numbers: Vec<usize> = (0..100_000).map(|i| i * 7919 % 100_003).collect();
+        let sort = || carry(Some(&handle), || numbers.sort_by(comparing(usize::cmp)));
+        assert!(catch_unwind(AssertUnwindSafe(sort)).is_err());
     }
 
     #[test]

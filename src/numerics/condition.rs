@@ -6,6 +6,7 @@
 
 use nalgebra::DMatrix;
 
+use super::cancel;
 use super::jacobi::svd;
 
 /// The most steps that are taken.
@@ -29,6 +30,7 @@ pub fn largest_singular_value(
     let mut value = 0.0;
     let steps = size.min(STEPS);
     for step in 1..=steps {
+        cancel::checkpoint();
         let mut u = v.clone();
         forward(&mut u);
         finite(&u)?;

@@ -10,6 +10,7 @@
 
 use nalgebra::DMatrix;
 
+use super::cancel;
 use super::dd::{exponent_of, pow2};
 pub use super::jacobi_dd::svd_dd;
 use super::lanes::{Lanes, WIDTH, dot, lanes_for, rotate, shear};
@@ -137,6 +138,7 @@ impl<T: Real> Columns<T> {
             self.facts[j].origin = self.facts[j].origin.max(self.facts[j].square.to_f64());
         }
         for _ in 0..SWEEP_LIMIT {
+            cancel::checkpoint();
             let worst = self.sweep(tolerance);
             // Rotations leave of every cosine at most about the product of two such numbers, times the pairs that mix.
             if worst.cosine * worst.turn * self.n as f64 <= tolerance {
@@ -170,6 +172,7 @@ impl<T: Real> Columns<T> {
     fn sweep(&mut self, tolerance: f64) -> Worst {
         let mut worst = Worst { cosine: 0.0, turn: 0.0 };
         for p in 0..self.n.saturating_sub(1) {
+            cancel::every(200 * self.n, p);
             self.longest_to(p);
             for q in p + 1..self.n {
                 let (x, y) = (self.facts[p], self.facts[q]);

@@ -5,6 +5,7 @@
 
 use nalgebra::DMatrix;
 
+use super::cancel;
 use super::dd::Dd;
 use super::jacobi::{Columns, Svd, scale_exponent, svd, write};
 use super::lanes::{DdLanes, Lanes, WIDTH, axpy, dot, lanes_for};
@@ -24,6 +25,7 @@ pub fn svd_dd(a: &DMatrix<Dd>) -> Option<Svd<Dd>> {
     let lengths: Vec<f64> = (0..n).map(|k| length(&a_lanes[k * top..(k + 1) * top])).collect();
     let mut columns = Columns::new(rows, n);
     for j in 0..n {
+        cancel::every(20 * n * rows, j);
         // Longest first: where the sweeps want it, and the double singular values ascend.
         let v = &start[(n - 1 - j) * side..(n - j) * side];
         let (above, below) = columns.column_mut(j).split_at_mut(top);
@@ -49,6 +51,7 @@ fn orthonormal(v: &DMatrix<f64>) -> Vec<DdLanes> {
     let mut defect = DMatrix::<f64>::zeros(n, n);
     let mut defect_dd = DMatrix::<Dd>::zeros(n, n);
     for i in 0..n {
+        cancel::every(10 * n * n, i);
         for j in 0..=i {
             let mut inner: Dd = dot(&v[i * side..(i + 1) * side], &v[j * side..(j + 1) * side]);
             if i == j {
@@ -62,6 +65,7 @@ fn orthonormal(v: &DMatrix<f64>) -> Vec<DdLanes> {
     }
     let second = &defect * &defect * 0.375;
     for j in 0..n {
+        cancel::every(20 * n * n, j);
         for k in 0..n {
             let factor = defect_dd[(k, j)] * -0.5 + second[(k, j)];
             axpy(factor, &v[k * side..(k + 1) * side], &mut result[j * side..(j + 1) * side]);

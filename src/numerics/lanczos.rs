@@ -3,6 +3,8 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
+use super::cancel;
+
 /// Applications of the operator at most.
 const MOST: usize = 400;
 /// Applications between two looks at the small eigenproblem.
@@ -28,6 +30,7 @@ pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Op
     let mut basis = vec![start];
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
     for step in 1..=MOST.min(size) {
+        cancel::checkpoint();
         let here = &basis[step - 1];
         let mut next = apply(here);
         diagonal.push(here.iter().zip(&next).map(|(a, b)| a * b).sum::<f64>());

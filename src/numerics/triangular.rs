@@ -5,6 +5,7 @@
 
 use nalgebra::DMatrix;
 
+use super::cancel;
 use super::real::Real;
 
 /// The upper triangular `R` of positive diagonal with `RᵀR = G`, from the upper triangle of `g`.
@@ -14,6 +15,7 @@ pub fn cholesky<T: Real>(g: &DMatrix<T>) -> Option<DMatrix<T>> {
     let n = g.ncols();
     let mut r = DMatrix::<T>::zeros(n, n);
     for j in 0..n {
+        cancel::every(4 * n * n, j);
         let (done, rest) = r.as_mut_slice().split_at_mut(j * n);
         let column = &mut rest[..n];
         for i in 0..j {
@@ -55,6 +57,7 @@ pub fn inverse_upper<T: Real>(r: &DMatrix<T>) -> DMatrix<T> {
     let n = r.ncols();
     let mut inverse = DMatrix::<T>::zeros(n, n);
     for (j, column) in inverse.as_mut_slice().chunks_exact_mut(n.max(1)).enumerate() {
+        cancel::every(4 * n * n, j);
         column[j] = T::one();
         solve_upper(r, &mut column[..=j]);
     }
@@ -66,6 +69,7 @@ pub fn multiply_upper<T: Real>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {
     let n = a.ncols();
     let mut product = DMatrix::<T>::zeros(n, n);
     for (j, column_j) in product.as_mut_slice().chunks_exact_mut(n.max(1)).enumerate() {
+        cancel::every(4 * n * n, j);
         for k in 0..=j {
             let factor = b[(k, j)];
             for (out, &a) in column_j.iter_mut().zip(&column(a, k)[..=k]) {

@@ -6,6 +6,7 @@
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
 use crate::estimation::{Faults, Nodes, words::counted};
+use crate::numerics::cancel;
 
 const SURFACE: [&str; 3] = ["u", "v", "z"];
 const CURVE: [&str; 2] = ["x", "y"];
@@ -25,6 +26,7 @@ pub fn read(text: &[u8]) -> Result<Nodes, Faults> {
     let mut record = ByteRecord::new();
     let mut node = 0;
     loop {
+        cancel::checkpoint();
         match reader.read_byte_record(&mut record) {
             Ok(true) => {}
             Ok(false) => break,

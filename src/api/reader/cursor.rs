@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::decimal;
+use crate::numerics::cancel;
 
 /// Deepest nesting that is followed.
 const DEEPEST: usize = 32;
@@ -85,6 +86,7 @@ impl<'a> Cursor<'a> {
     #[inline]
     pub fn skip_space(&mut self) {
         while let Some(b' ' | b'\n' | b'\r' | b'\t') = self.peek() {
+            cancel::every(1, self.at);
             self.at += 1;
         }
     }
@@ -207,6 +209,7 @@ impl<'a> Cursor<'a> {
         let mut escapes = false;
         self.at = begin;
         loop {
+            cancel::every(1, self.at);
             match self.peek() {
                 None => return self.fault("the text ends inside a string"),
                 Some(b'"') => break,
@@ -277,6 +280,7 @@ impl<'a> Cursor<'a> {
             return Ok(());
         }
         for i in 0.. {
+            cancel::every(20, i);
             self.skip_space();
             entry(self, i)?;
             if self.takes(b']') {
@@ -301,6 +305,7 @@ impl<'a> Cursor<'a> {
             if self.peek() != Some(b'"') {
                 return self.unexpected("a key in quotes");
             }
+            cancel::checkpoint();
             let key = self.string()?;
             self.expect(b':', "after a key")?;
             self.skip_space();

@@ -4,6 +4,7 @@
 
 use super::cursor::{Cursor, Syntax, Token};
 use crate::estimation::Faults;
+use crate::numerics::cancel;
 
 /// Numbers after which the length of the array is estimated.
 const SAMPLE: usize = 4096;
@@ -91,7 +92,10 @@ impl Numbers {
         loop {
             cursor.skip_space();
             match cursor.usual_number() {
-                Some(value) => self.values.push(value),
+                Some(value) => {
+                    cancel::every(20, self.values.len());
+                    self.values.push(value);
+                }
                 None => self.read_unusual(cursor)?,
             }
             if self.values.len() == SAMPLE {

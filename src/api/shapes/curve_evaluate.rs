@@ -8,6 +8,7 @@ use super::{
     places::{beyond, within},
     point::PointBody,
 };
+use crate::numerics::cancel;
 use crate::{
     api::{
         fit_result_parts::WarningBody,
@@ -92,6 +93,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut orders = vec![Vec::with_capacity(at.len() * width); derivatives + 1];
     let mut bends = Bends::default();
     for (index, t) in at.iter().enumerate() {
+        cancel::checkpoint();
         if derivatives == 0 {
             orders[0].extend_from_slice(&curve.value(*t).as_slice()[..width]);
             continue;

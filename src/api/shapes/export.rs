@@ -9,6 +9,7 @@ use super::{
     surface_reader::read_surface,
     surface_shape::SurfaceBody,
 };
+use crate::numerics::cancel::Asking;
 use crate::{
     api::{
         problem::Problem,
@@ -186,7 +187,7 @@ fn write_curve(
         CurveFormatName::Csv => {
             let (points, parameters) = chain()?;
             let mut text = "parameter,x,y,z\n".to_owned();
-            for (t, p) in parameters.iter().zip(&points) {
+            for (t, p) in parameters.iter().zip(&points).asking(300) {
                 text.push_str(&format!("{t},{},{},{}\n", p.x, p.y, p.z));
             }
             ("csv", "text/csv", text.into_bytes())
@@ -303,7 +304,7 @@ fn surface_extent(surface: &SurfaceShape) -> f64 {
 
 fn extent(points: impl Iterator<Item = crate::geometry::space::Vector>) -> f64 {
     let mut bounds: Option<[crate::geometry::space::Vector; 2]> = None;
-    for point in points {
+    for point in points.into_iter().asking(300) {
         bounds = Some(bounds.map_or([point; 2], |[low, high]| [low.inf(&point), high.sup(&point)]));
     }
     bounds.map_or(0.0, |[low, high]| (high - low).amax())

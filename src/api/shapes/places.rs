@@ -1,5 +1,6 @@
 //! Where a curve or surface is asked about, and answers that leave the range of doubles.
 
+use crate::numerics::cancel::Asking;
 use crate::{
     api::{json_writer::Object, problem::Problem},
     estimation::Faults,
@@ -13,7 +14,7 @@ pub fn within(
     pointer: impl Fn(usize) -> String,
     faults: &mut Faults,
 ) {
-    for (index, value) in values {
+    for (index, value) in values.into_iter().asking(20) {
         if !(low <= value && value <= high) {
             faults.push(pointer(index), format!("{value:e} is not within the domain [{low:e}, {high:e}]"));
         }
@@ -36,7 +37,7 @@ pub fn write_points(
     points: impl ExactSizeIterator<Item = Vector>,
 ) {
     let mut flat = Vec::with_capacity(points.len() * width);
-    for point in points {
+    for point in points.into_iter().asking(20) {
         flat.extend_from_slice(&point.as_slice()[..width]);
     }
     object.values(name, width, &flat);

@@ -14,6 +14,7 @@ use utoipa::{
     },
 };
 
+use crate::numerics::cancel::{self, Asking};
 use crate::{
     estimation::Faults,
     geometry::space::{Dimension, Vector},
@@ -58,7 +59,7 @@ pub fn read(points: &[PointBody], pointer: &str, faults: &mut Faults) -> Option<
     let mut known = None;
     let mut values = Vec::with_capacity(points.len());
     let before = faults.count();
-    for (index, point) in points.iter().enumerate() {
+    for (index, point) in points.iter().enumerate().asking(20) {
         match (point.read(), known) {
             (None, _) => faults.push(format!("{pointer}/{index}"), "not a number, [x, y] or [x, y, z]"),
             (Some((dimension, _)), Some(first)) if dimension != first => faults.push(
@@ -114,6 +115,7 @@ impl<'de> Deserialize<'de> for PointBody {
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<PointBody, A::Error> {
                 let mut coordinates = Vec::with_capacity(3);
+                cancel::checkpoint();
                 while let Some(x) = items.next_element()? {
                     coordinates.push(x);
                 }

@@ -5,6 +5,7 @@ use super::{
     surface_reader::read_surface,
     surface_values::SurfaceIncludeName,
 };
+use crate::numerics::cancel::Asking;
 use crate::{
     api::{
         json_writer::Json,
@@ -86,7 +87,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         for list in &mut lists[..[1, 3, 6][derivatives]] {
             list.reserve_exact(count * width);
         }
-        for (index, (jet, (u, v))) in places.jets(&evaluator).into_iter().zip(places.pairs()).enumerate() {
+        for (index, (jet, (u, v))) in places.jets(&evaluator).into_iter().zip(places.pairs()).enumerate().asking(200) {
             let place = jet.placed(surface.dimension(), u, v);
             geometry.add(index, &Local::of(&surface, &place, u, v));
             let all = [jet.value, jet.u, jet.v, jet.uu, jet.uv, jet.vv];

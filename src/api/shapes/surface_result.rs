@@ -9,6 +9,7 @@ use super::{
     places::beyond,
     surface_shape::SurfaceBody,
 };
+use crate::numerics::cancel::Asking;
 use crate::{
     api::{
         fit_result_parts::{DomainBody, WarningBody},
@@ -257,7 +258,7 @@ fn tolerances(shape: &SurfaceShape, tolerance: Option<f64>) -> ContinuityToleran
     let [us, vs] = shape.breaks();
     let jets = us.iter().flat_map(|u| vs.iter().map(move |v| shape.jet(*u, *v)));
     let (mut value, mut first, mut second) = (0.0f64, 0.0f64, 0.0f64);
-    for jet in jets {
+    for jet in jets.into_iter().asking(200) {
         value = value.max(jet.value.amax());
         first = first.max(jet.u.amax()).max(jet.v.amax());
         second = second.max(jet.uu.amax()).max(jet.uv.amax()).max(jet.vv.amax());

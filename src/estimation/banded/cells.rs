@@ -4,6 +4,7 @@
 //! cells: one read of memory from end to end makes a pass, and sums come out the same however many threads work.
 
 use super::pieces::Pieces;
+use crate::numerics::cancel::Asking;
 
 /// Counted nodes in the order of their cells.
 pub struct Cells {
@@ -35,7 +36,8 @@ impl Cells {
         let counts = |k: usize| places.weight.is_none_or(|w| w[k] > 0.0);
         let cell = |k: usize| u.span_of(places.u[k]) * spans[1] + v.span_of(places.v[k]);
         let mut start = vec![0usize; spans[0] * spans[1] + 1];
-        let cells: Vec<u32> = (0..places.u.len()).map(|k| if counts(k) { cell(k) as u32 } else { u32::MAX }).collect();
+        let cells: Vec<u32> =
+            (0..places.u.len()).asking(20).map(|k| if counts(k) { cell(k) as u32 } else { u32::MAX }).collect();
         for &cell in cells.iter().filter(|&&cell| cell != u32::MAX) {
             start[cell as usize + 1] += 1;
         }
@@ -45,12 +47,12 @@ impl Cells {
         let count = start[start.len() - 1];
         let mut posted = vec![0u32; count];
         let mut next = start.clone();
-        for (k, &cell) in cells.iter().enumerate().filter(|(_, cell)| **cell != u32::MAX) {
+        for (k, &cell) in cells.iter().enumerate().asking(10).filter(|(_, cell)| **cell != u32::MAX) {
             posted[next[cell as usize]] = k as u32;
             next[cell as usize] += 1;
         }
         drop(cells);
-        let take = |from: &[f64]| posted.iter().map(|&k| from[k as usize]).collect::<Vec<f64>>();
+        let take = |from: &[f64]| posted.iter().asking(10).map(|&k| from[k as usize]).collect::<Vec<f64>>();
         Cells {
             u: take(places.u),
             v: take(places.v),

@@ -5,7 +5,11 @@
 use rayon::prelude::*;
 
 use super::{cells::Cells, pieces::Pieces};
-use crate::numerics::{Dd, Real, band_cholesky::SymmetricBand};
+use crate::numerics::{
+    Dd, Real,
+    band_cholesky::SymmetricBand,
+    cancel::{self, Asking},
+};
 
 /// From how many nodes on tasks are shared among threads.
 const PARALLEL: usize = 65_536;
@@ -76,12 +80,15 @@ pub struct Normal<T> {
 /// Runs `work` over every row of cells and folds the results in order.
 fn over_rows<P: Send>(cells: &Cells, work: impl Fn(usize) -> P + Sync, mut fold: impl FnMut(usize, P)) {
     let rows = cells.spans[0];
+    let handle = cancel::current();
+    let work = |i| cancel::carry(handle.as_ref(), || work(i));
     for start in (0..rows).step_by(ROWS) {
+        cancel::checkpoint();
         let batch = start..(start + ROWS).min(rows);
         if cells.count() < PARALLEL {
             batch.for_each(|i| fold(i, work(i)));
         } else {
-            let parts: Vec<P> = batch.clone().into_par_iter().map(&work).collect();
+            let parts: Vec<P> = batch.clone().into_par_iter().map(work).collect();
             batch.zip(parts).for_each(|(i, part)| fold(i, part));
         }
     }
@@ -99,10 +106,10 @@ pub fn normal<T: Real>(axes: &Axes<T>, cells: &Cells) -> Normal<T> {
         |i| {
             let mut sums = vec![T::of(0.0); across * stride];
             let mut room = Room::new(axes);
-            for (j, sums) in sums.chunks_exact_mut(stride).enumerate() {
+            for (j, sums) in sums.chunks_exact_mut(stride).enumerate().asking(stride) {
                 let (gram, shares) = sums.split_at_mut(k * k);
                 let cell = i * across + j;
-                for node in cells.start[cell]..cells.start[cell + 1] {
+                for node in (cells.start[cell]..cells.start[cell + 1]).asking(4 * k * k) {
                     axes.row((i, j), cells.u[node], cells.v[node], &mut room);
                     let weight = cells.w(node);
                     for (row, &value) in gram.chunks_exact_mut(k).zip(&room.values) {
@@ -122,7 +129,7 @@ pub fn normal<T: Real>(axes: &Axes<T>, cells: &Cells) -> Normal<T> {
             sums
         },
         |i, sums| {
-            for (j, sums) in sums.chunks_exact(stride).enumerate() {
+            for (j, sums) in sums.chunks_exact(stride).enumerate().asking(10 * stride) {
                 let (gram, shares) = sums.split_at(k * k);
                 if cells.start[i * across + j] == cells.start[i * across + j + 1] {
                     continue;
@@ -172,12 +179,12 @@ pub fn residuals<T: Real>(axes: &Axes<T>, cells: &Cells, c: &[Vec<Dd>], keep: bo
             let mut part = (vec![Dd::ZERO; coordinates], vec![0.0f64; coordinates], vec![Vec::new(); coordinates]);
             let mut local = vec![T::of(0.0); k];
             for d in 0..coordinates {
-                for j in 0..across {
+                for j in (0..across).asking(20 * k) {
                     let cell = i * across + j;
                     (0..k).for_each(|a| local[a] = c[d][axes.coefficient((i, j), a)]);
                     let share = &mut shares[(d * across + j) * k..][..k];
                     let mut rss = T::of(0.0);
-                    for node in cells.start[cell]..cells.start[cell + 1] {
+                    for node in (cells.start[cell]..cells.start[cell + 1]).asking(20 * k) {
                         axes.row((i, j), cells.u[node], cells.v[node], &mut room);
                         let mut residual = T::of(cells.heights[d][node]);
                         for (&value, &c) in room.values.iter().zip(&local) {
@@ -201,7 +208,7 @@ pub fn residuals<T: Real>(axes: &Axes<T>, cells: &Cells, c: &[Vec<Dd>], keep: bo
         },
         |i, (shares, (rss, max_abs, values))| {
             for d in 0..coordinates {
-                for j in 0..across {
+                for j in (0..across).asking(10 * k) {
                     for a in 0..k {
                         total.projected[d][axes.coefficient((i, j), a)] += shares[(d * across + j) * k + a].to_dd();
                     }

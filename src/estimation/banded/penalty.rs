@@ -3,7 +3,7 @@
 
 use crate::{
     geometry::BSplineBasis,
-    numerics::{Dd, Real, band_cholesky::SymmetricBand, quadrature::gauss_legendre},
+    numerics::{Dd, Real, band_cholesky::SymmetricBand, cancel, quadrature::gauss_legendre},
 };
 
 /// P for coefficients `i · (functions of v) + j`; for order 0 `(w_u + w_v) M_u ⊗ M_v`.
@@ -18,6 +18,7 @@ pub fn penalty([u, v]: [&BSplineBasis; 2], order: usize, weights: [f64; 2]) -> S
     };
     for (weight, along, across) in terms.iter().filter(|term| term.0 > 0.0) {
         for i in 0..u.size() {
+            cancel::checkpoint();
             for k in i.saturating_sub(p)..=i {
                 let factor = along.get(i, k) * *weight;
                 for j in 0..v.size() {

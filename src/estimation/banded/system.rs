@@ -17,6 +17,7 @@ use crate::{
     numerics::{
         Dd,
         band_cholesky::{Cholesky, SymmetricBand},
+        cancel::{self, Asking},
         lanczos::largest_eigenvalue,
     },
 };
@@ -205,6 +206,7 @@ impl System {
         let enough = if delicate { 1e-15 } else { 1e-13 };
         let mut last = f64::INFINITY;
         for round in 1..=ROUNDS {
+            cancel::checkpoint();
             let pass = if delicate {
                 let axes = &self.wide_axes();
                 residuals(axes, &self.cells, &coefficients, false)
@@ -257,7 +259,7 @@ impl System {
 /// `left −= λ P c`, in double-double.
 fn pull(matrix: &SymmetricBand<f64>, lambda: f64, c: &[Dd], left: &mut [Dd]) {
     let w = matrix.width();
-    for i in 0..c.len() {
+    for i in (0..c.len()).asking(20 * (w + 1)) {
         let mut sum = Dd::ZERO;
         for j in i.saturating_sub(w)..(i + w + 1).min(c.len()) {
             let entry = matrix.get(i, j);

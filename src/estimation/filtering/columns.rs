@@ -26,7 +26,7 @@ use crate::{
         spec::{FitSpec, Scaling},
         spectrum::Directions,
     },
-    numerics::{Dd, jacobi, qr},
+    numerics::{Dd, cancel::Asking, jacobi, qr},
 };
 
 /// Products of a weight and a number that filtering columns may take, and numbers that columns may hold.
@@ -158,7 +158,7 @@ fn everywhere(nodes: &Nodes, sample: &Sample, kept: &Sample, design: &Design, st
     }
     let mut columns = vec![vec![0.0; posted]; n];
     let mut row = Row::<f64>::new(design);
-    for k in 0..sample.count() {
+    for k in (0..sample.count()).asking(20 * n) {
         row.at(design, sample, k);
         row.index.iter().zip(&row.values).for_each(|(&j, &x)| columns[j][sample.posted(k)] = x);
     }
@@ -167,6 +167,7 @@ fn everywhere(nodes: &Nodes, sample: &Sample, kept: &Sample, design: &Design, st
     let rows: Vec<Vec<f64>> = columns
         .iter()
         .zip(&mut ones)
+        .asking(10 * kept.count())
         .map(|(column, sum)| {
             (0..kept.count())
                 .map(|k| {

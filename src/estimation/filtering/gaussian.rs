@@ -24,7 +24,10 @@
 use rayon::prelude::*;
 
 use super::{lines::Lines, spec::Order};
-use crate::numerics::quantiles::median;
+use crate::numerics::{
+    cancel::{self, Asking},
+    quantiles::median,
+};
 
 /// √(ln 2/π).
 const GAMMA_0: f64 = 0.469_718_639_349_825_7;
@@ -118,10 +121,11 @@ impl GaussianFilter {
         let mut rounds = 0;
         let mut scale = vec![f64::INFINITY; lines.count];
         loop {
+            cancel::checkpoint();
             let done = self.values(lines, &open, present, Some(&delta), &[z]);
             rounds += 1;
             let still = std::mem::take(&mut open);
-            for (at, &line) in still.iter().enumerate() {
+            for (at, &line) in still.iter().enumerate().asking(20 * lines.places()) {
                 let there: Vec<(usize, usize)> = (0..lines.places())
                     .map(|place| (place, lines.node(line, place)))
                     .filter(|&(_, node)| present[node])
@@ -165,44 +169,48 @@ impl GaussianFilter {
         delta: Option<&[f64]>,
         columns: &[&[f64]],
     ) -> Vec<Vec<f64>> {
+        let handle = cancel::current();
+        let place = |k: usize| {
+            cancel::checkpoint();
+            let under = self.under(&lines.x, k);
+            let t: Vec<f64> = lines.x[under.clone()].iter().map(|x| (x - lines.x[k]) / self.width).collect();
+            let s: Vec<f64> = t
+                .iter()
+                .zip(&lines.cell[under.clone()])
+                .map(|(t, cell)| (-std::f64::consts::PI * t * t).exp() * cell)
+                .collect();
+            let (mut p, mut out) = (vec![0.0; s.len()], Vec::with_capacity(which.len() * columns.len()));
+            for &line in which.iter().asking(10 * (s.len() + 1) * (columns.len() + 2)) {
+                let node = |i: usize| lines.node(line, under.start + i);
+                let gather = |p: &mut Vec<f64>, delta: Option<&[f64]>| {
+                    for (i, (p, s)) in p.iter_mut().zip(&s).enumerate() {
+                        let node = node(i);
+                        *p = if present[node] { s * delta.map_or(1.0, |delta| delta[node]) } else { 0.0 };
+                    }
+                    p.iter().sum::<f64>()
+                };
+                if !present[lines.node(line, k)] {
+                    out.extend(columns.iter().map(|_| 0.0));
+                    continue;
+                }
+                // where every node under the window was given up, they all count again
+                if gather(&mut p, delta) <= f64::MIN_POSITIVE {
+                    gather(&mut p, None);
+                }
+                into_row(&mut p, &t, self.order);
+                out.extend(
+                    columns
+                        .iter()
+                        .asking(2 * p.len())
+                        .map(|column| p.iter().enumerate().map(|(i, p)| p * column[node(i)]).sum::<f64>()),
+                );
+            }
+            out
+        };
         (0..lines.places())
             .into_par_iter()
             .with_min_len(8)
-            .map(|k| {
-                let under = self.under(&lines.x, k);
-                let t: Vec<f64> = lines.x[under.clone()].iter().map(|x| (x - lines.x[k]) / self.width).collect();
-                let s: Vec<f64> = t
-                    .iter()
-                    .zip(&lines.cell[under.clone()])
-                    .map(|(t, cell)| (-std::f64::consts::PI * t * t).exp() * cell)
-                    .collect();
-                let (mut p, mut out) = (vec![0.0; s.len()], Vec::with_capacity(which.len() * columns.len()));
-                for &line in which {
-                    let node = |i: usize| lines.node(line, under.start + i);
-                    let gather = |p: &mut Vec<f64>, delta: Option<&[f64]>| {
-                        for (i, (p, s)) in p.iter_mut().zip(&s).enumerate() {
-                            let node = node(i);
-                            *p = if present[node] { s * delta.map_or(1.0, |delta| delta[node]) } else { 0.0 };
-                        }
-                        p.iter().sum::<f64>()
-                    };
-                    if !present[lines.node(line, k)] {
-                        out.extend(columns.iter().map(|_| 0.0));
-                        continue;
-                    }
-                    // where every node under the window was given up, they all count again
-                    if gather(&mut p, delta) <= f64::MIN_POSITIVE {
-                        gather(&mut p, None);
-                    }
-                    into_row(&mut p, &t, self.order);
-                    out.extend(
-                        columns
-                            .iter()
-                            .map(|column| p.iter().enumerate().map(|(i, p)| p * column[node(i)]).sum::<f64>()),
-                    );
-                }
-                out
-            })
+            .map(|k| cancel::carry(handle.as_ref(), || place(k)))
             .collect()
     }
 }

@@ -11,7 +11,10 @@
 use rayon::prelude::*;
 
 use super::lines::Lines;
-use crate::numerics::quantiles::median;
+use crate::numerics::{
+    cancel::{self, Asking},
+    quantiles::median,
+};
 
 /// Standard deviation of normal noise over its MAD, and over its mean absolute deviation.
 const MAD: f64 = 1.482_602_218_505_602;
@@ -31,20 +34,21 @@ pub struct Peak {
 /// Peaks along lines, in ascending order of node.
 pub fn along(lines: &Lines, z: &[f64], present: &[bool], window: usize, threshold: f64) -> Vec<Peak> {
     let reach = window / 2;
-    let mut peaks: Vec<Peak> = (0..lines.count)
-        .into_par_iter()
-        .flat_map_iter(|line| {
-            let there: Vec<usize> =
-                (0..lines.places()).map(|place| lines.node(line, place)).filter(|&node| present[node]).collect();
-            let found: Vec<Peak> = (0..there.len())
-                .filter_map(|i| {
-                    let window = &there[i.saturating_sub(reach)..(i + reach + 1).min(there.len())];
-                    judge(there[i], window, z, threshold)
-                })
-                .collect();
-            found
-        })
-        .collect();
+    let handle = cancel::current();
+    let line = |line: usize| {
+        let there: Vec<usize> =
+            (0..lines.places()).map(|place| lines.node(line, place)).filter(|&node| present[node]).collect();
+        let found: Vec<Peak> = (0..there.len())
+            .asking(20 * window)
+            .filter_map(|i| {
+                let window = &there[i.saturating_sub(reach)..(i + reach + 1).min(there.len())];
+                judge(there[i], window, z, threshold)
+            })
+            .collect();
+        found
+    };
+    let mut peaks: Vec<Peak> =
+        (0..lines.count).into_par_iter().flat_map_iter(|at| cancel::carry(handle.as_ref(), || line(at))).collect();
     peaks.sort_unstable_by_key(|peak| peak.node);
     peaks
 }
@@ -54,24 +58,24 @@ pub fn over(shape: (usize, usize), z: &[f64], present: &[bool], window: usize, t
     let (nu, nv) = shape;
     let reach = window / 2;
     let around = |i: usize, n: usize| i.saturating_sub(reach)..(i + reach + 1).min(n);
-    (0..nu)
-        .into_par_iter()
-        .flat_map_iter(|i| {
-            // no window holds more than the grid, however large it was asked for
-            let mut here = Vec::with_capacity(window.min(nu) * window.min(nv));
-            let found: Vec<Peak> = (0..nv)
-                .filter(|j| present[i * nv + j])
-                .filter_map(|j| {
-                    here.clear();
-                    for k in around(i, nu) {
-                        here.extend(around(j, nv).map(|l| k * nv + l).filter(|&node| present[node]));
-                    }
-                    judge(i * nv + j, &here, z, threshold)
-                })
-                .collect();
-            found
-        })
-        .collect()
+    let handle = cancel::current();
+    let row = |i: usize| {
+        // no window holds more than the grid, however large it was asked for
+        let mut here = Vec::with_capacity(window.min(nu) * window.min(nv));
+        let found: Vec<Peak> = (0..nv)
+            .asking(20 * window.min(nu) * window.min(nv))
+            .filter(|j| present[i * nv + j])
+            .filter_map(|j| {
+                here.clear();
+                for k in around(i, nu) {
+                    here.extend(around(j, nv).map(|l| k * nv + l).filter(|&node| present[node]));
+                }
+                judge(i * nv + j, &here, z, threshold)
+            })
+            .collect();
+        found
+    };
+    (0..nu).into_par_iter().flat_map_iter(|i| cancel::carry(handle.as_ref(), || row(i))).collect()
 }
 
 fn judge(node: usize, window: &[usize], z: &[f64], threshold: f64) -> Option<Peak> {

@@ -5,6 +5,7 @@
 
 use super::spec::FilterAxis;
 use crate::estimation::nodes::Nodes;
+use crate::numerics::cancel;
 
 /// Lines that share their positions.
 #[derive(Clone, Debug)]
@@ -33,7 +34,9 @@ impl Lines {
         match nodes {
             Nodes::Curve(curve) => {
                 let mut order: Vec<usize> = (0..curve.x.len()).collect();
-                order.sort_by(|&i, &j| curve.x[i].total_cmp(&curve.x[j]).then(i.cmp(&j)));
+                order.sort_by(cancel::comparing(|&i: &usize, &j: &usize| {
+                    curve.x[i].total_cmp(&curve.x[j]).then(i.cmp(&j))
+                }));
                 let x = order.iter().map(|&i| curve.x[i]).collect();
                 Some(Self::new(x, 1, Layout::Sorted(order)))
             }

@@ -18,6 +18,7 @@
 use rayon::prelude::*;
 
 use super::lines::{Lines, cells};
+use crate::numerics::cancel::{self, Asking};
 
 /// A spline filter.
 #[derive(Clone, Copy, Debug)]
@@ -30,15 +31,15 @@ impl SplineFilter {
     pub fn apply(&self, lines: &Lines, present: &[bool], columns: &mut [Vec<f64>]) {
         let done: Vec<(Knots, Vec<Vec<f64>>)> = {
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-            (0..lines.count)
-                .into_par_iter()
-                .map(|line| {
-                    let knots = Knots::new(lines, line, present);
-                    let system = System::new(&knots.x, self.cutoff);
-                    let smooth = columns.iter().map(|column| system.smooth(knots.means(column))).collect();
-                    (knots, smooth)
-                })
-                .collect()
+            let handle = cancel::current();
+            let smoothed = |line| {
+                cancel::checkpoint();
+                let knots = Knots::new(lines, line, present);
+                let system = System::new(&knots.x, self.cutoff);
+                let smooth = columns.iter().map(|column| system.smooth(knots.means(column))).collect();
+                (knots, smooth)
+            };
+            (0..lines.count).into_par_iter().map(|line| cancel::carry(handle.as_ref(), || smoothed(line))).collect()
         };
         for (knots, smooth) in done {
             for (column, smooth) in columns.iter_mut().zip(smooth) {
@@ -59,7 +60,7 @@ struct Knots {
 impl Knots {
     fn new(lines: &Lines, line: usize, present: &[bool]) -> Self {
         let mut knots = Knots { x: Vec::new(), nodes: Vec::new() };
-        for place in 0..lines.places() {
+        for place in (0..lines.places()).asking(20) {
             let (x, node) = (lines.x[place], lines.node(line, place));
             if !present[node] {
                 continue;
@@ -101,7 +102,7 @@ impl System {
         // row k of E: slope_k, −(slope_k + slope_{k+1}), slope_{k+1} at the knots k, k+1, k+2
         let row = |k: usize| [slope[k], -(slope[k] + slope[k + 1]), slope[k + 1]];
         let (mut pivot, mut below) = (vec![0.0; inner], [vec![0.0; inner], vec![0.0; inner]]);
-        for k in 0..inner {
+        for k in (0..inner).asking(60) {
             let mean = 0.5 * (h[k] + h[k + 1]);
             let sine = 2.0 * (std::f64::consts::PI * mean.min(0.5)).sin();
             let stiffness = (mean / sine).powi(4) / mean;
@@ -137,14 +138,14 @@ impl System {
         let inner = self.pivot.len();
         let mut g: Vec<f64> =
             (0..inner).map(|k| (z[k + 2] - z[k + 1]) * self.slope[k + 1] - (z[k + 1] - z[k]) * self.slope[k]).collect();
-        for k in 1..inner {
+        for k in (1..inner).asking(5) {
             g[k] -= self.below[0][k] * g[k - 1];
             if k >= 2 {
                 g[k] -= self.below[1][k] * g[k - 2];
             }
         }
         g.iter_mut().zip(&self.pivot).for_each(|(g, pivot)| *g /= pivot);
-        for k in (0..inner).rev() {
+        for k in (0..inner).rev().asking(5) {
             if k + 1 < inner {
                 g[k] -= self.below[0][k + 1] * g[k + 1];
             }

@@ -17,6 +17,7 @@ use crate::estimation::{
     result::Warning,
     words::Shown,
 };
+use crate::numerics::cancel::Asking;
 
 /// Products of a weight and a height that a linear filter may take, and one round of a robust one.
 const MOST_PRODUCTS: usize = 1_000_000_000;
@@ -50,7 +51,7 @@ impl Step {
     pub fn apply(&self, columns: &mut [Vec<f64>]) {
         match self {
             Step::Replaced(peaks) => {
-                for column in columns {
+                for column in columns.iter_mut().asking(10 * peaks.len()) {
                     let taken: Vec<f64> =
                         peaks.iter().map(|p| 0.5 * column[p.taken[0]] + 0.5 * column[p.taken[1]]).collect();
                     peaks.iter().zip(taken).for_each(|(peak, value)| column[peak.node] = value);

@@ -12,6 +12,7 @@ use super::{
     curve::{Fitted, Trial, summary, uniform},
     swing::{Swing, WILD},
 };
+use crate::numerics::cancel::{self, Asking};
 use crate::{
     estimation::{
         design::MOST_COEFFICIENTS,
@@ -82,7 +83,7 @@ pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitte
         .filter(|&k| weight.is_none_or(|w| w[k] > 0.0))
         .map(|k| trial.parameters[k])
         .collect();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_by(cancel::comparing(f64::total_cmp));
     sorted.dedup();
     let swing = Swing::of(trial.points, &sorted);
     let domain = trial.asked.spec.domain.and_then(|domain| domain.u).unwrap_or(domain);
@@ -92,6 +93,7 @@ pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitte
     let mut best: Option<(Fitted, usize)> = None;
     let mut stop = Stop::MostSteps;
     for round in 0..MOST_STEPS {
+        cancel::checkpoint();
         let fitted = match (trial.fit(Knots::Curve(basis.knots().to_vec())), &best) {
             (Ok(fitted), _) => fitted,
             // knots that cannot be fitted are no room for knots
@@ -148,7 +150,7 @@ fn refined(
 ) -> Option<BSplineBasis> {
     let breaks = basis.distinct_knots();
     let mut spans: Vec<Vec<(f64, f64)>> = vec![Vec::new(); breaks.len() - 1];
-    for &(k, error) in &fitted.errors {
+    for &(k, error) in fitted.errors.iter().asking(50) {
         let t = trial.parameters[k];
         let span = breaks.partition_point(|&b| b <= t).clamp(1, spans.len()) - 1;
         spans[span].push((t, error));
@@ -212,6 +214,7 @@ fn divide(
     let place = halving(points).map(|place| within(place, ends, sorted));
     let places = [place, Some(middle), Some(within(middle, ends, sorted))];
     places.into_iter().flatten().find_map(|place| {
+        cancel::checkpoint();
         if !(place - ends[0] > narrowest && ends[1] - place > narrowest && has_room(place)) {
             return None;
         }
@@ -236,7 +239,7 @@ fn within(place: f64, ends: [f64; 2], sorted: &[f64]) -> f64 {
 
 /// Midway between the two parameters where the squared error to the left reaches half.
 fn halving(points: &mut [(f64, f64)]) -> Option<f64> {
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points.sort_by(cancel::comparing(|a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0)));
     let half = 0.5 * points.iter().map(|(_, e)| e * e).sum::<f64>();
     let mut sum = 0.0;
     let at = points.iter().position(|(_, e)| {
@@ -263,7 +266,9 @@ pub fn schoenberg_whitney(basis: &BSplineBasis, ascending: &[f64]) -> bool {
         }
         match ascending.get(next) {
             // repeated parameters are one
-            Some(&t) if closes(t) => next += ascending[next..].iter().take_while(|&&other| other == t).count(),
+            Some(&t) if closes(t) => {
+                next += ascending[next..].iter().asking(1).take_while(|&&other| other == t).count()
+            }
             _ => return false,
         }
     }

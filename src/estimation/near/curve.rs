@@ -9,6 +9,7 @@ use super::{
     adaptive::{self, Adaptive, Step, Stop},
     swing::Swing,
 };
+use crate::numerics::cancel;
 use crate::{
     estimation::{
         error::{Fault, Faults, FitError},
@@ -97,7 +98,7 @@ impl CurveFit {
     pub fn swing(&self, points: &CurvePoints) -> f64 {
         let counted = self.parameters.iter().enumerate().filter(|(k, _)| points.counts(*k));
         let mut distinct: Vec<f64> = counted.map(|(_, t)| *t).collect();
-        distinct.sort_by(f64::total_cmp);
+        distinct.sort_by(cancel::comparing(f64::total_cmp));
         distinct.dedup();
         Swing::of(points, &distinct).out(&self.curve)
     }

@@ -1,6 +1,7 @@
 //! The answer to a fit of a big surface.
 
 use super::surface::SurfaceInclude;
+use crate::numerics::cancel;
 use crate::{
     estimation::{
         banded::{
@@ -238,7 +239,7 @@ pub fn report(
 /// Values in the order of the cells, in the order posted.
 fn in_posted_order(values: &[f64], posted: &[u32]) -> Vec<f64> {
     let mut pairs: Vec<(u32, f64)> = posted.iter().copied().zip(values.iter().copied()).collect();
-    pairs.sort_unstable_by_key(|pair| pair.0);
+    pairs.sort_unstable_by(cancel::comparing(|a: &(u32, f64), b: &(u32, f64)| a.0.cmp(&b.0)));
     pairs.into_iter().map(|pair| pair.1).collect()
 }
 

@@ -5,6 +5,7 @@ use crate::geometry::{
     curve::{BSplineCurve, Curve},
     space::Vector,
 };
+use crate::numerics::cancel::Asking;
 
 /// A curve that swings out further than all of the points are apart is no curve near points.
 pub const WILD: f64 = 1.0;
@@ -42,7 +43,7 @@ impl<'a> Swing<'a> {
         let place = |t: f64| curve.value(t.clamp(low, high));
         let Some(first) = self.parameters.first() else { return 0.0 };
         let (mut before, mut here) = (*first, place(*first));
-        for &t in &self.parameters[1..] {
+        for &t in self.parameters[1..].iter().asking(1000) {
             let next = place(t);
             let (lower, upper) = (here.inf(&next), here.sup(&next));
             for k in 1..=LOOKS {

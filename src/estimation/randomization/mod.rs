@@ -33,13 +33,19 @@ pub use self::{
 
 use self::{references::Base, repetition::Outcome};
 use super::{error::FitError, result::Warning, words::Shown};
+use crate::numerics::cancel;
 
 /// Runs a study. Processor work, bounded by `setup::MOST_WORK`.
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
     let base = Base::new(study)?;
+    let handle = cancel::current();
+    let repetition = |stream| {
+        cancel::checkpoint();
+        repetition::run(study, &base, stream)
+    };
     let outcomes: Vec<Outcome> = (0..study.repetitions as u64)
         .into_par_iter()
-        .map(|stream| repetition::run(study, &base, stream))
+        .map(|stream| cancel::carry(handle.as_ref(), || repetition(stream)))
         .collect::<Result<_, FitError>>()?;
     let mut warnings = Vec::new();
     let levels: Vec<LevelResult> = study

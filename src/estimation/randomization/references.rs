@@ -25,7 +25,7 @@ use crate::{
         spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, FitSpec, Model, Parameter, Regularization, Scaling, Scheme},
         spectrum::Directions,
     },
-    numerics::{Dd, triangular},
+    numerics::{Dd, cancel::Asking, triangular},
 };
 
 /// Every reference.
@@ -212,7 +212,7 @@ fn left_vectors(
 ) -> DMatrix<f64> {
     let n = spectrum.lambda.len();
     let mut solved = vec![vec![Dd::ZERO; n]; n];
-    for (i, solved) in solved.iter_mut().enumerate().filter(|(i, _)| spectrum.lambda[*i] > 0.0) {
+    for (i, solved) in solved.iter_mut().enumerate().asking(10 * n * n).filter(|(i, _)| spectrum.lambda[*i] > 0.0) {
         let sigma = spectrum.lambda[i].sqrt();
         solved.iter_mut().zip(spectrum.image.column(i).iter()).for_each(|(to, x)| *to = Dd::from(x / sigma));
         triangular::solve_upper(&factor.r, solved);
@@ -220,7 +220,7 @@ fn left_vectors(
     let usable = solved.iter().flatten().all(|x| x.is_finite());
     let mut u = DMatrix::zeros(sample.count(), n);
     let mut row = crate::estimation::accumulate::Row::<Dd>::new(design);
-    for k in 0..sample.count() {
+    for k in (0..sample.count()).asking(10 * n * n) {
         row.at(design, sample, k);
         for i in (0..n).filter(|i| spectrum.lambda[*i] > 0.0) {
             u[(k, i)] = if usable {

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{normal::Normals, references::Base, setup::Study};
 use crate::{
     estimation::error::FitError,
-    numerics::{Dd, Real, jacobi, qr, triangular},
+    numerics::{Dd, Real, cancel::Asking, jacobi, qr, triangular},
 };
 
 /// Relative error that double precision may leave in a singular value or in D before twice the precision takes over.
@@ -35,7 +35,8 @@ pub fn run(study: &Study, base: &Base, stream: u64) -> Result<Outcome, FitError>
     let mut normals = Normals::new(study.seed, stream);
     let noise: Vec<f64> = normals.take(study.rows).into_iter().map(|x| study.noise_sigma * x).collect();
     let change = normals.take(study.rows * study.columns);
-    let levels = study.levels.iter().map(|&k| level(study, &noise, &change, k)).collect::<Result<_, _>>()?;
+    let levels =
+        study.levels.iter().asking(usize::MAX).map(|&k| level(study, &noise, &change, k)).collect::<Result<_, _>>()?;
     let along = base.project(&noise);
     let rss = noise.iter().map(|e| e * e).sum::<f64>() - along.iter().map(|p| p * p).sum::<f64>();
     Ok(Outcome { levels, rss: rss.max(0.0), along })

@@ -1,6 +1,7 @@
 //! What a study found.
 
 use super::references::References;
+use crate::numerics::cancel;
 use crate::{
     estimation::{result::Warning, spec::Criterion},
     numerics::quantiles::quantile,
@@ -38,7 +39,7 @@ impl Summary {
         if values.is_empty() || values.iter().any(|x| !x.is_finite()) {
             return None;
         }
-        values.sort_unstable_by(f64::total_cmp);
+        values.sort_unstable_by(cancel::comparing(f64::total_cmp));
         let at = |p| quantile(&values, p);
         Some(Summary { median: at(0.5), q1: at(0.25), q3: at(0.75) })
     }

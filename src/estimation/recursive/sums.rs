@@ -11,7 +11,7 @@ use crate::{
         seen::Seen,
         spec::FitSpec,
     },
-    numerics::{Dd, Triangle},
+    numerics::{Dd, Triangle, cancel::Asking},
 };
 
 /// What is kept of the nodes.
@@ -74,7 +74,7 @@ impl Sums {
         let mut row = Row::<Dd>::new(&self.design);
         let mut x = vec![Dd::ZERO; n];
         let mut slope = slopes.then(|| CallerRow::new(&self.design));
-        for k in 0..sample.count() {
+        for k in (0..sample.count()).asking(10 * n * n) {
             if forgetting < 1.0 {
                 self.triangle.scale(root_fading, fading);
                 self.ones.iter_mut().chain(&mut self.moments).for_each(|sum| *sum *= fading);

@@ -23,7 +23,11 @@ use super::{
     scale::median_abs,
     vertex::{self, Lines, Vertex},
 };
-use crate::numerics::{Dd, qr_with_rhs, triangular};
+use crate::numerics::{
+    Dd,
+    cancel::{self, Asking},
+    qr_with_rhs, triangular,
+};
 
 /// Reweightings that lead near the vertex before the walk begins.
 const APPROACH: usize = 8;
@@ -39,7 +43,7 @@ pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcom
     let (m, n) = (rows.count(), rows.n);
     let tilt = 2.0 * tau - 1.0;
     let mut g = vec![0.0; n];
-    for q in rows.q.chunks_exact(n) {
+    for q in rows.q.chunks_exact(n).asking(n) {
         g.iter_mut().zip(q).for_each(|(g, q)| *g -= tilt * q);
     }
     let lines = Lines { n, rows: &rows.q, b: &rows.b, g: &g };
@@ -100,6 +104,7 @@ fn approach(rows: &Rows, tilt: f64) -> Vec<f64> {
     let mut x = vec![0.0; rows.n];
     let mut r = rows.b.clone();
     for _ in 0..APPROACH {
+        cancel::checkpoint();
         let least = 1e-3 * median_abs(&r);
         if least == 0.0 {
             break;
@@ -141,7 +146,7 @@ fn sparsity(tau: f64, residuals: &[f64], vertex: &[usize]) -> Option<f64> {
     if rest.len() < 2 {
         return None;
     }
-    rest.sort_by(f64::total_cmp);
+    rest.sort_by(cancel::comparing(f64::total_cmp));
     let at = |p: f64| {
         let place = p * (rest.len() - 1) as f64;
         let below = place.floor() as usize;

@@ -15,6 +15,7 @@ use super::{
     rows::{Rows, dot, weighted_solution},
     scale::{NORMAL_QUARTILE, median_abs},
 };
+use crate::numerics::cancel::{self, Asking};
 
 /// Newton steps for one ε.
 const STEPS: usize = 60;
@@ -38,11 +39,14 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
     let (mut iterations, mut reached, mut converged) = (0, 0.0, true);
     if largest > f64::EPSILON * measured.heights.largest && p < 2.0 {
         loop {
-            let loss = |r: &[f64]| -> f64 { r.iter().map(|r| (r / largest).hypot(epsilon / largest).powf(p)).sum() };
+            let loss = |r: &[f64]| -> f64 {
+                r.iter().asking(50).map(|r| (r / largest).hypot(epsilon / largest).powf(p)).sum()
+            };
             let mut here = loss(&r);
             let mut last = f64::INFINITY;
             converged = false;
             for _ in 0..STEPS {
+                cancel::checkpoint();
                 iterations += 1;
                 let Some((step, decrement)) = newton(p, epsilon, largest, &rows, &r) else { break };
                 // near the answer the sum has no digits left to tell steps by: Newton's own measure goes on falling
@@ -52,7 +56,7 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
                     break;
                 }
                 last = if fine { decrement } else { f64::INFINITY };
-                let along: Vec<f64> = rows.q.chunks_exact(n).map(|q| dot(q, &step)).collect();
+                let along: Vec<f64> = rows.q.chunks_exact(n).asking(n).map(|q| dot(q, &step)).collect();
                 let mut length = 1.0;
                 let mut next = moved(&r, &along, length);
                 while !fine && length > 1e-12 && loss(&next) >= here - 1e-4 * length * decrement {
@@ -86,7 +90,7 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
     let tau = dispersion(p, &r, m, n, scale);
     let told = exact::settled(Some(scale), tau, &r, measured.heights.largest, &mut warnings);
     let weight = |r: &f64| (r.abs() / scale).max(1.0).powf(p - 2.0);
-    let weights = told.weights.unwrap_or_else(|| r.iter().map(weight).collect());
+    let weights = told.weights.unwrap_or_else(|| r.iter().asking(50).map(weight).collect());
     Ok(Outcome {
         solved: Solved::Step(x),
         warnings,
@@ -94,7 +98,7 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
         iterations,
         tolerance_reached: Some(reached),
         scale: told.scale,
-        objective: r.iter().map(|r| r.abs().powf(p)).sum(),
+        objective: r.iter().asking(50).map(|r| r.abs().powf(p)).sum(),
         weights,
         dispersion: told.dispersion,
         local: LocalSolution::Global,
@@ -115,18 +119,20 @@ fn newton(p: f64, epsilon: f64, largest: f64, rows: &Rows, r: &[f64]) -> Option<
     };
     let curvature: Vec<f64> = r
         .iter()
+        .asking(100)
         .map(|r| {
             let u = r / largest;
             let share = u / u.hypot(e);
             slope(u) * (1.0 + (p - 2.0) * share * share)
         })
         .collect();
-    let target: Vec<f64> = r.iter().zip(&curvature).map(|(r, h)| slope(r / largest) * r / h).collect();
+    let target: Vec<f64> = r.iter().zip(&curvature).asking(100).map(|(r, h)| slope(r / largest) * r / h).collect();
     let step = weighted_solution(rows.n, &rows.q, &curvature, &target)?;
     let decrement = rows
         .q
         .chunks_exact(rows.n)
         .zip(&curvature)
+        .asking(rows.n)
         .map(|(q, h)| {
             let along = dot(q, &step) / largest;
             h * along * along
@@ -142,13 +148,13 @@ fn dispersion(p: f64, r: &[f64], m: usize, n: usize, scale: f64) -> Option<f64> 
         return None;
     }
     let mut sizes: Vec<f64> = r.iter().map(|r| r.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
+    sizes.sort_by(cancel::comparing(f64::total_cmp));
     let k = (n + (m as f64).sqrt().ceil() as usize).min(m);
     let (near, far) = sizes.split_at(k);
     let edge = near[k - 1];
     let inside = (k as f64 - n as f64 * (2.0 - p)) * edge.powf(p - 2.0);
-    let slope = (inside + (p - 1.0) * far.iter().map(|r| r.powf(p - 2.0)).sum::<f64>()) / m as f64;
-    let squares = sizes.iter().map(|r| r.powf(2.0 * p - 2.0)).sum::<f64>() / (m - n) as f64;
+    let slope = (inside + (p - 1.0) * far.iter().asking(50).map(|r| r.powf(p - 2.0)).sum::<f64>()) / m as f64;
+    let squares = sizes.iter().asking(50).map(|r| r.powf(2.0 * p - 2.0)).sum::<f64>() / (m - n) as f64;
     let dispersion = squares.sqrt() / slope;
     (dispersion.is_finite() && dispersion > 0.0).then_some(dispersion)
 }

@@ -25,6 +25,7 @@ use super::{
     random::SplitMix,
     rows::{Rows, dot, weighted_solution},
 };
+use crate::numerics::cancel::{self, Asking};
 
 /// Subsets up to which all of them are tried.
 const ALL: usize = 20_000;
@@ -136,12 +137,12 @@ fn fitted(rows: &Rows, subset: &[usize]) -> Option<(f64, Vec<f64>)> {
     let n = rows.n;
     let mut q = Vec::with_capacity(subset.len() * n);
     let mut b = Vec::with_capacity(subset.len());
-    for &k in subset {
+    for &k in subset.iter().asking(n) {
         q.extend_from_slice(rows.row(k));
         b.push(rows.b[k]);
     }
     let x = weighted_solution(n, &q, &vec![1.0; b.len()], &b)?;
-    let sum = b.iter().zip(q.chunks_exact(n)).map(|(b, q)| (b - dot(q, &x)).powi(2)).sum();
+    let sum = b.iter().zip(q.chunks_exact(n)).asking(n).map(|(b, q)| (b - dot(q, &x)).powi(2)).sum();
     Some((sum, x))
 }
 
@@ -151,6 +152,7 @@ fn exhaustive(rows: &Rows, h: usize) -> Found {
     let mut best: (f64, Vec<usize>) = (f64::INFINITY, subset.clone());
     let mut steps = 0;
     loop {
+        cancel::checkpoint();
         steps += 1;
         if let Some((sum, _)) = fitted(rows, &subset)
             && sum < best.0
@@ -171,14 +173,15 @@ fn exhaustive(rows: &Rows, h: usize) -> Found {
 
 /// Keeps the `h` of `among` with the smallest squares at `x`, in the order posted.
 fn smallest(rows: &Rows, among: &[usize], h: usize, x: &[f64]) -> Vec<usize> {
+    let by_size = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
     let mut squares: Vec<(f64, usize)> =
-        among.iter().map(|&k| ((rows.b[k] - dot(rows.row(k), x)).powi(2), k)).collect();
+        among.iter().asking(rows.n).map(|&k| ((rows.b[k] - dot(rows.row(k), x)).powi(2), k)).collect();
     if h < squares.len() {
-        squares.select_nth_unstable_by(h, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        squares.select_nth_unstable_by(h, cancel::comparing(by_size));
         squares.truncate(h);
     }
     let mut kept: Vec<usize> = squares.into_iter().map(|(_, k)| k).collect();
-    kept.sort_unstable();
+    kept.sort_unstable_by(cancel::comparing(usize::cmp));
     kept
 }
 
@@ -193,6 +196,7 @@ fn concentrate(
 ) -> Option<(f64, Vec<f64>, Vec<usize>)> {
     let mut last: Option<(f64, Vec<f64>, Vec<usize>)> = None;
     for _ in 0..limit {
+        cancel::checkpoint();
         let subset = smallest(rows, among, h, &x);
         if last.as_ref().is_some_and(|(_, _, kept)| *kept == subset) {
             break;
@@ -239,6 +243,7 @@ fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
     // a start costs two fits of the nodes seen
     let starts = (WORK / (2 * seen.len() * n * n)).clamp(BEST, STARTS);
     for start in 0..starts {
+        cancel::checkpoint();
         let x = if start == 0 { Some(vec![0.0; n]) } else { elemental(rows, &seen, &mut random) };
         let Some((sum, x, _)) = x.and_then(|x| concentrate(rows, &seen, first, x, 2, &mut steps)) else { continue };
         candidates.push((sum, x));

@@ -26,6 +26,7 @@ use super::{
     lts,
     scale::scale,
 };
+use crate::numerics::cancel::{self, Asking};
 
 pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitError> {
     let Measured { place, sample, heights } = *measured;
@@ -58,13 +59,14 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
     let mut is_exact = false;
     let mut stand: Option<(Factor, Vec<f64>)> = None;
     while iterations < asked.max_iterations && !converged {
+        cancel::checkpoint();
         let s = scale(asked.scale, &residuals, last_scale, n);
         is_exact = !fixed && s <= EXACT * heights.largest;
         let omega: Vec<f64> = if is_exact {
             let on = exact::rounding(heights.largest);
             residuals.iter().map(|r| f64::from(u8::from(r.abs() <= on))).collect()
         } else {
-            residuals.iter().map(|r| asked.loss.weight(r / s)).collect()
+            residuals.iter().asking(50).map(|r| asked.loss.weight(r / s)).collect()
         };
         let (factor, next) = solve(&omega)?;
         iterations += 1;

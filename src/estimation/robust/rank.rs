@@ -24,6 +24,7 @@ use super::{
     scale::median,
     vertex::{self, Lines},
 };
+use crate::numerics::cancel::{self, Asking};
 
 /// Numbers in the rows of pairs of one round.
 const PAIRS: usize = 6_000_000;
@@ -93,7 +94,7 @@ pub fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
 /// `Qᵀ1/√m`, of length 1, where the columns can add up to one.
 fn constant(rows: &Rows) -> Option<Vec<f64>> {
     let mut e = vec![0.0; rows.n];
-    for q in rows.q.chunks_exact(rows.n) {
+    for q in rows.q.chunks_exact(rows.n).asking(rows.n) {
         e.iter_mut().zip(q).for_each(|(e, q)| *e += q);
     }
     let root = (rows.count() as f64).sqrt();
@@ -119,7 +120,7 @@ impl<'a> Free<'a> {
         v.iter_mut().for_each(|v| *v /= length);
         let n = rows.n - 1;
         let mut a = Vec::with_capacity(n * rows.count());
-        for q in rows.q.chunks_exact(rows.n) {
+        for q in rows.q.chunks_exact(rows.n).asking(rows.n) {
             let twice = 2.0 * dot(q, &v);
             a.extend(q.iter().zip(&v).skip(1).map(|(q, v)| q - twice * v));
         }
@@ -145,13 +146,13 @@ impl<'a> Free<'a> {
     }
 
     fn residuals(&self, x: &[f64]) -> Vec<f64> {
-        (0..self.count()).map(|k| self.b[k] - dot(self.row(k), x)).collect()
+        (0..self.count()).asking(self.n).map(|k| self.b[k] - dot(self.row(k), x)).collect()
     }
 
     /// `Σ_{i<j} |rᵢ − rⱼ|`.
     fn spread(&self, x: &[f64]) -> f64 {
         let mut r = self.residuals(x);
-        r.sort_by(f64::total_cmp);
+        r.sort_by(cancel::comparing(f64::total_cmp));
         let m = r.len() as f64;
         r.iter().enumerate().map(|(i, r)| (2.0 * i as f64 + 1.0 - m) * r).sum()
     }
@@ -160,7 +161,7 @@ impl<'a> Free<'a> {
 /// Order of the residuals; equal ones as posted.
 fn order(r: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..r.len()).collect();
-    order.sort_by(|&a, &b| r[a].total_cmp(&r[b]).then(a.cmp(&b)));
+    order.sort_by(cancel::comparing(|&a: &usize, &b: &usize| r[a].total_cmp(&r[b]).then(a.cmp(&b))));
     order
 }
 
@@ -189,15 +190,17 @@ fn approach(free: &Free) -> Vec<f64> {
     let mut x = vec![0.0; free.n];
     let mut here = free.spread(&x);
     for _ in 0..APPROACH {
+        cancel::checkpoint();
         let r = free.residuals(&x);
         let Some(tau) = tau(&r, free.n) else { break };
         let mut step = vec![0.0; free.n];
-        for (k, a) in scores(&r).into_iter().enumerate() {
+        for (k, a) in scores(&r).into_iter().enumerate().asking(free.n) {
             step.iter_mut().zip(free.row(k)).for_each(|(s, q)| *s += tau * a * q);
         }
         let mut length = 1.0;
         let before = here;
         while length > 1e-3 {
+            cancel::checkpoint();
             let next: Vec<f64> = x.iter().zip(&step).map(|(x, s)| x + length * s).collect();
             let there = free.spread(&next);
             if there < here {
@@ -228,6 +231,7 @@ impl Search {
         let mut here = free.spread(&self.x);
         let limit = vertex::most_steps(m * reach * n);
         for _ in 0..ROUNDS {
+            cancel::checkpoint();
             let r = free.residuals(&self.x);
             let order = order(&r);
             let round = Round::new(free, &order, reach);
@@ -246,6 +250,7 @@ impl Search {
             let mut length = 1.0;
             let mut moved = false;
             while length > 1e-9 && !moved {
+                cancel::checkpoint();
                 let next: Vec<f64> = self.x.iter().zip(&vertex.x).map(|(x, v)| x + length * (v - x)).collect();
                 let there = free.spread(&next);
                 if there < here {
@@ -277,7 +282,7 @@ impl Round {
         let pairs = m * reach - reach * (reach + 1) / 2;
         let (mut rows, mut b) = (Vec::with_capacity(pairs * n), Vec::with_capacity(pairs));
         let mut g = vec![0.0; n];
-        for (place, &low) in order.iter().enumerate() {
+        for (place, &low) in order.iter().enumerate().asking(2 * reach * n) {
             let last = (place + reach).min(m - 1);
             for &high in &order[place + 1..=last] {
                 rows.extend(free.row(high).iter().zip(free.row(low)).map(|(h, l)| h - l));
@@ -314,13 +319,13 @@ fn tau(residuals: &[f64], n: usize) -> Option<f64> {
         return None;
     }
     let mut r = residuals.to_vec();
-    r.sort_by(f64::total_cmp);
+    r.sort_by(cancel::comparing(f64::total_cmp));
     let pairs = m as f64 * (m - 1) as f64 / 2.0;
     // share of pairs no further apart than y
     let share = |y: f64| {
         let mut low = 0;
         let mut count = 0usize;
-        for high in 0..m {
+        for high in (0..m).asking(2) {
             while r[high] - r[low] > y {
                 low += 1;
             }
@@ -356,7 +361,7 @@ fn sparsity_at_median(residuals: &[f64], n: usize) -> Option<f64> {
         return None;
     }
     let mut r = residuals.to_vec();
-    r.sort_by(f64::total_cmp);
+    r.sort_by(cancel::comparing(f64::total_cmp));
     let half = ((m as f64).sqrt().ceil() as usize).max(1);
     let middle = (m - 1) / 2;
     let (low, high) = (middle.saturating_sub(half), (middle + half).min(m - 1));

@@ -11,7 +11,7 @@ use super::{
     },
     Measured,
 };
-use crate::numerics::{Dd, Real, triangular};
+use crate::numerics::{Dd, Real, cancel::Asking, triangular};
 
 /// Numbers that rows may hold: 160 MB.
 const MOST: usize = 20_000_000;
@@ -71,7 +71,7 @@ impl Rows {
 
     /// `b − Qx`.
     pub fn residuals(&self, x: &[f64]) -> Vec<f64> {
-        self.b.iter().zip(self.q.chunks_exact(self.n)).map(|(b, q)| b - dot(q, x)).collect()
+        self.b.iter().zip(self.q.chunks_exact(self.n)).asking(self.n).map(|(b, q)| b - dot(q, x)).collect()
     }
 }
 
@@ -82,7 +82,7 @@ fn orthonormal<T: Real>(measured: &Measured, r: &nalgebra::DMatrix<T>) -> Vec<f6
     let mut out = Vec::with_capacity(m * n);
     let mut row = Row::<T>::new(design);
     let mut full = vec![T::of(0.0); n];
-    for k in 0..m {
+    for k in (0..m).asking(2 * n * n) {
         row.at(design, sample, k);
         full.iter_mut().for_each(|x| *x = T::of(0.0));
         let root = sample.w(k).sqrt();
@@ -104,7 +104,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub fn weighted_solution(n: usize, q: &[f64], weights: &[f64], y: &[f64]) -> Option<Vec<f64>> {
     let mut gram = nalgebra::DMatrix::<f64>::zeros(n, n);
     let mut right = vec![0.0; n];
-    for ((row, &w), &y) in q.chunks_exact(n).zip(weights).zip(y).filter(|((_, w), _)| **w != 0.0) {
+    for ((row, &w), &y) in q.chunks_exact(n).zip(weights).zip(y).asking(n * n).filter(|((_, w), _)| **w != 0.0) {
         for i in 0..n {
             let share = w * row[i];
             right[i] += share * y;

@@ -6,6 +6,7 @@
 //! * fixed by the caller.
 
 use super::{super::estimator::ScaleRule, normal};
+use crate::numerics::cancel;
 
 /// Φ⁻¹(0.75).
 pub const NORMAL_QUARTILE: f64 = 0.674_489_750_196_081_7;
@@ -23,7 +24,7 @@ pub fn median(values: &mut [f64]) -> f64 {
     }
     let middle = values.len() / 2;
     let odd = values.len() % 2 == 1;
-    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    let (below, upper, _) = values.select_nth_unstable_by(middle, cancel::comparing(f64::total_cmp));
     if odd { *upper } else { 0.5 * (*upper + below.iter().copied().fold(f64::NEG_INFINITY, f64::max)) }
 }
 

@@ -17,7 +17,7 @@ use super::{
     Along,
     rows::dot,
 };
-use crate::numerics::triangular;
+use crate::numerics::{cancel::Asking, triangular};
 
 /// What standard errors are made of.
 pub struct Spread {
@@ -65,6 +65,7 @@ impl Spread {
             (constant.index, constant.length_squared, column)
         });
         (0..n)
+            .asking(n * n)
             .map(|j| {
                 let mut row = vec![0.0; n];
                 for (i, &lambda) in spectrum.lambda.iter().enumerate().filter(|(_, lambda)| **lambda > 0.0) {

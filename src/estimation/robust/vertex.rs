@@ -13,6 +13,10 @@
 use nalgebra::DMatrix;
 
 use super::{random::SplitMix, rows::dot};
+use crate::numerics::{
+    cancel::{self, Asking},
+    inverse,
+};
 
 /// Residuals below this share of the largest height count as 0.
 const ZERO: f64 = 1e-13;
@@ -61,6 +65,7 @@ pub fn minimise(lines: &Lines, start: &[f64], limit: usize) -> Option<Vertex> {
     let mut walk = Walk::new(lines, start)?;
     let mut steps = 0;
     let optimal = loop {
+        cancel::checkpoint();
         match walk.worst() {
             None => {
                 // only what was computed afresh is believed
@@ -147,7 +152,7 @@ impl<'a> Walk<'a> {
     fn refresh(&mut self) -> Option<()> {
         let n = self.lines.n;
         let a = DMatrix::from_fn(n, n, |i, j| self.row(self.basis[i])[j]);
-        self.inverse = a.try_inverse()?;
+        self.inverse = inverse(a)?;
         let solve = |heights: &[f64]| -> Vec<f64> {
             let at = |x: &[f64]| -> Vec<f64> {
                 self.basis.iter().map(|&k| heights[k] - dot(self.row(k), x)).collect::<Vec<f64>>()
@@ -162,7 +167,8 @@ impl<'a> Walk<'a> {
         };
         let (x, moved) = (solve(self.lines.b), solve(&self.moves));
         self.r = residuals(self.lines, &x);
-        self.p = self.moves.iter().zip(self.lines.rows.chunks_exact(n)).map(|(b, a)| b - dot(a, &moved)).collect();
+        self.p =
+            self.moves.iter().zip(self.lines.rows.chunks_exact(n)).asking(n).map(|(b, a)| b - dot(a, &moved)).collect();
         self.x = x;
         for &k in &self.basis {
             (self.r[k], self.p[k]) = (0.0, 0.0);
@@ -174,7 +180,7 @@ impl<'a> Walk<'a> {
             self.sign[k] = 0.0;
         }
         self.pull = self.lines.g.to_vec();
-        for (a, sign) in self.lines.rows.chunks_exact(n).zip(&self.sign) {
+        for (a, sign) in self.lines.rows.chunks_exact(n).zip(&self.sign).asking(n) {
             self.pull.iter_mut().zip(a).for_each(|(h, a)| *h -= sign * a);
         }
         self.since_fresh = 0;
@@ -212,6 +218,7 @@ impl<'a> Walk<'a> {
             .lines
             .rows
             .chunks_exact(n)
+            .asking(n)
             .map(|a| dot(a, &direction))
             .map(|q| if q.abs() > still { q } else { 0.0 })
             .collect();
@@ -291,7 +298,7 @@ impl<'a> Walk<'a> {
 }
 
 fn residuals(lines: &Lines, x: &[f64]) -> Vec<f64> {
-    lines.b.iter().zip(lines.rows.chunks_exact(lines.n)).map(|(b, a)| b - dot(a, x)).collect()
+    lines.b.iter().zip(lines.rows.chunks_exact(lines.n)).asking(lines.n).map(|(b, a)| b - dot(a, x)).collect()
 }
 
 /// Where a residual reaches 0 on an edge, and by how much F then turns.
@@ -312,7 +319,7 @@ fn stop(kinks: &mut [Kink], slope: f64) -> Option<usize> {
     }
     while high - low > 1 {
         let middle = (high - low) / 2;
-        kinks[low..high].select_nth_unstable_by(middle, order);
+        kinks[low..high].select_nth_unstable_by(middle, cancel::comparing(order));
         let before: f64 = kinks[low..low + middle].iter().map(|kink| kink.turn).sum();
         if slope + before < 0.0 {
             slope += before;
@@ -328,7 +335,7 @@ fn stop(kinks: &mut [Kink], slope: f64) -> Option<usize> {
 fn nearest_basis(lines: &Lines, r: &[f64]) -> Option<Vec<usize>> {
     let n = lines.n;
     let mut order: Vec<usize> = (0..r.len()).collect();
-    order.sort_by(|&a, &b| r[a].abs().total_cmp(&r[b].abs()).then(a.cmp(&b)));
+    order.sort_by(cancel::comparing(|&a: &usize, &b: &usize| r[a].abs().total_cmp(&r[b].abs()).then(a.cmp(&b))));
     let mut basis: Vec<usize> = Vec::with_capacity(n);
     let mut directions: Vec<Vec<f64>> = Vec::with_capacity(n);
     // first only rows that stand well apart, then whatever is independent at all
@@ -342,6 +349,7 @@ fn nearest_basis(lines: &Lines, r: &[f64]) -> Option<Vec<usize>> {
             if length == 0.0 || basis.contains(&k) {
                 continue;
             }
+            cancel::checkpoint();
             let mut rest: Vec<f64> = row.iter().map(|x| x / length).collect();
             for _ in 0..2 {
                 for direction in &directions {

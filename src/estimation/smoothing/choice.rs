@@ -13,6 +13,7 @@
 use rayon::prelude::*;
 
 use crate::estimation::spec::{Criterion, Parameter};
+use crate::numerics::cancel;
 
 /// What one λ gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,7 +153,9 @@ type Grid = Vec<(f64, Figures)>;
 fn grid([low, high]: [f64; 2], at: &(impl Fn(f64) -> Option<Figures> + Sync)) -> Grid {
     let cells = ((high - low) / CELL).ceil().clamp(1.0, MOST_CELLS) as usize;
     let places: Vec<f64> = (0..=cells).map(|i| low + (high - low) * (i as f64 / cells as f64)).collect();
-    let figures: Vec<Option<Figures>> = places.par_iter().map(|x| at(x.exp())).collect();
+    let handle = cancel::current();
+    let figures: Vec<Option<Figures>> =
+        places.par_iter().map(|x| cancel::carry(handle.as_ref(), || at(x.exp()))).collect();
     let usable = |f: &Figures| f.rss.is_finite() && f.roughness.is_finite() && f.effective.is_finite();
     places.into_iter().zip(figures).filter_map(|(x, f)| f.filter(usable).map(|f| (x, f))).collect()
 }
@@ -188,6 +191,7 @@ fn brent([mut low, middle, mut high]: [f64; 3], value: f64, at: &impl Fn(f64) ->
     let ((mut x, mut fx), (mut w, mut fw), (mut v, mut fv)) = ((middle, value), (middle, value), (middle, value));
     let (mut step, mut before) = (0.0f64, 0.0f64);
     for _ in 0..STEPS {
+        cancel::checkpoint();
         let center = 0.5 * (low + high);
         if (x - center).abs() + 0.5 * (high - low) <= 2.0 * FLAT {
             break;
@@ -242,6 +246,7 @@ fn root(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, value: impl Fn(&Figur
     let (mut a, mut fa) = (grid[i - 1].0, value(&grid[i - 1].1));
     let (mut b, mut fb) = (grid[i].0, value(&grid[i].1));
     for step in 0..STEPS {
+        cancel::checkpoint();
         if b - a <= SHARP * b.abs().max(1.0) || fb == 0.0 {
             break;
         }

@@ -7,7 +7,7 @@
 //! The smoother's trace is `2 + trace(R Z)` with Z the inverse, of which only the band is needed; nothing cancels in it.
 
 use super::choice::Figures;
-use crate::numerics::Dd;
+use crate::numerics::{Dd, cancel::Asking};
 
 /// Strictly ascending abscissae with weights, three at least.
 pub struct Equations {
@@ -46,14 +46,15 @@ pub struct Solution {
 
 impl Equations {
     pub fn new(x: &[f64], weight: &[f64]) -> Self {
-        let steps: Vec<Dd> = x.windows(2).map(|pair| Dd::diff(pair[1], pair[0])).collect();
-        let spread: Vec<Dd> = weight.iter().map(|&w| Dd::ONE / Dd::from(w)).collect();
+        let steps: Vec<Dd> = x.windows(2).asking(10).map(|pair| Dd::diff(pair[1], pair[0])).collect();
+        let spread: Vec<Dd> = weight.iter().asking(20).map(|&w| Dd::ONE / Dd::from(w)).collect();
         let inner = x.len() - 2;
-        let over: Vec<Dd> = steps.iter().map(|&h| Dd::ONE / h).collect();
-        let q: Vec<[Dd; 3]> = (0..inner).map(|j| [over[j], -(over[j] + over[j + 1]), over[j + 1]]).collect();
+        let over: Vec<Dd> = steps.iter().asking(20).map(|&h| Dd::ONE / h).collect();
+        let q: Vec<[Dd; 3]> = (0..inner).asking(20).map(|j| [over[j], -(over[j] + over[j + 1]), over[j + 1]]).collect();
         let (three, six) = (Dd::from(3.0), Dd::from(6.0));
-        let r = (0..inner).map(|j| [(steps[j] + steps[j + 1]) / three, steps[j + 1] / six]).collect();
+        let r = (0..inner).asking(50).map(|j| [(steps[j] + steps[j + 1]) / three, steps[j + 1] / six]).collect();
         let k = (0..inner)
+            .asking(200)
             .map(|j| {
                 // columns j and j + d share rows j + d to j + 2
                 let shared = |d: usize| {
@@ -81,7 +82,7 @@ impl Equations {
         let lambda = Dd::from(lambda);
         let (a, b) = if lambda.hi > 1.0 { (lambda.recip(), Dd::ONE) } else { (Dd::ONE, lambda) };
         let (mut d, mut l): (Vec<Dd>, Vec<[Dd; 2]>) = (Vec::with_capacity(n), vec![[Dd::ZERO; 2]; n]);
-        for i in 0..n {
+        for i in (0..n).asking(100) {
             let mut pivot = self.r[i][0] * a + self.k[i][0] * b;
             if i >= 2 {
                 pivot -= l[i - 2][1] * l[i - 2][1] * d[i - 2];
@@ -102,14 +103,14 @@ impl Equations {
 
     /// `Qᵀ y`.
     fn differences(&self, y: &[Dd]) -> Vec<Dd> {
-        self.q.iter().zip(y.windows(3)).map(|(q, y)| q[0] * y[0] + q[1] * y[1] + q[2] * y[2]).collect()
+        self.q.iter().zip(y.windows(3)).asking(30).map(|(q, y)| q[0] * y[0] + q[1] * y[1] + q[2] * y[2]).collect()
     }
 
     /// `x ↦ M x` for M symmetric with the given diagonals.
     fn multiply<const B: usize>(m: &[[Dd; B]], x: &[Dd]) -> Vec<Dd> {
         let mut y: Vec<Dd> = m.iter().zip(x).map(|(m, &x)| m[0] * x).collect();
         for d in 1..B {
-            for i in 0..x.len().saturating_sub(d) {
+            for i in (0..x.len().saturating_sub(d)).asking(20) {
                 y[i] += m[i][d] * x[i + d];
                 y[i + d] += m[i][d] * x[i];
             }
@@ -164,7 +165,7 @@ impl Equations {
             solution.roughness += (dot(&x, &Self::multiply(&self.r, &x)) * a * a).to_f64();
             solution.rss.push((dot(&x, &Self::multiply(&self.k, &x)) * b * b).to_f64());
             let mut values = y.clone();
-            for (j, (q, &x)) in self.q.iter().zip(&x).enumerate() {
+            for (j, (q, &x)) in self.q.iter().zip(&x).enumerate().asking(100) {
                 for i in 0..3 {
                     values[j + i] -= q[i] * x * self.spread[j + i] * b;
                 }
@@ -173,7 +174,7 @@ impl Equations {
             let gamma = x.into_iter().map(|x| x * a);
             solution.bends.push(std::iter::once(Dd::ZERO).chain(gamma).chain([Dd::ZERO]).collect());
         }
-        for i in 0..m {
+        for i in (0..m).asking(200) {
             // row i of Q has entries in columns i − 2 to i
             let columns = i.saturating_sub(2)..(i + 1).min(self.q.len());
             let mut sum = Dd::ZERO;
@@ -190,13 +191,13 @@ impl Equations {
 }
 
 fn dot(x: &[Dd], y: &[Dd]) -> Dd {
-    x.iter().zip(y).fold(Dd::ZERO, |sum, (&x, &y)| sum + x * y)
+    x.iter().zip(y).asking(10).fold(Dd::ZERO, |sum, (&x, &y)| sum + x * y)
 }
 
 impl Factor {
     fn solve(&self, b: &mut [Dd]) {
         let n = b.len();
-        for i in 0..n {
+        for i in (0..n).asking(30) {
             let x = b[i];
             for (d, &l) in self.l[i].iter().enumerate() {
                 if i + 1 + d < n {
@@ -204,7 +205,7 @@ impl Factor {
                 }
             }
         }
-        for i in (0..n).rev() {
+        for i in (0..n).rev().asking(50) {
             let mut x = b[i] / self.d[i];
             for (d, &l) in self.l[i].iter().enumerate() {
                 if i + 1 + d < n {
@@ -220,7 +221,7 @@ impl Factor {
         let n = self.d.len();
         let mut z = vec![[Dd::ZERO; 3]; n];
         let none = [Dd::ZERO; 3];
-        for i in (0..n).rev() {
+        for i in (0..n).rev().asking(100) {
             let (next, after) = (*z.get(i + 1).unwrap_or(&none), *z.get(i + 2).unwrap_or(&none));
             let [a, b] = self.l[i];
             let once = -(a * next[0]) - b * next[1];

@@ -14,6 +14,7 @@ use super::{
     choice::{self, Found, NoParameter, Problem, Smoothing},
     reinsch::{Equations, Solution},
 };
+use crate::numerics::cancel::Asking;
 use crate::{
     geometry::{
         BSplineBasis,
@@ -187,7 +188,7 @@ fn merge(points: &Points) -> Merged {
         apart: vec![0.0; dimension],
         count: counted.len(),
     };
-    for group in counted.chunk_by(|&a, &b| points.x[a] == points.x[b]) {
+    for group in counted.chunk_by(|&a, &b| points.x[a] == points.x[b]).asking(200) {
         let total = group.iter().fold(Dd::ZERO, |sum, &i| sum + weight(i));
         merged.x.push(points.x[group[0]]);
         merged.weight.push(total.to_f64());
@@ -276,7 +277,7 @@ fn report(
 fn largest(points: &Points, merged: &Merged, values: &[Dd], heights: &[f64]) -> f64 {
     let mut at = 0;
     let mut largest: f64 = 0.0;
-    for (i, (&x, &y)) in points.x.iter().zip(heights).enumerate() {
+    for (i, (&x, &y)) in points.x.iter().zip(heights).enumerate().asking(50) {
         if points.weight.is_some_and(|w| w[i] == 0.0) {
             continue;
         }
@@ -300,7 +301,7 @@ fn controls(merged: &Merged, solution: &Solution) -> Vec<Vector> {
         let right = |i: usize| chord(i) + step(i) * (bends[i] + bends[i + 1] * 2.0) / six;
         let left = |i: usize| chord(i) - step(i) * (bends[i] * 2.0 + bends[i + 1]) / six;
         let mut out = vec![values[0], values[0] + left(0) * step(0) / three];
-        for i in 1..m - 1 {
+        for i in (1..m - 1).asking(200) {
             let (before, after) = (step(i - 1), step(i));
             let moved = right(i - 1) * (after - before) / three - bends[i] * before * after / six;
             out.push(values[i] + moved);

@@ -9,6 +9,7 @@ use super::super::{
     quad_mesh::{Face, QuadMesh},
     text::ascii,
 };
+use crate::numerics::cancel::Asking;
 
 /// The columns that Abaqus takes for a number; what would need more is rounded, to 12 digits at worst.
 const WIDTH: usize = 20;
@@ -23,7 +24,7 @@ pub fn abaqus(mesh: &QuadMesh, label: &Label) -> Result<String, ExportFault> {
     let name: String = ascii(&label.name).chars().take(80).collect();
     let _ = writeln!(text, "*HEADING\n{SYSTEM}: {name}\n** {}, lengths in mm", label.written_at.iso_8601());
     text.push_str("*NODE, NSET=NODES\n");
-    for (i, p) in mesh.nodes().iter().enumerate() {
+    for (i, p) in mesh.nodes().iter().enumerate().asking(300) {
         let [x, y, z] = [p.x, p.y, p.z].map(|x| real_within(x, WIDTH));
         let _ = writeln!(text, "{}, {x}, {y}, {z}", i + 1);
     }
@@ -32,7 +33,7 @@ pub fn abaqus(mesh: &QuadMesh, label: &Label) -> Result<String, ExportFault> {
         if elements.peek().is_some() {
             let _ = writeln!(text, "*ELEMENT, TYPE={kind}, ELSET=FLANK");
         }
-        for (i, face) in elements {
+        for (i, face) in elements.asking(200) {
             let _ = write!(text, "{}", i + 1);
             for node in Face::corners(face) {
                 let _ = write!(text, ", {}", node + 1);

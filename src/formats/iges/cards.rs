@@ -1,5 +1,6 @@
 //! Cards of 80 columns.
 
+use crate::numerics::cancel::Asking;
 use std::fmt::Write as _;
 
 /// One section of a file.
@@ -36,7 +37,7 @@ impl Cards {
 
     /// A list of fields, ended by a semicolon, on as many cards as it takes.
     pub(super) fn add_list(&mut self, fields: &[String]) {
-        for line in wrapped(fields, self.width) {
+        for line in wrapped(fields, self.width).into_iter().asking(200) {
             self.add(&line);
         }
     }
@@ -44,7 +45,7 @@ impl Cards {
     /// The parameters of the entity whose directory entry begins with card `owner`; returns how many cards they took.
     pub(super) fn add_parameters(&mut self, fields: &[String], owner: usize) -> usize {
         let lines = wrapped(fields, PARAMETER_WIDTH);
-        for line in &lines {
+        for line in lines.iter().asking(200) {
             self.add(&format!("{line:<64} {owner:>7}"));
         }
         lines.len()
@@ -54,7 +55,7 @@ impl Cards {
 /// Fields separated by commas in lines of at most `width` columns. Only a text longer than a line goes on in the next one.
 fn wrapped(fields: &[String], width: usize) -> Vec<String> {
     let (mut lines, mut line) = (Vec::new(), String::new());
-    for (i, field) in fields.iter().enumerate() {
+    for (i, field) in fields.iter().enumerate().asking(100) {
         let end = if i + 1 == fields.len() { ';' } else { ',' };
         if !line.is_empty() && line.len() + field.len() + 1 > width {
             lines.push(std::mem::take(&mut line));

@@ -17,6 +17,7 @@ use super::{
     number::iges_real,
     text::hollerith,
 };
+use crate::numerics::cancel;
 
 /// Card numbers have seven digits.
 const MOST_CARDS: usize = 9_999_999;
@@ -29,6 +30,7 @@ pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault
     let pieces = pieces(shapes)?;
     let mut entities = Vec::new();
     for (shape, piece) in &pieces {
+        cancel::checkpoint();
         let name = shapes[*shape].name;
         // directory entries are counted by cards, two for each
         let next = 2 * entities.len() + 3;
@@ -46,6 +48,7 @@ pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault
     let mut directory = Cards::new('D', 72);
     let mut parameters = Cards::new('P', 72);
     for entity in &entities {
+        cancel::checkpoint();
         let (first, owner) = (parameters.len() + 1, directory.len() + 1);
         let lines = parameters.add_parameters(&entity.parameters, owner);
         for card in entity.directory(first, lines) {

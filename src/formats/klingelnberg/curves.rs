@@ -11,6 +11,7 @@ use super::{
     trace_head::{self, TraceHead},
 };
 use crate::gear::{Kind, Side};
+use crate::numerics::cancel;
 
 pub use super::trace_head::Section;
 
@@ -102,6 +103,7 @@ impl Curves {
         };
         let mut body = Body { file, undefined, block: Block::Untitled, flank: None, unknown: None };
         while let Some(line) = lines.next() {
+            cancel::checkpoint();
             if !line.is_blank() {
                 body.take(line, &mut lines)?;
             }

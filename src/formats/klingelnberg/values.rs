@@ -10,6 +10,7 @@ use super::{
     trace_head::{is_tooth, side_of},
 };
 use crate::gear::Side;
+use crate::numerics::cancel::Asking;
 
 /// Stored instead of a value that was not measured.
 const NOT_MEASURED: f64 = -9999.0;
@@ -66,7 +67,7 @@ impl Values {
         let header = Header::parse(&mut lines, FileKind::Values, &mut notes)?;
         let mut results = Vec::new();
         let mut seen = std::collections::HashSet::new();
-        for line in lines.filter(|line| !line.is_blank()) {
+        for line in lines.filter(|line| !line.is_blank()).asking(500) {
             if let Some(result) = result_of(line, header.separator, &mut notes)? {
                 if !seen.insert(result.code) {
                     notes.push(

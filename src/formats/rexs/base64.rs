@@ -1,5 +1,7 @@
 //! Coded lists: little-endian numbers in base64, which REXS allows in place of single elements.
 
+use crate::numerics::cancel::Asking;
+
 /// What the bytes of a list are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Code {
@@ -39,7 +41,7 @@ fn bytes(text: &str) -> Option<Vec<u8>> {
     let mut out = Vec::with_capacity(text.len() / 4 * 3 + 3);
     let (mut bits, mut held) = (0u32, 0u32);
     let mut padded = false;
-    for byte in text.bytes().filter(|b| !b.is_ascii_whitespace()) {
+    for byte in text.bytes().asking(2).filter(|b| !b.is_ascii_whitespace()) {
         let six = match byte {
             b'A'..=b'Z' => byte - b'A',
             b'a'..=b'z' => byte - b'a' + 26,

@@ -12,6 +12,7 @@ use super::{
     },
     base64::Code,
 };
+use crate::numerics::cancel;
 
 /// Elements within one another; REXS has seven.
 const DEEPEST: usize = 32;
@@ -94,6 +95,7 @@ impl Document {
         };
         let mut reader = Reader::from_str(text);
         loop {
+            cancel::checkpoint();
             let start = reader.buffer_position() as usize;
             let event = reader.read_event().map_err(|fault| FileError::Xml {
                 place: place_in(text, reader.error_position() as usize),

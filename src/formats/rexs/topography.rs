@@ -1,6 +1,7 @@
 //! From the three lists of a flank to a grid.
 
 use super::{super::topography::ascending, document::Value};
+use crate::numerics::cancel;
 
 /// What the lists are.
 #[derive(Debug, PartialEq)]
@@ -47,7 +48,7 @@ pub(super) fn shape(amounts: &Value, diameters: &[f64], coordinates: &[f64]) -> 
 fn folded(points: &[[f64; 3]]) -> Option<Shape> {
     let distinct = |axis: usize| {
         let mut places: Vec<f64> = points.iter().map(|point| point[axis]).collect();
-        places.sort_by(f64::total_cmp);
+        places.sort_by(cancel::comparing(f64::total_cmp));
         places.dedup();
         places
     };

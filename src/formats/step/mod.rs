@@ -16,6 +16,7 @@ use super::{
     number::real,
     text::step_string,
 };
+use crate::numerics::cancel;
 
 /// Below this distance, in mm, two places are one.
 const UNCERTAINTY: f64 = 1e-6;
@@ -25,6 +26,7 @@ pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault
     let mut curves: Vec<(&str, CadCurve)> = Vec::new();
     let mut surfaces: Vec<(&str, CadSurface)> = Vec::new();
     for (shape, piece) in pieces(shapes)? {
+        cancel::checkpoint();
         match piece {
             Piece::Curve(curve) => curves.push((shapes[shape].name, curve)),
             Piece::Surface(surface) => surfaces.push((shapes[shape].name, surface)),

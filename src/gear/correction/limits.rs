@@ -18,6 +18,7 @@ use crate::estimation::{
     result::Warning,
     spec::{Attraction, Count, ExpectedSize, JamesStein, Model, Regularization},
 };
+use crate::numerics::cancel;
 
 /// Rounds for each setting, at most.
 const ROUNDS: usize = 8;
@@ -132,6 +133,7 @@ pub(super) fn within(correction: &Correction, unlimited: &[f64]) -> Result<Stand
     let mut goal = unlimited.to_vec();
     let mut fitted = None;
     for _ in 0..ROUNDS * n + ROUNDS {
+        cancel::checkpoint();
         let first = (0..n)
             .filter(|&j| at[j].is_none())
             .filter_map(|j| {
@@ -199,6 +201,7 @@ fn coming_back(correction: &Correction, at: &[Option<Limit>], point: &[f64]) -> 
         .collect();
     pulls.sort_by(|a, b| b.0.total_cmp(&a.0));
     for (_, j, limit) in pulls {
+        cancel::checkpoint();
         let free: Vec<usize> = (0..at.len()).filter(|&i| i == j || at[i].is_none()).collect();
         let fitted = fit_free(correction, &free, point)?;
         let value =

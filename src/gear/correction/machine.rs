@@ -29,6 +29,7 @@
 //! twist and there is no setting that makes twist alone.
 
 use super::problem::Setting;
+use crate::numerics::cancel::Asking;
 use crate::{
     estimation::{
         Faults,
@@ -138,7 +139,7 @@ impl Machine {
         check(nodes, ranges)?;
         let made = Made { machine: self, gear, ranges };
         let kinds = self.kinds();
-        let matrix = nodes.iter().flat_map(|node| kinds.map(|kind| made.deviation(kind, *node))).collect();
+        let matrix = nodes.iter().asking(2000).flat_map(|node| kinds.map(|kind| made.deviation(kind, *node))).collect();
         Ok(Sensitivity { settings: self.settings(), matrix })
     }
 }
@@ -228,7 +229,7 @@ fn check(nodes: &[FlankNode], ranges: Ranges) -> Result<(), Faults> {
     if nodes.is_empty() {
         faults.push("/nodes", format!("{}; at least one is needed", counted(0, "node", "nodes")));
     }
-    for (k, node) in nodes.iter().enumerate() {
+    for (k, node) in nodes.iter().enumerate().asking(1000) {
         if !(0.0..=1e6).contains(&node.roll_length) {
             let detail = format!("{} is not a roll length of at least 0 mm", Shown(node.roll_length));
             faults.push(format!("/nodes/{k}/roll_length"), detail);

@@ -10,6 +10,7 @@ use crate::estimation::{
     result::{RegularizationKind, Warning},
     spec::Regularization,
 };
+use crate::numerics::cancel::Asking;
 
 /// Which limit a setting stands at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,7 +147,7 @@ impl Correction {
         let asked = &self.asked;
         let eta = asked.response_uncertainty;
         let (mut deviation, mut uncertainty) = (Vec::new(), Vec::new());
-        for (k, d) in asked.deviation.iter().enumerate() {
+        for (k, d) in asked.deviation.iter().enumerate().asking(2 * change.len()) {
             let (mut moved, mut square) = (0.0, 0.0);
             for (j, c) in self.row(k).iter().zip(change) {
                 moved += j * c;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Deviations;
+use crate::numerics::cancel::Asking;
 use crate::{
     estimation::{Faults, Nodes},
     gear::Side,
@@ -35,7 +36,7 @@ impl Deviations {
     /// Every flank on which a node takes part, by tooth, the left one first.
     pub fn flanks(&self) -> Vec<FlankDeviations> {
         let mut flanks = BTreeMap::new();
-        for (index, node) in self.nodes.iter().enumerate().filter(|(_, node)| node.counts()) {
+        for (index, node) in self.nodes.iter().enumerate().asking(50).filter(|(_, node)| node.counts()) {
             let flank = flanks.entry((node.tooth, node.side)).or_insert_with(|| FlankDeviations {
                 tooth: node.tooth,
                 side: node.side,

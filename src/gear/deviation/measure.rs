@@ -7,6 +7,7 @@ use super::{
     Deviations, Direction, Foot, Node, Reference, Stray,
     foot::{foot, normal, word},
 };
+use crate::numerics::cancel::Asking;
 use crate::{
     estimation::{Faults, words::Shown},
     gear::Side,
@@ -104,7 +105,7 @@ pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measureme
     let mut faults = Faults::default();
     let mut strays = Vec::new();
     let mut nodes = Vec::with_capacity(touches.len());
-    for (index, touch) in touches.iter().enumerate() {
+    for (index, touch) in touches.iter().enumerate().asking(5000) {
         let undefined = Node {
             tooth: touch.tooth.unwrap_or(0),
             side: touch.side.unwrap_or(Side::Left),

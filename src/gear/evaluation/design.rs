@@ -2,6 +2,7 @@
 
 use super::settings::Settings;
 use crate::gear::{Gear, Kind, Modifications, Trace, trace::Direction};
+use crate::numerics::cancel::Asking;
 
 /// What a flank that was machined as designed shows along `trace`: µm for each sample, in the sign and direction of its deviations. `None`
 /// where the section of the trace is not known, or is no diameter of the involute.
@@ -19,11 +20,16 @@ pub fn design(gear: &Gear, modifications: &Modifications, trace: &Trace, setting
     let line: Vec<f64> = match trace.kind {
         Kind::Profile => {
             let column = modifications.column(trace.side, section);
-            trace.at.iter().map(|roll| scale * modifications.row(trace.side, *roll).at(&column).value).collect()
+            trace
+                .at
+                .iter()
+                .asking(1000)
+                .map(|roll| scale * modifications.row(trace.side, *roll).at(&column).value)
+                .collect()
         }
         Kind::Helix => {
             let row = modifications.row(trace.side, gear.roll_length(section)?);
-            trace.at.iter().map(|z| scale * row.at(&modifications.column(trace.side, *z)).value).collect()
+            trace.at.iter().asking(1000).map(|z| scale * row.at(&modifications.column(trace.side, *z)).value).collect()
         }
     };
     Some(line)

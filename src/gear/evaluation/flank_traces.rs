@@ -7,6 +7,7 @@ use super::{
     flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface, told},
     settings::{DeviationSign, Settings, SlopeSign, Window},
 };
+use crate::numerics::cancel;
 use crate::{
     estimation::{
         FitSpec,
@@ -49,6 +50,7 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
     };
     let mut flanks: BTreeMap<(&str, Side), FlankTraces> = BTreeMap::new();
     for Posted { trace, design } in posted {
+        cancel::checkpoint();
         let Some(section) = trace.section else { continue };
         let fixed = if trace.kind == Kind::Profile { Some(section) } else { gear.roll_length(section) };
         let Some(fixed) = fixed else { continue };

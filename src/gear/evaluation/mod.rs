@@ -30,6 +30,7 @@ use crate::estimation::{
     Faults,
     words::{Shown, entries},
 };
+use crate::numerics::cancel;
 
 /// A trace and, where the flank is modified by design, its design line: µm per sample in the sign and direction of the deviations, taken away from them.
 #[derive(Clone, Copy, Debug)]
@@ -107,6 +108,7 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     notices.extend(foreign.iter().flatten().cloned());
     let mut traces = Vec::with_capacity(posted.len());
     for (i, posted) in posted.iter().enumerate() {
+        cancel::checkpoint();
         let trace = posted.trace;
         let window = match trace.kind {
             Kind::Profile => &profile,
@@ -209,6 +211,7 @@ fn check(posted: &[Posted]) -> Result<(), Faults> {
     }
     let mut samples = 0;
     for (i, Posted { trace, design }) in posted.iter().enumerate() {
+        cancel::checkpoint();
         samples += trace.at.len();
         let positions = match trace.kind {
             Kind::Profile => format!("/traces/{i}/roll_length_mm"),

@@ -14,6 +14,7 @@ use super::{
     Notice,
     settings::{MeanCurve, Settings, Window},
 };
+use crate::numerics::cancel::Asking;
 use crate::{
     estimation::{
         self, FitError, Nodes,
@@ -124,7 +125,7 @@ impl Subject<'_> {
         let (mut u, mut deviation, mut zone) = (Vec::new(), Vec::new(), Vec::new());
         let (middle, half) = (0.5 * (window.low + window.high), 0.5 * window.length());
         let looked_at = window.plus_material.in_form() || window.plus_material.in_total();
-        for (i, (&at, &given)) in trace.at.iter().zip(&trace.deviation).enumerate() {
+        for (i, (&at, &given)) in trace.at.iter().zip(&trace.deviation).enumerate().asking(20) {
             let about_design = given - self.design.map_or(0.0, |design| design[i]);
             let within = at >= window.low - EDGE && at <= window.high + EDGE;
             if about_design.is_nan() {

@@ -30,6 +30,7 @@ use crate::geometry::{
     },
     space::{Dimension, Vector},
 };
+use crate::numerics::cancel::Asking;
 
 /// Most points of a profile, those of its steps and corners with them.
 pub const MOST_POINTS: usize = 200_000;
@@ -230,7 +231,7 @@ impl Envelope {
         let (range, branches, left) = (least..=most, vec![Vec::new()], MOST_BETWEEN);
         let mut trail = Trail { motion, range, near, branches, last: None, left };
         let mut before: Option<ToolPoint> = None;
-        for tool in &profile.points {
+        for tool in profile.points.iter().asking(200) {
             let tool = tool.towards(before.as_ref());
             if let Some(before) = before {
                 trail.between(&before, &tool, DEEPEST)?;
@@ -247,7 +248,7 @@ impl Envelope {
     /// Between two points of a branch the angle is linear in the radius: the error falls with the square of their distance.
     pub fn boundary(&self, radii: &[f64]) -> Vec<Option<f64>> {
         let mut least: Vec<Option<f64>> = vec![None; radii.len()];
-        for pair in self.branches.iter().flat_map(|branch| branch.windows(2)) {
+        for pair in self.branches.iter().flat_map(|branch| branch.windows(2)).asking(2000) {
             let (a, b) = if pair[0].radius <= pair[1].radius { (pair[0], pair[1]) } else { (pair[1], pair[0]) };
             let from = radii.partition_point(|radius| *radius < a.radius);
             for (radius, least) in radii[from..].iter().zip(&mut least[from..]).take_while(|(r, _)| **r <= b.radius) {

@@ -19,6 +19,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use super::Polar;
 use crate::estimation::{Faults, words::Shown};
 use crate::gear::{Gear, Side, involute::Flank};
+use crate::numerics::cancel::Asking;
 
 /// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal modules.
 pub const STANDARD_TIP_RADIUS: f64 = 0.38;
@@ -316,7 +317,7 @@ impl RackFillet {
         let delta = |k: f64| end * k / fine as f64;
         let mut along = vec![0.0; fine + 1];
         let mut last = self.at(0.0).point(1.0, 0.0);
-        for k in 1..=fine {
+        for k in (1..=fine).asking(500) {
             let next = self.at(delta(k as f64)).point(1.0, 0.0);
             along[k] = along[k - 1] + (next[0] - last[0]).hypot(next[1] - last[1]);
             last = next;
@@ -328,6 +329,6 @@ impl RackFillet {
             let share = if step > 0.0 { ((wanted - along[after - 1]) / step).clamp(0.0, 1.0) } else { 1.0 };
             self.at(delta((after - 1) as f64 + share))
         };
-        (0..count).map(point).chain([self.at(end)]).collect()
+        (0..count).asking(500).map(point).chain([self.at(end)]).collect()
     }
 }

@@ -10,6 +10,7 @@ use crate::estimation::{
     words::{Shown, counted},
 };
 use crate::gear::{Gear, Side, geometry::pointed_diameter, involute::Flank};
+use crate::numerics::cancel;
 
 /// Most points of a profile.
 pub const MOST_POINTS: usize = 2_000_000;
@@ -143,6 +144,7 @@ impl Tooth {
     pub fn gear(&self) -> Vec<[f64; 2]> {
         let mut points = Vec::new();
         for k in 0..self.teeth {
+            cancel::checkpoint();
             let turn = f64::from(k) * self.pitch_angle;
             points.extend(self.open(turn));
             if let Some(root) = self.flank.first() {

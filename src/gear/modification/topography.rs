@@ -12,6 +12,7 @@ use crate::geometry::{
     BSplineBasis,
     surface::{BSplineSurface, NodeGrid, grid::GridFault, interpolate::interpolate},
 };
+use crate::numerics::cancel::Asking;
 
 /// Most nodes of one topography.
 pub const MOST_NODES: usize = 1_000_000;
@@ -183,7 +184,7 @@ pub(super) struct Columns {
 impl Contracted {
     pub(super) fn at(&self, columns: &Columns) -> Relief {
         let mut relief = Relief::default();
-        for k in 0..columns.count {
+        for k in (0..columns.count).asking(50) {
             let j = columns.weights.first + k;
             relief.value += columns.weights.value[k] * self.value[j];
             relief.by_roll += columns.weights.value[k] * self.growth[j];

@@ -5,6 +5,7 @@ use super::{
     columns::{Column, Freedom},
     pose::{Motion, Pose},
 };
+use crate::numerics::cancel::{self, Asking};
 use crate::{
     estimation::{
         Faults, FitError, FitResult, FitSpec, Nodes, fit,
@@ -36,6 +37,7 @@ pub fn register(reference: &Reference, deviations: &Deviations, asked: &Register
     let mut p = vec![0.0; part.freedom.columns.len()];
     let (mut iterations, mut converged) = (0, false);
     let last = loop {
+        cancel::checkpoint();
         let state = part.at(&pose)?;
         let heights: Vec<f64> =
             state.d.iter().zip(state.x.chunks_exact(p.len())).map(|(d, x)| d + dot(x, &p)).collect();
@@ -94,7 +96,7 @@ impl<'a> Part<'a> {
         let mut faults = Faults::default();
         let mut rows = Vec::with_capacity(nodes.len());
         let mut weights = asked.weight.map(|_| Vec::with_capacity(nodes.len()));
-        for (i, _) in nodes.iter().enumerate().filter(|(_, node)| node.counts()) {
+        for (i, _) in nodes.iter().enumerate().filter(|(_, node)| node.counts()).asking(500) {
             let weight = asked.weight.map_or(1.0, |weight| weight[i]);
             if !(weight >= 0.0 && weight.is_finite()) {
                 faults.push(format!("/weight/{i}"), format!("{} is not a finite number of at least 0", Shown(weight)));
@@ -157,7 +159,7 @@ impl<'a> Part<'a> {
         let mut faults = Faults::default();
         let mut state =
             State { x: Vec::with_capacity(self.rows.len() * columns.len()), d: Vec::with_capacity(self.rows.len()) };
-        for (i, point) in &self.rows {
+        for (i, point) in self.rows.iter().asking(500) {
             let node = &self.deviations.nodes[*i];
             match self.carried(node, &undoing.point(point)) {
                 Ok(carried) => {
@@ -280,7 +282,7 @@ impl<'a> Part<'a> {
         let mut back = self.deviations.clone();
         let scale = back.direction.from_normal(self.reference.gear);
         let mut lost = Vec::new();
-        for (i, node) in back.nodes.iter_mut().enumerate() {
+        for (i, node) in back.nodes.iter_mut().enumerate().asking(1000) {
             let Some(point) = self.deviations.point(self.reference, i) else { continue };
             match self.carried(node, &undoing.point(&point)) {
                 Ok(carried) => *node = Node { deviation: carried.deviation * scale, within: node.within, ..carried },

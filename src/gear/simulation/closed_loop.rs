@@ -1,6 +1,7 @@
 //! Whole runs: measure, fit, correct, machine again.
 
 use super::{Asked, Simulation, rms};
+use crate::numerics::cancel;
 use crate::{
     estimation::{
         Faults, FitError,
@@ -110,6 +111,7 @@ pub fn run(
     let mut simulation = Simulation::new(machine.clone())?;
     let mut rounds: Vec<Round> = Vec::with_capacity(corrections + 1);
     for number in 0..=corrections {
+        cancel::checkpoint();
         let (measured, true_rms) = (simulation.measure(), simulation.true_rms());
         let answer = match rounds.last() {
             Some(Round { measured: before, solution: Some(solution), .. }) => Some(compare(&Comparison {

@@ -13,6 +13,7 @@ use super::{
     refine::BezierPiece,
 };
 use crate::geometry::space::{Dimension, Vector};
+use crate::numerics::cancel::{self, Asking};
 
 /// How often a piece is halved while parts are kept that only rounding could still lower.
 const EXACT_DEPTH: u32 = 12;
@@ -73,7 +74,7 @@ impl<'a> Closest<'a> {
     pub fn on(shape: &'a CurveShape) -> Self {
         let graph = shape.dimension() == Dimension::Graph;
         let pieces = shape.to_b_spline().and_then(|spline| spline.bezier_pieces()).unwrap_or_default();
-        let pieces: Vec<Piece> = pieces.iter().map(|piece| Piece::new(piece, graph)).collect();
+        let pieces: Vec<Piece> = pieces.iter().asking(500).map(|piece| Piece::new(piece, graph)).collect();
         let seeds = if pieces.is_empty() { seeds(shape) } else { Vec::new() };
         Closest { shape, pieces, seeds }
     }
@@ -86,12 +87,13 @@ impl<'a> Closest<'a> {
         for end in [low, high] {
             self.consider(&to, end, &mut best);
         }
-        let bounds: Vec<f64> = self.pieces.iter().map(|piece| piece.nearest_square(&to)).collect();
+        let bounds: Vec<f64> = self.pieces.iter().asking(20).map(|piece| piece.nearest_square(&to)).collect();
         let first = (0..bounds.len()).min_by(|a, b| bounds[*a].total_cmp(&bounds[*b]));
         let mut left = MOST_PARTS;
         // the piece whose box is nearest first: it excludes most of the others
         for i in first.into_iter().chain(0..bounds.len()) {
             if bounds[i] <= best.square {
+                cancel::checkpoint();
                 self.search(&self.pieces[i], &to, &mut best, &mut left);
             }
         }
@@ -178,6 +180,7 @@ impl<'a> Closest<'a> {
         let [low, high] = piece.interval;
         let mut waiting = vec![(square, weight, low, high, 0)];
         while let Some((square, weight, low, high, depth)) = waiting.pop() {
+            cancel::checkpoint();
             let slack = if depth <= EXACT_DEPTH { 0.0 } else { noise };
             let excluded = |best: &Best| square.iter().zip(&weight).all(|(n, w)| n - best.square * w >= -slack);
             if excluded(best) || *left == 0 {

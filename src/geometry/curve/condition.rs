@@ -17,7 +17,7 @@ use super::{
     stability::Absence,
 };
 use crate::geometry::space::Vector;
-use crate::numerics::{Dd, condition::largest_singular_value};
+use crate::numerics::{Dd, cancel, condition::largest_singular_value};
 
 /// The most conditions of a polynomial for which the number is computed: the work grows with their cube.
 pub const MOST_CONDITIONS: usize = 150;
@@ -92,6 +92,7 @@ fn vandermonde(nodes: &[f64], counts: &[usize]) -> Option<f64> {
     let mut inverse = DMatrix::zeros(size, size);
     let mut powers = vec![[Dd::ZERO; 3]; size];
     for first in (0..size).step_by(3) {
+        cancel::checkpoint();
         let mut cardinal = Newton::default();
         for (i, (x, _)) in rows.iter().enumerate() {
             let unit = |k: usize| f64::from(u8::from(first + k == i));

@@ -14,7 +14,7 @@ use crate::geometry::{
     BSplineBasis,
     space::{Dimension, HIGHEST_DEGREE, Vector},
 };
-use crate::numerics::{Banded, BandedLu, Dd};
+use crate::numerics::{Banded, BandedLu, Dd, cancel::Asking};
 
 /// Which knots an interpolating B-spline has.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +48,7 @@ impl Collocation {
         let reach = p.min(parameters.len() - 1);
         let mut matrix = Banded::zeros(parameters.len(), reach, reach);
         let mut values = [Dd::ZERO; HIGHEST_DEGREE + 1];
-        for (i, t) in parameters.iter().enumerate() {
+        for (i, t) in parameters.iter().enumerate().asking(200) {
             let first = basis.values(*t, &mut values[..=p]);
             for (j, value) in values[..=p].iter().enumerate() {
                 // at a knot one function of the span is 0 and lies outside of the band

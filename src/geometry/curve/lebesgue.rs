@@ -13,6 +13,7 @@ use super::{
     stability::{Absence, ascending},
 };
 use crate::geometry::space::{Dimension, Vector};
+use crate::numerics::cancel;
 
 /// The most nodes for which the constant is computed: the work grows with their square.
 pub const MOST_NODES: usize = 400;
@@ -116,6 +117,7 @@ fn cardinals(
     largest(parameters, |places| {
         let mut sums = vec![0.0; places.len()];
         for first in (0..own).step_by(3) {
+            cancel::checkpoint();
             let mut unit = units(first, period);
             if period && first + 3 > own {
                 // the unit that would stand at the last node alone is that of node 0, which has been counted

@@ -3,7 +3,7 @@
 //! A graph is measured as the plane curve (x, y(x)): x and y count in one unit.
 
 use super::{Curve, CurveFault};
-use crate::numerics::sum2;
+use crate::numerics::{cancel, sum2};
 use std::collections::VecDeque;
 
 /// The relative error that an arc length is computed to, if nobody asks for another.
@@ -73,6 +73,7 @@ pub fn arc_lengths(
     let mut lengths = vec![sum; at.len()];
     let mut reached = low;
     for place in order.into_iter().map(Some).chain([None]) {
+        cancel::checkpoint();
         let to = place.map_or(high, |place| at[place]);
         let step = part_length(curve, &breaks, [reached, to], tolerance, &mut parts)?;
         sum.length += step.length;
@@ -139,6 +140,7 @@ fn part_length(
     let allowed = tolerance.max(4.0 * f64::EPSILON) * total / (end - start);
     let (mut values, mut errors, mut noises) = (Vec::new(), Vec::new(), Vec::new());
     while let Some(part) = waiting.pop_front() {
+        cancel::checkpoint();
         let ([a, b], error) = (part.ends, part.estimate.error);
         let middle = 0.5 * a + 0.5 * b;
         let done = error <= allowed * (b - a) || error <= part.noise();

@@ -5,6 +5,7 @@
 
 use super::fault::{CurveFault, Part, check_points};
 use crate::geometry::space::Vector;
+use crate::numerics::cancel::Asking;
 use crate::numerics::dd::{exponent_of, ldexp};
 
 /// How the parameter grows from point to point.
@@ -34,7 +35,7 @@ impl Parametrization {
         let shift = if largest > 0.0 { -exponent_of(largest) } else { 0 };
         let mut sum = 0.0;
         let mut parameters = vec![0.0];
-        for (i, pair) in points.windows(2).enumerate() {
+        for (i, pair) in points.windows(2).enumerate().asking(30) {
             let scaled = |p: &Vector| p.map(|x| ldexp(x, shift));
             let chord = (scaled(&pair[1]) - scaled(&pair[0])).norm();
             if !(chord > 0.0) {

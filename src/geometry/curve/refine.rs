@@ -10,7 +10,7 @@ use crate::geometry::{
     polar::{change_knots, raise_degree},
     space::{Dimension, HIGHEST_DEGREE, Vector},
 };
-use crate::numerics::Dd;
+use crate::numerics::{Dd, cancel};
 
 /// One polynomial or rational piece in the basis of Bernstein.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,6 +120,7 @@ impl BSplineCurve {
         let breaks = self.basis().distinct_knots();
         let controls = self.homogeneous();
         let piece = |pair: &[f64]| {
+            cancel::checkpoint();
             let knots = std::iter::repeat_n(pair[0], p + 1).chain(std::iter::repeat_n(pair[1], p + 1)).collect();
             let alone = change_knots(self.basis(), &controls, &BSplineBasis::new(p, knots)?);
             let (control_points, weights) = project(&alone);

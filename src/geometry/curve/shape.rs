@@ -2,6 +2,7 @@
 
 use super::{BSplineCurve, Curve, CurveJet, PiecewisePolynomial, Polynomial};
 use crate::geometry::space::{Dimension, Vector};
+use crate::numerics::cancel;
 
 /// One of the representations that a curve can be built of.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +35,7 @@ impl Curve for CurveShape {
     }
 
     fn jet(&self, t: f64) -> CurveJet {
+        cancel::checkpoint();
         self.curve().jet(t)
     }
 
@@ -42,6 +44,7 @@ impl Curve for CurveShape {
     }
 
     fn value(&self, t: f64) -> Vector {
+        cancel::checkpoint();
         self.curve().value(t)
     }
 }

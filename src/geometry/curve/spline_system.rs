@@ -4,7 +4,7 @@
 //! [`Ends`]. Of a periodic spline the slope at node 0 stands apart, as a border around a band.
 
 use super::cubic_spline::{End, Ends};
-use crate::numerics::{Banded, BandedLu, Dd};
+use crate::numerics::{Banded, BandedLu, Dd, cancel::Asking};
 
 pub(super) type Slopes = Vec<[Dd; 3]>;
 
@@ -27,7 +27,7 @@ pub(super) fn open_system(nodes: &[f64], secants: &[[Dd; 3]], start: &End, end: 
     let reach = 1.min(n - 1);
     let mut a = Banded::zeros(n, reach, reach);
     let mut b = vec![[Dd::ZERO; 3]; n];
-    for i in 1..n - 1 {
+    for i in (1..n - 1).asking(50) {
         let (row, right) = continuity([h[i - 1], h[i]], secants[i - 1], secants[i]);
         (0..3).for_each(|k| a.set(i, i + k - 1, row[k]));
         b[i] = right;
@@ -86,7 +86,7 @@ pub(super) fn inner_system(nodes: &[f64], secants: &[[Dd; 3]]) -> (Banded<Dd>, S
     let mut a = Banded::zeros(m, reach, reach);
     let mut border = vec![Dd::ZERO; m];
     let mut b = Vec::with_capacity(m);
-    for i in 0..m {
+    for i in (0..m).asking(50) {
         let (row, right) = continuity([h[i], h[i + 1]], secants[i], secants[i + 1]);
         a.set(i, i, row[1]);
         if i > 0 {

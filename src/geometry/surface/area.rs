@@ -2,7 +2,7 @@
 //! until their estimated errors add up to the tolerance.
 
 use super::Surface;
-use crate::numerics::{quadrature::gauss_legendre, sum2};
+use crate::numerics::{cancel, quadrature::gauss_legendre, sum2};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -97,6 +97,7 @@ pub fn area(surface: &dyn Surface, tolerance: f64) -> Area {
 }
 
 fn cell(surface: &dyn Surface, rules: &[Rule; 2], u: [f64; 2], v: [f64; 2]) -> Cell {
+    cancel::checkpoint();
     let [fine, coarse] = rules.each_ref().map(|rule| integral(surface, rule, u, v));
     // what rounding does to the sum is no error that a split would lower
     let noise = 4.0 * f64::EPSILON * fine;

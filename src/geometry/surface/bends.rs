@@ -5,6 +5,7 @@
 
 use super::{BSplineSurface, Surface};
 use crate::geometry::{BSplineBasis, space::Vector};
+use crate::numerics::cancel;
 
 /// A cut this near to a knot, relative to the domain, is taken for the knot.
 const SAME: f64 = 1e-9;
@@ -46,6 +47,7 @@ pub fn bends(surface: &BSplineSurface, cuts: [&[f64]; 2]) -> Option<Vec<Bends>> 
     let mut all = Vec::with_capacity(us.len() * vs.len());
     for own_us in &us {
         for own_vs in &vs {
+            cancel::checkpoint();
             let mut bound = [0.0f64; 3];
             for (i, j) in own_us.iter().flat_map(|i| own_vs.iter().map(move |j| (*i, *j))) {
                 let here = over_span(&fine, &nets, [i, j])?;

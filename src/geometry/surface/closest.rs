@@ -15,6 +15,7 @@ use super::{
     differential::normal,
 };
 use crate::geometry::space::Vector;
+use crate::numerics::cancel;
 use rayon::prelude::*;
 use std::{cmp::Ordering, collections::BinaryHeap};
 
@@ -138,6 +139,7 @@ impl<'a> ClosestPoint<'a> {
         let mut leaves = Vec::with_capacity(us.len() * vs.len());
         for (i, (u, piece_u)) in us.iter().enumerate() {
             for (j, (v, piece_v)) in vs.iter().enumerate() {
+                cancel::checkpoint();
                 let bends = bends.as_ref().map_or_else(|| sampled(surface, *u, *v), |bends| bends[i * vs.len() + j]);
                 leaves.push(Leaf { cell: Cell::new(surface, *u, *v, bends), piece: [*piece_u, *piece_v] });
             }
@@ -175,6 +177,7 @@ impl<'a> ClosestPoint<'a> {
         queue.push(0.0, Part::Ball(self.tree.len() - 1));
         let mut halved = 0;
         while let Some(Open { bound, part, .. }) = queue.heap.pop() {
+            cancel::checkpoint();
             let distance = best.square.sqrt();
             let near = NEAR.iter().rev().find(|(from, _)| halved >= *from).map_or(0.0, |(_, near)| *near);
             if distance.is_finite() && bound >= distance - near * distance - NOISE * (node.norm() + best.point.norm()) {
@@ -240,7 +243,8 @@ impl<'a> ClosestPoint<'a> {
 
     /// The closest points to many nodes, in their order.
     pub fn to_each(&self, nodes: &[Vector]) -> Vec<SurfacePoint> {
-        nodes.par_iter().with_min_len(16).map(|node| self.to(node)).collect()
+        let handle = cancel::current();
+        nodes.par_iter().with_min_len(16).map(|node| cancel::carry(handle.as_ref(), || self.to(node))).collect()
     }
 
     fn finished(&self, node: &Vector, best: &Best) -> SurfacePoint {

@@ -5,6 +5,7 @@
 //! curvatures (G², where G¹ holds). Whoever knows what is small for him turns figures into classes: [`Joint::class`].
 
 use super::{Differential, Surface, SurfaceJet, differential::normal};
+use crate::numerics::cancel;
 
 /// How far from the line either side is looked at, in roundings of the largest parameter.
 const ASIDE: f64 = 8.0 * f64::EPSILON;
@@ -101,6 +102,7 @@ pub fn joints(surface: &dyn Surface, samples: usize) -> Vec<Joint> {
         let aside = ASIDE * low.abs().max(high.abs());
         for at in breaks[axis].iter().copied().filter(|x| *x > low + aside && *x < high - aside) {
             for span in breaks[1 - axis].windows(2) {
+                cancel::checkpoint();
                 joints.push(joint(surface, axis, at, aside, [span[0], span[1]], samples));
             }
         }

@@ -13,6 +13,7 @@ use crate::geometry::{
     BSplineBasis,
     space::{Dimension, Vector},
 };
+use crate::numerics::cancel;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -107,6 +108,11 @@ fn crossings(us: &[f64], vs: &[f64]) -> Vec<[f64; 2]> {
 
 /// `f` at every place, in order.
 fn each<T: Send>(at: &[[f64; 2]], f: impl Fn(f64, f64) -> T + Sync) -> Vec<T> {
+    let handle = cancel::current();
+    let f = |u: f64, v: f64| {
+        cancel::ask(handle.as_ref());
+        f(u, v)
+    };
     if at.len() < 2 * CHUNK {
         return at.iter().map(|[u, v]| f(*u, *v)).collect();
     }
@@ -214,7 +220,9 @@ impl<const N: usize> Tensor<N> {
         let across: Vec<(usize, [f64; N])> =
             vs.iter().map(|v| self.along_v.at::<0>(*v)).map(|(j, f)| (j, f[0])).collect();
         let count = us.len() * vs.len();
+        let handle = cancel::current();
         let height = |line: &mut Line, k: usize| {
+            cancel::ask(handle.as_ref());
             if !line.places.contains(&k) {
                 let i = k / vs.len();
                 line.places = i * vs.len()..(i + 1) * vs.len();
@@ -255,6 +263,7 @@ impl<const N: usize> Tensor<N> {
     /// The grid of places us × vs: the sums over u are made once for each u and every column.
     fn grid<const ORDER: usize, T: Send>(&self, us: &[f64], vs: &[f64], of: impl Fn(SurfaceJet) -> T + Sync) -> Vec<T> {
         let across: Vec<_> = vs.iter().map(|v| self.along_v.at::<ORDER>(*v)).collect();
+        let handle = cancel::current();
         let line = |u: &f64| {
             let (i, fu) = self.along_u.at::<ORDER>(*u);
             let mut rows = vec![0.0; self.planes.len() * (ORDER + 1) * self.columns];
@@ -269,6 +278,7 @@ impl<const N: usize> Tensor<N> {
                 }
             }
             let at = |(j, fv): &(usize, Functions<N>)| {
+                cancel::ask(handle.as_ref());
                 of(self.assembled::<ORDER>(fv, |plane| {
                     let mut row = [[0.0; N]; 3];
                     for order in 0..=ORDER {

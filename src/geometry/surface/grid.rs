@@ -1,5 +1,6 @@
 //! Grids of nodes, (uᵢ, vⱼ, zᵢⱼ) or points of space in rows: what they are checked for, and which parameters points get.
 
+use crate::numerics::cancel;
 use crate::{
     geometry::{
         BSplineBasis, KnotFault,
@@ -98,6 +99,7 @@ impl NodeGrid {
         for axis in 0..2 {
             let (mut sums, mut lines) = (vec![0.0; count[axis]], 0.0);
             for line in 0..count[1 - axis] {
+                cancel::checkpoint();
                 let points: Vec<Vector> = (0..count[axis]).map(|k| point(axis, line, k)).collect();
                 if points.iter().all(|p| *p == points[0]) {
                     continue;

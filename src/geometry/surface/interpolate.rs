@@ -12,7 +12,7 @@ use crate::geometry::{
     curve::{CurveFault, interpolate::Collocation, knots},
     space::Vector,
 };
-use crate::numerics::Dd;
+use crate::numerics::{Dd, cancel::Asking};
 
 /// The surface of these degrees through all nodes of `grid`. Knots of an axis that are not given are means of neighbouring parameters
 /// (Piegl and Tiller, Eq. 9.8); given ones number nodes + degree + 1.
@@ -68,7 +68,7 @@ fn solved(grid: &NodeGrid, systems: &[Collocation]) -> Result<Vec<Vector>, GridF
     for c in 0..grid.dimension().count() {
         let mut plane: Vec<Dd> = grid.values().iter().map(|p| Dd::from(p[c])).collect();
         let mut line = vec![Dd::ZERO; rows];
-        for j in 0..columns {
+        for j in (0..columns).asking(20 * line.len()) {
             for (i, x) in line.iter_mut().enumerate() {
                 *x = plane[i * columns + j];
             }

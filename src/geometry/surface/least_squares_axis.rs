@@ -6,6 +6,7 @@ use super::grid::GridFault;
 use crate::geometry::BSplineBasis;
 use crate::numerics::{
     Dd, Real,
+    cancel::Asking,
     dd::{two_prod, two_sum},
 };
 
@@ -34,7 +35,7 @@ impl Lines {
     pub(super) fn of(rows: usize, columns: usize, number: impl Fn(usize) -> f64) -> Self {
         let mut lines = Self::zeros(rows, columns, false);
         let lanes = lines.lanes();
-        for i in 0..rows {
+        for i in (0..rows).asking(2 * columns) {
             for j in 0..columns {
                 lines.hi[i * lanes + j / ABREAST][j % ABREAST] = number(i * columns + j);
             }
@@ -205,7 +206,7 @@ impl AxisFit {
     pub(super) fn times(&self, x: &Lines) -> Lines {
         let lanes = x.lanes();
         let mut product = Lines::zeros(self.first.len(), x.columns, false);
-        for (i, out) in product.hi.chunks_exact_mut(lanes).enumerate() {
+        for (i, out) in product.hi.chunks_exact_mut(lanes).enumerate().asking(4 * lanes * self.band) {
             let row = &self.hi[i * self.band..][..self.band];
             let x = &x.hi[self.first[i] * lanes..];
             for (c, out) in out.iter_mut().enumerate() {
@@ -221,7 +222,7 @@ impl AxisFit {
     fn gradient(&self, z: &Lines, x: Option<&Lines>) -> Vec<Lane<f64>> {
         let lanes = z.lanes();
         let mut gradient = vec![[0.0; ABREAST]; self.functions * lanes];
-        for (i, first) in self.first.iter().enumerate() {
+        for (i, first) in self.first.iter().enumerate().asking(10 * lanes * self.band) {
             let row = &self.hi[i * self.band..][..self.band];
             let target = &mut gradient[first * lanes..];
             for c in 0..lanes {
@@ -244,7 +245,7 @@ impl AxisFit {
         let lanes = z.lanes();
         let zeros = vec![[0.0; ABREAST]; self.functions * lanes];
         let (mut hi, mut lo) = (zeros.clone(), zeros);
-        for (i, first) in self.first.iter().enumerate() {
+        for (i, first) in self.first.iter().enumerate().asking(10 * lanes * self.band) {
             let entry = |j: usize| (self.hi[i * self.band + j], self.lo[i * self.band + j]);
             for c in 0..lanes {
                 let mut rest = z.hi[i * lanes + c];
@@ -300,7 +301,7 @@ fn triangle<T: Real>(fit: &AxisFit, entry: impl Fn(usize) -> T, rank: f64) -> Re
     let (band, n) = (fit.band, fit.functions);
     let mut r = vec![T::zero(); n * band];
     let mut row = vec![T::zero(); band];
-    for (i, first) in fit.first.iter().enumerate() {
+    for (i, first) in fit.first.iter().enumerate().asking(10 * band * band) {
         for (j, x) in row.iter_mut().enumerate() {
             *x = entry(i * band + j);
         }
@@ -328,7 +329,7 @@ fn triangle<T: Real>(fit: &AxisFit, entry: impl Fn(usize) -> T, rank: f64) -> Re
 fn seminormal<T: Real>(r: &[T], band: usize, lanes: usize, g: &mut [Lane<T>]) {
     let n = r.len() / band;
     let scale = |lane: &mut Lane<T>, factor: T| lane.iter_mut().for_each(|x| *x *= factor);
-    for j in 0..n {
+    for j in (0..n).asking(10 * lanes * band) {
         let (done, rest) = g.split_at_mut((j + 1) * lanes);
         let (row, inverse) = (&r[j * band..][..band], T::one() / r[j * band]);
         let here = &mut done[j * lanes..];
@@ -337,7 +338,7 @@ fn seminormal<T: Real>(r: &[T], band: usize, lanes: usize, g: &mut [Lane<T>]) {
             below.iter_mut().zip(&*here).for_each(|(below, x)| multiply_add(below, -*a, x));
         }
     }
-    for j in (0..n).rev() {
+    for j in (0..n).rev().asking(10 * lanes * band) {
         let (done, rest) = g.split_at_mut((j + 1) * lanes);
         let (row, inverse) = (&r[j * band..][..band], T::one() / r[j * band]);
         let here = &mut done[j * lanes..];

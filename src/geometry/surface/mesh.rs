@@ -14,6 +14,7 @@ use super::{
     grid::{GridFault, ascending},
     patchwork::PatchworkFault,
 };
+use crate::numerics::cancel;
 use crate::{
     geometry::{
         curve::{BSplineCurve, Curve, CurveFault, CurveShape},
@@ -113,6 +114,7 @@ impl CurveMesh {
         let mut worst = Worst::default();
         let mut patches = Vec::with_capacity(meshes.len());
         for (k, mesh) in meshes.into_iter().enumerate() {
+            cancel::checkpoint();
             let (i, j) = (k / columns, k % columns);
             let fault = |fault| MeshFault::Patch { i, j, fault };
             let twists = || -> [[Vector; 2]; 2] {
@@ -169,6 +171,7 @@ impl CurveMesh {
                 return Err(MeshFault::Count { family, given: curves.len(), wanted: places.len() });
             }
             for (index, curve) in curves.iter().enumerate() {
+                cancel::checkpoint();
                 let Some(curve) = curve else {
                     missing.push((family, index));
                     if index != 0 && index + 1 != curves.len() {
@@ -203,6 +206,7 @@ impl CurveMesh {
         let mut worst = Worst::default();
         for (i, (u, over_v)) in self.us.iter().zip(&self.over_v).enumerate() {
             for (j, (v, over_u)) in self.vs.iter().zip(&self.over_u).enumerate() {
+                cancel::checkpoint();
                 let (Some(one), Some(other)) = (over_v, over_u) else { continue };
                 let gap = (one.value(*v) - other.value(*u)).norm();
                 if !(gap <= tolerance) {
@@ -235,6 +239,7 @@ impl CurveMesh {
         let (rows, columns) = (self.us.len(), self.vs.len());
         let mut sums = vec![(Vector::zeros(), 0.0); rows * columns];
         for (k, mesh) in meshes.iter().enumerate() {
+            cancel::checkpoint();
             let (i, j) = (k / (columns - 1), k % (columns - 1));
             let Ok(twists) = corner_twists(mesh, &Twists::Adini) else { continue };
             for (a, b) in CORNERS {

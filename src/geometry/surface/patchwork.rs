@@ -2,6 +2,7 @@
 
 use super::{Surface, SurfaceJet, SurfaceShape, boundaries::merged, grid::GridFault, grid::ascending};
 use crate::geometry::space::{Dimension, Vector};
+use crate::numerics::cancel;
 
 /// Patches over the rectangles between given u and given v. Some may have three sides.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +55,7 @@ impl Patchwork {
         }
         let work = Patchwork { lines, patches };
         for (index, patch) in work.patches.iter().enumerate() {
+            cancel::checkpoint();
             let (given, wanted) = (patch.domain(), work.rectangle(index / columns, index % columns));
             if given != wanted {
                 return Err(PatchworkFault::Domain { index, given, wanted });
@@ -122,6 +124,7 @@ impl Surface for Patchwork {
         let mut all = vec![[0.0; 3]; (cuts[0].len() - 1) * columns];
         for (i, u) in us.windows(2).enumerate() {
             for (j, v) in vs.windows(2).enumerate() {
+                cancel::checkpoint();
                 let own = self.patch(i, j).bends([&cuts[0][u[0]..=u[1]], &cuts[1][v[0]..=v[1]]])?;
                 for (k, row) in own.chunks(v[1] - v[0]).enumerate() {
                     all[(u[0] + k) * columns + v[0]..][..row.len()].copy_from_slice(row);

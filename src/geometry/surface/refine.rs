@@ -9,7 +9,7 @@ use crate::geometry::{
     polar::{change_knots, raise_degree},
     space::{HIGHEST_DEGREE, Vector},
 };
-use crate::numerics::Dd;
+use crate::numerics::{Dd, cancel};
 
 /// (w x, w y, w z, w).
 type Homogeneous = [Dd; 4];
@@ -99,6 +99,7 @@ impl BSplineSurface {
         let mut points = vec![Vector::zeros(); new_rows * new_columns];
         let mut weights = self.weights().map(|_| vec![0.0; points.len()]);
         for line in 0..lines {
+            cancel::checkpoint();
             let lift = |k: usize| {
                 let (p, w) =
                     (self.control_points()[number(line, k)], self.weights().map_or(1.0, |w| w[number(line, k)]));

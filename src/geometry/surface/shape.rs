@@ -2,6 +2,7 @@
 
 use super::{BSplineSurface, BezierSurface, CoonsPatch, GregoryPatch, Patchwork, Surface, SurfaceJet};
 use crate::geometry::space::{Dimension, Vector};
+use crate::numerics::cancel;
 
 /// One of the representations that a surface can be built of.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,10 +42,12 @@ impl Surface for SurfaceShape {
     }
 
     fn jet(&self, u: f64, v: f64) -> SurfaceJet {
+        cancel::checkpoint();
         self.surface().jet(u, v)
     }
 
     fn value(&self, u: f64, v: f64) -> Vector {
+        cancel::checkpoint();
         self.surface().value(u, v)
     }
 

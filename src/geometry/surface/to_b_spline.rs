@@ -13,6 +13,7 @@ use crate::geometry::{
     curve::{BSplineCurve, Curve, CurveShape},
     space::{Dimension, Vector},
 };
+use crate::numerics::cancel;
 
 /// Spans of an approximation along each parameter, at first and at most.
 const FIRST: usize = 8;
@@ -79,6 +80,7 @@ pub(super) fn coons(patch: &CoonsPatch) -> Option<BSplineSurface> {
     let corner = |i: usize, j: usize| patch.boundaries().corner(i, j);
     let mut points = Vec::with_capacity(u.basis.size() * v.basis.size());
     for k in 0..u.basis.size() {
+        cancel::checkpoint();
         for l in 0..v.basis.size() {
             let mut sum = Vector::zeros();
             for end in 0..2 {
@@ -217,6 +219,7 @@ fn approached_piece(
     };
     let mut spans = FIRST;
     loop {
+        cancel::checkpoint();
         let (us, vs) = (places(u, spans), places(v, spans));
         let values: Vec<Vector> =
             us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))).map(|(u, v)| surface.value(u, v)).collect();

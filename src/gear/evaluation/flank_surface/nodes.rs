@@ -1,6 +1,7 @@
 //! Nodes of a flank: checked, trimmed to the evaluation range and mapped to [-1, 1]².
 
 use super::SurfaceSettings;
+use crate::numerics::cancel::Asking;
 use crate::{
     estimation::{
         Faults, FitError, Nodes,
@@ -128,7 +129,7 @@ impl Trimmed {
 
     fn scattered(&self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, Faults> {
         let (mut u, mut v, mut heights) = (Vec::new(), Vec::new(), Vec::new());
-        for k in 0..roll.len() {
+        for k in (0..roll.len()).asking(50) {
             let h = height(k);
             if !h.is_nan() && self.holds([roll[k], z[k]]) {
                 u.push(self.u(roll[k]));
