@@ -93,6 +93,13 @@ pub fn fit_request(flank: &Flank) -> String {
 {}
     ]
   }},
+  "flank": "left",
+  "tooth": "1",
+  "axes": {{
+    "u": {{"quantity": "roll_length", "unit": "mm"}},
+    "v": {{"quantity": "face_width", "unit": "mm"}},
+    "z": {{"quantity": "deviation", "unit": "um", "positive": "material_out"}}
+  }},
   "model": {{"type": "polynomial", "degree": [2, 2], "basis": "monomial", "terms": "tensor"}},
   "regularization": {{
     "type": "spectral",

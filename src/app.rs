@@ -19,6 +19,9 @@ const LAST_WORDS: Duration = Duration::from_secs(5);
 /// of the database undoes it.
 const LAST_WRITES: Duration = Duration::from_millis(1500);
 
+/// Time between two looks for what is kept too long.
+const UPKEEP: std::time::Duration = std::time::Duration::from_secs(3600);
+
 /// A server that listens but does not serve yet.
 pub struct App {
     listener: TcpListener,
@@ -71,6 +74,8 @@ impl App {
         let grace = self.state.settings.shutdown_grace();
         let upkeep = tokio::spawn(telemetry::upkeep());
         let state = self.state.clone();
+        let kept = self.state.clone();
+        let forgetting = tokio::spawn(async move { kept.jobs.upkeep(UPKEEP).await });
         let (stopping, stopped) = oneshot::channel();
         let stop = async {
             stop.await;
@@ -84,6 +89,7 @@ impl App {
         let _late = tokio::time::timeout_at(deadline, state.closing.empty()).await;
         state.pool.stop();
         upkeep.abort();
+        forgetting.abort();
         if tokio::time::timeout(LAST_WRITES, self.store.close()).await.is_err() {
             tracing::warn!("the store was not closed in time");
         }

@@ -7,7 +7,8 @@
 //! 2. the nodes in the binary form of [`super::nodes_codec`] (which has lengths before everything), in which every
 //!    −0 is +0, every NaN is the one with bits `0x7ff8000000000000`, an all-ones weight or all-true mask stands as posted;
 //! 3. the spec as the JSON text of [`super::fit_spec_json::to_json`]: every default filled in, keys in the
-//!    contract's order, no white space, numbers in their shortest form, −0 as 0.
+//!    contract's order, no white space, numbers in their shortest form, −0 as 0; without `include`, which adds to the
+//!    answer and changes nothing of it.
 //!
 //! Decisions: `null` and `"valid": false` are different inputs (the second carries a height), as are a weight of
 //! ones and no weight.
@@ -18,8 +19,10 @@ use super::{
     fit_spec_json,
     nodes_codec::{self, Layout},
 };
-use crate::estimation::{FitSpec, Nodes};
-use crate::numerics::cancel::Asking;
+use crate::{
+    estimation::{FitSpec, Nodes, spec::Include},
+    numerics::cancel::Asking,
+};
 
 const TAG: &[u8] = b"flankfit-input-v1\n";
 const STREAM_TAG: &[u8] = b"flankfit-stream-v1\n";
@@ -29,11 +32,24 @@ const BLOCK: usize = 512;
 
 /// SHA-256 of the canonical form, in lower-case hexadecimal.
 pub fn input_sha256(nodes: &Nodes, spec: &FitSpec) -> String {
+    input_sha256_by(nodes, spec, &fit_spec_json::to_json(spec))
+}
+
+/// The same where the text of the spec is known.
+pub fn input_sha256_by(nodes: &Nodes, spec: &FitSpec, text: &str) -> String {
     let mut digest = Sha256::new();
     digest.update(TAG);
     update(&mut digest, nodes);
-    digest.update(fit_spec_json::to_json(spec).as_bytes());
+    if spec.include == Include::default() {
+        digest.update(text.as_bytes());
+    } else {
+        digest.update(without_include(spec).as_bytes());
+    }
     hexadecimal(&digest.finalize())
+}
+
+fn without_include(spec: &FitSpec) -> String {
+    fit_spec_json::to_json(&FitSpec { include: Include::default(), ..spec.clone() })
 }
 
 /// Digest of a request as it was posted, where its fit is one of many steps.
@@ -48,11 +64,11 @@ pub fn nodes_sha256(nodes: &Nodes) -> [u8; 32] {
     digest.finalize().into()
 }
 
-/// Where the digests of a stream begin: `flankfit-stream-v1\n`, its spec as it is stored, and the bits of its forgetting factor.
-pub fn stream_sha256(spec: &str, forgetting_factor: f64) -> [u8; 32] {
+/// Where the digests of a stream begin: `flankfit-stream-v1\n`, its spec without `include`, and the bits of its forgetting factor.
+pub fn stream_sha256(spec: &FitSpec, forgetting_factor: f64) -> [u8; 32] {
     let mut digest = Sha256::new();
     digest.update(STREAM_TAG);
-    digest.update(spec.as_bytes());
+    digest.update(without_include(spec).as_bytes());
     digest.update(forgetting_factor.to_le_bytes());
     digest.finalize().into()
 }
@@ -112,6 +128,8 @@ mod tests {
         assert_eq!(digest, input_sha256(&nodes(-0.0), &spec(1)));
         assert_ne!(digest, input_sha256(&nodes(f64::MIN_POSITIVE), &spec(1)));
         assert_ne!(digest, input_sha256(&nodes(0.0), &spec(2)));
+        let more = FitSpec { include: Include { residuals: true, ..Include::default() }, ..spec(1) };
+        assert_eq!(digest, input_sha256(&nodes(0.0), &more), "what is answered beside does not count");
         let weighted = Nodes::curve(vec![0.0, 1.0], vec![2.0, 3.0], Some(vec![1.0, 1.0])).unwrap();
         assert_ne!(digest, input_sha256(&weighted, &spec(1)));
     }

@@ -127,7 +127,7 @@ pub struct FilterResult {
     pub max_change: f64,
     /// Root mean square of the changes, over the nodes that counted before this filter.
     pub rms_change: f64,
-    /// Posted nodes (from 0, grids row by row) that were taken for peaks; of `hampel` only.
+    /// Posted nodes (from 0, grids row by row) that were taken for peaks; of `hampel` only, present when `peaks` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_indices: Option<Vec<usize>>,
     /// Rounds of the line that took the most; of a robust filter only.
@@ -211,16 +211,19 @@ impl From<&spec::Filter> for FilterBody {
 }
 
 /// Writes the fields `filters` and `filter_collinearity` of the answer.
-pub(super) fn write(object: &mut Object<'_>, report: &FilteringReport) {
+pub(super) fn write(object: &mut Object<'_>, report: &FilteringReport, peaks: bool) {
     let FilteringReport { filters, before, after } = report;
-    object.list("filters", filters, write_filter).object("filter_collinearity", |object| {
-        object
-            .object("before", |object| write_figures(object, before))
-            .object("after", |object| write_figures(object, after));
-    });
+    object.list("filters", filters, |object, filter| write_filter(object, filter, peaks)).object(
+        "filter_collinearity",
+        |object| {
+            object
+                .object("before", |object| write_figures(object, before))
+                .object("after", |object| write_figures(object, after));
+        },
+    );
 }
 
-fn write_filter(object: &mut Object<'_>, report: &FilterReport) {
+fn write_filter(object: &mut Object<'_>, report: &FilterReport, by_node: bool) {
     let FilterReport { filter, changed, max_change, rms_change, peaks, iteration } = report;
     let name = match filter {
         spec::Filter::Hampel(_) => "hampel",
@@ -233,7 +236,7 @@ fn write_filter(object: &mut Object<'_>, report: &FilterReport) {
         .count("removed", report.removed())
         .number("max_change", *max_change)
         .number("rms_change", *rms_change);
-    if let Some(peaks) = peaks {
+    if let Some(peaks) = peaks.as_ref().filter(|_| by_node) {
         object.counts("node_indices", peaks);
     }
     if let Some(IterationReport { iterations, converged }) = iteration {

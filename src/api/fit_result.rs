@@ -9,6 +9,7 @@ use utoipa::ToSchema;
 use super::{
     filters::{FilterCollinearity, FilterResult},
     fit_result_parts::*,
+    fit_spec::FitSpecBody,
     robust_result::RobustBody,
     shapes::{curve_shape::CurveBody, surface_shape::SurfaceBody},
 };
@@ -57,4 +58,9 @@ pub struct FitResultBody {
     pub numerics: NumericsBody,
     pub warnings: Vec<WarningBody>,
     pub provenance: ProvenanceBody,
+    /// What was fitted, with every default filled in: a request of its own, but for the nodes. Of `POST /v1/fits`; a fit that is kept
+    /// has it beside its result.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<FitSpecBody>)]
+    pub spec: Option<serde_json::Value>,
 }

@@ -126,10 +126,10 @@ pub enum LimitSource {
 #[schema(as = Collinearity)]
 pub struct CollinearityBody {
     pub columns: Vec<ColumnBody>,
-    /// Pearson correlation of the columns, in coefficient order. For many coefficients only when included.
+    /// Pearson correlation of the columns, in coefficient order. Present when `collinearity` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation: Option<Vec<Vec<f64>>>,
-    /// Per term, the share of its variance that belongs to each eigenvalue (ascending). For many coefficients only when included.
+    /// Per term, the share of its variance that belongs to each eigenvalue (ascending). Present when `collinearity` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variance_proportions: Option<Vec<Vec<f64>>>,
     pub near_dependencies: Vec<NearDependencyBody>,
@@ -152,8 +152,9 @@ pub struct NearDependencyBody {
     pub eigenvalue: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition_index: Option<f64>,
-    /// The eigenvector: how much of each column takes part.
-    pub weights: Vec<f64>,
+    /// The eigenvector: how much of each column takes part. Present when `collinearity` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights: Option<Vec<f64>>,
     /// The terms that take part.
     pub terms: Vec<String>,
     /// Cosine of the angle between the two columns, where there are two terms.

@@ -10,8 +10,13 @@ pub use super::estimator_spec::*;
 use super::filters::FilterBody;
 pub use super::fit_result_parts::DomainBody;
 pub use super::fit_spec_values::{CountBody, DegreeBody, KnotsBody, SpansBody, WeightsBody};
-use super::nodes_schema::NodesBody;
 pub use super::regularization_spec::*;
+use super::{
+    gears::trace::SideName,
+    measurand::{AxesBody, MeasurandBody},
+    nodes_schema::NodesBody,
+    text::ShortText,
+};
 
 // Declared for the document; `super::reader` reads it.
 /// A fit request.
@@ -46,16 +51,37 @@ pub struct FitRequest {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(max_items = 16)]
     pub filters: Option<Vec<FilterBody>>,
+    /// The flank that was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured, as on traces: its number from 1, or a name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
+    pub tooth: Option<ShortText>,
+    /// What the axes of the nodes mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
 }
 
 /// A fit request as a form (`multipart/form-data`).
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct FitForm {
     /// The fit request without `nodes`, as JSON.
-    pub spec: FitSpecBody,
+    pub spec: FitFormSpec,
     /// CSV with a header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
     #[schema(value_type = String, format = Binary)]
     pub nodes: Vec<u8>,
+}
+
+/// A fit request without nodes.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct FitFormSpec {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub spec: FitSpecBody,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurand: MeasurandBody,
 }
 
 /// Everything about a fit but the nodes.
@@ -209,13 +235,16 @@ pub enum ScalingName {
     Standardized,
 }
 
-/// What is answered only when asked for.
+/// What is answered only when asked for: whatever grows with the nodes or with the square of the coefficients. Each name only adds to
+/// the answer; a name that stands twice counts once, one that has nothing to add (`ridge_trace` without ridge) adds at
+/// most a warning that says so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
+#[schema(as = FitInclude)]
 pub enum IncludeName {
-    /// One residual per counted node.
+    /// `residuals.values`, and `residuals.node_indices` where some node was left out.
     Residuals,
-    /// The collinearity matrices also for many coefficients.
+    /// `collinearity.correlation`, `collinearity.variance_proportions` and the `weights` of near dependencies.
     Collinearity,
     /// Condition, bias and error along λ*.
     LambdaCurve,
@@ -223,6 +252,10 @@ pub enum IncludeName {
     MatrixB,
     /// The coefficients along k; for ridge.
     RidgeTrace,
+    /// `robust.weights` and `robust.rejected`.
+    RobustWeights,
+    /// `node_indices` of each Hampel filter: the nodes that it took for peaks.
+    Peaks,
 }
 
 /// An optional field is left out or has a value; `null` is refused like any other wrong type.

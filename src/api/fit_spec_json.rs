@@ -35,7 +35,7 @@ impl From<&FitSpec> for FitSpecBody {
                 position: unsigned_zero(uncertainty.position),
                 height: unsigned_zero(uncertainty.height),
             }),
-            include: include(spec.include),
+            include: named(spec.include),
             filters: (!spec.filters.is_empty()).then(|| spec.filters.iter().map(FilterBody::from).collect()),
         }
     }
@@ -105,16 +105,44 @@ fn degree_body(degree: spec::Degree) -> DegreeBody {
     }
 }
 
-fn include(include: spec::Include) -> Option<Vec<IncludeName>> {
+fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
     let names: Vec<_> = [
         (include.residuals, IncludeName::Residuals),
         (include.collinearity, IncludeName::Collinearity),
         (include.lambda_curve, IncludeName::LambdaCurve),
         (include.matrix_b, IncludeName::MatrixB),
         (include.ridge_trace, IncludeName::RidgeTrace),
+        (include.robust_weights, IncludeName::RobustWeights),
+        (include.peaks, IncludeName::Peaks),
     ]
     .into_iter()
     .filter_map(|(wanted, name)| wanted.then_some(name))
     .collect();
     (!names.is_empty()).then_some(names)
+}
+
+/// What the names ask for.
+pub fn include(names: &[IncludeName]) -> spec::Include {
+    spec::Include {
+        residuals: names.contains(&IncludeName::Residuals),
+        collinearity: names.contains(&IncludeName::Collinearity),
+        lambda_curve: names.contains(&IncludeName::LambdaCurve),
+        matrix_b: names.contains(&IncludeName::MatrixB),
+        ridge_trace: names.contains(&IncludeName::RidgeTrace),
+        robust_weights: names.contains(&IncludeName::RobustWeights),
+        peaks: names.contains(&IncludeName::Peaks),
+    }
+}
+
+/// What either asks for.
+pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
+    spec::Include {
+        residuals: a.residuals | b.residuals,
+        collinearity: a.collinearity | b.collinearity,
+        lambda_curve: a.lambda_curve | b.lambda_curve,
+        matrix_b: a.matrix_b | b.matrix_b,
+        ridge_trace: a.ridge_trace | b.ridge_trace,
+        robust_weights: a.robust_weights | b.robust_weights,
+        peaks: a.peaks | b.peaks,
+    }
 }

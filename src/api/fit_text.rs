@@ -24,13 +24,19 @@ use crate::{
             NearDependency, Numerics, PerturbationBounds, PerturbationReport, RegularizationKind, RegularizationReport,
             RegularizedSpectrum, ResidualReport, RidgeTracePoint, SpectrumReport, TermKey, Warning,
         },
-        spec::{Criterion, Domain},
+        spec::{Criterion, Domain, Include},
     },
     jobs::scheme_name,
 };
 
-/// The text of an answer. `shape` is the curve or surface that was fitted, where there is one; `input_sha256` is the digest of [`super::canonical`].
-pub fn write(result: &FitResult, shape: Option<&Shape>, input_sha256: &str) -> Result<Vec<u8>, NotFinite> {
+/// The text of an answer. `shape` is the curve or surface that was fitted, where there is one; `input_sha256` is the digest of
+/// [`super::canonical`]. What grows with the nodes or with the square of the coefficients is written only where it is included.
+pub fn write(
+    result: &FitResult,
+    shape: Option<&Shape>,
+    input_sha256: &str,
+    include: Include,
+) -> Result<Vec<u8>, NotFinite> {
     let FitResult {
         coefficients,
         domain,
@@ -50,10 +56,11 @@ pub fn write(result: &FitResult, shape: Option<&Shape>, input_sha256: &str) -> R
     } = result;
     let n = coefficients.len();
     let values = residuals.values.as_ref().map_or(0, Vec::len)
-        + robust.as_ref().map_or(0, |report| report.weights.len())
+        + robust.as_ref().filter(|_| include.robust_weights).map_or(0, |report| report.weights.len())
         + matrix_b.as_ref().map_or(0, |rows| rows.len() * n);
     // About what the text takes, so that it is laid once: some 20 bytes a number.
-    let mut json = Json::with_capacity(4096 + 22 * (3 * n * n + 24 * n + values));
+    let squares = if include.collinearity { 3 * n * n } else { 0 };
+    let mut json = Json::with_capacity(4096 + 22 * (squares + 24 * n + values));
     let mut object = json.object();
     object.list("coefficients", coefficients, write_coefficient);
     if let Some(Domain { u, v }) = domain {
@@ -75,10 +82,12 @@ pub fn write(result: &FitResult, shape: Option<&Shape>, input_sha256: &str) -> R
         .object("regularization", |object| write_regularization(object, regularization))
         .object("bias", |object| write_bias(object, bias));
     if Arc::strong_count(collinearity) > 1 {
-        // A plan keeps the report for the next flank, and its text with it: most of an answer.
-        object.kept_object("collinearity", &collinearity.written.0, |object| write_collinearity(object, collinearity));
+        // A plan keeps the report for the next flank of the same `include`, and its text with it.
+        object.kept_object("collinearity", &collinearity.written.0, |object| {
+            write_collinearity(object, collinearity, include.collinearity);
+        });
     } else {
-        object.object("collinearity", |object| write_collinearity(object, collinearity));
+        object.object("collinearity", |object| write_collinearity(object, collinearity, include.collinearity));
     }
     if let Some(PerturbationReport { least_squares, regularized }) = perturbation {
         object.object("perturbation", |object| {
@@ -89,7 +98,7 @@ pub fn write(result: &FitResult, shape: Option<&Shape>, input_sha256: &str) -> R
     }
     object.object("residuals", |object| write_residuals(object, residuals));
     if let Some(report) = robust {
-        object.object("robust", |object| robust_result::write(object, report));
+        object.object("robust", |object| robust_result::write(object, report, include.robust_weights));
     }
     if let Some(points) = lambda_curve {
         object.list("lambda_curve", points, write_lambda_curve_point);
@@ -103,7 +112,7 @@ pub fn write(result: &FitResult, shape: Option<&Shape>, input_sha256: &str) -> R
         object.rows("matrix_b", rows);
     }
     if let Some(report) = filtering {
-        filters::write(&mut object, report);
+        filters::write(&mut object, report, include.peaks);
     }
     let Numerics { arithmetic, correct_digits } = numerics;
     let arithmetic = match arithmetic {
@@ -234,27 +243,28 @@ fn write_bias(object: &mut Object<'_>, bias: &BiasReport) {
         .maybe_number("e", *e);
 }
 
-fn write_collinearity(object: &mut Object<'_>, collinearity: &CollinearityReport) {
+fn write_collinearity(object: &mut Object<'_>, collinearity: &CollinearityReport, squares: bool) {
     let CollinearityReport { written: _, columns, correlation, variance_proportions, near_dependencies } = collinearity;
     object.list("columns", columns, |object, ColumnCollinearity { term, vif }| {
         object.string("term", term).maybe_number("vif", *vif);
     });
-    if let Some(rows) = correlation {
+    if let Some(rows) = correlation.as_ref().filter(|_| squares) {
         object.symmetric_rows("correlation", rows);
     }
-    if let Some(rows) = variance_proportions {
+    if let Some(rows) = variance_proportions.as_ref().filter(|_| squares) {
         object.rows("variance_proportions", rows);
     }
-    object.list("near_dependencies", near_dependencies, write_near_dependency);
+    object.list("near_dependencies", near_dependencies, |object, found| write_near_dependency(object, found, squares));
 }
 
-fn write_near_dependency(object: &mut Object<'_>, dependency: &NearDependency) {
+fn write_near_dependency(object: &mut Object<'_>, dependency: &NearDependency, squares: bool) {
     let NearDependency { eigenvalue, condition_index, weights, terms, cosine, weight_ratio, r_squared, sentence } =
         dependency;
+    object.number("eigenvalue", *eigenvalue).maybe_number("condition_index", *condition_index);
+    if squares {
+        object.numbers("weights", weights);
+    }
     object
-        .number("eigenvalue", *eigenvalue)
-        .maybe_number("condition_index", *condition_index)
-        .numbers("weights", weights)
         .strings("terms", terms)
         .maybe_number("cosine", *cosine)
         .maybe_number("weight_ratio", *weight_ratio)

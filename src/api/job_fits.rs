@@ -1,14 +1,14 @@
 //! Fits of jobs: computed and written down once, and computed again for a replay.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
-use super::{canonical, fit_spec_json, fit_text, problem::Problem};
+use super::{canonical, fit_spec_json, fit_text, json_merge, problem::Problem};
 use crate::{
-    estimation::{self, FitSpec, Nodes, Plans, near},
+    estimation::{self, FitSpec, Nodes, Plans, near, spec::Include},
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
     telemetry,
 };
@@ -47,11 +47,26 @@ pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed,
     let begun = Instant::now();
     let result = estimation::fit_remembering(nodes, spec, plans)?;
     let figures = Figures::of(&result);
-    let text = fit_text::write(&result, near::shape_of(spec, &result).as_ref(), &canonical::input_sha256(nodes, spec))
+    let asked = fit_spec_json::to_json(spec);
+    let digest = canonical::input_sha256_by(nodes, spec, &asked);
+    let text = fit_text::write(&result, near::shape_of(spec, &result).as_ref(), &digest, spec.include)
         .map_err(Problem::internal)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
-    Ok(Computed { spec: fit_spec_json::to_json(spec).into(), result: text.into(), figures })
+    Ok(Computed { spec: asked.into(), result: text.into(), figures })
+}
+
+/// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and added; what is stored stays as it is.
+/// Processor work.
+pub fn with_include(nodes: &Nodes, stored: &FitRecord, asked: Include, plans: &Plans) -> Result<Arc<str>, Problem> {
+    let mut spec = fit_spec_json::from_json(&stored.spec).map_err(Problem::internal)?;
+    let include = fit_spec_json::both(spec.include, asked);
+    if include == spec.include {
+        return Ok(stored.result.clone());
+    }
+    spec.include = include;
+    let more = compute(nodes, &spec, plans)?;
+    json_merge::added(&stored.result, &more.result).map(Arc::from).map_err(Problem::internal)
 }
 
 /// Computes a stored fit again and compares. Processor work.

@@ -9,13 +9,18 @@ use uuid::Uuid;
 
 use super::{
     fit_result::FitResultBody,
-    fit_spec::{FitSpecBody, present},
+    fit_spec::{CriterionName, FitSpecBody, SchemeName, present},
+    gears::trace::SideName,
     json_writer::{Json, Object},
+    measurand::{AxesBody, MeasurandBody},
     nodes_schema::NodesBody,
     reader::Extra,
     text::{LongText, Moment, ShortText},
 };
-use crate::jobs::{Decision, FitRecord, Iteration, NewFit, NewIteration, Stored};
+use crate::{
+    estimation::{Faults, Nodes},
+    jobs::{Cursor, Decision, FitRecord, FitSummary, Iteration, Measurand, NewFit, NewIteration, Page, Stored},
+};
 
 /// A fit request with what is known of the measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -54,6 +59,16 @@ pub struct IterationFormSpec {
 /// What is known of a measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Measurement {
+    /// The flank that was measured.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured, as on traces: its number from 1, or a name.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
+    pub tooth: Option<ShortText>,
+    /// What the axes of the nodes mean.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
     /// RFC 3339, any offset; answered in UTC.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
@@ -70,7 +85,15 @@ pub struct Measurement {
 }
 
 impl Extra for Measurement {
-    const KEYS: &'static [&'static str] = &["measured_at", "instrument", "operator", "note"];
+    const KEYS: &'static [&'static str] = &["flank", "tooth", "axes", "measured_at", "instrument", "operator", "note"];
+}
+
+impl Measurement {
+    /// What the nodes are of.
+    pub fn measurand(&self, nodes: &Nodes) -> Result<Measurand, Faults> {
+        let (flank, tooth, axes) = (self.flank, self.tooth.clone(), self.axes.clone());
+        MeasurandBody { flank, tooth, axes }.checked(Some(nodes))
+    }
 }
 
 /// A fit request without nodes: the stored ones are fitted again.
@@ -142,7 +165,41 @@ impl From<DecisionName> for Decision {
     }
 }
 
-/// An iteration of a job, with every fit of its nodes.
+/// A new iteration of a job, with its fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = NewIteration)]
+pub struct NewIterationBody {
+    /// 1, 2, 3 … within the job.
+    pub number: u32,
+    pub id: Uuid,
+    pub job_id: Uuid,
+    /// The flank that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<String>,
+    /// What the axes of the nodes mean.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub measured_at: Option<Moment>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operator: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    /// Nodes posted, missing ones included.
+    pub node_count: u64,
+    /// One, which is chosen until another one is.
+    pub fits: Vec<IterationFitBody>,
+}
+
+/// An iteration of a job, with the figures of the fits of its nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Iteration)]
 pub struct IterationBody {
@@ -150,6 +207,15 @@ pub struct IterationBody {
     pub number: u32,
     pub id: Uuid,
     pub job_id: Uuid,
+    /// The flank that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<String>,
+    /// What the axes of the nodes mean.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
@@ -166,8 +232,11 @@ pub struct IterationBody {
     /// The latest decision; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
-    /// In the order in which they were made.
-    pub fits: Vec<IterationFitBody>,
+    /// The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each in full.
+    pub fits: Vec<FitSummaryBody>,
+    /// How many fits were made before those; `GET …/fits` lists all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub earlier_fits: Option<u64>,
 }
 
 /// A fit of an iteration's nodes.
@@ -181,17 +250,65 @@ pub struct IterationFitBody {
     pub created_at: Moment,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// What was fitted, with every default filled in: a request of its own for a refit, or with nodes for a new fit.
+    #[schema(value_type = FitSpecBody)]
+    pub spec: serde_json::Value,
     pub result: FitResultBody,
+}
+
+/// A fit by the figures by which λ* choices are told apart at a glance. A figure that does not exist is left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FitSummary)]
+pub struct FitSummaryBody {
+    pub id: Uuid,
+    /// Whether this fit stands.
+    pub chosen: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lambda_star: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub criterion: Option<CriterionName>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scheme: Option<SchemeName>,
+    /// L: how many of the smallest eigenvalues were regularised.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<u32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub regularized_condition: Option<f64>,
+    /// Observed ‖Â − Â_B‖ in the scaled columns.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_norm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_sharp_bound: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms: Option<f64>,
+    /// Largest |residual|.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_abs: Option<f64>,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// Some fits of an iteration, in the order in which they were made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FitPage)]
+pub struct FitPageBody {
+    pub items: Vec<FitSummaryBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
 }
 
 /// A new iteration, once it has its number.
 pub fn created_iteration(new: &NewIteration, stored: Stored) -> Vec<u8> {
-    let mut json = Json::with_capacity(512 + new.fit.computed.result.len());
+    let mut json = Json::with_capacity(1024 + new.fit.computed.spec.len() + new.fit.computed.result.len());
     let mut object = json.object();
+    object.field("number", &stored.number).field("id", &new.id).field("job_id", &new.job_id);
+    measurand(&mut object, &new.measurand);
     object
-        .field("number", &stored.number)
-        .field("id", &new.id)
-        .field("job_id", &new.job_id)
         .maybe("measured_at", new.measured_at.map(Moment))
         .maybe("instrument", new.instrument.as_deref())
         .maybe("operator", new.operator.as_deref())
@@ -205,13 +322,11 @@ pub fn created_iteration(new: &NewIteration, stored: Stored) -> Vec<u8> {
 
 /// A stored iteration.
 pub fn iteration(iteration: &Iteration) -> Vec<u8> {
-    let results: usize = iteration.fits.iter().map(|fit| fit.result.len() + 256).sum();
-    let mut json = Json::with_capacity(512 + results);
+    let mut json = Json::with_capacity(512 * (2 + iteration.fits.len()));
     let mut object = json.object();
+    object.field("number", &iteration.number).field("id", &iteration.id).field("job_id", &iteration.job_id);
+    measurand(&mut object, &iteration.measurand);
     object
-        .field("number", &iteration.number)
-        .field("id", &iteration.id)
-        .field("job_id", &iteration.job_id)
         .maybe("measured_at", iteration.measured_at.map(Moment))
         .maybe("instrument", iteration.instrument.as_deref())
         .maybe("operator", iteration.operator.as_deref())
@@ -219,14 +334,23 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
         .field("created_at", &Moment(iteration.created_at))
         .field("node_count", &iteration.node_count)
         .maybe("decision", iteration.ruling.as_ref().map(|ruling| ruling.decision.name()))
-        .list("fits", &iteration.fits, |object, fit| fit_record(object, fit, fit.id == iteration.chosen))
+        .list("fits", &iteration.fits, |object, fit| fit_summary(object, fit))
+        .maybe("earlier_fits", Some(iteration.earlier_fits).filter(|count| *count > 0))
         .end();
     json.into_bytes()
 }
 
+/// What nodes are of, as an iteration, a stream and the trace tell it.
+pub(super) fn measurand(object: &mut Object<'_>, of: &Measurand) {
+    object.maybe("flank", of.flank_name()).maybe("tooth", of.tooth.as_deref());
+    if let Some(axes) = &of.axes {
+        object.raw("axes", axes);
+    }
+}
+
 /// A new fit of stored nodes. It is not chosen yet.
 pub fn created_fit(fit: &NewFit) -> Vec<u8> {
-    let mut json = Json::with_capacity(256 + fit.computed.result.len());
+    let mut json = Json::with_capacity(512 + fit.computed.spec.len() + fit.computed.result.len());
     let mut object = json.object();
     new_fit(&mut object, fit, false);
     object.end();
@@ -239,14 +363,50 @@ fn new_fit(object: &mut Object<'_>, fit: &NewFit, chosen: bool) {
         .field("chosen", &chosen)
         .field("created_at", &Moment(fit.created_at))
         .maybe("reason", fit.reason.as_deref())
+        .raw("spec", &fit.computed.spec)
         .raw("result", &fit.computed.result);
 }
 
-fn fit_record(object: &mut Object<'_>, fit: &FitRecord, chosen: bool) {
-    object
+/// A stored fit in full; `result` is its answer, perhaps with more than was asked for at first.
+pub fn stored_fit(fit: &FitRecord, result: &str) -> Vec<u8> {
+    let mut json = Json::with_capacity(512 + fit.spec.len() + result.len());
+    json.object()
         .field("id", &fit.id)
-        .field("chosen", &chosen)
+        .field("chosen", &fit.chosen)
         .field("created_at", &Moment(fit.created_at))
         .maybe("reason", fit.reason.as_deref())
-        .raw("result", &fit.result);
+        .raw("spec", &fit.spec)
+        .raw("result", result)
+        .end();
+    json.into_bytes()
+}
+
+/// Some fits of an iteration.
+pub fn fits(page: &Page<FitSummary>) -> Vec<u8> {
+    let mut json = Json::with_capacity(64 + 512 * page.items.len());
+    json.object()
+        .list("items", &page.items, |object, fit| fit_summary(object, fit))
+        .maybe("next_cursor", page.next.map(Cursor::encode))
+        .end();
+    json.into_bytes()
+}
+
+/// The fields of [`FitSummaryBody`].
+pub(super) fn fit_summary(object: &mut Object<'_>, fit: &FitSummary) {
+    let figures = &fit.figures;
+    object
+        .field("id", &fit.id)
+        .field("chosen", &fit.chosen)
+        .maybe("lambda_star", figures.lambda_star)
+        .maybe("criterion", figures.criterion)
+        .maybe("scheme", figures.scheme)
+        .maybe("count", figures.count)
+        .maybe("condition", figures.condition)
+        .maybe("regularized_condition", figures.regularized_condition)
+        .maybe("bias_norm", figures.bias_norm)
+        .maybe("bias_sharp_bound", figures.bias_sharp_bound)
+        .maybe("rms", figures.rms)
+        .maybe("max_abs", figures.max_abs)
+        .field("created_at", &Moment(fit.event.created_at))
+        .maybe("reason", fit.event.reason.as_deref());
 }

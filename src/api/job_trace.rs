@@ -6,14 +6,15 @@ use uuid::Uuid;
 
 use super::{
     fit_result_parts::CoefficientBody,
-    fit_spec::{CriterionName, SchemeName},
-    job_iterations::DecisionName,
+    gears::trace::SideName,
+    job_iterations::{DecisionName, FitSummaryBody, fit_summary, measurand},
     jobs::JobBody,
     json_writer::{Json, Object},
+    measurand::AxesBody,
     records::RecordSummaryBody,
     text::Moment,
 };
-use crate::jobs::{Choice, FitSummary, RecordSummary, Ruling, Trace, TracedIteration};
+use crate::jobs::{Choice, Cursor, Earlier, RecordSummary, Ruling, Trace, TracedFit, TracedIteration};
 
 /// The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -22,6 +23,9 @@ pub struct TraceBody {
     pub job: JobBody,
     /// By number.
     pub iterations: Vec<TracedIterationBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
 }
 
 /// An iteration in the trace.
@@ -30,6 +34,15 @@ pub struct TraceBody {
 pub struct TracedIterationBody {
     pub number: u32,
     pub id: Uuid,
+    /// The flank that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<String>,
+    /// What the axes of the nodes mean.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
@@ -45,40 +58,29 @@ pub struct TracedIterationBody {
     /// What is kept beside the fits, oldest first.
     #[serde(default)]
     pub records: Vec<RecordSummaryBody>,
+    /// Absent where the lists are whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub earlier: Option<EarlierBody>,
 }
 
 /// A fit in the trace.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedFit)]
 pub struct TracedFitBody {
-    pub id: Uuid,
-    /// Whether this fit stands.
-    pub chosen: bool,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lambda_star: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub criterion: Option<CriterionName>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scheme: Option<SchemeName>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub count: Option<u32>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub condition: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub regularized_condition: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_norm: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_sharp_bound: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rms: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub max_abs: Option<f64>,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub summary: FitSummaryBody,
     pub coefficients: Vec<CoefficientBody>,
-    #[schema(value_type = String, format = DateTime)]
-    pub created_at: Moment,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reason: Option<String>,
+}
+
+/// How many entries of each list of a traced iteration stand before those told, which are the last hundred.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = EarlierEntries)]
+pub struct EarlierBody {
+    pub fits: u64,
+    pub choices: u64,
+    pub decisions: u64,
+    pub records: u64,
 }
 
 /// That from then on a certain fit stood.
@@ -103,46 +105,46 @@ pub struct TracedDecisionBody {
     pub created_at: Moment,
 }
 
-/// The trace.
+impl From<Earlier> for EarlierBody {
+    fn from(earlier: Earlier) -> Self {
+        let Earlier { fits, choices, rulings, records } = earlier;
+        EarlierBody { fits, choices, decisions: rulings, records }
+    }
+}
+
+/// A page of the trace.
 pub fn trace(trace: Trace) -> Vec<u8> {
     let coefficients: usize =
         trace.iterations.iter().flat_map(|iteration| &iteration.fits).map(|fit| fit.coefficients.len() + 512).sum();
     let mut json = Json::with_capacity(1024 + coefficients);
-    json.object().field("job", &JobBody::from(trace.job)).list("iterations", &trace.iterations, iteration).end();
+    json.object()
+        .field("job", &JobBody::from(trace.job))
+        .list("iterations", &trace.iterations, iteration)
+        .maybe("next_cursor", trace.next.map(Cursor::encode))
+        .end();
     json.into_bytes()
 }
 
 fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {
+    object.field("number", &iteration.number).field("id", &iteration.id);
+    measurand(object, &iteration.measurand);
     object
-        .field("number", &iteration.number)
-        .field("id", &iteration.id)
         .maybe("measured_at", iteration.measured_at.map(Moment))
         .field("created_at", &Moment(iteration.created_at))
         .maybe("decision", iteration.rulings.last().map(|ruling| ruling.decision.name()))
         .list("fits", &iteration.fits, fit)
         .list("choices", &iteration.choices, choice)
         .list("decisions", &iteration.rulings, ruling)
-        .list("records", &iteration.records, record);
+        .list("records", &iteration.records, record)
+        .maybe(
+            "earlier",
+            Some(iteration.earlier).filter(|earlier| *earlier != Earlier::default()).map(EarlierBody::from),
+        );
 }
 
-fn fit(object: &mut Object<'_>, fit: &FitSummary) {
-    let figures = &fit.figures;
-    object
-        .field("id", &fit.id)
-        .field("chosen", &fit.chosen)
-        .maybe("lambda_star", figures.lambda_star)
-        .maybe("criterion", figures.criterion)
-        .maybe("scheme", figures.scheme)
-        .maybe("count", figures.count)
-        .maybe("condition", figures.condition)
-        .maybe("regularized_condition", figures.regularized_condition)
-        .maybe("bias_norm", figures.bias_norm)
-        .maybe("bias_sharp_bound", figures.bias_sharp_bound)
-        .maybe("rms", figures.rms)
-        .maybe("max_abs", figures.max_abs)
-        .raw("coefficients", &fit.coefficients)
-        .field("created_at", &Moment(fit.event.created_at))
-        .maybe("reason", fit.event.reason.as_deref());
+fn fit(object: &mut Object<'_>, fit: &TracedFit) {
+    fit_summary(object, &fit.summary);
+    object.raw("coefficients", &fit.coefficients);
 }
 
 fn choice(object: &mut Object<'_>, choice: &Choice) {

@@ -41,7 +41,7 @@ pub struct RecordBody {
     /// The request as it was posted. Where it has no points or nodes of its own, those of the iteration were taken.
     #[schema(value_type = Object)]
     pub request: Value,
-    /// What was answered: of a curve for example what `POST /v1/curves` answers to the request.
+    /// What was answered; of a correction `nodes` and `result` only when included. Of a curve for example what `POST /v1/curves` answers to the request.
     #[schema(value_type = Object)]
     pub result: Value,
 }

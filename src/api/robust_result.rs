@@ -30,10 +30,15 @@ pub struct RobustBody {
     /// What is least: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r², or Jaeckel's dispersion.
     pub objective: f64,
     /// One per counted node, in the order posted. `m_estimator`: ψ(u)/u. `least_trimmed_squares`: 1 in the sum, 0 not. The others: influence per
-    /// unit of residual, relative to what a residual of one scale has, at most 1 (these do not enter the matrix).
-    pub weights: Vec<f64>,
-    /// Posted nodes (from 0, grids row by row) that were given no weight.
-    pub rejected: Vec<usize>,
+    /// unit of residual, relative to what a residual of one scale has, at most 1 (these do not enter the matrix). Present when
+    /// `robust_weights` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights: Option<Vec<f64>>,
+    /// How many nodes were given no weight.
+    pub rejected_count: usize,
+    /// Posted nodes (from 0, grids row by row) that were given no weight. Present when `robust_weights` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<Vec<usize>>,
     /// Largest dual on the vertex; at most 1 (but for rounding) proves that nothing does better.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certificate: Option<f64>,
@@ -65,7 +70,7 @@ pub enum SolutionName {
 }
 
 /// Writes the fields of [`RobustBody`].
-pub(super) fn write(object: &mut Object<'_>, report: &RobustReport) {
+pub(super) fn write(object: &mut Object<'_>, report: &RobustReport, by_node: bool) {
     let RobustReport {
         converged,
         iterations,
@@ -89,11 +94,15 @@ pub(super) fn write(object: &mut Object<'_>, report: &RobustReport) {
         .maybe_number("tolerance_reached", *tolerance_reached)
         .maybe_number("scale", *scale)
         .maybe_number("dispersion", *dispersion)
-        .number("objective", *objective)
-        .numbers("weights", weights)
-        .counts("rejected", rejected)
-        .maybe_number("certificate", *certificate)
-        .maybe("unique", *unique);
+        .number("objective", *objective);
+    if by_node {
+        object.numbers("weights", weights);
+    }
+    object.count("rejected_count", rejected.len());
+    if by_node {
+        object.counts("rejected", rejected);
+    }
+    object.maybe_number("certificate", *certificate).maybe("unique", *unique);
     if let Some(nodes) = vertex {
         object.counts("vertex", nodes);
     }

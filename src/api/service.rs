@@ -2,11 +2,7 @@
 
 use std::time::Instant;
 
-use super::{
-    canonical, fit_text,
-    problem::Problem,
-    reader::{self, NoExtra},
-};
+use super::{canonical, fit_spec_json, fit_text, measurand::MeasurandBody, problem::Problem, reader};
 use crate::{
     estimation::{self, FitSpec, Nodes, Plans, near},
     telemetry,
@@ -16,14 +12,22 @@ use crate::{
 pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {
     let begun = Instant::now();
     let result = estimation::fit_remembering(nodes, spec, plans)?;
-    let text = fit_text::write(&result, near::shape_of(spec, &result).as_ref(), &canonical::input_sha256(nodes, spec))
+    let asked = fit_spec_json::to_json(spec);
+    let digest = canonical::input_sha256_by(nodes, spec, &asked);
+    let mut text = fit_text::write(&result, near::shape_of(spec, &result).as_ref(), &digest, spec.include)
         .map_err(Problem::internal)?;
+    // in the object, behind its last field
+    text.pop();
+    text.extend_from_slice(b",\"spec\":");
+    text.extend_from_slice(asked.as_bytes());
+    text.push(b'}');
     telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(text)
 }
 
 /// A JSON fit request in, the JSON answer out. Processor work.
 pub fn fit_json(text: &[u8]) -> Result<Vec<u8>, Problem> {
-    let (nodes, spec, NoExtra {}) = reader::read_fit(text)?;
+    let (nodes, spec, measurand) = reader::read_fit::<MeasurandBody>(text)?;
+    measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
     fit(&nodes, &spec, &Plans::default())
 }

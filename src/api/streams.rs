@@ -12,7 +12,10 @@ use super::{
     fit_result_parts::WarningBody,
     fit_spec::{FitSpecBody, present},
     fit_spec_json, fit_text,
+    gears::trace::SideName,
+    job_iterations::measurand,
     json_writer::{Json, Object},
+    measurand::{AxesBody, MeasurandBody},
     nodes_schema::NodesBody,
     problem::Problem,
     reader::{self, Extra},
@@ -36,7 +39,7 @@ pub struct NewStreamBody {
     pub memory: Memory,
 }
 
-/// How long nodes are remembered.
+/// How long nodes are remembered, and what they are of.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Memory {
     /// φ in (0, 1], default 1: every counted node multiplies the weights of all before it by φ. When the stream is finished all
@@ -44,10 +47,20 @@ pub struct Memory {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, maximum = 1)]
     pub forgetting_factor: Option<f64>,
+    /// The flank that was measured.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured, as on traces: its number from 1, or a name.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
+    pub tooth: Option<ShortText>,
+    /// What the axes of the nodes mean.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
 }
 
 impl Extra for Memory {
-    const KEYS: &'static [&'static str] = &["forgetting_factor"];
+    const KEYS: &'static [&'static str] = &["forgetting_factor", "flank", "tooth", "axes"];
 }
 
 /// A block of nodes.
@@ -93,6 +106,15 @@ pub struct EstimateBody {
 pub struct StreamBody {
     pub id: Uuid,
     pub job_id: Uuid,
+    /// The flank that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<String>,
+    /// What the axes of the nodes mean.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
     pub state: StreamStateName,
     /// Of the last block; 0 before the first.
     pub sequence: u64,
@@ -150,9 +172,10 @@ pub fn read_stream(text: &[u8]) -> Result<StreamDraft, Problem> {
     let (spec, memory) = reader::read_refit::<Memory>(text)?;
     let forgetting_factor = memory.forgetting_factor.unwrap_or(1.0);
     Recursive::new(&spec, forgetting_factor).map_err(Problem::invalid)?;
-    let spec = fit_spec_json::to_json(&spec);
+    let Memory { flank, tooth, axes, .. } = memory;
+    let measurand = MeasurandBody { flank, tooth, axes }.checked(None).map_err(Problem::invalid)?;
     let input_sha256 = canonical::stream_sha256(&spec, forgetting_factor);
-    Ok(StreamDraft { spec: spec.into(), forgetting_factor, input_sha256 })
+    Ok(StreamDraft { spec: fit_spec_json::to_json(&spec).into(), forgetting_factor, input_sha256, measurand })
 }
 
 /// A block as it came.
@@ -187,6 +210,12 @@ pub fn restored_estimate(stream: &Stream, data: &[u8]) -> Option<Recursive> {
     Recursive::restore(&spec, stream.forgetting_factor, &super::stream_state::decode(data)?)
 }
 
+/// Where the digests of a stored stream begin.
+pub fn first_sha256(stream: &Stream) -> Result<[u8; 32], Problem> {
+    let spec = fit_spec_json::from_json(&stream.spec).map_err(Problem::internal)?;
+    Ok(canonical::stream_sha256(&spec, stream.forgetting_factor))
+}
+
 /// What an estimate tells: its result as JSON, or why there is none.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Told {
@@ -212,8 +241,8 @@ pub fn tell(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Told, Probl
         Err(error) => return Ok(waiting(error.into())),
     };
     let shape = near::shape_of(estimate.spec(), &result);
-    let text =
-        fit_text::write(&result, shape.as_ref(), &canonical::hexadecimal(input_sha256)).map_err(Problem::internal)?;
+    let digest = canonical::hexadecimal(input_sha256);
+    let text = fit_text::write(&result, shape.as_ref(), &digest, estimate.spec().include).map_err(Problem::internal)?;
     Ok(Told::Result(String::from_utf8(text).map_err(Problem::internal)?))
 }
 
@@ -238,9 +267,9 @@ pub fn answer(sequence: u64, node_count: u64, told: &Told) -> Vec<u8> {
 pub fn stream(stream: &Stream, told: Option<&Told>) -> Vec<u8> {
     let mut json = Json::with_capacity(512 + stream.spec.len() + told.map_or(0, told_length));
     let mut object = json.object();
+    object.field("id", &stream.id).field("job_id", &stream.job_id);
+    measurand(&mut object, &stream.measurand);
     object
-        .field("id", &stream.id)
-        .field("job_id", &stream.job_id)
         .field("state", if stream.iteration.is_some() { &"finished" } else { &"open" })
         .field("sequence", &stream.sequence)
         .field("node_count", &stream.node_count)
@@ -266,6 +295,7 @@ pub fn created(new: &NewStream) -> Vec<u8> {
         sequence: 0,
         node_count: 0,
         input_sha256: new.input_sha256,
+        measurand: new.measurand.clone(),
         iteration: None,
         version: 1,
         created_at: new.created_at,

@@ -23,6 +23,18 @@ pub type ShortText = Text<SHORT>;
 /// A note or a reason.
 pub type LongText = Text<LONG>;
 
+impl<const MOST: usize> Text<MOST> {
+    /// A text of a program's own, where it keeps to the bounds.
+    pub fn new(text: &str) -> Option<Self> {
+        let within = !text.trim().is_empty() && text.chars().count() <= MOST;
+        (within && control_character(text, MOST > SHORT).is_none()).then(|| Text(text.to_owned()))
+    }
+
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
 impl<const MOST: usize> From<Text<MOST>> for String {
     fn from(text: Text<MOST>) -> Self {
         text.0

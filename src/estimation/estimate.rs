@@ -163,11 +163,10 @@ pub fn residuals(
 ) -> Residuals {
     let keep = spec.include.residuals;
     let untouched = filtered.iter().all(|f| f.removed == 0.0);
-    if untouched && !keep {
-        return Residuals { rss: least_squares.rss, max_abs: least_squares.max_abs, values: None };
-    }
     if untouched {
-        return place.of_working(&least_squares.working, true);
+        // the figures are those of the least squares, whether each residual is asked for or not
+        let values = if keep { place.of_working(&least_squares.working, true).values } else { None };
+        return Residuals { rss: least_squares.rss, max_abs: least_squares.max_abs, values };
     }
     if place.factor.working.is_none() {
         let mut working: Vec<Dd> = estimate.coefficients.iter().map(|&x| Dd::from(x)).collect();

@@ -255,10 +255,14 @@ pub struct NodeUncertainty {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Include {
     pub residuals: bool,
-    /// The two n×n collinearity matrices also beyond the size up to which they are always given.
+    /// The two n×n collinearity matrices also beyond the size up to which they are always found.
     pub collinearity: bool,
     pub lambda_curve: bool,
     pub matrix_b: bool,
     /// Coefficients along k, for ridge.
     pub ridge_trace: bool,
+    /// The weights of a robust estimate, node by node.
+    pub robust_weights: bool,
+    /// The nodes that filters took for peaks.
+    pub peaks: bool,
 }

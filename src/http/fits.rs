@@ -11,8 +11,8 @@ use super::{body::Payload, compute::read_and, state::AppState};
 use crate::api::{
     fit_result::FitResultBody,
     fit_spec::{FitForm, FitRequest},
+    measurand::MeasurandBody,
     problem::Problem,
-    reader::NoExtra,
     service,
 };
 
@@ -31,7 +31,11 @@ pub fn group() -> OpenApiRouter<AppState> {
 )]
 async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let plans = state.plans.clone();
-    let answer = read_and(&state, payload, move |nodes, spec, NoExtra {}| service::fit(&nodes, &spec, &plans)).await?;
+    let work = move |nodes, spec, measurand: MeasurandBody| {
+        measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
+        service::fit(&nodes, &spec, &plans)
+    };
+    let answer = read_and(&state, payload, work).await?;
     Ok(json(answer))
 }
 

@@ -7,8 +7,9 @@ use uuid::Uuid;
 use super::{
     accept::Form,
     body::Payload,
-    extract::PathOf,
+    extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
+    include::IncludeQuery,
     records::{About, keep},
     state::AppState,
 };
@@ -16,8 +17,9 @@ use crate::{
     api::{
         gears::{
             correction::{self, CorrectionBody},
-            correction_answer::{self, KeptCorrectionBody},
+            correction_answer::{self, After, KeptCorrectionBody, Measured},
             correction_csv,
+            correction_include::{CorrectionInclude, KeptIncludeName},
             correction_request::CorrectionRequestBody,
             deviations,
             deviations_request::DeviationsRequestBody,
@@ -28,7 +30,7 @@ use crate::{
         problem::{Problem, ProblemCode},
         records::{self, RecordBody},
     },
-    jobs::{Record, RecordKind, RepositoryError, What},
+    jobs::{Later, Record, RecordKind, RepositoryError},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -59,7 +61,11 @@ async fn create_iteration_deviations(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        records::draft(RecordKind::Deviations, text, deviations::build(text, of_job(&about.job)?.as_ref())?)
+        records::draft(
+            RecordKind::Deviations,
+            text,
+            deviations::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?,
+        )
     };
     keep(state, place, ("deviations", records::record), key, payload, build).await
 }
@@ -85,7 +91,11 @@ async fn create_iteration_evaluation(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        records::draft(RecordKind::Evaluation, text, evaluate::build(text, of_job(&about.job)?.as_ref())?)
+        records::draft(
+            RecordKind::Evaluation,
+            text,
+            evaluate::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?,
+        )
     };
     keep(state, place, ("evaluations", records::record), key, payload, build).await
 }
@@ -111,17 +121,23 @@ async fn create_iteration_correction(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        let built = correction::build(text, &about.nodes, of_job(&about.job)?.as_ref())?;
+        let built = correction::build(text, &about.nodes, &about.measurand, of_job(&about.job)?.as_ref())?;
         records::draft(RecordKind::Correction, text, built)
     };
-    let body = |record: &Record| record.draft.result.as_bytes().to_vec();
+    // what was made can be taken apart
+    let body = |record: &Record| correction::answered(record).unwrap_or_default();
     keep(state, place, ("correction", body), key, payload, build).await
 }
 
-/// The correction of an iteration that was made last, with what the next iteration measured of it.
+/// The correction of an iteration that was made last, with what the next iteration of the same flank and tooth
+/// measured of it.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction", tag = "iterations",
-    params(("job_id" = Uuid, Path), ("number" = u32, Path)),
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("include" = Option<Vec<KeptIncludeName>>, Query, style = Form, explode = false, description = "What is answered beside, names with commas between them.")
+    ),
     responses(
         (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next iteration. As CSV a line for each setting, under the names of OPC UA for Geometrical Measuring Systems.", content((KeptCorrectionBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem, content_type = "application/problem+json")
@@ -130,26 +146,31 @@ async fn create_iteration_correction(
 async fn get_iteration_correction(
     State(state): State<AppState>,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
+    QueryOf(query): QueryOf<IncludeQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let form = Form::wanted(&headers, "Corrections")?;
+    let names: Vec<KeptIncludeName> = query.names()?;
+    let include = CorrectionInclude::of_kept(&names);
     let Some(record) = state.jobs.latest_record(job, number, RecordKind::Correction).await? else {
         return Err(Problem::new(ProblemCode::NotFound, "The iteration has no correction."));
     };
     if form == Form::Csv {
         return Ok(form.response(state.pool.run(move || correction_csv::write(&record)).await??));
     }
-    let before = state.jobs.nodes(job, number).await?;
-    let after = match number.checked_add(1) {
-        Some(next) => match state.jobs.nodes(job, next).await {
-            Ok(nodes) => Some((next, nodes)),
-            Err(RepositoryError::NotFound(What::Iteration)) => None,
-            Err(error) => return Err(error.into()),
-        },
-        None => None,
+    let before = measured(&state, job, number).await?;
+    let after = match state.jobs.later(job, number).await? {
+        Later { alike: Some(next), .. } => After::Same(next, measured(&state, job, next).await?),
+        Later { any: Some(next), .. } => After::Others(next),
+        Later { .. } => After::Nothing,
     };
     let gear = of_job(&state.jobs.job(job).await?)?;
     let body =
-        state.pool.run(move || correction_answer::write(&record, &before, after.as_ref(), gear.as_ref())).await??;
+        state.pool.run(move || correction_answer::write(&record, &before, &after, gear.as_ref(), include)).await??;
     Ok(form.response(body))
+}
+
+async fn measured(state: &AppState, job: Uuid, number: u32) -> Result<Measured, RepositoryError> {
+    let measurand = state.jobs.measurand(job, number).await?;
+    Ok(Measured { nodes: state.jobs.nodes(job, number).await?, measurand })
 }

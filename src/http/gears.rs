@@ -64,7 +64,7 @@ async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Res
     responses((status = 200, description = "Slopes, forms and totals in the order of the traces, means, twists and classes.", body = EvaluationBody))
 )]
 async fn evaluate_gear(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, |text| evaluate::build(text, None)).await?.result))
+    Ok(json(read_json(&state, payload, |text| evaluate::build(text, None, None)).await?.result))
 }
 
 /// Deviations of measured points from the nominal flanks, if asked after the part has been laid into the nominal one.
@@ -74,7 +74,7 @@ async fn evaluate_gear(State(state): State<AppState>, payload: Payload) -> Resul
     responses((status = 200, description = "Deviations in the order of the points.", body = DeviationsBody))
 )]
 async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, |text| deviations::build(text, None)).await?.result))
+    Ok(json(read_json(&state, payload, |text| deviations::build(text, None, None)).await?.result))
 }
 
 /// Evaluates pitches of both flanks and run-out by ISO 1328-1:2013.

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::api::{
     gears::{file::ImportSpecBody, file_import, gear::of_job},
-    job_iterations::IterationBody,
+    job_iterations::NewIterationBody,
     problem::Problem,
 };
 
@@ -44,7 +44,7 @@ struct ImportFormBody {
     params(("job_id" = Uuid, Path), IdempotencyKey),
     request_body(content = ImportFormBody, content_type = "multipart/form-data", description = "The file, and what is said of it."),
     responses(
-        (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = IterationBody, headers(
+        (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = NewIterationBody, headers(
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),

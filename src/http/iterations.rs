@@ -22,14 +22,18 @@ use super::{
 };
 use crate::{
     api::{
+        gears::gear::of_job,
         job_fits,
-        job_iterations::{self, IterationBody, IterationForm, IterationPatchBody, IterationRequest, Measurement},
+        job_iterations::{
+            self, IterationBody, IterationForm, IterationPatchBody, IterationRequest, Measurement, NewIterationBody,
+        },
+        measurand,
         nodes_schema::NodesBody,
         nodes_text,
         problem::Problem,
     },
     estimation::{FitSpec, Nodes, Plans},
-    jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
+    jobs::{Answer, Iteration, IterationDraft, Measurand, NewIteration, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -51,7 +55,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         description = "Nodes, what to fit to them, and what is known of the measurement."
     ),
     responses(
-        (status = 201, description = "The iteration with its first fit, which is chosen until another one is.", body = IterationBody, headers(
+        (status = 201, description = "The iteration with its first fit, which is chosen until another one is.", body = NewIterationBody, headers(
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
@@ -70,6 +74,7 @@ async fn create_iteration(
         let plans = state.plans.clone();
         let work = move |nodes, spec, measurement| draft(nodes, &spec, measurement, &plans);
         let draft = read_and(&state, payload, work).await?;
+        check_tooth(&state, job, &draft.measurand).await?;
         let keyed = known.map(|known| known.answered_by(created));
         let (iteration, stored) = state.jobs.add_iteration(job, draft, keyed).await?;
         Ok(created(&iteration, stored))
@@ -79,8 +84,10 @@ async fn create_iteration(
 
 /// Fits. Processor work.
 fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) -> Result<IterationDraft, Problem> {
+    let measurand = measurement.measurand(&nodes).map_err(Problem::invalid)?;
     let computed = job_fits::compute(&nodes, spec, plans)?;
     Ok(IterationDraft {
+        measurand,
         nodes: Arc::new(nodes),
         computed,
         measured_at: measurement.measured_at.map(|moment| moment.0),
@@ -89,6 +96,15 @@ fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) 
         note: measurement.note.map(String::from),
         records: Vec::new(),
     })
+}
+
+/// Refuses a tooth that the job's gear has not got.
+pub async fn check_tooth(state: &AppState, job: Uuid, measurand: &Measurand) -> Result<(), Problem> {
+    if measurand.tooth.is_some() {
+        let gear = of_job(&state.jobs.job(job).await?)?;
+        measurand::check_tooth(measurand, gear.as_ref()).map_err(Problem::invalid)?;
+    }
+    Ok(())
 }
 
 /// A new iteration as it is answered.
@@ -101,7 +117,7 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
     }
 }
 
-/// An iteration with every fit of its nodes.
+/// An iteration with the figures of its fits; `GET …/fits/{fit_id}` has each in full.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "get_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path)),

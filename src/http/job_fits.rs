@@ -1,6 +1,10 @@
 //! `…/iterations/{number}/fits`: further fits of stored nodes, which of them stands, and replays.
 
-use axum::{extract::State, response::Response};
+use axum::{
+    extract::State,
+    http::{HeaderValue, header},
+    response::Response,
+};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
@@ -8,15 +12,20 @@ use super::{
     body::Payload,
     compute::read_json,
     conditional::{IfMatch, etag},
-    extract::{JsonOf, PathOf},
+    extract::{JsonOf, PathOf, QueryOf},
+    fits::json,
     idempotency::{IdempotencyKey, once},
+    include::IncludeQuery,
     iterations::present,
+    paging::PageQuery,
     state::AppState,
 };
 use crate::{
     api::{
+        fit_spec::IncludeName,
+        fit_spec_json,
         job_fits::{self, ReplayBody},
-        job_iterations::{self, ChosenFitBody, IterationBody, IterationFitBody, RefitRequest, Why},
+        job_iterations::{self, ChosenFitBody, FitPageBody, IterationBody, IterationFitBody, RefitRequest, Why},
         problem::Problem,
         reader,
     },
@@ -24,7 +33,11 @@ use crate::{
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new().routes(routes!(create_iteration_fit)).routes(routes!(choose_fit)).routes(routes!(replay_fit))
+    OpenApiRouter::new()
+        .routes(routes!(create_iteration_fit, list_iteration_fits))
+        .routes(routes!(get_iteration_fit))
+        .routes(routes!(choose_fit))
+        .routes(routes!(replay_fit))
 }
 
 /// Fits the stored nodes with another λ* or model. The fit does not stand until it is chosen.
@@ -38,7 +51,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     request_body(content = RefitRequest, description = "A fit request without nodes."),
     responses(
         (status = 201, description = "The fit.", body = IterationFitBody, headers(
-            ("Location" = String, description = "Where the iteration with its fits is."),
+            ("Location" = String, description = "Where the fit is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
         (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
@@ -71,10 +84,67 @@ async fn create_iteration_fit(
 fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
     Answer {
         status: 201,
-        location: Some(place.to_owned()),
+        location: Some(format!("{place}/fits/{}", fit.id)),
         etag: Some(etag(stored.version)),
         body: job_iterations::created_fit(fit),
     }
+}
+
+/// Lists the fits of an iteration by their figures, in the order in which they were made.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "list_iteration_fits", tag = "iterations",
+    params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
+    responses(
+        (status = 200, description = "Some fits, and where the next page begins.", body = FitPageBody),
+        (status = 422, description = "The limit or the cursor is not one.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn list_iteration_fits(
+    State(state): State<AppState>,
+    PathOf((job, number)): PathOf<(Uuid, u32)>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<Response, Problem> {
+    Ok(json(job_iterations::fits(&state.jobs.fits(job, number, query.check()?).await?)))
+}
+
+/// A fit in full, as it was answered when it was made. What is included beside is computed from the stored nodes and added.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", operation_id = "get_iteration_fit", tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("fit_id" = Uuid, Path),
+        ("include" = Option<Vec<IncludeName>>, Query, style = Form, explode = false, description = "What is answered beside, names with commas between them.")
+    ),
+    responses(
+        (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody, headers(("ETag" = String, description = "Of these bytes; with `include` there is none."))),
+        (status = 422, description = "There is nothing of that name to include.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_iteration_fit(
+    State(state): State<AppState>,
+    PathOf((job, number, fit)): PathOf<(Uuid, u32, Uuid)>,
+    QueryOf(query): QueryOf<IncludeQuery>,
+) -> Result<Response, Problem> {
+    let names: Vec<IncludeName> = query.names()?;
+    let stored = state.jobs.fit(job, number, fit).await?;
+    if names.is_empty() {
+        let mut response = json(job_iterations::stored_fit(&stored, &stored.result));
+        // nothing else of it can change
+        let tag = if stored.chosen { "\"chosen\"" } else { "\"not-chosen\"" };
+        response.headers_mut().insert(header::ETAG, HeaderValue::from_static(tag));
+        return Ok(response);
+    }
+    let nodes = state.jobs.nodes(job, number).await?;
+    let plans = state.plans.clone();
+    let body = state
+        .pool
+        .run(move || {
+            let result = job_fits::with_include(&nodes, &stored, fit_spec_json::include(&names), &plans)?;
+            Ok::<_, Problem>(job_iterations::stored_fit(&stored, &result))
+        })
+        .await??;
+    Ok(json(body))
 }
 
 /// From now on this fit of the iteration stands. Choices before it stay in the trace.

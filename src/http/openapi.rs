@@ -21,6 +21,7 @@ use utoipa::{
 use super::router;
 use crate::api::{
     examples::REQUEST_EXAMPLES,
+    gears::correction_include::KeptIncludeName,
     openapi_3_0,
     problem::{Problem, ProblemError},
 };
@@ -33,7 +34,7 @@ use crate::api::{
                        bias bounds, eigen diagnostics, and every choice of λ* side by side.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
     ),
-    components(schemas(Problem, ProblemError)),
+    components(schemas(Problem, ProblemError, KeptIncludeName)),
     tags(
         (name = "fits", description = "Fits of node sets; nothing is stored."),
         (name = "studies", description = "Numerical experiments; nothing is stored."),

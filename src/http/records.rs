@@ -12,16 +12,18 @@ use super::{
     extract::{PathOf, QueryOf},
     fits::json,
     idempotency::{IdempotencyKey, once},
+    include::IncludeQuery,
     paging::PageQuery,
     state::AppState,
 };
 use crate::{
     api::{
+        gears::correction_include::{CorrectionInclude, KeptIncludeName},
         problem::Problem,
         records::{self, RecordBody, RecordPageBody},
     },
     estimation::{Nodes, Plans},
-    jobs::{Answer, Job, Record, RecordDraft, Stored},
+    jobs::{Answer, Job, Measurand, Record, RecordDraft, RecordKind, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -33,6 +35,7 @@ pub struct About {
     pub job: Job,
     /// Of the iteration.
     pub nodes: Nodes,
+    pub measurand: Measurand,
     pub plans: Plans,
 }
 
@@ -48,7 +51,8 @@ pub async fn keep(
     let place = format!("/v1/jobs/{job}/iterations/{number}");
     once(state, key, format!("POST {place}/{route}"), payload, move |state, payload, known| async move {
         let nodes = state.jobs.nodes(job, number).await?;
-        let about = About { job: state.jobs.job(job).await?, nodes, plans: state.plans.clone() };
+        let measurand = state.jobs.measurand(job, number).await?;
+        let about = About { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() };
         let limit = state.settings.body_limit;
         let draft = state.pool.run(move || build(&payload.into_json(limit)?, &about)).await??;
         let answer = move |record: &Record, _: Stored| created(&place, record, body);
@@ -89,14 +93,28 @@ async fn list_iteration_records(
 /// What is kept with an iteration: what was asked and what was answered.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record", tag = "iterations",
-    params(("job_id" = Uuid, Path), ("number" = u32, Path), ("record_id" = Uuid, Path)),
-    responses((status = 200, description = "The record.", body = RecordBody))
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        ("record_id" = Uuid, Path),
+        ("include" = Option<Vec<KeptIncludeName>>, Query, style = Form, explode = false, description = "Of a correction, what is answered beside: names with commas between them.")
+    ),
+    responses(
+        (status = 200, description = "The record.", body = RecordBody),
+        (status = 422, description = "There is nothing of that name to include.", body = Problem, content_type = "application/problem+json")
+    )
 )]
 async fn get_iteration_record(
     State(state): State<AppState>,
     PathOf((job, number, id)): PathOf<(Uuid, u32, Uuid)>,
+    QueryOf(query): QueryOf<IncludeQuery>,
 ) -> Result<Response, Problem> {
-    let mut response = json(records::record(&state.jobs.record(job, number, id).await?));
+    let names: Vec<KeptIncludeName> = query.names()?;
+    let mut record = state.jobs.record(job, number, id).await?;
+    if record.draft.kind == RecordKind::Correction {
+        record.draft.result = CorrectionInclude::of_kept(&names).of_result(&record.draft.result)?.into();
+    }
+    let mut response = json(records::record(&record));
     // it is kept as it is
     set_etag(response.headers_mut(), 1);
     Ok(response)

@@ -1,48 +1,76 @@
-//! `/v1/simulations`: machines that are corrected in a loop, each run kept as a job.
+//! `/v1/simulations`: machines that are corrected in a loop, each run kept as a job where that is asked for.
+
+use std::sync::Arc;
 
 use axum::{extract::State, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
 
-use super::{body::Payload, fits::json, state::AppState};
+use super::{
+    body::Payload,
+    compute::read_json,
+    idempotency::{IdempotencyKey, once},
+    state::AppState,
+};
 use crate::{
     api::{
         gears::closed_loop::{self, ClosedLoopBody, ClosedLoopResultBody, Kept, Told},
         problem::Problem,
     },
-    jobs::RepositoryError,
+    jobs::{Answer, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(simulate_closed_loop))
 }
 
-/// Simulates a machine whose settings are off: measured, corrected and machined again, by several ways to correct.
+/// Simulates a machine whose settings are off: measured, corrected and machined again, by several ways to correct. With `store` each
+/// way is kept as a job, all of them or none.
 #[utoipa::path(
     post, path = "/v1/simulations/closed-loop", operation_id = "simulate_closed_loop", tag = "simulations",
+    params(IdempotencyKey),
     request_body(content = ClosedLoopBody, description = "The machine, the probe and the ways to correct; everything has a default."),
-    responses((status = 200, description = "Round by round what was measured and changed, and the jobs that keep it.", body = ClosedLoopResultBody))
+    responses(
+        (status = 200, description = "Round by round what was measured and changed, and the jobs that keep it.", body = ClosedLoopResultBody),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
 )]
-async fn simulate_closed_loop(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    let (limit, plans) = (state.settings.body_limit, state.plans.clone());
-    let simulated = state.pool.run(move || closed_loop::simulate(&payload.into_json(limit)?, &plans)).await??;
-    let mut runs = Vec::with_capacity(simulated.runs.len());
-    for told in simulated.runs {
-        runs.push(keep(&state, told).await?);
-    }
-    let body = ClosedLoopResultBody { seed: simulated.seed, condition: simulated.condition, runs };
-    Ok(json(serde_json::to_vec(&body).map_err(Problem::internal)?))
+async fn simulate_closed_loop(
+    State(state): State<AppState>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = "POST /v1/simulations/closed-loop".to_owned();
+    once(state, key, scope, payload, |state, payload, known| async move {
+        let plans = state.plans.clone();
+        let simulated = read_json(&state, payload, move |text| closed_loop::simulate(text, &plans)).await?;
+        let (mut runs, mut kept) = (Vec::new(), Vec::new());
+        for Told { run, kept: keep } in simulated.runs {
+            kept.extend(keep.map(|Kept { job, rounds }| (job, rounds)));
+            runs.push(run);
+        }
+        let body = ClosedLoopResultBody { seed: simulated.seed, condition: simulated.condition, runs };
+        let answer = move |ids: &Vec<Uuid>, _: Stored| answered(&body, ids);
+        if kept.is_empty() && known.is_none() {
+            return Ok(answer(&Vec::new(), Stored { number: 0, version: 1 }));
+        }
+        let answer = Arc::new(answer);
+        let keyed = known.map(|known| {
+            let answer = answer.clone();
+            known.answered_by(move |ids, stored| answer(ids, stored))
+        });
+        let (ids, stored) = state.jobs.add_runs(kept, keyed).await?;
+        Ok(answer(&ids, stored))
+    })
+    .await
 }
 
-/// Keeps a run as a job whose iterations and corrections are those of any other.
-async fn keep(
-    state: &AppState,
-    Told { mut run, kept }: Told,
-) -> Result<closed_loop::ClosedLoopRunBody, RepositoryError> {
-    let Some(Kept { job, rounds }) = kept else { return Ok(run) };
-    let job = state.jobs.create_job(job, None).await?;
-    for iteration in rounds {
-        state.jobs.add_iteration(job.id, iteration, None).await?;
+/// What was simulated, with the jobs that keep it where there are any: one for each way.
+fn answered(body: &ClosedLoopResultBody, ids: &[Uuid]) -> Answer {
+    let mut body = body.clone();
+    for (run, id) in body.runs.iter_mut().zip(ids) {
+        run.job_id = Some(*id);
     }
-    run.job_id = Some(job.id);
-    Ok(run)
+    // Names and finite numbers, which can always be written.
+    Answer { status: 200, location: None, etag: None, body: serde_json::to_vec(&body).unwrap_or_default() }
 }

@@ -146,12 +146,7 @@ async fn load(state: &AppState, id: Uuid) -> Result<LiveStream, Problem> {
 
 /// The stream as it was after an earlier block.
 async fn replayed(state: &AppState, stream: &Stream, until: u64) -> Result<LiveStream, Problem> {
-    let begin = Stream {
-        sequence: 0,
-        node_count: 0,
-        input_sha256: canonical::stream_sha256(&stream.spec, stream.forgetting_factor),
-        ..stream.clone()
-    };
+    let begin = Stream { sequence: 0, node_count: 0, input_sha256: streams::first_sha256(stream)?, ..stream.clone() };
     let estimate = streams::empty_estimate(stream)?;
     let begin = LiveStream { stream: begin, last_sha256: None, estimate, unwritten: 0 };
     replay(state, begin, 0, until).await

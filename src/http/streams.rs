@@ -18,7 +18,7 @@ use super::{
 use crate::{
     api::{
         fit_spec_json, job_fits,
-        job_iterations::IterationBody,
+        job_iterations::NewIterationBody,
         problem::Problem,
         reader,
         streams::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
@@ -60,6 +60,7 @@ async fn create_stream(
     once(state, key, scope, payload, move |state, payload, known| async move {
         state.jobs.admit(job).await?;
         let draft = read_json(&state, payload, streams::read_stream).await?;
+        iterations::check_tooth(&state, job, &draft.measurand).await?;
         let keyed = known.map(|known| known.answered_by(opened));
         let (stream, stored) = state.jobs.open_stream(job, draft, keyed).await?;
         Ok(opened(&stream, stored))
@@ -127,7 +128,7 @@ async fn add_stream_nodes(
     ),
     request_body(content = FinishBody, description = "What is known of the measurement; an empty body says nothing."),
     responses(
-        (status = 201, description = "The iteration, as if its nodes had been posted together.", body = IterationBody, headers(
+        (status = 201, description = "The iteration, as if its nodes had been posted together.", body = NewIterationBody, headers(
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
@@ -157,6 +158,7 @@ async fn finish_stream(
         let draft = IterationDraft {
             nodes,
             computed,
+            measurand: stream.measurand.clone(),
             measured_at: said.measured_at.map(|moment| moment.0),
             instrument: said.instrument.map(String::from),
             operator: said.operator.map(String::from),

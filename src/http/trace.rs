@@ -4,7 +4,12 @@ use axum::{extract::State, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
-use super::{extract::PathOf, fits::json, state::AppState};
+use super::{
+    extract::{PathOf, QueryOf},
+    fits::json,
+    paging::PageQuery,
+    state::AppState,
+};
 use crate::api::{
     job_trace::{self, TraceBody},
     problem::Problem,
@@ -14,12 +19,20 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(get_trace))
 }
 
-/// Every fit, λ* choice and decision of a job in the order in which they were made.
+/// Every fit, λ* choice and decision of a job in the order in which they were made, iteration by iteration in pages. A page of big iterations
+/// may hold fewer than `limit`.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/trace", operation_id = "get_trace", tag = "iterations",
-    params(("job_id" = Uuid, Path)),
-    responses((status = 200, description = "The trace.", body = TraceBody))
+    params(("job_id" = Uuid, Path), PageQuery),
+    responses(
+        (status = 200, description = "The job with some of its iterations, by number, and where the next page begins.", body = TraceBody),
+        (status = 422, description = "The limit or the cursor is not one.", body = Problem, content_type = "application/problem+json")
+    )
 )]
-async fn get_trace(State(state): State<AppState>, PathOf(job): PathOf<Uuid>) -> Result<Response, Problem> {
-    Ok(json(job_trace::trace(state.jobs.trace(job).await?)))
+async fn get_trace(
+    State(state): State<AppState>,
+    PathOf(job): PathOf<Uuid>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<Response, Problem> {
+    Ok(json(job_trace::trace(state.jobs.trace(job, query.check()?).await?)))
 }

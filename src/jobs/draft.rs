@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use jiff::Timestamp;
 
-use super::{fit::Computed, record::RecordDraft};
+use super::{fit::Computed, measurand::Measurand, record::RecordDraft};
 use crate::estimation::Nodes;
 
 /// A job to create.
@@ -25,6 +25,7 @@ pub struct IterationDraft {
     pub nodes: Arc<Nodes>,
     /// Of these nodes.
     pub computed: Computed,
+    pub measurand: Measurand,
     pub measured_at: Option<Timestamp>,
     pub instrument: Option<String>,
     pub operator: Option<String>,
@@ -42,6 +43,7 @@ pub struct StreamDraft {
     pub forgetting_factor: f64,
     /// Digest of the above.
     pub input_sha256: [u8; 32],
+    pub measurand: Measurand,
 }
 
 /// A block to add to a stream.

@@ -37,6 +37,8 @@ pub struct FitRecord {
     pub result: Arc<str>,
     pub reason: Option<String>,
     pub created_at: Timestamp,
+    /// Whether it stands.
+    pub chosen: bool,
 }
 
 /// The figures by which λ* choices are told apart at a glance. A figure that does not exist (or is not finite) is `None`.

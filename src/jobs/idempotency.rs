@@ -9,7 +9,12 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
+use jiff::SignedDuration;
+
 use super::repository::Stored;
+
+/// How long an answer is kept.
+pub const ANSWERS_KEPT: SignedDuration = SignedDuration::from_hours(30 * 24);
 
 /// An answer as it is given again.
 #[derive(Clone, Debug, PartialEq, Eq)]

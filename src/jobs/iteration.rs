@@ -6,8 +6,10 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    fit::{Figures, FitRecord, NewFit},
+    fit::{Figures, NewFit},
     job::Job,
+    measurand::Measurand,
+    page::Cursor,
     record::{Record, RecordSummary},
 };
 use crate::estimation::Nodes;
@@ -17,6 +19,7 @@ use crate::estimation::Nodes;
 pub struct NewIteration {
     pub id: Uuid,
     pub job_id: Uuid,
+    pub measurand: Measurand,
     pub measured_at: Option<Timestamp>,
     pub instrument: Option<String>,
     pub operator: Option<String>,
@@ -28,13 +31,24 @@ pub struct NewIteration {
     pub records: Vec<Record>,
 }
 
-/// A stored iteration with all its fits, in the order in which they were made.
+/// A job about to be stored with its iterations.
+#[derive(Clone, Debug)]
+pub struct NewRun {
+    pub job: Job,
+    pub iterations: Vec<Arc<NewIteration>>,
+}
+
+/// Entries of a list that are told with an iteration; older ones are counted.
+pub const MOST_TOLD: u32 = 100;
+
+/// A stored iteration with its fits, in the order in which they were made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iteration {
     pub id: Uuid,
     pub job_id: Uuid,
     /// 1, 2, 3 … within the job, without gaps.
     pub number: u32,
+    pub measurand: Measurand,
     pub measured_at: Option<Timestamp>,
     pub instrument: Option<String>,
     pub operator: Option<String>,
@@ -44,8 +58,10 @@ pub struct Iteration {
     pub node_count: u64,
     /// 1 when created, one more with every fit, choice and ruling.
     pub version: u64,
-    pub fits: Vec<FitRecord>,
-    pub chosen: Uuid,
+    /// The last [`MOST_TOLD`].
+    pub fits: Vec<FitSummary>,
+    /// Fits made before those.
+    pub earlier_fits: u64,
     /// The latest ruling, if there is one.
     pub ruling: Option<Ruling>,
 }
@@ -95,34 +111,52 @@ pub struct Ruling {
     pub event: Event,
 }
 
-/// The whole story of a job.
+/// A part of the story of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     pub job: Job,
     pub iterations: Vec<TracedIteration>,
+    pub next: Option<Cursor>,
 }
 
-/// An iteration as the trace tells it: every fit, choice and ruling in the order in which it was made.
+/// An iteration as the trace tells it: fits, choices and rulings in the order in which they were made, of each the last [`MOST_TOLD`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracedIteration {
     pub id: Uuid,
     pub number: u32,
+    pub measurand: Measurand,
     pub measured_at: Option<Timestamp>,
     pub created_at: Timestamp,
-    pub fits: Vec<FitSummary>,
+    pub fits: Vec<TracedFit>,
     pub choices: Vec<Choice>,
     pub rulings: Vec<Ruling>,
     /// What is kept beside the fits, oldest first.
     pub records: Vec<RecordSummary>,
+    pub earlier: Earlier,
 }
 
-/// A fit in the trace.
+/// How many entries of each list stand before those told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Earlier {
+    pub fits: u64,
+    pub choices: u64,
+    pub rulings: u64,
+    pub records: u64,
+}
+
+/// A fit by its figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitSummary {
     pub id: Uuid,
     pub chosen: bool,
     pub figures: Figures,
+    pub event: Event,
+}
+
+/// A fit in the trace.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TracedFit {
+    pub summary: FitSummary,
     /// The answered coefficients, as the JSON array that was answered.
     pub coefficients: String,
-    pub event: Event,
 }

@@ -17,11 +17,13 @@ mod idempotency;
 mod iteration;
 mod job;
 mod live;
+mod measurand;
 mod page;
 mod record;
 mod records;
 mod replay;
 mod repository;
+mod runs;
 mod service;
 mod stream;
 mod streams;
@@ -30,10 +32,14 @@ pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
 pub use draft::{BlockDraft, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use event::{Bells, Happening, JobEvent, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
-pub use idempotency::{Answer, KeyClaim, Receipt, RunningKeys};
-pub use iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling, Trace, TracedIteration};
+pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Receipt, RunningKeys};
+pub use iteration::{
+    Choice, Decision, Earlier, Event, FitSummary, Iteration, MOST_TOLD, NewIteration, NewRun, Ruling, Trace, TracedFit,
+    TracedIteration,
+};
 pub use job::{Job, JobPatch, Update};
 pub use live::{LiveStream, LiveStreams, Slot};
+pub use measurand::{Later, Measurand, side_name};
 pub use page::{Cursor, Page, PageRequest};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};

@@ -8,6 +8,16 @@ use uuid::Uuid;
 pub struct Cursor(pub Uuid);
 
 impl Cursor {
+    /// After the item of this number, where items are known by numbers.
+    pub fn after_number(number: u64) -> Self {
+        Cursor(Uuid::from_u128(number.into()))
+    }
+
+    /// The number of [`Cursor::after_number`]; the greatest for a cursor of another kind, after which nothing comes.
+    pub fn number(self) -> u64 {
+        u64::try_from(self.0.as_u128()).unwrap_or(u64::MAX)
+    }
+
     /// The cursor as it travels.
     pub fn encode(self) -> String {
         self.0.simple().to_string()

@@ -9,8 +9,9 @@ use super::{
     event::JobEvent,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},
-    iteration::{Choice, Iteration, NewIteration, Ruling, Trace},
+    iteration::{Choice, FitSummary, Iteration, NewIteration, NewRun, Ruling, Trace},
     job::{Job, JobPatch},
+    measurand::{Later, Measurand},
     page::{Page, PageRequest},
     record::{Record, RecordKind, RecordSummary},
     stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
@@ -114,7 +115,12 @@ pub trait Repository: Send + Sync + 'static {
     fn insert_iteration(&self, iteration: Arc<NewIteration>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
     fn iteration(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Iteration>;
     fn nodes(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Nodes>;
-    fn trace(&self, job: Uuid) -> RepositoryFuture<'_, Trace>;
+    /// What the nodes of an iteration are of.
+    fn measurand(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Measurand>;
+    /// What was measured after an iteration.
+    fn later(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Later>;
+    /// Iterations by number; a page may hold fewer than its limit where they are big.
+    fn trace(&self, job: Uuid, page: PageRequest) -> RepositoryFuture<'_, Trace>;
 
     fn insert_fit(
         &self,
@@ -124,6 +130,8 @@ pub trait Repository: Send + Sync + 'static {
         receipt: Option<Receipt>,
     ) -> RepositoryFuture<'_, Stored>;
     fn fit(&self, job: Uuid, number: u32, fit: Uuid) -> RepositoryFuture<'_, FitRecord>;
+    /// Fits of an iteration in the order in which they were made.
+    fn fits(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<FitSummary>>;
     /// Records the choice, unless the latest one says the same.
     fn choose(
         &self,
@@ -171,6 +179,15 @@ pub trait Repository: Send + Sync + 'static {
 
     /// The answer kept under an idempotency key, with the digest of its request.
     fn answer(&self, key: String, scope: String) -> RepositoryFuture<'_, Option<([u8; 32], Answer)>>;
+
+    /// Forgets kept answers from before a time, the oldest first, at most so many; answers how many.
+    fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
+
+    /// Stores jobs with their iterations and keeps the receipt, all or nothing.
+    fn insert_runs(&self, runs: Vec<NewRun>, receipt: Option<Receipt>, now: Timestamp) -> RepositoryFuture<'_, Stored>;
+
+    /// Whether anything can be written: writes something small, and answers once it is synced.
+    fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()>;
 
     /// Whether the store answers at all.
     fn ping(&self) -> RepositoryFuture<'_, ()>;

@@ -14,9 +14,10 @@ use super::{
     event::Bells,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, KeyClaim, Receipt},
-    iteration::{Choice, Decision, Event, Iteration, NewIteration, Ruling, Trace},
+    iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling, Trace},
     job::{Job, JobPatch},
     live::LiveStreams,
+    measurand::{Later, Measurand},
     page::{Page, PageRequest},
     record::Record,
     repository::{Precondition, Repository, RepositoryError, Stored},
@@ -72,8 +73,17 @@ impl Jobs {
     }
 
     pub async fn create_job(&self, draft: JobDraft, keyed: Option<Keyed<Job>>) -> Result<Arc<Job>, RepositoryError> {
+        let job = Arc::new(self.new_job(draft));
+        let receipt = keyed.map(|keyed| keyed.receipt(job.clone()));
+        self.repository.insert_job(Job::clone(&job), receipt).await?;
+        self.known.add(job.id);
+        Ok(job)
+    }
+
+    /// A job, before it is stored.
+    pub(super) fn new_job(&self, draft: JobDraft) -> Job {
         let now = self.clock.now();
-        let job = Arc::new(Job {
+        Job {
             id: self.ids.fresh(now),
             name: draft.name,
             part_number: draft.part_number,
@@ -84,11 +94,12 @@ impl Jobs {
             version: 1,
             created_at: now,
             updated_at: now,
-        });
-        let receipt = keyed.map(|keyed| keyed.receipt(job.clone()));
-        self.repository.insert_job(Job::clone(&job), receipt).await?;
-        self.known.add(job.id);
-        Ok(job)
+        }
+    }
+
+    /// Whether anything can be written.
+    pub async fn check_writable(&self) -> Result<(), RepositoryError> {
+        self.repository.check_writable(self.clock.now()).await
     }
 
     /// Newest first.
@@ -140,6 +151,7 @@ impl Jobs {
         NewIteration {
             id: self.ids.fresh(now),
             job_id,
+            measurand: draft.measurand,
             measured_at: draft.measured_at,
             instrument: draft.instrument,
             operator: draft.operator,
@@ -161,6 +173,16 @@ impl Jobs {
 
     pub async fn nodes(&self, job: Uuid, number: u32) -> Result<Nodes, RepositoryError> {
         self.repository.nodes(job, number).await
+    }
+
+    /// What the nodes of an iteration are of.
+    pub async fn measurand(&self, job: Uuid, number: u32) -> Result<Measurand, RepositoryError> {
+        self.repository.measurand(job, number).await
+    }
+
+    /// What was measured after an iteration.
+    pub async fn later(&self, job: Uuid, number: u32) -> Result<Later, RepositoryError> {
+        self.repository.later(job, number).await
     }
 
     /// Stores another fit of stored nodes. It does not stand until it is chosen.
@@ -240,9 +262,19 @@ impl Jobs {
         Ok((nodes, stored))
     }
 
-    /// The whole story of a job.
-    pub async fn trace(&self, job: Uuid) -> Result<Trace, RepositoryError> {
-        self.repository.trace(job).await
+    /// A stored fit in full.
+    pub async fn fit(&self, job: Uuid, number: u32, fit: Uuid) -> Result<FitRecord, RepositoryError> {
+        self.repository.fit(job, number, fit).await
+    }
+
+    /// Fits of an iteration in the order in which they were made.
+    pub async fn fits(&self, job: Uuid, number: u32, page: PageRequest) -> Result<Page<FitSummary>, RepositoryError> {
+        self.repository.fits(job, number, page).await
+    }
+
+    /// A page of the story of a job.
+    pub async fn trace(&self, job: Uuid, page: PageRequest) -> Result<Trace, RepositoryError> {
+        self.repository.trace(job, page).await
     }
 
     /// Refuses a job that does not exist before a fit is computed for it. (The write looks again.)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::iteration::NewIteration;
+use super::{iteration::NewIteration, measurand::Measurand};
 use crate::estimation::Nodes;
 
 /// A stream about to be stored.
@@ -19,6 +19,7 @@ pub struct NewStream {
     pub forgetting_factor: f64,
     /// Digest of the above, with which the chain over blocks begins.
     pub input_sha256: [u8; 32],
+    pub measurand: Measurand,
     pub created_at: Timestamp,
 }
 
@@ -35,6 +36,7 @@ pub struct Stream {
     pub node_count: u64,
     /// Chain of digests: of the spec, then of every block.
     pub input_sha256: [u8; 32],
+    pub measurand: Measurand,
     /// The iteration that it has become.
     pub iteration: Option<u32>,
     /// 1 when created, one more with every block and when it is finished.

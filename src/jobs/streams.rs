@@ -31,6 +31,7 @@ impl Jobs {
             spec: draft.spec,
             forgetting_factor: draft.forgetting_factor,
             input_sha256: draft.input_sha256,
+            measurand: draft.measurand,
             created_at: now,
         });
         let receipt = keyed.map(|keyed| keyed.receipt(stream.clone()));

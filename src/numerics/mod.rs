@@ -14,7 +14,6 @@ pub mod banded;
 pub mod cancel;
 pub mod condition;
 pub mod dd;
-pub mod fisher;
 pub mod givens;
 mod inverse;
 pub mod jacobi;

@@ -27,7 +27,7 @@ pub struct Incoming {
     pub receipt: Option<Receipt>,
 }
 
-/// Rows of one statement: 38 variables each, far below SQLite's 32,766.
+/// Rows of one statement: 35 variables each, far below SQLite's 32,766.
 pub const MOST_ROWS: usize = 64;
 
 /// Stores what can be stored and refuses the rest, in the order given.
@@ -156,7 +156,10 @@ async fn insert(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Result<(), 
             .bind(iteration.instrument.as_deref())
             .bind(iteration.operator.as_deref())
             .bind(iteration.note.as_deref())
-            .bind(time::to_text(iteration.created_at));
+            .bind(time::to_text(iteration.created_at))
+            .bind(iteration.measurand.flank_name())
+            .bind(iteration.measurand.tooth.as_deref())
+            .bind(iteration.measurand.axes.clone());
     }
     for row in rows {
         let count = i64::try_from(row.new.iteration.nodes.posted()).unwrap_or(i64::MAX);
@@ -192,9 +195,12 @@ async fn insert(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Result<(), 
 }
 
 fn insert_sql(rows: usize) -> String {
-    let mut sql = String::with_capacity(512 + rows * 140);
+    let mut sql = String::with_capacity(512 + rows * 150);
     let tables = [
-        ("iterations (seq, id, job, number, measured_at, instrument, operator, note, created_at)", marks(9)),
+        (
+            "iterations (seq, id, job, number, measured_at, instrument, operator, note, created_at, flank, tooth, axes)",
+            marks(12),
+        ),
         ("nodes (iteration, count, data)", marks(3)),
         (
             concat!("fits (seq, id, iteration, reason, created_at, ", rows::figure_columns!(), ", spec, result)"),
@@ -227,7 +233,7 @@ mod tests {
     #[test]
     fn the_widest_statement_stays_within_the_limits() {
         let variables = insert_sql(MOST_ROWS).matches('?').count();
-        assert_eq!(variables, MOST_ROWS * (9 + 3 + 17 + 3));
+        assert_eq!(variables, MOST_ROWS * (12 + 3 + 17 + 3));
         assert!(variables <= 32_766);
     }
 }

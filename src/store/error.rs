@@ -22,6 +22,12 @@ pub enum OpenError {
     /// SQLite's code 8.
     #[error("the database {path} is read-only: the file and its directory must be writable by the user that runs flankfit", path = path.display())]
     ReadOnly { path: PathBuf },
+    /// Another process holds the lock.
+    #[error(
+        "the database {path} is in use: another flankfit writes it (it holds {lock}); stop that one, or name another database with \
+         --database-url", path = path.display(), lock = lock.display()
+    )]
+    InUse { path: PathBuf, lock: PathBuf },
     /// SQLite's code 26.
     #[error("{path} is not an SQLite database", path = path.display())]
     NotADatabase { path: PathBuf },

@@ -4,6 +4,8 @@
 //! together share one transaction and so one sync of the write-ahead log; none is answered before it. Nothing else writes, so no
 //! request can meet a locked database, and what was read inside the transaction still holds when it commits.
 //!
+//! **One process.** A lock beside the database keeps a second writing process away (`lock`).
+//!
 //! **Many readers.** Reads come from a pool of read-only connections; with the write-ahead log they neither wait for the writer nor
 //! hold it up, and each sees one consistent state.
 //!
@@ -16,6 +18,7 @@
 mod backup;
 mod bulk;
 mod error;
+mod lock;
 mod open;
 mod read;
 mod records;

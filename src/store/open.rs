@@ -8,7 +8,7 @@ use sqlx::{
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
 };
 
-use super::{error::OpenError, time};
+use super::error::OpenError;
 
 static MIGRATIONS: Migrator = sqlx::migrate!("./migrations");
 
@@ -37,8 +37,6 @@ const CHECKPOINT_PAGES: &str = "4096";
 const LOG_LIMIT: &str = "67108864";
 /// One prepared statement for each group size is kept, so no group waits for the compiler.
 const WRITER_STATEMENTS: usize = 512;
-/// Kept answers older than this are forgotten at start.
-const ANSWERS_KEPT: jiff::SignedDuration = jiff::SignedDuration::from_hours(30 * 24);
 
 impl StoreSettings {
     /// Settings for a database URL such as `sqlite://flankfit.db`.
@@ -133,16 +131,4 @@ impl StoreSettings {
             .disable_statement_logging()
             .thread_name(|_| "store-write".to_owned())
     }
-}
-
-/// Forgets kept answers that nobody will ask for any more.
-pub(super) async fn forget_old_answers(
-    connection: &mut SqliteConnection,
-    now: jiff::Timestamp,
-) -> Result<(), sqlx::Error> {
-    sqlx::query("DELETE FROM idempotency_keys WHERE created_at < ?")
-        .bind(time::to_text(now - ANSWERS_KEPT))
-        .execute(connection)
-        .await
-        .map(|_| ())
 }

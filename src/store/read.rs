@@ -8,14 +8,14 @@ use uuid::Uuid;
 use super::{
     error::failure,
     records,
-    rows::{self, damaged, figure_columns, get, job_columns},
+    rows::{self, chosen_fit, damaged, figure_columns, get, job_columns},
 };
 use crate::{
     api::nodes_codec,
     estimation::Nodes,
     jobs::{
-        Answer, Choice, Cursor, FitRecord, FitSummary, Iteration, Job, Page, PageRequest, RepositoryError, Ruling,
-        Trace, TracedIteration, What,
+        Answer, Choice, Cursor, Earlier, FitRecord, FitSummary, Iteration, Job, Later, MOST_TOLD, Measurand, Page,
+        PageRequest, RepositoryError, Ruling, Trace, TracedFit, TracedIteration, What,
     },
 };
 
@@ -50,8 +50,7 @@ pub async fn iteration(db: &SqlitePool, job: Uuid, number: u32) -> Read<Iteratio
                 (SELECT count(*) FROM fits WHERE iteration = i.seq)
                 + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
                 + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1,
-                (SELECT f.id FROM fit_choices c JOIN fits f ON f.seq = c.fit
-                 WHERE c.iteration = i.seq ORDER BY c.position DESC LIMIT 1)
+                i.flank, i.tooth, i.axes
          FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = ?",
     )
     .bind(job)
@@ -61,11 +60,18 @@ pub async fn iteration(db: &SqlitePool, job: Uuid, number: u32) -> Read<Iteratio
     .map_err(sql)?;
     let Some(row) = row else { return Err(which_is_missing(&mut db, job).await) };
     let seq: i64 = get(&row, 0)?;
-    let fits = sqlx::query("SELECT id, reason, created_at, spec, result FROM fits WHERE iteration = ? ORDER BY seq")
-        .bind(seq)
-        .fetch_all(&mut *db)
-        .await
-        .map_err(sql)?;
+    let fits = sqlx::query(concat!(
+        "SELECT id, reason, created_at, seq = ",
+        chosen_fit!(),
+        ", count(*) OVER (), ",
+        figure_columns!(),
+        " FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
+    ))
+    .bind(seq)
+    .bind(MOST_TOLD)
+    .fetch_all(&mut *db)
+    .await
+    .map_err(sql)?;
     let ruling = sqlx::query(
         "SELECT decision, reason, created_at FROM decisions WHERE iteration = ? ORDER BY position DESC LIMIT 1",
     )
@@ -77,6 +83,7 @@ pub async fn iteration(db: &SqlitePool, job: Uuid, number: u32) -> Read<Iteratio
         id: get(&row, 1)?,
         job_id: job,
         number,
+        measurand: rows::measurand(&row, 9)?,
         measured_at: rows::optional_moment(&row, 2)?,
         instrument: get(&row, 3)?,
         operator: get(&row, 4)?,
@@ -84,10 +91,43 @@ pub async fn iteration(db: &SqlitePool, job: Uuid, number: u32) -> Read<Iteratio
         created_at: rows::moment(&row, 6)?,
         node_count: rows::unsigned(&row, 7)?,
         version: rows::unsigned(&row, 8)?,
-        chosen: get(&row, 9)?,
-        fits: fits.iter().map(rows::fit).collect::<Read<Vec<_>>>()?,
+        earlier_fits: earlier(&fits, 4)?,
+        fits: fits.iter().rev().map(|row| rows::fit_summary(row, 5)).collect::<Read<Vec<_>>>()?,
         ruling: ruling.as_ref().map(|row| read_ruling(row, 0)).transpose()?,
     })
+}
+
+/// How many rows stand before those read, which are the last; column `at` counts all.
+pub fn earlier(rows: &[SqliteRow], at: usize) -> Read<u64> {
+    let all = rows.first().map_or(Ok(0), |row| rows::unsigned::<u64>(row, at))?;
+    Ok(all.saturating_sub(rows.len() as u64))
+}
+
+/// Fits in the order in which they were made; one row more than asked for tells whether there is a next page.
+pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) -> Read<Page<FitSummary>> {
+    let mut db = db.begin().await.map_err(sql)?;
+    let seq = iteration_seq(&mut db, job, number).await?;
+    let after = page.after.map_or(0, |cursor| i64::try_from(cursor.number()).unwrap_or(i64::MAX));
+    let mut rows = sqlx::query(concat!(
+        "SELECT id, reason, created_at, seq = ",
+        chosen_fit!(),
+        ", seq, ",
+        figure_columns!(),
+        " FROM fits WHERE iteration = ?1 AND seq > ?2 ORDER BY seq LIMIT ?3"
+    ))
+    .bind(seq)
+    .bind(after)
+    .bind(i64::from(page.limit) + 1)
+    .fetch_all(&mut *db)
+    .await
+    .map_err(sql)?;
+    let more = rows.len() > usize::try_from(page.limit).unwrap_or(usize::MAX);
+    rows.truncate(usize::try_from(page.limit).unwrap_or(usize::MAX));
+    let next = match rows.last().filter(|_| more) {
+        Some(last) => Some(Cursor::after_number(rows::unsigned(last, 4)?)),
+        None => None,
+    };
+    Ok(Page { items: rows.iter().map(|row| rows::fit_summary(row, 5)).collect::<Read<Vec<_>>>()?, next })
 }
 
 pub async fn nodes(db: &SqlitePool, job: Uuid, number: u32) -> Read<Nodes> {
@@ -107,20 +147,62 @@ pub async fn nodes(db: &SqlitePool, job: Uuid, number: u32) -> Read<Nodes> {
     }
 }
 
+pub async fn measurand(db: &SqlitePool, job: Uuid, number: u32) -> Read<Measurand> {
+    let mut db = db.acquire().await.map_err(sql)?;
+    let row = sqlx::query(
+        "SELECT i.flank, i.tooth, i.axes FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = ?",
+    )
+    .bind(job)
+    .bind(number)
+    .fetch_optional(&mut *db)
+    .await
+    .map_err(sql)?;
+    match row {
+        Some(row) => rows::measurand(&row, 0),
+        None => Err(which_is_missing(&mut db, job).await),
+    }
+}
+
+/// The first iteration after one, and the first that is of the same flank and tooth. (`IS` takes two that are not told for equal.)
+pub async fn later(db: &SqlitePool, job: Uuid, number: u32) -> Read<Later> {
+    let row = sqlx::query(
+        "SELECT (SELECT min(l.number) FROM iterations l WHERE l.job = i.job AND l.number > i.number),
+                (SELECT l.number FROM iterations l WHERE l.job = i.job AND l.number > i.number AND l.flank IS i.flank
+                 AND l.tooth IS i.tooth ORDER BY l.number LIMIT 1)
+         FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = ?",
+    )
+    .bind(job)
+    .bind(number)
+    .fetch_optional(db)
+    .await
+    .map_err(sql)?;
+    match row {
+        Some(row) => Ok(Later { any: get(&row, 0)?, alike: get(&row, 1)? }),
+        None => Ok(Later::default()),
+    }
+}
+
 pub async fn fit(db: &SqlitePool, job: Uuid, number: u32, fit: Uuid) -> Read<FitRecord> {
     let mut db = db.begin().await.map_err(sql)?;
     let seq = iteration_seq(&mut db, job, number).await?;
-    let row = sqlx::query("SELECT id, reason, created_at, spec, result FROM fits WHERE iteration = ? AND id = ?")
-        .bind(seq)
-        .bind(fit)
-        .fetch_optional(&mut *db)
-        .await
-        .map_err(sql)?;
+    let row = sqlx::query(concat!(
+        "SELECT id, reason, created_at, seq = ",
+        chosen_fit!(),
+        ", spec, result FROM fits WHERE iteration = ?1 AND id = ?2"
+    ))
+    .bind(seq)
+    .bind(fit)
+    .fetch_optional(&mut *db)
+    .await
+    .map_err(sql)?;
     rows::fit(&row.ok_or(RepositoryError::NotFound(What::Fit))?)
 }
 
-/// Four ordered lists, merged: iterations by number, and for each its fits, choices and rulings as they were made.
-pub async fn trace(db: &SqlitePool, id: Uuid) -> Read<Trace> {
+/// Text of coefficients on a page of the trace, beyond the first iteration.
+const MOST_TEXT: usize = 4 << 20;
+
+/// Iterations by number, each with four ordered lists: its fits, choices, rulings and records as they were made.
+pub async fn trace(db: &SqlitePool, id: Uuid, page: PageRequest) -> Read<Trace> {
     let mut db = db.begin().await.map_err(sql)?;
     let row = sqlx::query(concat!("SELECT ", job_columns!(), ", seq FROM jobs WHERE id = ?"))
         .bind(id)
@@ -129,77 +211,87 @@ pub async fn trace(db: &SqlitePool, id: Uuid) -> Read<Trace> {
         .map_err(sql)?
         .ok_or(RepositoryError::NotFound(What::Job))?;
     let job = rows::job(&row)?;
-    let seq: i64 = get(&row, 10)?;
-
-    let mut iterations = Vec::new();
-    let rows =
-        sqlx::query("SELECT seq, id, number, measured_at, created_at FROM iterations WHERE job = ? ORDER BY number")
-            .bind(seq)
-            .fetch_all(&mut *db)
-            .await
-            .map_err(sql)?;
+    let after = page.after.map_or(0, |cursor| i64::try_from(cursor.number()).unwrap_or(i64::MAX));
+    let rows = sqlx::query(
+        "SELECT seq, id, number, measured_at, created_at, flank, tooth, axes FROM iterations WHERE job = ? AND number > ?
+         ORDER BY number LIMIT ?",
+    )
+    .bind(get::<i64>(&row, 10)?)
+    .bind(after)
+    .bind(i64::from(page.limit) + 1)
+    .fetch_all(&mut *db)
+    .await
+    .map_err(sql)?;
+    let (mut iterations, mut text) = (Vec::new(), 0);
+    let mut next = None;
     for row in &rows {
-        let traced = TracedIteration {
-            id: get(row, 1)?,
-            number: rows::unsigned(row, 2)?,
-            measured_at: rows::optional_moment(row, 3)?,
-            created_at: rows::moment(row, 4)?,
-            fits: Vec::new(),
-            choices: Vec::new(),
-            rulings: Vec::new(),
-            records: Vec::new(),
-        };
-        iterations.push((get::<i64>(row, 0)?, traced));
+        let last: Option<&TracedIteration> = iterations.last();
+        if let Some(last) = last.filter(|_| iterations.len() == page.limit as usize || text >= MOST_TEXT) {
+            next = Some(Cursor::after_number(last.number.into()));
+            break;
+        }
+        let iteration = trace_iteration(&mut db, row).await?;
+        text += iteration.fits.iter().map(|fit| fit.coefficients.len()).sum::<usize>();
+        iterations.push(iteration);
     }
-    for (seq, iteration) in &mut iterations {
-        trace_iteration(&mut db, *seq, iteration).await?;
-    }
-    Ok(Trace { job, iterations: iterations.into_iter().map(|(_, iteration)| iteration).collect() })
+    Ok(Trace { job, iterations, next })
 }
 
-async fn trace_iteration(db: &mut SqliteConnection, seq: i64, into: &mut TracedIteration) -> Read<()> {
+async fn trace_iteration(db: &mut SqliteConnection, row: &SqliteRow) -> Read<TracedIteration> {
+    let seq: i64 = get(row, 0)?;
     let choices = sqlx::query(
-        "SELECT f.id, c.reason, c.created_at FROM fit_choices c JOIN fits f ON f.seq = c.fit
-         WHERE c.iteration = ? ORDER BY c.position",
+        "SELECT f.id, c.reason, c.created_at, count(*) OVER () FROM fit_choices c JOIN fits f ON f.seq = c.fit
+         WHERE c.iteration = ? ORDER BY c.position DESC LIMIT ?",
     )
     .bind(seq)
+    .bind(MOST_TOLD)
     .fetch_all(&mut *db)
     .await
     .map_err(sql)?;
-    for row in &choices {
-        into.choices.push(Choice { fit_id: get(row, 0)?, event: rows::event(row, 1)? });
-    }
-    let rulings =
-        sqlx::query("SELECT decision, reason, created_at FROM decisions WHERE iteration = ? ORDER BY position")
-            .bind(seq)
-            .fetch_all(&mut *db)
-            .await
-            .map_err(sql)?;
-    for row in &rulings {
-        into.rulings.push(read_ruling(row, 0)?);
-    }
-    let chosen = into.choices.last().map(|choice| choice.fit_id);
+    let rulings = sqlx::query(
+        "SELECT decision, reason, created_at, count(*) OVER () FROM decisions WHERE iteration = ?
+         ORDER BY position DESC LIMIT ?",
+    )
+    .bind(seq)
+    .bind(MOST_TOLD)
+    .fetch_all(&mut *db)
+    .await
+    .map_err(sql)?;
     let fits = sqlx::query(concat!(
-        "SELECT id, reason, created_at, ",
+        "SELECT id, reason, created_at, seq = ",
+        chosen_fit!(),
+        ", count(*) OVER (), ",
         figure_columns!(),
-        ", result FROM fits WHERE iteration = ? ORDER BY seq"
+        ", result FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
     ))
     .bind(seq)
+    .bind(MOST_TOLD)
     .fetch_all(&mut *db)
     .await
     .map_err(sql)?;
-    for row in &fits {
-        let id = get(row, 0)?;
-        into.fits.push(FitSummary {
-            id,
-            chosen: chosen == Some(id),
-            event: rows::event(row, 1)?,
-            figures: rows::figures(row, 3)?,
-            coefficients: coefficients(get(row, 13)?)?,
-        });
-    }
-    into.records = records::summaries(db, seq).await?;
-    Ok(())
+    let (records, earlier_records) = records::last_summaries(db, seq).await?;
+    let earlier = Earlier {
+        fits: earlier(&fits, 4)?,
+        choices: earlier(&choices, 3)?,
+        rulings: earlier(&rulings, 3)?,
+        records: earlier_records,
+    };
+    let choice = |row: &SqliteRow| Ok(Choice { fit_id: get(row, 0)?, event: rows::event(row, 1)? });
+    let fit = |row: &SqliteRow| {
+        Ok(TracedFit { summary: rows::fit_summary(row, 5)?, coefficients: coefficients(get(row, 15)?)? })
+    };
+    Ok(TracedIteration {
+        id: get(row, 1)?,
+        number: rows::unsigned(row, 2)?,
+        measurand: rows::measurand(row, 5)?,
+        measured_at: rows::optional_moment(row, 3)?,
+        created_at: rows::moment(row, 4)?,
+        fits: fits.iter().rev().map(fit).collect::<Read<Vec<_>>>()?,
+        choices: choices.iter().rev().map(choice).collect::<Read<Vec<_>>>()?,
+        rulings: rulings.iter().rev().map(|row| read_ruling(row, 0)).collect::<Read<Vec<_>>>()?,
+        records,
+        earlier,
+    })
 }
 
 /// The coefficients of an answer, as they were answered.
@@ -240,7 +332,6 @@ fn read_ruling(row: &SqliteRow, at: usize) -> Read<Ruling> {
     Ok(Ruling { decision: rows::decision(row, at)?, event: rows::event(row, at + 1)? })
 }
 
-/// Whether the job or only its iteration does not exist.
 /// The row of an iteration.
 pub async fn iteration_seq(db: &mut SqliteConnection, job: Uuid, number: u32) -> Read<i64> {
     let row =
@@ -256,6 +347,7 @@ pub async fn iteration_seq(db: &mut SqliteConnection, job: Uuid, number: u32) ->
     }
 }
 
+/// Whether the job or only its iteration does not exist.
 async fn which_is_missing(db: &mut SqliteConnection, job: Uuid) -> RepositoryError {
     match sqlx::query("SELECT 1 FROM jobs WHERE id = ?").bind(job).fetch_optional(db).await {
         Ok(Some(_)) => RepositoryError::NotFound(What::Iteration),

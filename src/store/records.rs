@@ -10,7 +10,8 @@ use super::{
     write::{Written, iteration, keep_answer, refuse_taken_key},
 };
 use crate::jobs::{
-    Cursor, Page, PageRequest, Receipt, Record, RecordDraft, RecordKind, RecordSummary, RepositoryError, Stored, What,
+    Cursor, MOST_TOLD, Page, PageRequest, Receipt, Record, RecordDraft, RecordKind, RecordSummary, RepositoryError,
+    Stored, What,
 };
 
 pub async fn insert(
@@ -83,14 +84,20 @@ pub async fn list(
     Ok(Page::of(rows.iter().map(summary).collect::<Result<Vec<_>, _>>()?, page.limit, |record| record.id))
 }
 
-/// All of an iteration, oldest first.
-pub async fn summaries(db: &mut SqliteConnection, iteration: i64) -> Result<Vec<RecordSummary>, RepositoryError> {
-    let rows = sqlx::query("SELECT id, kind, method, created_at FROM records WHERE iteration = ? ORDER BY id")
-        .bind(iteration)
-        .fetch_all(db)
-        .await
-        .map_err(sql)?;
-    rows.iter().map(summary).collect()
+/// The last of an iteration, oldest first, and how many stand before them.
+pub async fn last_summaries(
+    db: &mut SqliteConnection,
+    iteration: i64,
+) -> Result<(Vec<RecordSummary>, u64), RepositoryError> {
+    let rows = sqlx::query(
+        "SELECT id, kind, method, created_at, count(*) OVER () FROM records WHERE iteration = ? ORDER BY id DESC LIMIT ?",
+    )
+    .bind(iteration)
+    .bind(MOST_TOLD)
+    .fetch_all(db)
+    .await
+    .map_err(sql)?;
+    Ok((rows.iter().rev().map(summary).collect::<Result<Vec<_>, _>>()?, read::earlier(&rows, 4)?))
 }
 
 /// The one of a kind that was kept last.

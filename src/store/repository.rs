@@ -10,18 +10,21 @@ use uuid::Uuid;
 use super::{
     bulk::Incoming,
     error::OpenError,
-    open::{self, StoreSettings},
+    lock,
+    open::StoreSettings,
     read, records,
     streams::{self, IncomingBlock, IncomingFinish},
+    write,
     writer::{Message, Outcome, Request, Work, Writer},
 };
 use crate::{
     api::nodes_codec,
     estimation::Nodes,
     jobs::{
-        Answer, Block, Choice, FinishedStream, FitRecord, Iteration, Job, JobEvent, JobPatch, NewBlock, NewFit,
-        NewIteration, NewStream, Page, PageRequest, Precondition, Receipt, Record, RecordKind, RecordSummary,
-        Repository, RepositoryError, RepositoryFuture, Ruling, Stored, Stream, StreamState, Trace,
+        ANSWERS_KEPT, Answer, Block, Choice, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch,
+        Later, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Receipt,
+        Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture, Ruling, Stored, Stream,
+        StreamState, Trace,
     },
     telemetry,
 };
@@ -40,11 +43,13 @@ impl Store {
         // What is measured before there is a recorder is lost.
         telemetry::metrics();
         let path = settings.path();
+        let lock = lock::take(&path).await?;
         let mut connection = settings.open_writer().await?;
-        open::forget_old_answers(&mut connection, now).await.map_err(|source| OpenError::from_sqlx(path, source))?;
+        let forgotten = write::forget_answers(&mut connection, now - ANSWERS_KEPT, i64::MAX).await;
+        forgotten.map_err(|source| OpenError::from_sqlx(path, source))?;
         let readers = settings.open_readers().await?;
         let (writer, incoming) = mpsc::channel(settings.queue.max(1));
-        tokio::spawn(Writer::new(settings, connection, incoming).run());
+        tokio::spawn(Writer::new(settings, connection, lock, incoming).run());
         Ok(Store {
             readers,
             writer,
@@ -155,8 +160,20 @@ impl Repository for Store {
         self.read(read::nodes(&self.readers, job, number))
     }
 
-    fn trace(&self, job: Uuid) -> RepositoryFuture<'_, Trace> {
-        self.read(read::trace(&self.readers, job))
+    fn measurand(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Measurand> {
+        self.read(read::measurand(&self.readers, job, number))
+    }
+
+    fn later(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Later> {
+        self.read(read::later(&self.readers, job, number))
+    }
+
+    fn trace(&self, job: Uuid, page: PageRequest) -> RepositoryFuture<'_, Trace> {
+        self.read(read::trace(&self.readers, job, page))
+    }
+
+    fn fits(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<FitSummary>> {
+        self.read(read::fits(&self.readers, job, number, page))
     }
 
     fn insert_fit(
@@ -261,6 +278,38 @@ impl Repository for Store {
 
     fn answer(&self, key: String, scope: String) -> RepositoryFuture<'_, Option<([u8; 32], Answer)>> {
         self.read(async move { read::answer(&self.readers, &key, &scope).await })
+    }
+
+    fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        let outcome = self.write(Work::ForgetAnswers { before, most });
+        Box::pin(async move {
+            match outcome.await? {
+                Outcome::Forgotten(count) => Ok(count),
+                other => Err(unexpected(&other)),
+            }
+        })
+    }
+
+    fn insert_runs(&self, runs: Vec<NewRun>, receipt: Option<Receipt>, now: Timestamp) -> RepositoryFuture<'_, Stored> {
+        let incoming = |iteration: Arc<NewIteration>| {
+            let nodes = nodes_codec::encode(&iteration.nodes);
+            Incoming { iteration, nodes, receipt: None }
+        };
+        let runs = runs
+            .into_iter()
+            .map(|NewRun { job, iterations }| (job, iterations.into_iter().map(incoming).collect()))
+            .collect();
+        self.write_stored(Work::InsertRuns { runs, receipt, now })
+    }
+
+    fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {
+        let outcome = self.write(Work::Probe { now });
+        Box::pin(async move {
+            match outcome.await? {
+                Outcome::Done => Ok(()),
+                other => Err(unexpected(&other)),
+            }
+        })
     }
 
     fn ping(&self) -> RepositoryFuture<'_, ()> {

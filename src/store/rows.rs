@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use sqlx::{Row, sqlite::SqliteRow};
 
 use super::{error::failure, time};
-use crate::jobs::{Decision, Event, Figures, FitRecord, Job, RepositoryError};
+use crate::jobs::{Decision, Event, Figures, FitRecord, FitSummary, Job, Measurand, RepositoryError};
 
 /// The columns that [`job`] reads.
 macro_rules! job_columns {
@@ -59,15 +59,36 @@ pub fn figures(row: &SqliteRow, at: usize) -> Result<Figures, RepositoryError> {
     })
 }
 
-/// `id, reason, created_at, spec, result`.
+/// The row of the fit that stands, of the iteration that is the statement's first variable.
+macro_rules! chosen_fit {
+    () => {
+        "(SELECT fit FROM fit_choices WHERE iteration = ?1 ORDER BY position DESC LIMIT 1)"
+    };
+}
+pub(super) use chosen_fit;
+
+/// `id, reason, created_at`, whether it stands, `spec, result`.
 pub fn fit(row: &SqliteRow) -> Result<FitRecord, RepositoryError> {
     Ok(FitRecord {
         id: get(row, 0)?,
         reason: get(row, 1)?,
         created_at: moment(row, 2)?,
-        spec: Arc::from(get::<String>(row, 3)?),
-        result: Arc::from(get::<String>(row, 4)?),
+        chosen: get(row, 3)?,
+        spec: Arc::from(get::<String>(row, 4)?),
+        result: Arc::from(get::<String>(row, 5)?),
     })
+}
+
+/// `id, reason, created_at`, whether it stands, and the figures from column `figures_at` on.
+pub fn fit_summary(row: &SqliteRow, figures_at: usize) -> Result<FitSummary, RepositoryError> {
+    Ok(FitSummary { id: get(row, 0)?, event: event(row, 1)?, chosen: get(row, 3)?, figures: figures(row, figures_at)? })
+}
+
+/// `flank, tooth, axes` from column `at` on.
+pub fn measurand(row: &SqliteRow, at: usize) -> Result<Measurand, RepositoryError> {
+    let flank: Option<&str> = get(row, at)?;
+    let axes = get::<Option<String>>(row, at + 2)?.map(Arc::from);
+    Measurand::named(flank, get(row, at + 1)?, axes).ok_or_else(|| damaged("a flank", flank.unwrap_or_default()))
 }
 
 /// `reason, created_at` from column `at` on.

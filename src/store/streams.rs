@@ -45,7 +45,7 @@ pub struct IncomingFinish {
 macro_rules! stream_columns {
     () => {
         "s.id, j.id, s.spec, s.forgetting_factor, s.sequence, s.node_count, s.input_sha256, i.number, s.version, s.created_at,
-         s.updated_at, s.seq, s.job FROM streams s JOIN jobs j ON j.seq = s.job LEFT JOIN iterations i ON i.seq = s.iteration"
+         s.updated_at, s.seq, s.job, s.flank, s.tooth, s.axes FROM streams s JOIN jobs j ON j.seq = s.job LEFT JOIN iterations i ON i.seq = s.iteration"
     };
 }
 
@@ -58,6 +58,7 @@ fn read_stream(row: &sqlx::sqlite::SqliteRow) -> Read<Stream> {
         sequence: rows::unsigned(row, 4)?,
         node_count: rows::unsigned(row, 5)?,
         input_sha256: digest(row, 6)?,
+        measurand: rows::measurand(row, 13)?,
         iteration: get::<Option<u32>>(row, 7)?,
         version: rows::unsigned(row, 8)?,
         created_at: rows::moment(row, 9)?,
@@ -98,8 +99,9 @@ pub async fn insert_stream(
     refuse_taken_key(db, receipt).await?;
     let at = time::to_text(stream.created_at);
     sqlx::query(
-        "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version, created_at, updated_at)
-         VALUES (?, ?, ?, ?, 0, 0, ?, 1, ?, ?)",
+        "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version, created_at, updated_at,
+                              flank, tooth, axes)
+         VALUES (?, ?, ?, ?, 0, 0, ?, 1, ?, ?, ?, ?, ?)",
     )
     .bind(stream.id)
     .bind(job)
@@ -108,6 +110,9 @@ pub async fn insert_stream(
     .bind(stream.input_sha256.as_slice())
     .bind(at.as_str())
     .bind(at.as_str())
+    .bind(stream.measurand.flank_name())
+    .bind(stream.measurand.tooth.as_deref())
+    .bind(stream.measurand.axes.clone())
     .execute(&mut *db)
     .await?;
     let stored = Stored { number: 0, version: 1 };

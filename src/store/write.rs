@@ -8,6 +8,7 @@ use sqlx::{Row, SqliteConnection};
 use uuid::Uuid;
 
 use super::{
+    bulk::{self, Incoming},
     rows::{self, job_columns},
     streams, time,
 };
@@ -249,6 +250,51 @@ pub async fn keep_answer(
     .bind(answer.body)
     .bind(time::to_text(now))
     .execute(&mut *db)
+    .await?;
+    Ok(())
+}
+
+/// Forgets kept answers from before a time, the oldest first, at most so many; answers how many.
+pub async fn forget_answers(db: &mut SqliteConnection, before: Timestamp, most: i64) -> Result<u64, sqlx::Error> {
+    let forgotten = sqlx::query(
+        "DELETE FROM idempotency_keys WHERE seq IN
+         (SELECT seq FROM idempotency_keys WHERE created_at < ? ORDER BY created_at LIMIT ?)",
+    )
+    .bind(time::to_text(before))
+    .bind(most)
+    .execute(db)
+    .await?;
+    Ok(forgotten.rows_affected())
+}
+
+/// Jobs with their iterations.
+pub async fn insert_runs(
+    db: &mut SqliteConnection,
+    runs: &[(Job, Vec<Incoming>)],
+    receipt: Option<&Receipt>,
+    now: Timestamp,
+) -> Written<Stored> {
+    refuse_taken_key(db, receipt).await?;
+    for (job, iterations) in runs {
+        insert_job(db, job, None).await?;
+        let iterations: Vec<&Incoming> = iterations.iter().collect();
+        for stored in bulk::insert_iterations(db, &iterations).await? {
+            // of a job that is there and without a key none is refused; were one, all would be undone
+            stored.map_err(|error| WriteError::Broken(sqlx::Error::Protocol(error.to_string())))?;
+        }
+    }
+    let stored = Stored { number: 0, version: 1 };
+    keep_answer(db, receipt, stored, now).await?;
+    Ok(stored)
+}
+
+/// Writes what nobody reads, to find out whether anything can be written.
+pub async fn probe(db: &mut SqliteConnection, now: Timestamp) -> Written<()> {
+    sqlx::query(
+        "INSERT INTO probe (id, checked_at) VALUES (1, ?) ON CONFLICT (id) DO UPDATE SET checked_at = excluded.checked_at",
+    )
+    .bind(time::to_text(now))
+    .execute(db)
     .await?;
     Ok(())
 }

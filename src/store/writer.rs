@@ -6,7 +6,7 @@
 //! spoils nothing. Should the database refuse a group as a whole (a constraint that the checks did not foresee), each of its
 //! requests is tried again alone, so that only the guilty one fails.
 
-use std::{mem, sync::Arc, time::Instant};
+use std::{fs::File, mem, sync::Arc, time::Instant};
 
 use sqlx::SqliteConnection;
 use tokio::sync::{mpsc, oneshot};
@@ -39,6 +39,9 @@ pub enum Work {
     InsertBlock(IncomingBlock),
     FinishStream(IncomingFinish),
     DeleteStream { id: Uuid, precondition: Precondition, now: jiff::Timestamp },
+    InsertRuns { runs: Vec<(Job, Vec<Incoming>)>, receipt: Option<Receipt>, now: jiff::Timestamp },
+    ForgetAnswers { before: jiff::Timestamp, most: u32 },
+    Probe { now: jiff::Timestamp },
 }
 
 /// What came of it.
@@ -47,6 +50,9 @@ pub enum Outcome {
     Stored(Stored),
     Job(Box<Job>),
     Deleted,
+    /// So many answers.
+    Forgotten(u64),
+    Done,
 }
 
 /// Work and where its outcome goes.
@@ -82,15 +88,23 @@ const REFUSING_CODES: [i32; 3] = [19, 20, 18];
 pub struct Writer {
     settings: StoreSettings,
     connection: SqliteConnection,
+    /// Held as long as this writes.
+    lock: Option<File>,
     incoming: mpsc::Receiver<Message>,
     commit_seconds: metrics::Histogram,
 }
 
 impl Writer {
-    pub fn new(settings: StoreSettings, connection: SqliteConnection, incoming: mpsc::Receiver<Message>) -> Self {
+    pub fn new(
+        settings: StoreSettings,
+        connection: SqliteConnection,
+        lock: Option<File>,
+        incoming: mpsc::Receiver<Message>,
+    ) -> Self {
         Writer {
             settings,
             connection,
+            lock,
             incoming,
             commit_seconds: metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "commit"),
         }
@@ -111,6 +125,7 @@ impl Writer {
         if let Err(error) = sqlx::Connection::close(self.connection).await {
             tracing::warn!(%error, "the database did not close cleanly");
         }
+        drop(self.lock);
         if let Some(closed) = closing {
             let _gone = closed.send(());
         }
@@ -247,6 +262,13 @@ async fn run_single(db: &mut SqliteConnection, work: &Work) -> Option<Result<Out
         Work::DeleteStream { id, precondition, now } => {
             streams::delete_stream(db, *id, precondition, *now).await.map(|()| Outcome::Deleted)
         }
+        Work::InsertRuns { runs, receipt, now } => {
+            write::insert_runs(db, runs, receipt.as_ref(), *now).await.map(Outcome::Stored)
+        }
+        Work::ForgetAnswers { before, most } => {
+            write::forget_answers(db, *before, i64::from(*most)).await.map(Outcome::Forgotten).map_err(WriteError::from)
+        }
+        Work::Probe { now } => write::probe(db, *now).await.map(|()| Outcome::Done),
     })
 }
 
@@ -260,6 +282,10 @@ impl Work {
             Work::InsertBlock(incoming) => incoming.nodes.len() + incoming.block.state.as_ref().map_or(0, Vec::len),
             Work::FinishStream(IncomingFinish { incoming, .. }) => {
                 incoming.nodes.len() + incoming.iteration.fit.computed.result.len()
+            }
+            Work::InsertRuns { runs, .. } => {
+                let size = |new: &Incoming| new.nodes.len() + new.iteration.fit.computed.result.len();
+                runs.iter().flat_map(|(_, iterations)| iterations).map(size).sum()
             }
             _ => 0,
         }

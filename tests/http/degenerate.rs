@@ -47,7 +47,8 @@ async fn no_estimator_takes_rounding_for_a_scale() {
     let mut most = on.clone();
     (most[2], most[7]) = (5.0, -4.0);
     for text in ESTIMATORS {
-        let estimator = json!({"estimator": serde_json::from_str::<Value>(text).unwrap()});
+        let estimator =
+            json!({"estimator": serde_json::from_str::<Value>(text).unwrap(), "include": ["robust_weights"]});
         assert_exact(&fit(&app, &x, &on, 2, estimator.clone()).await, text);
         if !text.contains("trimmed") {
             assert_exact(&fit(&app, &x[..3], &[1.1, 2.3, 2.9], 2, estimator.clone()).await, text);

@@ -116,7 +116,8 @@ async fn stored_fits_keep_their_filters_and_refits_may_have_others() {
     let added = post(&format!("{job}/iterations"), &request).await;
     assert_eq!(added.status, 201, "{}", added.text);
     let place = added.header("location").to_owned();
-    let computed = app.fit(&request.to_string()).await.json();
+    let mut computed = app.fit(&request.to_string()).await.json();
+    computed.as_object_mut().unwrap().remove("spec");
     assert_eq!(added.json()["fits"][0]["result"], computed);
     // the nodes stay as they were posted
     let nodes = send(app.get(&format!("{place}/nodes"))).await.json();

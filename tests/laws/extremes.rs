@@ -140,6 +140,8 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
             lambda_curve: true,
             matrix_b: true,
             ridge_trace: false,
+            robust_weights: true,
+            peaks: true,
         },
     }
 }

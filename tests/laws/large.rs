@@ -114,8 +114,7 @@ fn threads_do_not_change_a_bit() {
     let v: Vec<f64> = (0..count).map(|_| random.between(0.0, 20.0)).collect();
     let z = u.iter().zip(&v).map(|(u, v)| height(*u, *v)).collect();
     let nodes = Nodes::scattered(u, v, z, None).expect("checked nodes");
-    let include =
-        Include { residuals: true, lambda_curve: true, collinearity: true, matrix_b: false, ridge_trace: false };
+    let include = Include { residuals: true, lambda_curve: true, collinearity: true, ..Include::default() };
     let spec = FitSpec { include, ..polynomial(Degree::Both(3), PolynomialBasis::Monomial) };
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");

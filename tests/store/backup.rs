@@ -7,7 +7,7 @@ use flankfit::{
     store::{BackupError, Store, StoreSettings, backup},
 };
 
-use crate::support::Place;
+use crate::support::{Place, WHOLE};
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_backup_under_writing_holds_a_whole_prefix() {
@@ -31,7 +31,7 @@ async fn a_backup_under_writing_holds_a_whole_prefix() {
     assert!(!place.beside("copy.db.partial").exists());
 
     let copy = Store::open(StoreSettings::of_file(&target), place.now()).await.unwrap();
-    let trace = copy.trace(job).await.unwrap();
+    let trace = copy.trace(job, WHOLE).await.unwrap();
     assert!((50..=250).contains(&trace.iterations.len()));
     for (index, iteration) in trace.iterations.iter().enumerate() {
         assert_eq!(usize::try_from(iteration.number).unwrap(), index + 1);

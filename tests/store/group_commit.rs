@@ -6,7 +6,7 @@ use flankfit::jobs::{Answer, Receipt, Repository, RepositoryError, What};
 use sqlx::Row;
 use tokio::task::JoinSet;
 
-use crate::support::Place;
+use crate::support::{Place, WHOLE};
 
 fn receipt(key: &str) -> Receipt {
     Receipt {
@@ -48,7 +48,7 @@ async fn numbers_have_no_gaps_though_some_requests_are_refused() {
     for (job, numbers) in jobs.iter().zip(&numbers) {
         assert!(numbers.iter().copied().eq(1..=100));
         let stored: Vec<u32> =
-            store.trace(*job).await.unwrap().iterations.iter().map(|iteration| iteration.number).collect();
+            store.trace(*job, WHOLE).await.unwrap().iterations.iter().map(|iteration| iteration.number).collect();
         assert!(stored.into_iter().eq(1..=100));
     }
 }
@@ -78,7 +78,7 @@ async fn a_key_stores_once_and_its_answer_outlives_the_process() {
     assert_eq!((digest, answer.status, answer.location.as_deref()), ([7; 32], 201, Some("/there")));
     assert_eq!(answer.body, br#"{"number":1}"#);
     assert_eq!(store.answer("once".into(), "POST /elsewhere".into()).await.unwrap(), None);
-    assert_eq!(store.trace(job).await.unwrap().iterations.len(), 1);
+    assert_eq!(store.trace(job, WHOLE).await.unwrap().iterations.len(), 1);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -128,7 +128,7 @@ async fn another_programs_transaction_is_waited_for() {
     sqlx::query("BEGIN IMMEDIATE").execute(&mut other).await.unwrap();
     let waiting = store.insert_iteration(place.iteration(job), None);
     // Reading goes on while the other program writes.
-    assert_eq!(store.trace(job).await.unwrap().iterations.len(), 0);
+    assert_eq!(store.trace(job, WHOLE).await.unwrap().iterations.len(), 0);
     let count: i64 = sqlx::query("SELECT count(*) FROM iterations").fetch_one(&mut other).await.unwrap().get(0);
     assert_eq!(count, 0);
     sqlx::query("COMMIT").execute(&mut other).await.unwrap();

@@ -11,3 +11,4 @@ mod schema;
 mod streams;
 mod support;
 mod trace;
+mod upkeep;

@@ -1,12 +1,12 @@
 //! Migrations are only ever added, and an older database is brought up to date with what it holds.
 
 use flankfit::{
-    jobs::{RecordKind, Repository},
+    jobs::{Later, Measurand, RecordKind, Repository},
     store::{OpenError, Store, StoreSettings, migrations},
 };
 use sqlx::{ConnectOptions, sqlite::SqliteConnectOptions};
 
-use crate::support::Place;
+use crate::support::{Place, WHOLE};
 
 /// The digests of the migrations as they were released. A changed one would leave databases behind that no version knows:
 /// add a migration instead, and its digest here.
@@ -19,6 +19,7 @@ const RELEASED: &[(i64, &str)] = &[
     (6, "cc6dd44b14efd171f405d92408b60853"),
     (7, "c999530a59e8244e36cabdf414b202a5"),
     (8, "a62ee7e7e83f58a9b79d45b5df032fbf"),
+    (9, "4f8faf8859177de0c69d524013a19f1a"),
 ];
 
 fn hex(bytes: &[u8]) -> String {
@@ -77,7 +78,7 @@ async fn shapes_become_records() {
     place.stored_iteration(&store, job.id).await;
     store.close().await;
     let mut own = place.connect().await;
-    sqlx::raw_sql("DROP TABLE records; DELETE FROM _sqlx_migrations WHERE version >= 8")
+    sqlx::raw_sql("DROP TABLE records; DELETE FROM _sqlx_migrations WHERE version = 8")
         .execute(&mut own)
         .await
         .unwrap();
@@ -101,8 +102,46 @@ async fn shapes_become_records() {
     assert_eq!(back.draft, shape.draft);
     assert_eq!(store.latest_record(job.id, 1, RecordKind::Surface).await.unwrap(), Some(back));
     assert_eq!(store.latest_record(job.id, 1, RecordKind::Curve).await.unwrap(), None);
-    let told = store.trace(job.id).await.unwrap();
+    let told = store.trace(job.id, WHOLE).await.unwrap();
     assert_eq!(told.iterations[0].records.iter().map(|record| record.id).collect::<Vec<_>>(), [shape.id]);
+}
+
+/// Iterations from before have no measurand, and what is written from now on has one.
+#[tokio::test]
+async fn older_iterations_tell_no_flank() {
+    let place = Place::new();
+    let mut old = SqliteConnectOptions::new().filename(place.file()).create_if_missing(true).connect().await.unwrap();
+    migrations().run_to(8, &mut old).await.unwrap();
+    let (job, fit) = (place.job("from before"), place.fit(0.5));
+    let at = "2026-01-02T03:04:05.000006Z";
+    for (sql, id) in [
+        (
+            "INSERT INTO jobs (seq, id, name, tags, version, created_at, updated_at)
+             VALUES (1, ?1, 'w', '{}', 1, ?2, ?2)",
+            job.id,
+        ),
+        ("INSERT INTO iterations (seq, id, job, number, created_at) VALUES (1, ?1, 1, 1, ?2)", fit.id),
+        (
+            "INSERT INTO fits (seq, id, iteration, created_at, spec, result) VALUES (1, ?1, 1, ?2, '{}', '{\"coefficients\":[]}')",
+            fit.id,
+        ),
+        ("INSERT INTO fit_choices (iteration, position, fit, created_at) VALUES (1, 1, 1, ?2)", fit.id),
+        ("INSERT INTO nodes (iteration, count, data) VALUES (1, 0, x'00')", fit.id),
+    ] {
+        sqlx::query(sql).bind(id).bind(at).execute(&mut old).await.unwrap();
+    }
+    sqlx::Connection::close(old).await.unwrap();
+
+    let store = place.open().await;
+    assert_eq!(store.measurand(job.id, 1).await.unwrap(), Measurand::default());
+    assert_eq!(store.iteration(job.id, 1).await.unwrap().measurand, Measurand::default());
+    let (new, stored) = place.stored_iteration(&store, job.id).await;
+    assert_eq!(store.measurand(job.id, stored.number).await.unwrap(), new.measurand);
+    // what one of two tells and the other does not is not the same
+    assert_eq!(store.later(job.id, 1).await.unwrap(), Later { alike: None, any: Some(2) });
+    place.stored_iteration(&store, job.id).await;
+    assert_eq!(store.later(job.id, 2).await.unwrap(), Later { alike: Some(3), any: Some(3) });
+    assert_eq!(store.later(job.id, 3).await.unwrap(), Later::default());
 }
 
 #[tokio::test]

@@ -12,14 +12,17 @@ use std::{
 use flankfit::{
     estimation::Nodes,
     jobs::{
-        Computed, Figures, Ids, Job, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, Record, RecordDraft,
-        RecordKind, Repository, Stored,
+        Computed, Figures, Ids, Job, Measurand, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, PageRequest,
+        Record, RecordDraft, RecordKind, Repository, Stored,
     },
     store::{Store, StoreSettings},
 };
 use jiff::{SignedDuration, Timestamp};
 use sqlx::{ConnectOptions, SqliteConnection, sqlite::SqliteConnectOptions};
 use uuid::Uuid;
+
+/// More than any test stores.
+pub const WHOLE: PageRequest = PageRequest { limit: 1000, after: None };
 
 pub struct Place {
     directory: tempfile::TempDir,
@@ -130,6 +133,7 @@ impl Place {
         Arc::new(NewIteration {
             id: self.id(),
             job_id: job,
+            measurand: Measurand::named(Some("right"), Some("3".to_owned()), Some(Arc::from(r#"{"u":{}}"#))).unwrap(),
             measured_at: Some("2026-11-20T23:00:00Z".parse().unwrap()),
             instrument: Some("CMM".to_owned()),
             operator: None,
@@ -148,6 +152,7 @@ impl Place {
             spec: Arc::from(r#"{"model":{"type":"polynomial","degree":1}}"#),
             forgetting_factor: 1.0,
             input_sha256: [1; 32],
+            measurand: Measurand::named(Some("left"), None, None).unwrap(),
             created_at: self.now(),
         }
     }

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    Choice, Decision, Event, JobPatch, Precondition, Repository, RepositoryError, Ruling, Update, What,
+    Choice, Cursor, Decision, Earlier, Event, JobPatch, MOST_TOLD, PageRequest, Precondition, Repository,
+    RepositoryError, Ruling, Update, What,
 };
 use uuid::Uuid;
 
-use crate::support::{Place, nodes};
+use crate::support::{Place, WHOLE, nodes};
 
 #[tokio::test]
 async fn a_job_comes_back_and_counts_its_changes() {
@@ -37,7 +38,7 @@ async fn only_an_empty_job_is_deleted() {
     assert!(matches!(store.job(empty.id).await, Err(RepositoryError::NotFound(What::Job))));
     let refused = store.delete_job(full.id, Precondition::None).await;
     assert!(matches!(refused, Err(RepositoryError::HasIterations(1))));
-    assert_eq!(store.trace(full.id).await.unwrap().iterations.len(), 1);
+    assert_eq!(store.trace(full.id, WHOLE).await.unwrap().iterations.len(), 1);
 }
 
 #[tokio::test]
@@ -49,11 +50,15 @@ async fn an_iteration_comes_back_bit_for_bit() {
     assert_eq!((stored.number, stored.version), (1, 1));
     let back = store.iteration(job.id, 1).await.unwrap();
     assert_eq!((back.id, back.job_id, back.number, back.version), (new.id, job.id, 1, 1));
+    assert_eq!(back.measurand, new.measurand);
+    assert_eq!(store.measurand(job.id, 1).await.unwrap(), new.measurand);
     assert_eq!((back.measured_at, back.created_at), (new.measured_at, new.created_at));
     assert_eq!((&back.instrument, &back.operator, &back.note), (&new.instrument, &new.operator, &new.note));
-    assert_eq!((back.node_count, back.chosen, back.ruling), (6, new.fit.id, None));
+    assert_eq!((back.node_count, back.fits[0].id, back.ruling), (6, new.fit.id, None));
     assert_eq!(back.fits.len(), 1);
-    assert_eq!((&back.fits[0].result, &back.fits[0].spec), (&new.fit.computed.result, &new.fit.computed.spec));
+    assert_eq!((back.fits[0].chosen, &back.fits[0].figures), (true, &new.fit.computed.figures));
+    let fit = store.fit(job.id, 1, new.fit.id).await.unwrap();
+    assert_eq!((&fit.result, &fit.spec, fit.chosen), (&new.fit.computed.result, &new.fit.computed.spec, true));
     // NaN differs from itself; what is printed does not.
     assert_eq!(format!("{:?}", store.nodes(job.id, 1).await.unwrap()), format!("{:?}", nodes()));
 
@@ -61,7 +66,7 @@ async fn an_iteration_comes_back_bit_for_bit() {
     assert!(matches!(store.iteration(Uuid::nil(), 1).await, Err(RepositoryError::NotFound(What::Job))));
     assert!(matches!(store.nodes(job.id, 2).await, Err(RepositoryError::NotFound(What::Iteration))));
     assert!(matches!(store.fit(job.id, 1, Uuid::nil()).await, Err(RepositoryError::NotFound(What::Fit))));
-    assert!(matches!(store.trace(Uuid::nil()).await, Err(RepositoryError::NotFound(What::Job))));
+    assert!(matches!(store.trace(Uuid::nil(), WHOLE).await, Err(RepositoryError::NotFound(What::Job))));
 }
 
 #[tokio::test]
@@ -90,18 +95,74 @@ async fn the_trace_keeps_every_choice_and_ruling_in_order() {
     let late = store.rule(job.id, 1, late, Precondition::AnyOf(vec![5])).await;
     assert!(matches!(late, Err(RepositoryError::VersionMismatch { current: 6 })));
 
-    let trace = store.trace(job.id).await.unwrap();
+    let trace = store.trace(job.id, WHOLE).await.unwrap();
     assert_eq!(trace.job, job);
     let told = &trace.iterations[0];
-    let fits: Vec<_> = told.fits.iter().map(|fit| (fit.id, fit.chosen, fit.figures.lambda_star)).collect();
+    let fits: Vec<_> =
+        told.fits.iter().map(|fit| &fit.summary).map(|fit| (fit.id, fit.chosen, fit.figures.lambda_star)).collect();
     assert_eq!(fits, [(first.fit.id, true, Some(1e-4)), (second.id, false, Some(0.25))]);
-    assert_eq!(told.fits[1].figures, second.computed.figures);
+    assert_eq!(told.fits[1].summary.figures, second.computed.figures);
     assert_eq!(told.fits[1].coefficients, r#"[{"term":"1","value":0.25}]"#);
-    assert_eq!(told.fits[1].event.reason.as_deref(), Some("more shrinkage"));
+    assert_eq!(told.fits[1].summary.event.reason.as_deref(), Some("more shrinkage"));
     let choices: Vec<_> = told.choices.iter().map(|choice| (choice.fit_id, choice.event.reason.as_deref())).collect();
     assert_eq!(choices, [(first.fit.id, None), (second.id, Some("smoother")), (first.fit.id, Some("back"))]);
     let rulings: Vec<_> = told.rulings.iter().map(|ruling| ruling.decision).collect();
     assert_eq!(rulings, [Decision::Remachine, Decision::Accept]);
-    assert_eq!(store.iteration(job.id, 1).await.unwrap().chosen, first.fit.id);
+    let fits = store.iteration(job.id, 1).await.unwrap().fits;
+    assert_eq!(fits.iter().map(|fit| fit.chosen).collect::<Vec<_>>(), [true, false]);
+    assert!(!store.fit(job.id, 1, second.id).await.unwrap().chosen);
     assert_eq!(store.iteration(job.id, 1).await.unwrap().ruling.unwrap().decision, Decision::Accept);
+}
+
+/// A job with many iterations and an iteration with many fits are read page by page.
+#[tokio::test]
+async fn the_trace_and_the_fits_come_in_pages() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await;
+    for _ in 0..7 {
+        place.stored_iteration(&store, job.id).await;
+    }
+    let (mut numbers, mut after) = (Vec::new(), None);
+    loop {
+        let page = store.trace(job.id, PageRequest { limit: 3, after }).await.unwrap();
+        assert!((1..=3).contains(&page.iterations.len()));
+        numbers.extend(page.iterations.iter().map(|iteration| iteration.number));
+        after = page.next;
+        if after.is_none() {
+            break;
+        }
+    }
+    assert_eq!(numbers, [1, 2, 3, 4, 5, 6, 7]);
+    let beyond = PageRequest { limit: 3, after: Some(Cursor(Uuid::max())) };
+    assert_eq!(store.trace(job.id, beyond).await.unwrap().iterations, []);
+
+    let mut ids = vec![store.iteration(job.id, 2).await.unwrap().fits[0].id];
+    for k in 0..MOST_TOLD + 4 {
+        let fit = Arc::new(place.fit(f64::from(k)));
+        store.insert_fit(job.id, 2, fit.clone(), None).await.unwrap();
+        ids.push(fit.id);
+        let event = Event { reason: Some(k.to_string()), created_at: place.now() };
+        store.choose(job.id, 2, Choice { fit_id: fit.id, event: event.clone() }, Precondition::None).await.unwrap();
+        store.rule(job.id, 2, Ruling { decision: Decision::Accept, event }, Precondition::None).await.unwrap();
+    }
+    let (mut found, mut after) = (Vec::new(), None);
+    loop {
+        let page = store.fits(job.id, 2, PageRequest { limit: 40, after }).await.unwrap();
+        found.extend(page.items.iter().map(|fit| fit.id));
+        after = page.next;
+        if after.is_none() {
+            break;
+        }
+    }
+    assert_eq!(found, ids);
+    // the last ones are told, in order, and the others counted
+    let most = MOST_TOLD as usize;
+    let iteration = store.iteration(job.id, 2).await.unwrap();
+    assert_eq!(iteration.fits.iter().map(|fit| fit.id).collect::<Vec<_>>(), ids[ids.len() - most..]);
+    assert_eq!((iteration.earlier_fits, iteration.fits[most - 1].chosen), (5, true));
+    let told = &store.trace(job.id, WHOLE).await.unwrap().iterations[1];
+    assert_eq!((told.fits.len(), told.choices.len(), told.rulings.len()), (most, most, most));
+    assert_eq!(told.earlier, Earlier { fits: 5, choices: 5, rulings: 4, records: 0 });
+    assert_eq!(told.choices[most - 1].fit_id, ids[ids.len() - 1]);
 }

@@ -17,14 +17,14 @@ use crate::{
     },
     estimation::{
         Faults, FitSpec, Nodes, Plans,
-        spec::{Degree, Model, PolynomialBasis, Regularization, Scaling, Terms},
+        spec::{Degree, Include, Model, PolynomialBasis, Regularization, Scaling, Terms},
         words::entries,
     },
     gear::{
         correction::{self as gear_correction, Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Setting},
         simulation::{Asked, Simulation, Strategy, case, closed_loop},
     },
-    jobs::{IterationDraft, JobDraft, RecordDraft, RecordKind},
+    jobs::{IterationDraft, JobDraft, Measurand, RecordDraft, RecordKind},
 };
 
 /// Most corrections of a run.
@@ -75,7 +75,7 @@ pub struct ClosedLoopBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, exclusive_maximum = 1)]
     pub missing: Option<f64>,
-    /// Whether each run is kept as a job with its iterations and corrections. Default true.
+    /// Whether each run is kept as a job with its iterations and corrections, all in one transaction. Default false.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub store: Option<bool>,
 }
@@ -146,7 +146,7 @@ pub fn simulate(text: &[u8], plans: &Plans) -> Result<Simulated, Problem> {
     let body: ClosedLoopBody = read_json(text)?;
     let (machine, grid) = body.machine().map_err(Problem::invalid)?;
     let strategies = body.strategies().map_err(Problem::invalid)?;
-    let store = body.store.unwrap_or(true);
+    let store = body.store.unwrap_or(false);
     if store && grid.iter().any(|&nodes| nodes < 3) {
         let detail = "each measurement is kept with its surface of second order, which takes 3 × 3 nodes";
         return Err(Problem::invalid(Faults::one("/grid", detail)));
@@ -301,7 +301,8 @@ fn tell(
             round.rms_predicted_um = Some(solution.predicted.rms);
             round.changes = Some(changes);
             if store {
-                let result = correction::write(&solution, None, &canonical::request_sha256(&request))?;
+                let result =
+                    correction::write(&solution, None, &canonical::request_sha256(&request), Include::default())?;
                 let built = Built { method: "matrix".to_owned(), result };
                 record = Some(records::draft(RecordKind::Correction, &request, built)?);
             }
@@ -356,6 +357,7 @@ fn iteration(
     Ok(IterationDraft {
         nodes: Arc::new(nodes),
         computed,
+        measurand: Measurand::default(),
         measured_at: None,
         instrument: Some("simulated probe".to_owned()),
         operator: None,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
+    correction_include::{CorrectionInclude, CorrectionIncludeName},
     correction_request::{self, Read},
     iteration_nodes::Flank,
     registration::IndistinguishableBody,
@@ -13,12 +14,13 @@ use crate::{
         canonical, fit_result::FitResultBody, fit_result_parts::WarningBody, fit_text, json_writer::Json,
         problem::Problem, records::Built,
     },
-    estimation::{FitError, Nodes},
+    estimation::{FitError, Nodes, result::Warning, spec::Include},
     gear::{
         Gear,
         correction::{Change, Correction, Limit, Predicted, Solution, Trust},
         evaluation::flank_surface::FlankFigures,
     },
+    jobs::{Measurand, Record},
 };
 
 /// What is to be changed, and what is expected of it.
@@ -34,9 +36,10 @@ pub struct CorrectionBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trust: Option<TrustBody>,
     /// The fit of all settings without limits, as `POST /v1/fits` answers it: the sensitivity matrix is the measurement matrix, the wanted
-    /// change of each deviation the height.
-    pub result: FitResultBody,
-    /// The fit of the settings that stay free, where some are at their limits.
+    /// change of each deviation the height. Present when `result` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub result: Option<FitResultBody>,
+    /// The fit of the settings that stay free, where some are at their limits. Present when `result` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limited_result: Option<FitResultBody>,
     pub warnings: Vec<WarningBody>,
@@ -54,14 +57,9 @@ pub struct SettingChangeBody {
     /// What is asked for without limits; left out where it is the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unlimited: Option<f64>,
-    /// Of noise and errors of the sensitivity (`response_uncertainty`) together: how far the change lies from what this regularised correction
-    /// is on average, once in three times further. What regularisation takes away on average is not in it but in `bias_bound`: what is
-    /// wanted lies within the sum of both two times in three. Left out at a limit and without degrees of freedom.
+    /// Left out at a limit and without degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
-    /// The part of errors of the sensitivity in it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub response_std_error: Option<f64>,
     /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most the norm
     /// `result.bias.coefficient_norm_limit` (its source stands beside it); left out at a limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -78,10 +76,12 @@ pub struct PredictedBody {
     pub max_um: f64,
     pub rms_before_um: f64,
     pub max_before_um: f64,
-    /// Of every node in the order posted; `null` where undefined.
-    pub deviation_um: Vec<Option<f64>>,
-    /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity leaves.
-    pub uncertainty_um: Vec<Option<f64>>,
+    /// Of every node in the order posted; `null` where undefined. Present when `nodes` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deviation_um: Option<Vec<Option<f64>>>,
+    /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity leaves. Present when `nodes` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertainty_um: Option<Vec<Option<f64>>>,
     /// What the evaluation of the flank says before and after, with a machine; left out where the nodes do not tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FiguresBeforeAfterBody>,
@@ -143,19 +143,37 @@ pub struct TrustBody {
     pub gain: f64,
 }
 
+const FLANK_ASSUMED: &str = "neither the request nor the iteration says which flank was measured: it is taken for a left one; on a right one the changes \
+     that turn the helix have the other sign";
+
 /// Computes a correction by the nodes of an iteration. Processor work.
-pub fn build(text: &[u8], nodes: &Nodes, gear: Option<&Gear>) -> Result<Built, Problem> {
-    let Read { method, asked, flank } = correction_request::read(text, nodes, gear)?.map_err(Problem::invalid)?;
+pub fn build(text: &[u8], nodes: &Nodes, measurand: &Measurand, gear: Option<&Gear>) -> Result<Built, Problem> {
+    let read = correction_request::read(text, nodes, measurand, gear)?.map_err(Problem::invalid)?;
+    let Read { method, asked, flank, flank_assumed, include } = read;
     let correction = Correction::new(asked).map_err(Problem::invalid)?;
-    let solution = correction.solve().map_err(refused)?;
+    let mut solution = correction.solve().map_err(refused)?;
+    if flank_assumed {
+        solution.warnings.push(Warning { code: "flank_assumed", message: FLANK_ASSUMED.to_owned() });
+    }
     let asked = correction.asked();
     let of = |flank: &Flank, deviation: &[f64]| flank.figures(deviation, asked.weight.as_deref()).map(Into::into);
     let figures = flank.and_then(|flank| {
         let (before, after) = (of(&flank, &asked.deviation)?, of(&flank, &solution.predicted.deviation)?);
         Some(FiguresBeforeAfterBody { before, after })
     });
-    let result = write(&solution, figures, &canonical::request_sha256(text))?;
+    let result = write(&solution, figures, &canonical::request_sha256(text), include.fit)?;
     Ok(Built { method: method.to_owned(), result })
+}
+
+/// What is answered to whoever asked for a correction: all that is kept, but for what the request does not include.
+pub fn answered(record: &Record) -> Result<Vec<u8>, Problem> {
+    #[derive(Deserialize)]
+    struct Posted {
+        #[serde(default)]
+        include: Vec<CorrectionIncludeName>,
+    }
+    let posted: Posted = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
+    CorrectionInclude::of(&posted.include).of_result(&record.draft.result).map(String::into_bytes)
 }
 
 /// A fit that was refused, by places in the request.
@@ -170,10 +188,14 @@ fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
 }
 
-/// The answer as JSON; `digest` is that of the request.
-pub fn write(solution: &Solution, figures: Option<FiguresBeforeAfterBody>, digest: &str) -> Result<Vec<u8>, Problem> {
-    let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings, leverage: _, noise: _ } =
-        solution;
+/// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include` that of the fits.
+pub fn write(
+    solution: &Solution,
+    figures: Option<FiguresBeforeAfterBody>,
+    digest: &str,
+    include: Include,
+) -> Result<Vec<u8>, Problem> {
+    let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings } = solution;
     let settings: Vec<SettingChangeBody> = settings.iter().map(SettingChangeBody::from).collect();
     let apart: Vec<IndistinguishableBody> = indistinguishable
         .iter()
@@ -188,7 +210,7 @@ pub fn write(solution: &Solution, figures: Option<FiguresBeforeAfterBody>, diges
         .map(|warning| WarningBody { code: warning.code.into(), message: warning.message.clone() })
         .collect();
     let text = |result| {
-        let text = fit_text::write(result, None, digest).map_err(Problem::internal)?;
+        let text = fit_text::write(result, None, digest, include).map_err(Problem::internal)?;
         String::from_utf8(text).map_err(Problem::internal)
     };
     let mut json = Json::with_capacity(8192 + 48 * predicted.deviation.len());
@@ -215,7 +237,6 @@ impl From<&Change> for SettingChangeBody {
             change: change.change,
             unlimited: Some(change.unlimited).filter(|unlimited| *unlimited != change.change),
             std_error: change.std_error,
-            response_std_error: change.response_std_error,
             bias_bound: change.bias_bound,
             limited: matches!(change.limited, Some(Limit::Min | Limit::Max)),
         }
@@ -230,8 +251,8 @@ impl PredictedBody {
             max_um: predicted.max,
             rms_before_um: predicted.rms_before,
             max_before_um: predicted.max_before,
-            deviation_um: defined(&predicted.deviation),
-            uncertainty_um: defined(&predicted.uncertainty),
+            deviation_um: Some(defined(&predicted.deviation)),
+            uncertainty_um: Some(defined(&predicted.uncertainty)),
             figures,
         }
     }

@@ -6,18 +6,19 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{
-    correction::{CorrectionBody, FlankFiguresBody},
+    correction::{CorrectionBody, FlankFiguresBody, PredictedBody},
+    correction_include::CorrectionInclude,
     correction_request,
-    iteration_nodes::heights,
+    iteration_nodes::deviations,
 };
 use crate::{
-    api::{problem::Problem, text::Moment},
+    api::{measurand::AxesBody, problem::Problem, text::Moment},
     estimation::{FitError, Nodes},
     gear::{
         Gear,
-        correction::{Answer, Correction, Verdict, compare},
+        correction::{Answer, Comparison, DEFAULT_RESPONSE_UNCERTAINTY, Verdict, compare},
     },
-    jobs::Record,
+    jobs::{Measurand, Record},
 };
 
 /// A correction and its answer.
@@ -29,10 +30,11 @@ pub struct KeptCorrectionBody {
     pub method: String,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// As it was posted; what it says node by node when `nodes` was included.
     #[schema(value_type = Object)]
     pub request: serde_json::Value,
     pub result: CorrectionBody,
-    /// What the next iteration measured; left out before there is one.
+    /// What the next iteration of the same flank and tooth measured; left out before there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub answer: Option<MachineAnswerBody>,
     /// Why the next iteration cannot be compared.
@@ -56,21 +58,23 @@ pub struct MachineAnswerBody {
     pub rms_difference_um: f64,
     /// What noise and the uncertainty of the sensitivity let expect of it.
     pub rms_expected_difference_um: f64,
-    /// How much of the predicted change came, without what the noise of the first measurement puts into it through the correction; left out
-    /// where it is not told from none at all (standard error above 0.3).
+    /// How much of the predicted change came; left out where it is not told from none at all (standard error above 0.3).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio: Option<f64>,
-    /// Of the noise of both measurements, and of errors of the sensitivity that its settings have as a whole.
+    /// Of noise, and of errors of the sensitivity that its settings have as a whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio_std_error: Option<f64>,
-    /// Of measured minus predicted against noise and all that errors of the sensitivity explain, and its quantile of 0.999.
+    /// Of measured minus predicted, and its quantile of 0.999.
     pub chi_squared: f64,
     pub chi_squared_limit: f64,
     pub verdict: VerdictName,
     pub sentence: String,
-    /// Of every node; `null` where undefined.
-    pub predicted_um: Vec<Option<f64>>,
-    pub measured_um: Vec<Option<f64>>,
+    /// Of every node; `null` where undefined. Present when `nodes` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_um: Option<Vec<Option<f64>>>,
+    /// Of every node; `null` where undefined. Present when `nodes` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured_um: Option<Vec<Option<f64>>>,
     /// What the evaluation of the measured flank says, beside `result.predicted.figures`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FlankFiguresBody>,
@@ -89,7 +93,7 @@ pub enum VerdictName {
     Stronger,
     /// What came is no multiple of what was predicted.
     Different,
-    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that an answer is not told from none.
+    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that nothing can be told.
     Undecided,
 }
 
@@ -105,15 +109,28 @@ impl From<Verdict> for VerdictName {
     }
 }
 
-/// The parts of a stored result that are looked at again: what was to be changed.
+/// What of a request decides how it is compared.
+#[derive(Deserialize)]
+struct Noise {
+    noise_sigma_um: Option<f64>,
+    response_uncertainty: Option<f64>,
+}
+
+/// The parts of a stored result that are looked at again.
 #[derive(Deserialize)]
 struct Told {
-    settings: Vec<Changed>,
+    predicted: PredictedBody,
+    result: Fitted,
 }
 
 #[derive(Deserialize)]
-struct Changed {
-    change: f64,
+struct Fitted {
+    residuals: Scatter,
+}
+
+#[derive(Deserialize)]
+struct Scatter {
+    sigma: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -121,26 +138,60 @@ struct Written<'a> {
     id: Uuid,
     method: &'a str,
     created_at: Moment,
-    request: &'a RawValue,
-    result: &'a RawValue,
+    request: Box<RawValue>,
+    result: Box<RawValue>,
     #[serde(skip_serializing_if = "Option::is_none")]
     answer: Option<MachineAnswerBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     not_compared: Option<String>,
 }
 
-/// The answer to who asks for a kept correction; `after` is the next iteration with its nodes, `gear` that of the job. Processor work.
+/// Nodes with what they are of.
+pub struct Measured {
+    pub nodes: Nodes,
+    pub measurand: Measurand,
+}
+
+/// What was measured after the corrected iteration.
+pub enum After {
+    Nothing,
+    /// Iterations of other flanks or teeth only; the first of them.
+    Others(u32),
+    /// The first iteration of the same flank and tooth.
+    Same(u32, Measured),
+}
+
+impl Measured {
+    /// µm, positive where material stands out; or why nobody can say.
+    fn deviations(&self) -> Result<Vec<f64>, String> {
+        Ok(deviations(&self.nodes, AxesBody::of(&self.measurand).deviation_factor()?))
+    }
+}
+
+/// The answer to who asks for a kept correction; `gear` is that of the job. Processor work.
 pub fn write(
     record: &Record,
-    before: &Nodes,
-    after: Option<&(u32, Nodes)>,
+    before: &Measured,
+    after: &After,
     gear: Option<&Gear>,
+    include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
-    let raw = |text| serde_json::from_str::<&RawValue>(text).map_err(Problem::internal);
+    let raw = |text| RawValue::from_string(text).map_err(Problem::internal);
     let (answer, not_compared) = match after {
-        None => (None, None),
-        Some((number, nodes)) => match answer(record, before, *number, nodes, gear)? {
-            Ok(answer) => (Some(MachineAnswerBody { figures: figures(record, nodes, gear), ..answer }), None),
+        After::Nothing => (None, None),
+        After::Others(number) => {
+            let of = before.measurand.words();
+            let why = format!("no later iteration says that it is of {of}; the next is iteration {number}");
+            (None, Some(why))
+        }
+        After::Same(number, measured) => match answer(record, before, *number, measured)? {
+            Ok(mut answer) => {
+                answer.figures = figures(record, measured, gear);
+                if !include.nodes {
+                    (answer.predicted_um, answer.measured_um) = (None, None);
+                }
+                (Some(answer), None)
+            }
             Err(why) => (None, Some(why)),
         },
     };
@@ -148,8 +199,8 @@ pub fn write(
         id: record.id,
         method: &record.draft.method,
         created_at: Moment(record.created_at),
-        request: raw(&record.draft.request)?,
-        result: raw(&record.draft.result)?,
+        request: raw(include.of_request(&record.draft.request)?)?,
+        result: raw(include.of_result(&record.draft.result)?)?,
         answer,
         not_compared,
     };
@@ -157,51 +208,48 @@ pub fn write(
 }
 
 /// Figures of the flank that a machine made; `None` for a matrix, whose nodes may lie anywhere.
-fn figures(record: &Record, after: &Nodes, gear: Option<&Gear>) -> Option<FlankFiguresBody> {
-    let read = correction_request::read(record.draft.request.as_bytes(), after, gear).ok()?.ok()?;
+fn figures(record: &Record, after: &Measured, gear: Option<&Gear>) -> Option<FlankFiguresBody> {
+    let Measured { nodes, measurand } = after;
+    let read = correction_request::read(record.draft.request.as_bytes(), nodes, measurand, gear).ok()?.ok()?;
     read.flank?.figures(&read.asked.deviation, read.asked.weight.as_deref()).map(Into::into)
 }
 
 fn answer(
     record: &Record,
-    before: &Nodes,
+    before: &Measured,
     number: u32,
-    after: &Nodes,
-    gear: Option<&Gear>,
+    after: &Measured,
 ) -> Result<Result<MachineAnswerBody, String>, Problem> {
-    if !same_places(before, after) {
+    let noise: Noise = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
+    let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    if !same_places(&before.nodes, &after.nodes) {
         return Ok(Err(format!("iteration {number} has its nodes at other places")));
     }
-    let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
-    let change: Vec<f64> = told.settings.iter().map(|setting| setting.change).collect();
-    // the request says what the sensitivity is, and how the changes follow the noise of the deviations
-    let again = correction_request::read(record.draft.request.as_bytes(), before, gear)?
-        .map_err(FitError::Invalid)
-        .and_then(|read| Ok(Correction::new(read.asked)?))
-        .and_then(|correction| Ok((correction.solve()?, correction)));
-    let (solution, correction) = match again {
-        Ok(again) => again,
-        Err(error) => return Ok(Err(why(error))),
-    };
-    if solution.settings.len() != change.len() {
-        return Ok(Err("the gear of the job has changed since: its machine has other settings".to_owned()));
-    }
-    let Some(noise) = solution.noise else {
+    let Some(noise_sigma) = noise.noise_sigma_um.or(told.result.residuals.sigma) else {
         return Ok(Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned()));
     };
-    let measured = heights(after);
-    let predicted = correction.predict(&change).deviation;
-    match compare(&correction.comparison(&change, solution.leverage, noise, measured.clone())) {
-        Ok(answer) => Ok(Ok(MachineAnswerBody::new(answer, number, &predicted, &measured))),
-        Err(error) => Ok(Err(why(error))),
-    }
-}
-
-/// The first thing that stands in the way.
-fn why(error: FitError) -> String {
-    match error {
-        FitError::Invalid(faults) => faults.list().first().map_or_else(String::new, |fault| fault.detail.clone()),
-        other => other.to_string(),
+    let (before, after) = match (before.deviations(), after.deviations()) {
+        (Ok(before), Ok(after)) => (before, after),
+        (Err(why), _) | (_, Err(why)) => return Ok(Err(why)),
+    };
+    let numbers = |list: Option<Vec<Option<f64>>>| {
+        list.unwrap_or_default().iter().map(|x| x.unwrap_or(f64::NAN)).collect::<Vec<f64>>()
+    };
+    let comparison = Comparison {
+        before,
+        predicted: numbers(told.predicted.deviation_um),
+        measured: after,
+        noise_sigma,
+        uncertainty: Some(numbers(told.predicted.uncertainty_um)),
+        response_uncertainty: noise.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
+    };
+    match compare(&comparison) {
+        Ok(answer) => Ok(Ok(MachineAnswerBody::new(answer, number, &comparison))),
+        Err(FitError::Invalid(faults)) => {
+            let why = faults.list().first().map_or_else(String::new, |fault| fault.detail.clone());
+            Ok(Err(why))
+        }
+        Err(other) => Ok(Err(other.to_string())),
     }
 }
 
@@ -217,7 +265,7 @@ fn same_places(a: &Nodes, b: &Nodes) -> bool {
 }
 
 impl MachineAnswerBody {
-    fn new(answer: Answer, iteration: u32, predicted: &[f64], measured: &[f64]) -> Self {
+    fn new(answer: Answer, iteration: u32, comparison: &Comparison) -> Self {
         let defined = |list: &[f64]| list.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
         MachineAnswerBody {
             iteration,
@@ -234,8 +282,8 @@ impl MachineAnswerBody {
             chi_squared_limit: answer.chi_squared_limit,
             verdict: answer.verdict.into(),
             sentence: answer.sentence,
-            predicted_um: defined(predicted),
-            measured_um: defined(measured),
+            predicted_um: Some(defined(&comparison.predicted)),
+            measured_um: Some(defined(&comparison.measured)),
             figures: None,
         }
     }

@@ -4,24 +4,27 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    iteration_nodes::{self, Flank},
+    correction_include::{CorrectionInclude, CorrectionIncludeName},
+    iteration_nodes::{self, Coordinates, Flank},
     profile_axis::ProfileAxisName,
     trace::SideName,
 };
 use crate::{
     api::{
         fit_fields,
-        fit_spec::{IncludeName, RegularizationBody, ScalingName},
+        fit_spec::{RegularizationBody, ScalingName},
+        measurand::AxesBody,
         reader::{Fields, ReadError, read_part, read_rows},
     },
     estimation::{Faults, Nodes, spec::Scaling, words::entries},
     gear::{
         Gear, Side,
         correction::{
-            Asked, DEFAULT_RESPONSE_UNCERTAINTY, Damping, ResponseErrors, Setting,
+            Asked, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Setting,
             machine::{Machine, Ranges},
         },
     },
+    jobs::{Measurand, side_name},
 };
 
 // Declared for the document; `read` reads it.
@@ -47,9 +50,6 @@ pub struct CorrectionRequestBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1)]
     pub response_uncertainty: Option<f64>,
-    /// How errors of the sensitivity matrix hang together. Default `independent`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub response_errors: Option<ResponseErrorsName>,
     /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for, so that repeated corrections converge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub regularization: Option<RegularizationBody>,
@@ -60,8 +60,9 @@ pub struct CorrectionRequestBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub coefficient_norm_limit: Option<f64>,
+    /// What is answered only when asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub include: Option<Vec<IncludeName>>,
+    pub include: Option<Vec<CorrectionIncludeName>>,
 }
 
 /// What a unit of each setting does to each node: as a matrix, or by a machine for cylindrical gears that is known here.
@@ -80,10 +81,10 @@ pub struct SensitivityBody {
     /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a gear.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub machine: Option<MachineName>,
-    /// With `machine`: the flank that was measured. Default `left`.
+    /// With `machine`: the flank that was measured. By default that of the iteration, and `left` (warning `flank_assumed`) where it tells none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
-    /// With `machine`: what u of the nodes is. Default `roll_length`.
+    /// With `machine`: what u of the nodes is. By default what the iteration's axes say, else `roll_length`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile_axis: Option<ProfileAxisName>,
     /// With `machine`: what crownings refer to. By default what the nodes span.
@@ -102,26 +103,6 @@ pub struct LimitsBody {
     pub min: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-}
-
-/// How errors of a sensitivity matrix hang together, for the standard errors of the changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = ResponseErrors)]
-pub enum ResponseErrorsName {
-    /// Each entry has one of its own: they average out over many nodes.
-    Independent,
-    /// Each setting has one, as a scale that is wrong: its whole column is too large or too small by the same share.
-    PerSetting,
-}
-
-impl From<ResponseErrorsName> for ResponseErrors {
-    fn from(name: ResponseErrorsName) -> Self {
-        match name {
-            ResponseErrorsName::Independent => ResponseErrors::Independent,
-            ResponseErrorsName::PerSetting => ResponseErrors::PerSetting,
-        }
-    }
 }
 
 /// A machine that grinds cylindrical gears.
@@ -144,14 +125,13 @@ impl From<MachineName> for Machine {
     }
 }
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 10] = [
     "sensitivity",
     "limits",
     "weight",
     "target_um",
     "noise_sigma_um",
     "response_uncertainty",
-    "response_errors",
     "regularization",
     "scaling",
     "coefficient_norm_limit",
@@ -165,22 +145,33 @@ pub struct Read {
     pub asked: Asked,
     /// The flank that the nodes lie on, where the sensitivity is that of a machine.
     pub flank: Option<Flank>,
+    /// Nobody said which flank it is.
+    pub flank_assumed: bool,
+    pub include: CorrectionInclude,
 }
 
-/// Reads a request for the nodes of an iteration and the gear of its job.
-pub fn read(text: &[u8], nodes: &Nodes, gear: Option<&Gear>) -> Result<Result<Read, Faults>, ReadError> {
+/// Reads a request for the nodes of an iteration, which are of `measurand`, and the gear of its job.
+pub fn read(
+    text: &[u8],
+    nodes: &Nodes,
+    measurand: &Measurand,
+    gear: Option<&Gear>,
+) -> Result<Result<Read, Faults>, ReadError> {
     let mut faults = Faults::default();
     let fields = Fields::of_request(text, &KEYS, &mut faults)?;
-    let spec = fit_fields::read(&fields, None, &mut faults);
+    let spec = fit_fields::read(&fields.without("include"), None, &mut faults);
+    let include: Option<Vec<CorrectionIncludeName>> = part(&fields, "include", &mut faults);
+    let include = CorrectionInclude::of(&include.unwrap_or_default());
     let limits: Option<Vec<Option<LimitsBody>>> = part(&fields, "limits", &mut faults);
     let weight: Option<Vec<f64>> = part(&fields, "weight", &mut faults);
     let target: Option<Vec<f64>> = part(&fields, "target_um", &mut faults);
     let noise_sigma: Option<f64> = part(&fields, "noise_sigma_um", &mut faults);
     let response: Option<f64> = part(&fields, "response_uncertainty", &mut faults);
-    let errors: Option<ResponseErrorsName> = part(&fields, "response_errors", &mut faults);
+    let factor = AxesBody::of(measurand).deviation_factor();
+    let factor = factor.map_err(|why| faults.push("/sensitivity", why)).unwrap_or(1.0);
     let known = fields
         .required("sensitivity", "", &mut faults)
-        .and_then(|slice| sensitivity(slice, nodes, gear, &mut faults).or_else(|| none(&mut faults)));
+        .and_then(|slice| sensitivity(slice, nodes, measurand, gear, &mut faults).or_else(|| none(&mut faults)));
     let (Some(spec), Some(mut known)) = (spec, known) else { return Ok(Err(faults)) };
     if let Some(limits) = limits {
         if limits.len() != known.settings.len() {
@@ -201,11 +192,16 @@ pub fn read(text: &[u8], nodes: &Nodes, gear: Option<&Gear>) -> Result<Result<Re
         noise_sigma,
         coefficient_norm_limit: spec.coefficient_norm_limit,
         response_uncertainty: response.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
-        response_errors: errors.map_or_else(ResponseErrors::default, Into::into),
-        include: spec.include,
-        ..Asked::new(iteration_nodes::heights(nodes), known.matrix, known.settings)
+        include: include.fit,
+        ..Asked::new(iteration_nodes::deviations(nodes, factor), known.matrix, known.settings)
     };
-    Ok(faults.into_result(Read { method: known.name, asked, flank: known.flank }))
+    Ok(faults.into_result(Read {
+        method: known.name,
+        asked,
+        flank: known.flank,
+        flank_assumed: known.flank_assumed,
+        include,
+    }))
 }
 
 fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
@@ -225,9 +221,16 @@ struct Known {
     settings: Vec<Setting>,
     matrix: Vec<f64>,
     flank: Option<Flank>,
+    flank_assumed: bool,
 }
 
-fn sensitivity(slice: &[u8], nodes: &Nodes, gear: Option<&Gear>, faults: &mut Faults) -> Option<Known> {
+fn sensitivity(
+    slice: &[u8],
+    nodes: &Nodes,
+    measurand: &Measurand,
+    gear: Option<&Gear>,
+    faults: &mut Faults,
+) -> Option<Known> {
     const AT: &str = "/sensitivity";
     const MATRIX: [&str; 3] = ["settings", "units", "matrix"];
     const MACHINE: [&str; 5] = ["machine", "flank", "profile_axis", "profile_diameter_range_mm", "helix_range_mm"];
@@ -241,7 +244,7 @@ fn sensitivity(slice: &[u8], nodes: &Nodes, gear: Option<&Gear>, faults: &mut Fa
     if faults.count() > before {
         return None;
     }
-    if mine == "machine" { of_machine(&fields, nodes, gear, faults) } else { of_matrix(&fields, faults) }
+    if mine == "machine" { of_machine(&fields, nodes, measurand, gear, faults) } else { of_matrix(&fields, faults) }
 }
 
 fn of_matrix(fields: &Fields<'_>, faults: &mut Faults) -> Option<Known> {
@@ -264,21 +267,38 @@ fn of_matrix(fields: &Fields<'_>, faults: &mut Faults) -> Option<Known> {
     }
     let unit = |j: usize| units.as_ref().map_or("", |units| &units[j]).to_owned();
     let settings = names.into_iter().enumerate().map(|(j, name)| Setting::free(name, unit(j))).collect();
-    (faults.count() == before).then_some(Known { name: "matrix", settings, matrix, flank: None })
+    (faults.count() == before).then_some(Known { name: "matrix", settings, matrix, flank: None, flank_assumed: false })
 }
 
-fn of_machine(fields: &Fields<'_>, nodes: &Nodes, gear: Option<&Gear>, faults: &mut Faults) -> Option<Known> {
+fn of_machine(
+    fields: &Fields<'_>,
+    nodes: &Nodes,
+    measurand: &Measurand,
+    gear: Option<&Gear>,
+    faults: &mut Faults,
+) -> Option<Known> {
     let asked = |key: &str| fields.get(key).map(|slice| (slice, format!("/sensitivity/{key}")));
     let (slice, at) = asked("machine")?;
     let machine: Machine = read_part::<MachineName>(slice, &at, faults)?.into();
-    let side: Side = match asked("flank") {
-        Some((slice, at)) => read_part::<SideName>(slice, &at, faults)?.into(),
-        None => Side::Left,
+    let side: Option<Side> = match asked("flank") {
+        Some((slice, at)) => Some(read_part::<SideName>(slice, &at, faults)?.into()),
+        None => None,
     };
-    let axis: ProfileAxisName = match asked("profile_axis") {
-        Some((slice, at)) => read_part(slice, &at, faults)?,
-        None => ProfileAxisName::default(),
+    let axis: Option<ProfileAxisName> = match asked("profile_axis") {
+        Some((slice, at)) => Some(read_part(slice, &at, faults)?),
+        None => None,
     };
+    let before = faults.count();
+    if let (Some(asked), Some(measured)) = (side, measurand.flank)
+        && asked != measured
+    {
+        let detail = format!("the iteration is of {}, not of the {} one", measurand.words(), side_name(asked));
+        faults.push("/sensitivity/flank", detail);
+    }
+    let coordinates = coordinates(axis, &AxesBody::of(measurand), faults);
+    let coordinates = coordinates.filter(|_| faults.count() == before)?;
+    let flank_assumed = side.is_none() && measurand.flank.is_none();
+    let side = side.or(measurand.flank).unwrap_or(Side::Left);
     let diameters: Option<[f64; 2]> = match asked("profile_diameter_range_mm") {
         Some((slice, at)) => Some(read_part(slice, &at, faults)?),
         None => None,
@@ -291,7 +311,7 @@ fn of_machine(fields: &Fields<'_>, nodes: &Nodes, gear: Option<&Gear>, faults: &
         faults.push("/sensitivity/machine", "the job has no `gear`, whose flanks the machine would grind");
         return None;
     };
-    let places = iteration_nodes::places(nodes, gear, side, axis).map_err(|more| faults.append(more)).ok()?;
+    let places = iteration_nodes::places(nodes, gear, side, coordinates).map_err(|more| faults.append(more)).ok()?;
     let mut ranges: Ranges = iteration_nodes::ranges(&places, gear);
     if let Some(diameters) = diameters {
         match diameters.map(|diameter| gear.roll_length(diameter)) {
@@ -306,7 +326,23 @@ fn of_machine(fields: &Fields<'_>, nodes: &Nodes, gear: Option<&Gear>, faults: &
     let asked = [diameters.is_some(), helix.is_some()];
     let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, asked)));
     let flank = Some(Flank { gear: gear.clone(), side, places, ranges });
-    found.ok().map(|found| Known { name: machine.name(), settings: found.settings, matrix: found.matrix, flank })
+    let found = found.ok()?;
+    Some(Known { name: machine.name(), settings: found.settings, matrix: found.matrix, flank, flank_assumed })
+}
+
+/// What u and v of the iteration are: by what is asked, else by its axes, else roll lengths and z in mm.
+fn coordinates(asked: Option<ProfileAxisName>, axes: &AxesBody, faults: &mut Faults) -> Option<Coordinates> {
+    let told = axes.profile().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;
+    let v = axes.along().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;
+    match (asked, told) {
+        (Some(asked), Some((told, _))) if asked != told => {
+            let detail = format!("u of the iteration is `{}`, as its axes say", told.name());
+            faults.push("/sensitivity/profile_axis", detail);
+            None
+        }
+        (_, Some((profile, u))) => Some(Coordinates { profile, u, v }),
+        (asked, None) => Some(Coordinates { profile: asked.unwrap_or_default(), u: 1.0, v }),
+    }
 }
 
 /// Faults of a machine's sensitivity by places in the request, one for each place; `asked` says which ranges are in it.

@@ -16,6 +16,7 @@ use crate::{
     api::{
         canonical,
         json_writer::{Json, Object},
+        measurand::refuse_other_flanks,
         problem::Problem,
         records::Built,
     },
@@ -26,6 +27,7 @@ use crate::{
         registration::{Registering, register},
         trace::Direction,
     },
+    jobs::Measurand,
 };
 
 /// Deviations, everything in the order of the points; `null` stands for an undefined one.
@@ -75,11 +77,20 @@ pub struct StrayBody {
     pub reason: String,
 }
 
-/// Answers a request; `own` is the gear of the job that the points belong to. Processor work.
-pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
+/// Answers a request; `own` is the gear of the job and `of` what the iteration that the points belong to measured. Processor work.
+pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
     let mut faults = Faults::default();
     let asked = deviations_request::read(text, &mut faults)?;
     let Some(asked) = asked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
+    if let Some(of) = of {
+        match &asked.given {
+            Given::Points { touches, .. } => {
+                refuse_other_flanks(of, touches.iter().filter_map(|touch| touch.side), "/flanks")
+            }
+            Given::Grid(grid) => refuse_other_flanks(of, [grid.flank.into()].into_iter(), "/grid/flank"),
+        }
+        .map_err(Problem::invalid)?;
+    }
     let Some(gear) = asked.gear.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
@@ -109,7 +120,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
             let registering = Registering { motions, pivot: *pivot, weight: None, spec: &asked.spec };
             let found = register(&reference, &deviations, &registering).map_err(registration::refused)?;
             write(&mut object, gear, &found.deviations, asked.borders);
-            let found = registration::text(&found, &canonical::request_sha256(text))?;
+            let found = registration::text(&found, &canonical::request_sha256(text), asked.spec.include)?;
             object.raw("registration", &found);
         }
     }

@@ -11,13 +11,14 @@ use super::{
     trace::{KindName, SideName},
 };
 use crate::{
-    api::{problem::Problem, reader::read_json, records::Built},
+    api::{measurand::refuse_other_flanks, problem::Problem, reader::read_json, records::Built},
     estimation::Faults,
     gear::{
         Gear,
         evaluation::{self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, TraceSurface, Twist},
         tolerance::Class,
     },
+    jobs::Measurand,
 };
 
 /// What traces say.
@@ -165,9 +166,13 @@ pub struct TraceSurfaceBody {
     pub peak_to_valley_um: f64,
 }
 
-/// Evaluates the traces of a request; `own` is the gear of the job that they belong to. Processor work.
-pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
+/// Evaluates the traces of a request; `own` is the gear of the job and `of` what the iteration that they belong to measured. Processor work.
+pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
     let body: EvaluateBody = read_json(text)?;
+    if let Some(of) = of {
+        let sides = body.traces.iter().map(|trace| trace.flank.into());
+        refuse_other_flanks(of, sides, "/traces").map_err(Problem::invalid)?;
+    }
     let asked = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
     let Some(gear) = asked.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));

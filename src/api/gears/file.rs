@@ -12,13 +12,18 @@ use super::{
     trace::SideName,
 };
 use crate::{
-    api::problem::Problem,
+    api::{
+        measurand::{AxesBody, MeasurandBody, PositiveName, known_axis},
+        problem::Problem,
+        text::{SHORT, ShortText},
+    },
     estimation::{Faults, Nodes},
     formats::{
         FileError, Notes,
         gear_file::{self, GearFile},
     },
     gear::{Gear, Side, Trace, deviation::Deviations},
+    jobs::Measurand,
 };
 
 /// What is said of a file beside it: the part `spec` of the form.
@@ -158,13 +163,30 @@ impl FlankNodes {
     /// As nodes of a fit; along the one coordinate that varies where all lie on one line.
     pub fn nodes(&self) -> Result<Nodes, Problem> {
         let column = |c: usize| self.places.iter().map(|place| place[c]).collect::<Vec<f64>>();
-        let varies = |c: usize| self.places.iter().any(|place| place[c] != self.places[0][c]);
-        let nodes = match (varies(0), varies(1)) {
+        let nodes = match (self.varies(0), self.varies(1)) {
             (true, false) => Nodes::curve(column(0), column(2), None),
             (false, true) => Nodes::curve(column(1), column(2), None),
             _ => Nodes::scattered(column(0), column(1), column(2), None),
         };
         nodes.map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))
+    }
+
+    fn varies(&self, c: usize) -> bool {
+        self.places.iter().any(|place| place[c] != self.places[0][c])
+    }
+
+    /// What these nodes are of: the file says it.
+    pub fn measurand(&self) -> Result<Measurand, Faults> {
+        let along_profile = known_axis("roll_length", "mm", None);
+        let along_helix = known_axis("face_width", "mm", None);
+        let height = known_axis("deviation", "um", Some(PositiveName::MaterialOut));
+        let axes = match (self.varies(0), self.varies(1)) {
+            (true, false) => AxesBody { x: along_profile, y: height, ..AxesBody::default() },
+            (false, true) => AxesBody { x: along_helix, y: height, ..AxesBody::default() },
+            _ => AxesBody { u: along_profile, v: along_helix, z: height, ..AxesBody::default() },
+        };
+        let tooth: String = self.tooth.chars().filter(|c| !c.is_control()).take(SHORT).collect();
+        MeasurandBody { flank: Some(self.side.into()), tooth: ShortText::new(&tooth), axes: Some(axes) }.checked(None)
     }
 }
 

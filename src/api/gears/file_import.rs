@@ -38,6 +38,7 @@ pub fn draft(
     let read = file::read(content, name, &spec, gear)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
+    let measurand = flank.measurand().map_err(Problem::invalid)?;
     let (computed, told) = surface(&nodes, plans)?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let mut of = format!("{} flank of tooth {}{told}, imported from {name}", file::word(flank.side), flank.tooth);
@@ -60,6 +61,7 @@ pub fn draft(
     Ok(IterationDraft {
         nodes: Arc::new(nodes),
         computed,
+        measurand,
         measured_at: None,
         instrument: None,
         operator: None,

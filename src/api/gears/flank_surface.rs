@@ -21,7 +21,7 @@ use crate::{
         reader::{Fields, read_part},
         records::Built,
     },
-    estimation::{Faults, FitError, words::entries},
+    estimation::{Faults, FitError, spec::Include, words::entries},
     gear::{
         Gear,
         evaluation::{
@@ -178,8 +178,10 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         sign: sign.map_or(SlopeSign::Din, Into::into),
         spec,
     };
+    let include = settings.spec.include;
     let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
-    Ok(Built { method: "second_order_surface".to_owned(), result: write(&found, &canonical::request_sha256(text))? })
+    let result = write(&found, &canonical::request_sha256(text), include)?;
+    Ok(Built { method: "second_order_surface".to_owned(), result })
 }
 
 fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
@@ -214,8 +216,8 @@ fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
 }
 
-fn write(found: &FlankSurface, digest: &str) -> Result<Vec<u8>, Problem> {
-    let text = fit_text::write(&found.result, None, digest).map_err(Problem::internal)?;
+fn write(found: &FlankSurface, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
+    let text = fit_text::write(&found.result, None, digest, include).map_err(Problem::internal)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     let mut json = Json::with_capacity(2048 + text.len());
     let mut object = json.object();

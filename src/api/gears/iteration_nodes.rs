@@ -13,8 +13,17 @@ use crate::{
     },
 };
 
-/// Heights in the order posted, row by row of a grid; NaN where missing.
-pub fn heights(nodes: &Nodes) -> Vec<f64> {
+/// Deviations in µm, positive where material stands out, in the order posted, row by row of a grid; NaN where missing. `factor` makes them of
+/// the heights.
+pub fn deviations(nodes: &Nodes, factor: f64) -> Vec<f64> {
+    let mut heights = heights(nodes);
+    if factor != 1.0 {
+        heights.iter_mut().for_each(|z| *z *= factor);
+    }
+    heights
+}
+
+fn heights(nodes: &Nodes) -> Vec<f64> {
     match nodes {
         Nodes::Curve(nodes) => nodes.y.clone(),
         Nodes::Scattered(nodes) => nodes.z.clone(),
@@ -36,8 +45,18 @@ pub fn weights(nodes: &Nodes) -> Option<Vec<f64>> {
     }
 }
 
+/// What u and v of nodes on a flank are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coordinates {
+    pub profile: ProfileAxisName,
+    /// What u is multiplied with to be in the unit of that.
+    pub u: f64,
+    /// What v is multiplied with to be z in mm.
+    pub v: f64,
+}
+
 /// Where on the flank of a gear the nodes lie; a fault at `/sensitivity` where nobody can say.
-pub fn places(nodes: &Nodes, gear: &Gear, side: Side, axis: ProfileAxisName) -> Result<Vec<FlankNode>, Faults> {
+pub fn places(nodes: &Nodes, gear: &Gear, side: Side, of: Coordinates) -> Result<Vec<FlankNode>, Faults> {
     let pairs: Vec<(f64, f64)> = match nodes {
         Nodes::Scattered(nodes) => nodes.u.iter().copied().zip(nodes.v.iter().copied()).collect(),
         Nodes::Grid(grid) => grid.u.iter().flat_map(|u| grid.v.iter().map(|v| (*u, *v))).collect(),
@@ -49,8 +68,8 @@ pub fn places(nodes: &Nodes, gear: &Gear, side: Side, axis: ProfileAxisName) -> 
     let (count, mut below) = (pairs.len(), 0usize);
     let mut places = Vec::with_capacity(count);
     for (u, z) in pairs {
-        match ProfileAxis::from(axis).roll_length(gear, axis.value(u)) {
-            Some(roll_length) => places.push(FlankNode { side, roll_length, z }),
+        match ProfileAxis::from(of.profile).roll_length(gear, of.profile.value(of.u * u)) {
+            Some(roll_length) => places.push(FlankNode { side, roll_length, z: of.v * z }),
             None => below += 1,
         }
     }

@@ -5,6 +5,7 @@ pub mod closed_loop;
 pub mod correction;
 pub mod correction_answer;
 pub mod correction_csv;
+pub mod correction_include;
 pub mod correction_request;
 pub mod deviations;
 pub mod deviations_request;

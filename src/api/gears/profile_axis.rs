@@ -20,6 +20,15 @@ pub enum ProfileAxisName {
 }
 
 impl ProfileAxisName {
+    /// The contract's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            ProfileAxisName::RollLength => "roll_length",
+            ProfileAxisName::RollAngle => "roll_angle",
+            ProfileAxisName::Diameter => "diameter",
+        }
+    }
+
     /// A value of the wire as the domain has it.
     pub fn value(self, x: f64) -> f64 {
         if self == ProfileAxisName::RollAngle { x.to_radians() } else { x }

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use crate::{
     api::{fit_result::FitResultBody, fit_result_parts::WarningBody, fit_text, json_writer::Json, problem::Problem},
-    estimation::FitError,
+    estimation::{FitError, spec::Include},
     gear::registration::Registration,
 };
 
@@ -73,7 +73,7 @@ pub fn refused(error: FitError) -> Problem {
 }
 
 /// The registration as JSON; `digest` is that of the request.
-pub fn text(found: &Registration, digest: &str) -> Result<String, Problem> {
+pub fn text(found: &Registration, digest: &str, include: Include) -> Result<String, Problem> {
     let motions: Vec<MotionBody> = found
         .motions
         .iter()
@@ -101,7 +101,7 @@ pub fn text(found: &Registration, digest: &str) -> Result<String, Problem> {
         .map(|warning| WarningBody { code: warning.code.into(), message: warning.message.clone() })
         .collect();
     let fit = |result| {
-        let text = fit_text::write(result, None, digest).map_err(Problem::internal)?;
+        let text = fit_text::write(result, None, digest, include).map_err(Problem::internal)?;
         String::from_utf8(text).map_err(Problem::internal)
     };
     let mut json = Json::with_capacity(8192);

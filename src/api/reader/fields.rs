@@ -41,6 +41,11 @@ impl<'a> Fields<'a> {
         self.entries.iter().find(|(known, _)| *known == key).map(|(_, slice)| *slice)
     }
 
+    /// The same without a field, which is read otherwise.
+    pub fn without(&self, key: &str) -> Self {
+        Fields { entries: self.entries.iter().copied().filter(|(known, _)| *known != key).collect() }
+    }
+
     /// The text of a field of the object at `at` that must be there.
     pub fn required(&self, key: &str, at: &str, faults: &mut Faults) -> Option<&'a [u8]> {
         let slice = self.get(key);

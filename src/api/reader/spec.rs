@@ -8,7 +8,7 @@ use super::{
     request::{read_object, read_part},
 };
 use crate::{
-    api::fit_spec::*,
+    api::{fit_spec::*, fit_spec_json::include},
     estimation::{Faults, FitSpec, spec, words::Shown},
 };
 
@@ -199,14 +199,7 @@ fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncer
 }
 
 fn read_include(slice: &[u8], faults: &mut Faults) -> Option<spec::Include> {
-    let names: Vec<IncludeName> = read_part(slice, "/include", faults)?;
-    Some(spec::Include {
-        residuals: names.contains(&IncludeName::Residuals),
-        collinearity: names.contains(&IncludeName::Collinearity),
-        lambda_curve: names.contains(&IncludeName::LambdaCurve),
-        matrix_b: names.contains(&IncludeName::MatrixB),
-        ridge_trace: names.contains(&IncludeName::RidgeTrace),
-    })
+    read_part::<Vec<IncludeName>>(slice, "/include", faults).map(|names| include(&names))
 }
 
 /// −0 as 0: the digest does not tell them apart, so nothing else may.

@@ -423,6 +423,8 @@ proptest! {
                 lambda_curve: include & 4 > 0,
                 matrix_b: include & 8 > 0,
                 ridge_trace: include & 8 > 0,
+                robust_weights: include & 2 > 0,
+                peaks: include & 1 > 0,
             },
             ..FitSpec::new(
                 [

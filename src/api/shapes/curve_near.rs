@@ -102,7 +102,8 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveAske
     let mut texts = Vec::with_capacity(results.len());
     for (result, heights) in results.iter().zip(&columns.values) {
         let nodes = Nodes::curve(parameters.clone(), heights.clone(), weight.clone()).map_err(Problem::invalid)?;
-        let text = fit_text::write(result, None, &canonical::input_sha256(&nodes, spec)).map_err(Problem::internal)?;
+        let digest = canonical::input_sha256(&nodes, spec);
+        let text = fit_text::write(result, None, &digest, spec.include).map_err(Problem::internal)?;
         texts.push(String::from_utf8(text).map_err(Problem::internal)?);
     }
     let mut json = Json::with_capacity(1024 + texts.iter().map(String::len).sum::<usize>());

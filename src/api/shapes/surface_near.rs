@@ -53,7 +53,8 @@ pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base
     let Some(Shape::Surface(shape)) = near::shape_of(&spec, &result) else {
         return Err(Problem::internal("a fit of a B-spline surface is none"));
     };
-    let text = fit_text::write(&result, None, &canonical::input_sha256(nodes, &spec)).map_err(Problem::internal)?;
+    let text = fit_text::write(&result, None, &canonical::input_sha256(nodes, &spec), spec.include)
+        .map_err(Problem::internal)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     let mut json = Json::with_capacity(text.len() + 40 * result.coefficients.len());
     let mut object = json.object();

@@ -120,7 +120,10 @@ impl<W: Write> Story<'_, W> {
         };
         let mut body = request.clone();
         if let Some(object) = body.as_object_mut() {
-            object.retain(|key, _| !["nodes", "measured_at", "instrument", "operator", "note"].contains(&key.as_str()));
+            object.retain(|key, _| {
+                !["nodes", "flank", "tooth", "axes", "measured_at", "instrument", "operator", "note"]
+                    .contains(&key.as_str())
+            });
             object.insert("regularization".into(), with_criterion(object.get("regularization"), criterion));
             object.insert("reason".into(), format!("what {criterion} makes of it").into());
         }

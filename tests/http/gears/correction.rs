@@ -36,7 +36,7 @@ async fn a_correction_is_kept_and_compared_with_the_next_measurement() {
     let first = flank(|u, v| 8.0 * (u - 9.0) / 3.0 - 5.0 * (v - 7.5) / 6.5 + form(u, v));
     assert_eq!(send(app.post(&place, first.to_string())).await.status, 201);
     assert_eq!(send(app.get(&format!("{place}/1/correction"))).await.status, 404);
-    let request = json!({"sensitivity": sensitivity(), "noise_sigma_um": 0.2, "response_uncertainty": 0.02});
+    let request = json!({"sensitivity": sensitivity(), "noise_sigma_um": 0.2, "response_uncertainty": 0.02, "include": ["nodes"]});
     let kept = send(app.post(&format!("{place}/1/correction"), request.to_string())).await;
     assert_eq!(kept.status, 201, "{}", kept.text);
     let correction = kept.json();
@@ -46,8 +46,18 @@ async fn a_correction_is_kept_and_compared_with_the_next_measurement() {
     assert!(predicted["rms_before_um"].as_f64().unwrap() > 5.0 && predicted["rms_um"].as_f64().unwrap() < 0.3);
     assert!(correction["settings"][0]["std_error"].as_f64().unwrap() > 0.0);
     assert_eq!(predicted["deviation_um"].as_array().unwrap().len(), 20);
-    let before = send(app.get(&format!("{place}/1/correction"))).await.json();
-    assert_eq!(before["result"], correction);
+    let before = send(app.get(&format!("{place}/1/correction?include=nodes"))).await.json();
+    assert_eq!((&before["result"], &before["request"]), (&correction, &request));
+    // what is kept is all of it; what is answered is what is asked for
+    let short = send(app.get(&format!("{place}/1/correction"))).await.json();
+    assert!(short["result"]["predicted"].get("deviation_um").is_none() && short["result"].get("result").is_none());
+    assert!(short["request"]["sensitivity"].get("matrix").is_none(), "{}", short["request"]);
+    let whole = send(app.get(&format!("{place}/1/correction?include=nodes,result"))).await.json();
+    assert_eq!(whole["result"]["result"]["residuals"]["count"], 20);
+    let record = send(app.get(&format!("{place}/1/records/{}?include=nodes", before["id"].as_str().unwrap()))).await;
+    assert_eq!(record.json()["result"], correction);
+    let wrong = send(app.get(&format!("{place}/1/correction?include=residuals"))).await;
+    assert_eq!(wrong.pointers(), ["/include"]);
     assert_eq!((before.get("answer"), before.get("not_compared")), (None, None));
 
     // the machine answers with half of it
@@ -76,7 +86,9 @@ async fn limits_hold_and_machines_are_known() {
         (&correction["settings"][0]["limited"], &correction["settings"][1]["limited"]),
         (&json!(true), &json!(false))
     );
-    let ground = send(app.post(&path, examples("create_iteration_correction")[0].1.to_string())).await;
+    let mut request = examples("create_iteration_correction")[0].1.clone();
+    request["include"] = json!(["result"]);
+    let ground = send(app.post(&path, request.to_string())).await;
     assert_eq!(ground.status, 201, "{}", ground.text);
     let ground = ground.json();
     assert_eq!(ground["settings"].as_array().unwrap().len(), 7);
@@ -204,14 +216,35 @@ async fn the_closed_loop_is_a_job_and_least_squares_runs_away() {
         (json!({"setting_error": [1.0, 1.0, 1.0, 1e200, 1.0, 1.0]}), "/setting_error/3"),
         (json!({"matrix": tilts, "settings": ["a", "b"], "grid": [3, 3]}), "/setting_error"),
         (json!({"matrix": tilts, "settings": ["a", "a"], "grid": [3, 3], "setting_error": [1.0, 1.0]}), "/settings/1"),
-        (json!({"matrix": vec![[1.0]; 4], "settings": ["a"], "grid": [2, 2], "setting_error": [1.0]}), "/grid"),
         (
-            json!({"matrix": tilts, "settings": ["a", "b"], "grid": [3, 3], "setting_error": [1.0, 1.0], "missing": 0.7}),
+            json!({"matrix": vec![[1.0]; 4], "settings": ["a"], "grid": [2, 2], "setting_error": [1.0], "store": true}),
+            "/grid",
+        ),
+        (
+            json!({"matrix": tilts, "settings": ["a", "b"], "grid": [3, 3], "setting_error": [1.0, 1.0], "missing": 0.7, "store": true}),
             "/missing",
         ),
     ] {
         assert_eq!(pointers(&app, "/v1/simulations/closed-loop", &body).await, [pointer], "{body}");
     }
+    // nobody who does not ask for it leaves a job behind; who asks with a key twice leaves it once
+    let jobs = async || send(app.get("/v1/jobs")).await.json()["items"].as_array().unwrap().len();
+    let before = jobs().await;
+    taken(&app, "/v1/simulations/closed-loop", &json!({"seed": 1})).await;
+    assert_eq!(jobs().await, before);
+    let keyed = async |key: &str, body: &Value| {
+        send(app.post("/v1/simulations/closed-loop", body.to_string()).header("Idempotency-Key", key)).await
+    };
+    let kept = json!({"seed": 2, "corrections": 1, "store": true});
+    let first = keyed("loop", &kept).await;
+    let again = keyed("loop", &kept).await;
+    assert_eq!((first.status.as_u16(), &again.text), (200, &first.text));
+    assert_eq!(again.header("idempotency-replayed"), "true");
+    assert_eq!(jobs().await, before + 2);
+    keyed("loop", &json!({"seed": 3})).await.problem(422, "idempotency_key_reused");
+    let dry = keyed("dry", &json!({"seed": 3})).await;
+    assert_eq!(keyed("dry", &json!({"seed": 3})).await.text, dry.text);
+    assert_eq!(jobs().await, before + 2);
     // what is missing of a machine of one's own
     let body = json!({"matrix": [[1.0]]});
     assert_eq!(pointers(&app, "/v1/simulations/closed-loop", &body).await, ["/settings", "/grid", "/setting_error"]);

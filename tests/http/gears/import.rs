@@ -24,6 +24,11 @@ pub fn file(undefined: bool) -> Vec<u8> {
 
 /// The same with some teeth's names only.
 fn file_of(undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
+    file_of_flank(true, undefined, wanted)
+}
+
+/// The same of either flank.
+pub fn file_of_flank(left: bool, undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
     let base = 52.0 * 20f64.to_radians().cos();
     let roll = |d: f64| 0.5 * (d * d - base * base).sqrt();
     let (from, to) = (roll(50.156), roll(54.2));
@@ -33,11 +38,11 @@ fn file_of(undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
     for (tooth, index, d) in [("1f", 1, 51.0), ("1", 2, 51.898), ("1k", 3, 53.0)] {
         let values = (0..SAMPLES).map(|k| Some(-tilt(roll(d), at(k, 0.0, 15.0)))).collect();
         let section = (roll(d) * 1000.0).round() / 1000.0;
-        traces.push(Trace { tooth: tooth.into(), left: true, profile: false, index, section, values });
+        traces.push(Trace { tooth: tooth.into(), left, profile: false, index, section, values });
     }
     for (tooth, index, z) in [("1u", 1, 1.0), ("1", 2, 7.5), ("1o", 3, 14.0)] {
         let values = (0..SAMPLES).map(|k| (!(undefined && k % 17 == 5)).then(|| -tilt(at(k, from, to), z))).collect();
-        traces.push(Trace { tooth: tooth.into(), left: true, profile: true, index, section: z, values });
+        traces.push(Trace { tooth: tooth.into(), left, profile: true, index, section: z, values });
     }
     traces.retain(|trace| wanted(trace));
     let mut lines = Lines::new(&Style::default(), "MK");

@@ -1,6 +1,7 @@
 //! Gears over real HTTP.
 
 mod correction;
+mod correction_flank;
 mod evaluation;
 mod exchange;
 mod import;

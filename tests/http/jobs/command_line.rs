@@ -2,7 +2,10 @@
 
 use std::{path::Path, process::Command};
 
-use flankfit::store::{Store, StoreSettings};
+use flankfit::{
+    jobs::PageRequest,
+    store::{Store, StoreSettings},
+};
 
 use super::app::TestApp;
 
@@ -32,7 +35,7 @@ async fn a_backup_is_made_while_the_service_runs() {
 
     let store = Store::open(StoreSettings::of_file(&copy), jiff::Timestamp::UNIX_EPOCH).await.unwrap();
     let id = job.rsplit('/').next().unwrap().parse().unwrap();
-    let trace = flankfit::jobs::Repository::trace(&store, id).await.unwrap();
+    let trace = flankfit::jobs::Repository::trace(&store, id, PageRequest { limit: 50, after: None }).await.unwrap();
     assert_eq!(trace.iterations.len(), 1);
     store.close().await;
     app.stop().await;

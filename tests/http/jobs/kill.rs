@@ -122,8 +122,14 @@ async fn what_was_answered_survives_being_killed() {
 
 /// Everything answered is there as it was answered, and the numbers have no gap.
 async fn check(client: &Client, base: &str, job: &str, answered: &[Value], checked: &mut usize) {
-    let trace = send(client.get(format!("{base}{job}/trace"))).await.expect(200).json();
-    let iterations = trace["iterations"].as_array().unwrap();
+    let mut iterations = Vec::new();
+    let mut cursor = String::new();
+    loop {
+        let trace = send(client.get(format!("{base}{job}/trace?limit=200{cursor}"))).await.expect(200).json();
+        iterations.extend(trace["iterations"].as_array().unwrap().iter().cloned());
+        let Some(next) = trace["next_cursor"].as_str() else { break };
+        cursor = format!("&cursor={next}");
+    }
     for (index, iteration) in iterations.iter().enumerate() {
         assert_eq!(iteration["number"], index + 1);
         assert_eq!((&iteration["fits"][0]["chosen"], iteration["fits"].as_array().unwrap().len()), (&json!(true), 1));
@@ -131,8 +137,9 @@ async fn check(client: &Client, base: &str, job: &str, answered: &[Value], check
     assert!(iterations.len() >= answered.len());
     for told in &answered[*checked..] {
         let number = told["number"].as_u64().unwrap();
-        let stored = send(client.get(format!("{base}{job}/iterations/{number}"))).await.expect(200).json();
-        assert_eq!(stored, *told);
+        let fit = &told["fits"][0];
+        let place = format!("{base}{job}/iterations/{number}/fits/{}", fit["id"].as_str().unwrap());
+        assert_eq!(send(client.get(place)).await.expect(200).json(), *fit);
     }
     *checked = answered.len();
 }

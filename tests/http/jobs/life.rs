@@ -1,7 +1,9 @@
 //! The whole life of a job, with a restart in the middle of it.
 
 use flankfit::api::{
-    job_iterations::IterationBody, job_iterations::IterationFitBody, job_trace::TraceBody, jobs::JobBody,
+    job_iterations::{IterationBody, IterationFitBody, NewIterationBody},
+    job_trace::TraceBody,
+    jobs::JobBody,
 };
 use reqwest::{
     Method,
@@ -31,21 +33,37 @@ async fn a_job_from_creation_to_acceptance() {
     // The first iteration: nodes and fit.
     let first = app.post(&format!("{job}/iterations"), &iteration()).await.expect(201);
     assert_eq!(first.header("location"), Some(format!("{job}/iterations/1").as_str()));
-    let body: IterationBody = serde_json::from_str(&first.text).unwrap();
+    let body: NewIterationBody = serde_json::from_str(&first.text).unwrap();
     assert_eq!((body.number, body.node_count, body.fits.len()), (1, 45, 1));
     assert!(body.fits[0].chosen);
+    let created_text = first.text.clone();
     let first = first.json();
     assert_eq!(serde_json::to_value(body).unwrap(), first);
     assert_eq!(first["measured_at"], "2026-11-21T08:30:00.000000Z");
     let place = format!("{job}/iterations/1");
-    assert_eq!(app.get(&place).await.expect(200).json(), first);
+    // Looked at again it names its fit by its figures; the fit itself is answered in full, byte for byte.
+    let seen = app.get(&place).await.expect(200);
+    let body: IterationBody = serde_json::from_str(&seen.text).unwrap();
+    assert_eq!(serde_json::to_value(body).unwrap(), seen.json());
+    let mut named = seen.json();
+    let figures = named["fits"][0].take();
+    named["fits"][0] = first["fits"][0].clone();
+    assert_eq!(named, first);
+    assert_eq!(figures.get("result"), None);
+    assert_eq!(figures["rms"], first["fits"][0]["result"]["residuals"]["rms"]);
+    let fit = format!("{place}/fits/{}", first["fits"][0]["id"].as_str().unwrap());
+    let full = app.get(&fit).await.expect(200);
+    assert!(created_text.contains(&full.text), "{}", full.text);
     // The stored answer is the one that POST /v1/fits gives.
     let mut plain = iteration();
     for extra in ["measured_at", "instrument", "operator", "note"] {
         plain.as_object_mut().unwrap().remove(extra);
     }
     let computed = app.post("/v1/fits", &plain).await.expect(200);
-    assert_eq!(computed.json(), first["fits"][0]["result"]);
+    let mut computed = computed.json();
+    assert_eq!(computed["spec"], first["fits"][0]["spec"]);
+    computed.as_object_mut().unwrap().remove("spec");
+    assert_eq!(computed, first["fits"][0]["result"]);
 
     // Another λ*, and the choice of it.
     let request = json!({
@@ -166,8 +184,9 @@ async fn nodes_come_back_as_json_and_as_csv() {
     assert_eq!((&added["number"], &added["node_count"]), (&json!(2), &json!(44)));
     assert_eq!(added["operator"], "J. Doe");
     let (grid, scattered) = (app.get(&place).await.json(), added);
-    let value = |iteration: &Value| iteration["fits"][0]["result"]["coefficients"][0]["value"].as_f64().unwrap();
-    assert!((value(&grid) / value(&scattered) - 1.0).abs() < 1e-6);
+    let value = |fit: &Value| fit["result"]["coefficients"][0]["value"].as_f64().unwrap();
+    let grid = app.get(&format!("{place}/fits/{}", grid["fits"][0]["id"].as_str().unwrap())).await.expect(200).json();
+    assert!((value(&grid) / value(&scattered["fits"][0]) - 1.0).abs() < 1e-6);
     app.stop().await;
 }
 

@@ -117,7 +117,8 @@ async fn fits_of_b_splines_are_shapes() {
     let app = TestApp::start().await;
     let model = json!({"type": "b_spline", "degree": 2, "knots": [0, 0, 0, 2, 4, 4, 4]});
     let place = stored_iteration(&app, line(), model).await;
-    let result = send(app.get(&place)).await.json()["fits"][0]["result"].clone();
+    let id = send(app.get(&place)).await.json()["fits"][0]["id"].as_str().unwrap().to_owned();
+    let result = send(app.get(&format!("{place}/fits/{id}"))).await.json()["result"].clone();
     let controls: Vec<_> = result["coefficients"].as_array().unwrap().iter().map(|c| c["value"].clone()).collect();
     assert_eq!(result["curve"]["control_points"], json!(controls));
     assert_eq!(result["curve"]["knots"], json!([0.0, 0.0, 0.0, 2.0, 4.0, 4.0, 4.0]));

@@ -1,0 +1,285 @@
+//! What nodes are of, as it is written: the flank, the tooth, and what the axes mean.
+//!
+//! Quantities and units may be words of the caller's own. Only those known here are ever reckoned with; where a known one is needed
+//! and another is told, the request is refused.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    fit_spec::present,
+    gears::{profile_axis::ProfileAxisName, trace::SideName},
+    reader::Extra,
+    text::ShortText,
+};
+use crate::{
+    estimation::{Faults, Nodes},
+    gear::{Gear, Side, evaluation::Position},
+    jobs::{Measurand, side_name},
+};
+
+/// What the nodes are of. A fit does not depend on it; whatever is made of a stored iteration does.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeasurandBody {
+    /// The flank that was measured.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured, as on traces: its number from 1, or a name.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
+    pub tooth: Option<ShortText>,
+    /// What the axes of the nodes mean.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
+}
+
+impl Extra for MeasurandBody {
+    const KEYS: &'static [&'static str] = &["flank", "tooth", "axes"];
+}
+
+/// What the axes of nodes mean: `u`, `v` and `z` of a surface, `x` and `y` of a curve, `y` of a measurement matrix.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Axes, example = json!({
+    "u": {"quantity": "roll_length", "unit": "mm"},
+    "v": {"quantity": "face_width", "unit": "mm"},
+    "z": {"quantity": "deviation", "unit": "um", "positive": "material_out"}
+}))]
+pub struct AxesBody {
+    /// First abscissa of a surface.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub u: Option<AxisBody>,
+    /// Second abscissa of a surface.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub v: Option<AxisBody>,
+    /// Heights of a surface.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub z: Option<AxisBody>,
+    /// Abscissa of a curve.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub x: Option<AxisBody>,
+    /// Heights of a curve or of a measurement matrix.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub y: Option<AxisBody>,
+}
+
+/// What the numbers of an axis mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Axis)]
+pub struct AxisBody {
+    /// `roll_length` (with the unit `deg`: the roll angle), `diameter`, `face_width`, `deviation`, or a word of your own.
+    #[schema(value_type = String, min_length = 1, max_length = 200, example = "deviation")]
+    pub quantity: ShortText,
+    /// `mm`, `um`, `deg`, or a word of your own.
+    #[schema(value_type = String, min_length = 1, max_length = 200, example = "um")]
+    pub unit: ShortText,
+    /// Of heights: what a positive one means. Default `material_out`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub positive: Option<PositiveName>,
+}
+
+/// What a positive height means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = PositiveHeight)]
+pub enum PositiveName {
+    /// Material stands out.
+    MaterialOut,
+    /// Material is missing.
+    MaterialIn,
+}
+
+/// Words that mean a unit known here, and how that is written.
+const SPELLED: [(&str, &[&str]); 3] = [
+    ("um", &["µm", "μm", "micron", "microns", "micrometer", "micrometre"]),
+    ("mm", &["millimeter", "millimetre"]),
+    ("deg", &["°", "degree", "degrees"]),
+];
+/// Quantities that are lengths and never angles.
+const LENGTHS: [&str; 2] = ["diameter", "face_width"];
+
+impl MeasurandBody {
+    /// The domain's form, after a look at the kind of nodes where it is known.
+    pub fn checked(&self, nodes: Option<&Nodes>) -> Result<Measurand, Faults> {
+        let mut faults = Faults::default();
+        if let Some(axes) = &self.axes {
+            axes.check(nodes, &mut faults);
+        }
+        // Texts only, which can always be written.
+        let axes = self.axes.as_ref().and_then(|axes| serde_json::to_string(axes).ok()).map(Arc::from);
+        let tooth = self.tooth.clone().map(String::from);
+        faults.into_result(Measurand { flank: self.flank.map(Into::into), tooth, axes })
+    }
+}
+
+impl AxesBody {
+    /// What is stored with a measurand. (What was written here can be read.)
+    pub fn of(measurand: &Measurand) -> Self {
+        measurand.axes.as_deref().and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default()
+    }
+
+    fn named(&self) -> [(&'static str, Option<&AxisBody>); 5] {
+        let AxesBody { u, v, z, x, y } = self;
+        [("u", u.as_ref()), ("v", v.as_ref()), ("z", z.as_ref()), ("x", x.as_ref()), ("y", y.as_ref())]
+    }
+
+    fn check(&self, nodes: Option<&Nodes>, faults: &mut Faults) {
+        let (kind, known): (&str, &[&str]) = match nodes {
+            Some(Nodes::Curve(_)) => ("curve", &["x", "y"]),
+            Some(Nodes::Matrix(_)) => ("matrix", &["y"]),
+            Some(Nodes::Scattered(_)) => ("scattered", &["u", "v", "z"]),
+            Some(Nodes::Grid(_)) => ("grid", &["u", "v", "z"]),
+            None => ("", &["u", "v", "z", "x", "y"]),
+        };
+        for (name, axis) in self.named() {
+            let Some(axis) = axis else { continue };
+            let at = format!("/axes/{name}");
+            if !known.contains(&name) {
+                faults.push(&at, format!("nodes of type `{kind}` have no `{name}`; they have {}", known.join(", ")));
+            }
+            if axis.positive.is_some() && !["z", "y"].contains(&name) {
+                faults.push(format!("{at}/positive"), "it belongs to heights, `z` or `y`");
+            }
+            let (quantity, unit) = (axis.quantity.as_str(), axis.unit.as_str());
+            if let Some((right, _)) = SPELLED.iter().find(|(_, others)| others.contains(&unit)) {
+                faults.push(format!("{at}/unit"), format!("write `{right}`, by which this unit is known"));
+            }
+            if LENGTHS.contains(&quantity) && unit == "deg" {
+                faults.push(format!("{at}/unit"), format!("`{quantity}` is a length; write `mm` or `um`"));
+            }
+        }
+    }
+
+    /// What a height is multiplied with to be a deviation in µm, positive where material stands out: 1 where nothing is told.
+    pub fn deviation_factor(&self) -> Result<f64, String> {
+        let Some(axis) = self.z.as_ref().or(self.y.as_ref()) else { return Ok(1.0) };
+        let quantity = axis.quantity.as_str();
+        if quantity == "roll_length" || LENGTHS.contains(&quantity) {
+            return Err(format!("the heights of the iteration are `{quantity}`, not deviations"));
+        }
+        let unit = match axis.unit.as_str() {
+            "um" => 1.0,
+            "mm" => 1000.0,
+            other => return Err(format!("the heights of the iteration are in `{other}`; `um` and `mm` are known")),
+        };
+        Ok(if axis.positive == Some(PositiveName::MaterialIn) { -unit } else { unit })
+    }
+
+    /// What u is, with the factor that makes it what the coordinate is taken in; `None` where nothing is told.
+    pub fn profile(&self) -> Result<Option<(ProfileAxisName, f64)>, String> {
+        let Some(axis) = &self.u else { return Ok(None) };
+        match (axis.quantity.as_str(), axis.unit.as_str()) {
+            ("roll_length", "deg") => Ok(Some((ProfileAxisName::RollAngle, 1.0))),
+            ("roll_length", unit) => Ok(Some((ProfileAxisName::RollLength, to_mm("u", unit)?))),
+            ("diameter", unit) => Ok(Some((ProfileAxisName::Diameter, to_mm("u", unit)?))),
+            (other, _) => Err(format!(
+                "u of the iteration is `{other}`; along the profile `roll_length` and `diameter` are known"
+            )),
+        }
+    }
+
+    /// What v is multiplied with to be z of the gear in mm.
+    pub fn along(&self) -> Result<f64, String> {
+        let Some(axis) = &self.v else { return Ok(1.0) };
+        match (axis.quantity.as_str(), axis.unit.as_str()) {
+            ("face_width", unit) => to_mm("v", unit),
+            (other, _) => Err(format!("v of the iteration is `{other}`; along the axis `face_width` is known")),
+        }
+    }
+}
+
+fn to_mm(axis: &str, unit: &str) -> Result<f64, String> {
+    match unit {
+        "mm" => Ok(1.0),
+        "um" => Ok(1e-3),
+        other => Err(format!("{axis} of the iteration is in `{other}`; `mm` and `um` are known")),
+    }
+}
+
+/// Refuses a tooth that the gear has not got.
+pub fn check_tooth(measurand: &Measurand, gear: Option<&Gear>) -> Result<(), Faults> {
+    let (Some(tooth), Some(gear)) = (&measurand.tooth, gear) else { return Ok(()) };
+    let teeth = gear.data().teeth;
+    match Position::number(tooth) {
+        Some(number) if !(1..=u64::from(teeth)).contains(&number) => {
+            let shown: String = tooth.chars().take(20).collect();
+            let detail = format!("`{shown}` is not within 1 and {teeth}, the number of teeth of the job's gear");
+            Err(Faults::one("/tooth", detail))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses what is said to be of other flanks than the iteration's, all of it: a record may hold more than its iteration, not something else.
+pub fn refuse_other_flanks(of: &Measurand, mut sides: impl Iterator<Item = Side>, at: &str) -> Result<(), Faults> {
+    let Some(measured) = of.flank else { return Ok(()) };
+    let Some(first) = sides.next() else { return Ok(()) };
+    if first == measured || sides.any(|side| side == measured) {
+        return Ok(());
+    }
+    let detail = format!("the iteration is of {}, not of a {} one", of.words(), side_name(first));
+    Err(Faults::one(at, detail))
+}
+
+/// An axis whose quantity and unit are known here.
+pub fn known_axis(quantity: &str, unit: &str, positive: Option<PositiveName>) -> Option<AxisBody> {
+    Some(AxisBody { quantity: ShortText::new(quantity)?, unit: ShortText::new(unit)?, positive })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axes(text: &str) -> AxesBody {
+        serde_json::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn heights_become_micrometres_of_material() {
+        for (text, factor) in [
+            ("{}", Some(1.0)),
+            (r#"{"z":{"quantity":"deviation","unit":"um"}}"#, Some(1.0)),
+            (r#"{"z":{"quantity":"deviation","unit":"mm","positive":"material_out"}}"#, Some(1000.0)),
+            (r#"{"z":{"quantity":"deviation","unit":"mm","positive":"material_in"}}"#, Some(-1000.0)),
+            (r#"{"y":{"quantity":"my own","unit":"um","positive":"material_in"}}"#, Some(-1.0)),
+            (r#"{"z":{"quantity":"deviation","unit":"inch"}}"#, None),
+            (r#"{"z":{"quantity":"diameter","unit":"mm"}}"#, None),
+        ] {
+            assert_eq!(axes(text).deviation_factor().ok(), factor, "{text}");
+        }
+    }
+
+    #[test]
+    fn axes_are_checked_against_the_nodes() {
+        let curve = Nodes::curve(vec![0.0, 1.0], vec![2.0, 3.0], None).unwrap();
+        let pointers = |text: &str, nodes: Option<&Nodes>| -> Vec<String> {
+            let body = MeasurandBody { axes: Some(axes(text)), ..MeasurandBody::default() };
+            let faults = body.checked(nodes).err().unwrap_or_default();
+            faults.list().iter().map(|fault| fault.pointer.clone()).collect()
+        };
+        let along = r#"{"u":{"quantity":"roll_length","unit":"mm"}}"#;
+        assert_eq!(pointers(along, Some(&curve)), ["/axes/u"]);
+        assert!(pointers(along, None).is_empty());
+        let odd = r#"{"u":{"quantity":"diameter","unit":"deg","positive":"material_in"},"z":{"quantity":"deviation","unit":"µm"}}"#;
+        assert_eq!(pointers(odd, None), ["/axes/u/positive", "/axes/u/unit", "/axes/z/unit"]);
+    }
+
+    #[test]
+    fn what_u_and_v_are_is_known_or_refused() {
+        let of = |quantity: &str, unit: &str| {
+            axes(&format!(
+                r#"{{"u":{{"quantity":"{quantity}","unit":"{unit}"}},"v":{{"quantity":"{quantity}","unit":"{unit}"}}}}"#
+            ))
+        };
+        assert_eq!(of("roll_length", "deg").profile(), Ok(Some((ProfileAxisName::RollAngle, 1.0))));
+        assert_eq!(of("diameter", "um").profile(), Ok(Some((ProfileAxisName::Diameter, 1e-3))));
+        assert_eq!(AxesBody::default().profile(), Ok(None));
+        assert!(of("face_width", "mm").profile().is_err() && of("roll_length", "inch").profile().is_err());
+        assert_eq!(of("face_width", "um").along(), Ok(1e-3));
+        assert!(of("roll_length", "mm").along().is_err());
+    }
+}

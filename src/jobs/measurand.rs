@@ -1,0 +1,56 @@
+//! What nodes are of: which flank of which tooth, and what their numbers mean.
+
+use std::sync::Arc;
+
+use crate::gear::Side;
+
+/// What was measured. What nobody told is `None`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Measurand {
+    pub flank: Option<Side>,
+    pub tooth: Option<String>,
+    /// What the axes of the nodes mean: a JSON document, checked at the door.
+    pub axes: Option<Arc<str>>,
+}
+
+impl Measurand {
+    /// The contract's name of the flank.
+    pub fn flank_name(&self) -> Option<&'static str> {
+        self.flank.map(side_name)
+    }
+
+    /// From the contract's name of the flank; `None` when there is no such flank.
+    pub fn named(flank: Option<&str>, tooth: Option<String>, axes: Option<Arc<str>>) -> Option<Self> {
+        let flank = match flank {
+            Some(name) => Some([Side::Left, Side::Right].into_iter().find(|side| side_name(*side) == name)?),
+            None => None,
+        };
+        Some(Measurand { flank, tooth, axes })
+    }
+
+    /// In words: `the left flank of tooth 3`.
+    pub fn words(&self) -> String {
+        let flank = self.flank_name().map_or_else(|| "a flank".to_owned(), |name| format!("the {name} flank"));
+        match &self.tooth {
+            Some(tooth) => format!("{flank} of tooth {tooth}"),
+            None => flank,
+        }
+    }
+}
+
+/// Iterations after one, by their numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Later {
+    /// The first of the same flank and tooth; what neither of the two tells is the same, what one of them tells is not.
+    pub alike: Option<u32>,
+    /// The first of any.
+    pub any: Option<u32>,
+}
+
+/// The contract's name.
+pub fn side_name(side: Side) -> &'static str {
+    match side {
+        Side::Left => "left",
+        Side::Right => "right",
+    }
+}

@@ -1,0 +1,57 @@
+//! The use cases of jobs that are stored as a whole, and of what the store is rid of in time.
+
+use std::{sync::Arc, time::Duration};
+
+use uuid::Uuid;
+
+use super::{
+    draft::{IterationDraft, JobDraft},
+    idempotency::ANSWERS_KEPT,
+    iteration::NewRun,
+    repository::{RepositoryError, Stored},
+    service::{Jobs, Keyed},
+};
+
+/// Answers forgotten in one transaction, so that no other write waits long.
+const AT_A_TIME: u32 = 1000;
+
+impl Jobs {
+    /// Stores jobs with all their iterations, in one transaction; answers their ids. Without jobs only the answer to a keyed request is kept.
+    pub async fn add_runs(
+        &self,
+        drafts: Vec<(JobDraft, Vec<IterationDraft>)>,
+        keyed: Option<Keyed<Vec<Uuid>>>,
+    ) -> Result<(Arc<Vec<Uuid>>, Stored), RepositoryError> {
+        let now = self.clock.now();
+        let runs: Vec<NewRun> = drafts
+            .into_iter()
+            .map(|(job, iterations)| {
+                let job = self.new_job(job);
+                let iterations =
+                    iterations.into_iter().map(|draft| Arc::new(self.new_iteration(job.id, draft))).collect();
+                NewRun { job, iterations }
+            })
+            .collect();
+        let ids: Arc<Vec<Uuid>> = Arc::new(runs.iter().map(|run| run.job.id).collect());
+        let receipt = keyed.map(|keyed| keyed.receipt(ids.clone()));
+        let stored = self.repository.insert_runs(runs, receipt, now).await?;
+        Ok((ids, stored))
+    }
+
+    /// Forgets answers kept under idempotency keys that are older than any client asks for.
+    pub async fn forget_old_answers(&self) -> Result<(), RepositoryError> {
+        let before = self.clock.now() - ANSWERS_KEPT;
+        while self.repository.forget_answers(before, AT_A_TIME).await? == u64::from(AT_A_TIME) {}
+        Ok(())
+    }
+
+    /// Does so now and then, for ever.
+    pub async fn upkeep(&self, every: Duration) {
+        loop {
+            tokio::time::sleep(every).await;
+            if let Err(error) = self.forget_old_answers().await {
+                tracing::warn!(%error, "old answers of idempotency keys could not be forgotten");
+            }
+        }
+    }
+}

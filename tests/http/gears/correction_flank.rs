@@ -1,0 +1,175 @@
+//! Corrections know the flank that was measured, and in what its heights are.
+
+use serde_json::{Value, json};
+
+use super::{
+    import::{file_of_flank, import, job},
+    pointers, spur,
+};
+use crate::{
+    harness::{TestApp, send},
+    shapes::{close, examples},
+};
+
+async fn correct(app: &TestApp, path: &str, body: &Value) -> Value {
+    let made = send(app.post(path, body.to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    made.json()
+}
+
+fn change(correction: &Value, name: &str) -> f64 {
+    let settings = correction["settings"].as_array().unwrap();
+    let setting =
+        settings.iter().find(|setting| setting["name"] == name).unwrap_or_else(|| panic!("{name}: {correction}"));
+    setting["change"].as_f64().unwrap()
+}
+
+fn warned(correction: &Value) -> bool {
+    correction["warnings"].as_array().unwrap().iter().any(|warning| warning["code"] == "flank_assumed")
+}
+
+/// The file says which flank it is of: nobody has to say it again, and nobody can say otherwise.
+#[tokio::test]
+async fn an_imported_flank_is_corrected_as_the_flank_that_it_is() {
+    let app = TestApp::start().await;
+    let mut slopes = Vec::new();
+    let mut turns = Vec::new();
+    for left in [true, false] {
+        let (flank, other) = if left { ("left", "right") } else { ("right", "left") };
+        let job = job(&app, Some(spur())).await;
+        let made = import(&app, &job, file_of_flank(left, false, |_| true), "1.mka", None).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        let iteration = made.json();
+        assert_eq!((&iteration["flank"], &iteration["tooth"]), (&json!(flank), &json!("1")));
+        let height = json!({"quantity": "deviation", "unit": "um", "positive": "material_out"});
+        assert_eq!((&iteration["axes"]["u"]["quantity"], &iteration["axes"]["z"]), (&json!("roll_length"), &height));
+        let path = format!("{job}/iterations/1/correction");
+        let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+        let made = correct(&app, &path, &request).await;
+        assert!(!warned(&made), "{}", made["warnings"]);
+        let said = json!({"sensitivity": {"machine": "form_grinding", "flank": flank}, "noise_sigma_um": 0.2});
+        assert_eq!(correct(&app, &path, &said).await["settings"], made["settings"]);
+        let wrong = json!({"sensitivity": {"machine": "form_grinding", "flank": other}, "noise_sigma_um": 0.2});
+        assert_eq!(pointers(&app, &path, &wrong).await, ["/sensitivity/flank"]);
+        let wrong = json!({"sensitivity": {"machine": "form_grinding", "profile_axis": "diameter"}});
+        assert_eq!(pointers(&app, &path, &wrong).await, ["/sensitivity/profile_axis"]);
+        // the slope of the material along z, as the nodes hold it: z = a + b u + c v
+        let nodes = send(app.get(&format!("{job}/iterations/1/nodes"))).await.json();
+        slopes.push(slope(&nodes));
+        turns.push(change(&made, "helix_angle"));
+    }
+    // the same turn of the helix leans the material of the two flanks in opposite ways, so per slope of material it has two signs
+    assert!(slopes.iter().all(|slope| slope.abs() > 0.3), "{slopes:?}");
+    let [left, right] = [turns[0] / slopes[0], turns[1] / slopes[1]];
+    assert!(left * right < 0.0, "{turns:?} {slopes:?}");
+    close(left, -right, 1e-3 * left.abs());
+    app.stop().await;
+}
+
+/// The least-squares slope along v of scattered nodes, by its normal equations.
+fn slope(nodes: &Value) -> f64 {
+    let list = |key: &str| nodes[key].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect::<Vec<f64>>();
+    let (u, v, z) = (list("u"), list("v"), list("z"));
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+    let (mu, mv, mz) = (mean(&u), mean(&v), mean(&z));
+    let dot = |a: &[f64], ma: f64, b: &[f64], mb: f64| a.iter().zip(b).map(|(a, b)| (a - ma) * (b - mb)).sum::<f64>();
+    let (uu, uv, vv) = (dot(&u, mu, &u, mu), dot(&u, mu, &v, mv), dot(&v, mv, &v, mv));
+    let (uz, vz) = (dot(&u, mu, &z, mz), dot(&v, mv, &z, mz));
+    (uu * vz - uv * uz) / (uu * vv - uv * uv)
+}
+
+const U: [f64; 4] = [6.0, 8.0, 10.0, 12.0];
+const V: [f64; 5] = [1.0, 4.0, 7.5, 11.0, 14.0];
+
+fn flank(scale: f64, of: impl Fn(f64, f64) -> f64) -> Value {
+    let rows: Vec<Vec<f64>> = U.iter().map(|u| V.iter().map(|v| scale * of(*u, *v)).collect()).collect();
+    json!({"nodes": {"type": "grid", "u": U, "v": V, "z": rows}, "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
+}
+
+fn with(mut body: Value, flank: Option<&str>, tooth: Option<&str>, axes: Option<Value>) -> Value {
+    for (key, value) in [("flank", flank.map(Value::from)), ("tooth", tooth.map(Value::from)), ("axes", axes)] {
+        if let Some(value) = value {
+            body[key] = value;
+        }
+    }
+    body
+}
+
+async fn measure(app: &TestApp, job: &str, body: Value) {
+    let made = send(app.post(&format!("{job}/iterations"), body.to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+}
+
+/// Heights in mm, positive into the material, v in µm: the correction is that of the same flank in µm of material over mm.
+#[tokio::test]
+async fn units_and_signs_of_the_axes_count() {
+    let app = TestApp::start().await;
+    let shape = |u: f64, v: f64| 5.0 * (u - 9.0) / 3.0 - 4.0 * (v - 7.5) / 6.5 + 0.3 * (2.0 * u + v).sin();
+    let job = job(&app, Some(spur())).await;
+    measure(&app, &job, with(flank(1.0, shape), Some("left"), None, None)).await;
+    let mut other = flank(-1e-3, shape);
+    other["nodes"]["v"] = json!(V.map(|v| 1000.0 * v));
+    let axes = json!({
+        "u": {"quantity": "roll_length", "unit": "mm"}, "v": {"quantity": "face_width", "unit": "um"},
+        "z": {"quantity": "deviation", "unit": "mm", "positive": "material_in"},
+    });
+    measure(&app, &job, with(other, Some("left"), None, Some(axes))).await;
+    let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let one = correct(&app, &format!("{job}/iterations/1/correction"), &request).await;
+    let two = correct(&app, &format!("{job}/iterations/2/correction"), &request).await;
+    for (a, b) in one["settings"].as_array().unwrap().iter().zip(two["settings"].as_array().unwrap()) {
+        let (a, b) = (a["change"].as_f64().unwrap(), b["change"].as_f64().unwrap());
+        assert!((a - b).abs() <= 1e-6 * (1.0 + a.abs()), "{a} {b}");
+    }
+    // what nobody here knows is refused, not guessed
+    for (axes, pointer) in [
+        (json!({"z": {"quantity": "deviation", "unit": "inch"}}), "/sensitivity"),
+        (json!({"u": {"quantity": "face_width", "unit": "mm"}}), "/sensitivity/machine"),
+        (json!({"v": {"quantity": "roll_length", "unit": "mm"}}), "/sensitivity/machine"),
+    ] {
+        let made =
+            send(app.post(&format!("{job}/iterations"), with(flank(1.0, shape), None, None, Some(axes)).to_string()))
+                .await;
+        let place = made.headers["location"].to_str().unwrap().to_owned();
+        assert_eq!(pointers(&app, &format!("{place}/correction"), &request).await, [pointer]);
+    }
+    // and where nobody says which flank it is, a left one is assumed, aloud
+    measure(&app, &job, flank(1.0, shape)).await;
+    let assumed = correct(&app, &format!("{job}/iterations/6/correction"), &request).await;
+    assert!(warned(&assumed) && !warned(&one), "{}", assumed["warnings"]);
+    assert_eq!(assumed["settings"], one["settings"]);
+    app.stop().await;
+}
+
+/// The machine's answer is looked for in the next iteration of the same flank and tooth.
+#[tokio::test]
+async fn other_flanks_and_teeth_are_passed_over() {
+    let app = TestApp::start().await;
+    let shape = |u: f64, v: f64| 5.0 * (u - 9.0) / 3.0 - 4.0 * (v - 7.5) / 6.5 + 0.3 * (2.0 * u + v).sin();
+    let job = job(&app, Some(spur())).await;
+    let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let path = format!("{job}/iterations/1/correction");
+    measure(&app, &job, with(flank(1.0, shape), Some("left"), Some("1"), None)).await;
+    correct(&app, &path, &request).await;
+    let kept = async || send(app.get(&path)).await.json();
+    assert_eq!((kept().await.get("answer"), kept().await.get("not_compared")), (None, None));
+    // another flank, another tooth, one of which nobody says what it is: none of them is the answer
+    measure(&app, &job, with(flank(3.0, shape), Some("right"), Some("1"), None)).await;
+    measure(&app, &job, with(flank(3.0, shape), Some("left"), Some("2"), None)).await;
+    measure(&app, &job, with(flank(3.0, shape), None, Some("1"), None)).await;
+    let other = kept().await;
+    assert_eq!(other.get("answer"), None);
+    assert!(other["not_compared"].as_str().unwrap().contains("the left flank of tooth 1"), "{other}");
+    measure(&app, &job, with(flank(0.5, shape), Some("left"), Some("1"), None)).await;
+    let answer = kept().await["answer"].clone();
+    assert_eq!(answer["iteration"], 5, "{answer}");
+    // what is kept with an iteration must not be of the other flank alone
+    let grid = json!({"grid": {"flank": "right", "roll_length_mm": U, "z_mm": V, "deviation_um": vec![[0.0; 5]; 4]}});
+    assert_eq!(pointers(&app, &format!("{job}/iterations/1/deviations"), &grid).await, ["/grid/flank"]);
+    let mut traces = examples("create_iteration_evaluation")[0].1.clone();
+    for trace in traces["traces"].as_array_mut().unwrap() {
+        trace["flank"] = json!("right");
+    }
+    assert_eq!(pointers(&app, &format!("{job}/iterations/1/evaluations"), &traces).await, ["/traces"]);
+    app.stop().await;
+}

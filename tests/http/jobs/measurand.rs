@@ -1,0 +1,112 @@
+//! Flank, tooth and axes of iterations and streams: told once, answered everywhere.
+
+use reqwest::{
+    Method,
+    multipart::{Form, Part},
+};
+use serde_json::{Value, json};
+
+use super::{
+    app::{TestApp, iteration, send},
+    streams,
+};
+
+fn axes() -> Value {
+    json!({
+        "u": {"quantity": "roll_length", "unit": "mm"},
+        "v": {"quantity": "face_width", "unit": "mm"},
+        "z": {"quantity": "deviation", "unit": "mm", "positive": "material_in"},
+    })
+}
+
+fn told(body: &mut Value) {
+    body["flank"] = json!("right");
+    body["tooth"] = json!("7");
+    body["axes"] = axes();
+}
+
+#[track_caller]
+fn is_told(answer: &Value) {
+    assert_eq!((&answer["flank"], &answer["tooth"]), (&json!("right"), &json!("7")), "{answer}");
+    assert_eq!(answer["axes"], axes());
+}
+
+#[tokio::test]
+async fn what_was_measured_is_told_once_and_answered_everywhere() {
+    let mut app = TestApp::start().await;
+    let job = app.job().await;
+    let mut body = iteration();
+    told(&mut body);
+    let created = app.post(&format!("{job}/iterations"), &body).await.expect(201);
+    is_told(&created.json());
+    is_told(&app.get(created.header("location").unwrap()).await.expect(200).json());
+    is_told(&app.get(&format!("{job}/trace")).await.expect(200).json()["iterations"][0]);
+
+    let mut spec = json!({"model": {"type": "polynomial", "degree": 1}});
+    told(&mut spec);
+    let form = Form::new()
+        .part("spec", Part::text(spec.to_string()).mime_str("application/json").unwrap())
+        .part("nodes", Part::text("u,v,z\n0,0,1\n1,0,2\n0,1,3\n1,1,4\n2,1,4\n").mime_str("text/csv").unwrap());
+    let formed = send(app.request(Method::POST, &format!("{job}/iterations")).multipart(form)).await.expect(201);
+    is_told(&formed.json());
+
+    let mut spec = streams::spec();
+    told(&mut spec);
+    let opened = app.post(&format!("{job}/streams"), &spec).await.expect(201);
+    is_told(&opened.json());
+    let stream = opened.header("location").unwrap().to_owned();
+    app.post(&format!("{stream}/nodes"), &streams::block(1, 0..20)).await.expect(200);
+    app.restart().await;
+    is_told(&app.get(&stream).await.expect(200).json());
+    is_told(&app.post(&format!("{stream}/finish"), &json!({})).await.expect(201).json());
+
+    // nobody has to tell, and a fit that is not kept takes it too
+    let untold = app.post(&format!("{job}/iterations"), &iteration()).await.expect(201).json();
+    assert!(["flank", "tooth", "axes"].iter().all(|key| untold.get(key).is_none()), "{untold}");
+    let mut fit = json!({"nodes": super::app::nodes(), "model": {"type": "polynomial", "degree": 1}});
+    told(&mut fit);
+    app.post("/v1/fits", &fit).await.expect(200);
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn what_cannot_be_is_refused_with_its_place() {
+    let mut app = TestApp::start().await;
+    let gear = json!({"teeth": 52, "normal_module_mm": 1.0});
+    let job = app.post("/v1/jobs", &json!({"name": "w", "gear": gear})).await.expect(201);
+    let job = job.header("location").unwrap().to_owned();
+    let long = "x".repeat(201);
+    for (key, value, pointer) in [
+        ("flank", json!("up"), "/flank"),
+        ("flank", json!(null), "/flank"),
+        ("tooth", json!(""), "/tooth"),
+        ("tooth", json!(3), "/tooth"),
+        ("tooth", json!("53"), "/tooth"),
+        ("tooth", json!("0k"), "/tooth"),
+        ("tooth", json!(long), "/tooth"),
+        ("axes", json!({"w": {"quantity": "deviation", "unit": "um"}}), "/axes/w"),
+        ("axes", json!({"x": {"quantity": "roll_length", "unit": "mm"}}), "/axes/x"),
+        ("axes", json!({"u": {"quantity": "roll_length"}}), "/axes/u/unit"),
+        ("axes", json!({"u": {"quantity": "diameter", "unit": "deg"}}), "/axes/u/unit"),
+        ("axes", json!({"z": {"quantity": "deviation", "unit": "µm"}}), "/axes/z/unit"),
+        ("axes", json!({"z": {"quantity": "deviation", "unit": "um", "positive": "up"}}), "/axes/z/positive"),
+        ("axes", json!({"u": {"quantity": "diameter", "unit": "mm", "positive": "material_in"}}), "/axes/u/positive"),
+    ] {
+        let mut body = iteration();
+        body[key] = value.clone();
+        let refused = app.post(&format!("{job}/iterations"), &body).await.problem(422, "invalid_request");
+        assert_eq!(refused, [pointer], "{key} {value}");
+        if key != "axes" || !pointer.starts_with("/axes/x") {
+            let mut spec = streams::spec();
+            spec[key] = value.clone();
+            let refused = app.post(&format!("{job}/streams"), &spec).await.problem(422, "invalid_request");
+            assert_eq!(refused, [pointer], "{key} {value}");
+        }
+    }
+    assert_eq!(app.get(&format!("{job}/trace")).await.expect(200).json()["iterations"], json!([]));
+    // a tooth may have a name
+    let mut body = iteration();
+    body["tooth"] = json!("dedendum side");
+    app.post(&format!("{job}/iterations"), &body).await.expect(201);
+    app.stop().await;
+}
