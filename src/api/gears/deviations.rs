@@ -24,7 +24,7 @@ use crate::{
     gear::{
         Gear, Side,
         deviation::{self, Deviations, Node, Reference, Relief},
-        registration::{Registering, register},
+        registration::{Registering, Start, register, register_from, start},
         trace::Direction,
     },
     jobs::Measurand,
@@ -100,8 +100,22 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
         move |side: Side, roll_length: f64, z: f64| modifications.relief(side, roll_length, z).value
     });
     let reference = Reference { gear, relief: relief.as_ref().map(|relief| relief as Relief<'_>) };
+    let registering = asked.registration.as_ref().map(|(motions, pivot)| Registering {
+        motions,
+        pivot: *pivot,
+        weight: None,
+        spec: &asked.spec,
+    });
+    let mut begun: Option<Start> = None;
     let (method, deviations) = match &asked.given {
-        Given::Points { touches, measurement } => ("points", deviation::measure(&reference, touches, measurement)),
+        Given::Points { touches, measurement } => {
+            if let Some(registering) = &registering {
+                let found = start(gear, touches, measurement.ball_radius, registering);
+                begun = Some(found.map_err(|faults| registration::refused(faults.into()))?);
+            }
+            let touches = begun.as_ref().map_or(touches, |begun| &begun.touches);
+            ("points", deviation::measure(&reference, touches, measurement))
+        }
         Given::Grid(grid) => {
             let topography = grid.topography(gear, asked.direction).map_err(Problem::invalid)?;
             ("grid", deviation::grid(&reference, &topography).map_err(|faults| under("/grid", &faults)))
@@ -114,11 +128,14 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
     }
     let mut json = Json::with_capacity(1024 + 160 * deviations.nodes.len());
     let mut object = json.object();
-    match &asked.registration {
+    match &registering {
         None => write(&mut object, gear, &deviations, asked.borders),
-        Some((motions, pivot)) => {
-            let registering = Registering { motions, pivot: *pivot, weight: None, spec: &asked.spec };
-            let found = register(&reference, &deviations, &registering).map_err(registration::refused)?;
+        Some(registering) => {
+            let found = match &begun {
+                Some(begun) => register_from(&reference, &deviations, registering, begun),
+                None => register(&reference, &deviations, registering),
+            };
+            let found = found.map_err(registration::refused)?;
             write(&mut object, gear, &found.deviations, asked.borders);
             let found = registration::text(&found, &canonical::request_sha256(text), asked.spec.include)?;
             object.raw("registration", &found);

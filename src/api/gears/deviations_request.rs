@@ -44,10 +44,11 @@ pub struct DeviationsRequestBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(max_items = 2_000_000)]
     pub points: Option<Vec<Option<[f64; 3]>>>,
-    /// The tooth of each point, counted clockwise from 1 as the viewer sees it. By default the nearest.
+    /// The tooth of each point, counted clockwise from 1 as the viewer sees it. By default the nearest; a registration then answers the rotation up to
+    /// whole pitches (warning `rotation_modulo_pitch`). With `teeth` and `flanks` it finds any rotation of the full circle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub teeth: Option<Vec<u32>>,
-    /// The flank of each point. By default the nearest.
+    /// The flank of each point. By default the nearest, after a registration that of the part laid in place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flanks: Option<Vec<SideName>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -73,7 +74,8 @@ pub struct DeviationsRequestBody {
     pub strays: Option<StraysName>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub borders: Option<BordersBody>,
-    /// Best fit of the part to the nominal gear before its deviations are answered.
+    /// Best fit of the part to the nominal gear before its deviations are answered. `points` may lie turned by any angle, and off centre by up to two
+    /// modules where shifts are free: the start is sought.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub registration: Option<RegistrationRequestBody>,
     /// For the registration.

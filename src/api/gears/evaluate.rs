@@ -15,7 +15,9 @@ use crate::{
     estimation::Faults,
     gear::{
         Gear,
-        evaluation::{self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, TraceSurface, Twist},
+        evaluation::{
+            self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist,
+        },
         tolerance::Class,
     },
     jobs::Measurand,
@@ -54,7 +56,9 @@ pub struct EvaluatedTraceBody {
     /// f_Hα or f_Hβ: slope of the least-squares line over the reference length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_um: Option<f64>,
-    /// From the scatter about the mean curve, taken for independent noise.
+    /// What noise of the samples makes of the slope; crowning, reliefs and waviness are the flank's and no noise. It knows of independent noise and
+    /// of noise that goes together over up to 1/64 of the samples, not of what is the same all along a trace (alignment, drift). Left out
+    /// where the samples are too few to tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_std_error_um: Option<f64>,
     /// f_fα or f_fβ: peak to valley about the mean curve.
@@ -73,10 +77,52 @@ pub struct EvaluatedTraceBody {
     pub form_plus_material_um: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total_plus_material_um: Option<f64>,
-    /// By ISO 1328-1:2013; left out where the standard gives none.
+    /// By ISO 1328-1:2013; left out where the standard gives none, and where samples leave a quarter of the evaluation range open. Form and total have
+    /// none over a stretch without samples of more than 1/20 of the range (and of 2.5 usual distances).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<ClassesBody>,
     pub samples: SamplesBody,
+    /// Samples that stand far out of their neighbours, as dust does; left out where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outliers: Option<OutliersBody>,
+}
+
+/// Samples that stand out of their neighbours by more than six times the scale (1.4826 × median absolute deviation) of the trace and of their own
+/// neighbourhood, and behind which the trace comes back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceOutliers)]
+pub struct OutliersBody {
+    /// In ascending order.
+    pub places: Vec<OutlierPlaceBody>,
+    /// Figures without them, where they count (`outliers` of the evaluation is `keep`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub without: Option<WithoutOutliersBody>,
+}
+
+/// Neighbouring samples that stand out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = OutlierPlace)]
+pub struct OutlierPlaceBody {
+    /// Roll length (profiles) or z (helices) of the first sample …
+    pub from_mm: f64,
+    /// … and of the last.
+    pub to_mm: f64,
+    pub samples: usize,
+    /// How far they stand out at most, positive where material does.
+    pub height_um: f64,
+}
+
+/// Figures of a trace without its outliers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FiguresWithoutOutliers)]
+pub struct WithoutOutliersBody {
+    /// f_Hα or f_Hβ.
+    pub slope_um: f64,
+    /// f_fα or f_fβ.
+    pub form_um: f64,
+    /// F_α or F_β.
+    pub total_um: f64,
+    pub crowning_um: f64,
 }
 
 /// Classes 1 to 11 of ISO 1328-1:2013. Left out is what exceeds even class 11: `beyond` names it.
@@ -102,6 +148,8 @@ pub struct SamplesBody {
     /// Defined ones within the evaluation range.
     pub used: usize,
     pub undefined_in_range: usize,
+    /// Defined ones within the evaluation range that were left out as outliers.
+    pub excluded: usize,
 }
 
 /// Figures of one kind of trace on one flank over the teeth.
@@ -235,7 +283,29 @@ impl From<Evaluated> for EvaluatedTraceBody {
                 undefined: trace.samples.undefined,
                 used: trace.samples.used,
                 undefined_in_range: trace.samples.undefined_in_range,
+                excluded: trace.samples.excluded,
             },
+            outliers: trace.suspects.map(OutliersBody::from),
+        }
+    }
+}
+
+impl From<Suspects> for OutliersBody {
+    fn from(suspects: Suspects) -> Self {
+        let place = |place: &Suspect| OutlierPlaceBody {
+            from_mm: place.from,
+            to_mm: place.to,
+            samples: place.samples,
+            height_um: place.height,
+        };
+        OutliersBody {
+            places: suspects.places.iter().map(place).collect(),
+            without: suspects.without.map(|values| WithoutOutliersBody {
+                slope_um: values.slope + 0.0,
+                form_um: values.form,
+                total_um: values.total,
+                crowning_um: values.crowning + 0.0,
+            }),
         }
     }
 }
@@ -244,14 +314,15 @@ impl From<Classes> for ClassesBody {
     fn from(classes: Classes) -> Self {
         let mut body = ClassesBody::default();
         let each = [
-            ("slope", classes.slope, &mut body.slope),
+            ("slope", Some(classes.slope), &mut body.slope),
             ("form", classes.form, &mut body.form),
             ("total", classes.total, &mut body.total),
         ];
         for (name, class, place) in each {
             match class {
-                Class::Within(class) => *place = Some(class),
-                Class::Beyond => body.beyond.push(name.to_owned()),
+                Some(Class::Within(class)) => *place = Some(class),
+                Some(Class::Beyond) => body.beyond.push(name.to_owned()),
+                None => {}
             }
         }
         body

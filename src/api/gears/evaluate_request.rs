@@ -15,7 +15,7 @@ use crate::{
         evaluation::{
             self, Evaluation,
             settings::{
-                DeviationSign, HelixReference, HelixSettings, MeanCurve, PlusMaterial, ProfileReference,
+                DeviationSign, HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference,
                 ProfileSettings, Settings, SlopeSign,
             },
         },
@@ -87,6 +87,9 @@ pub struct EvaluationSettingsBody {
     /// Which tolerances decide the class. Default `rounded`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerances: Option<RoundingName>,
+    /// What becomes of samples that stand far out of their neighbours, as dust does. Default `keep`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outliers: Option<OutliersName>,
 }
 
 /// Declares an enum of the wire that stands for one of the domain.
@@ -195,6 +198,16 @@ names! {
     }
 }
 
+names! {
+    /// What becomes of samples that stand far out of their neighbours.
+    OutliersName as TraceOutlierRule for Outliers {
+        /// They count, as the standard has it; a warning says what the figures are without them.
+        Keep => Outliers::Keep,
+        /// They count as undefined; a warning says where they are.
+        Exclude => Outliers::Exclude,
+    }
+}
+
 impl SignName {
     /// The sign of deviations that goes with it.
     fn of_deviations(self) -> DeviationSignName {
@@ -221,6 +234,7 @@ impl EvaluationSettingsBody {
             profile_plus_material: profile.then(|| self.profile_plus_material.unwrap_or(PlusMaterialName::Ignored)),
             helix_plus_material: helix.then(|| self.helix_plus_material.unwrap_or(PlusMaterialName::Ignored)),
             tolerances: Some(self.tolerances.unwrap_or(RoundingName::Rounded)),
+            outliers: Some(self.outliers.unwrap_or(OutliersName::Keep)),
             ..self.clone()
         }
     }
@@ -254,6 +268,7 @@ impl EvaluationSettingsBody {
             direction: self.direction.map_or(Direction::Transverse, Into::into),
             sign: sign.into(),
             rounding: self.tolerances.map_or(Rounding::Rounded, Into::into),
+            outliers: self.outliers.map_or(Outliers::Keep, Into::into),
         }
     }
 }

@@ -27,6 +27,8 @@ pub struct RegistrationBody {
     /// Where motions were taken together in the fit: plain least squares with a column for each (spectrum, collinearity).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_motion: Option<FitResultBody>,
+    /// `rotation_modulo_pitch`: no point tells its tooth. `flanks_reassigned`: points lie on other flanks than were nearest before. Doubts:
+    /// `flanks_ambiguous`, `teeth_contradict`, `poor_fit`, `points_misfit`, `points_beyond_flank`, `registration_not_converged`.
     pub warnings: Vec<WarningBody>,
 }
 
@@ -39,6 +41,7 @@ pub struct MotionBody {
     pub value: f64,
     /// `um` or `urad`.
     pub unit: String,
+    /// Left out where the points do not determine the motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// Sharp bound on what regularisation moved.

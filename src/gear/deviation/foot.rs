@@ -88,20 +88,41 @@ pub fn turned(vector: Vector, angle: f64) -> Vector {
     Vector::new(cos * vector.x - sin * vector.y, sin * vector.x + cos * vector.y, vector.z)
 }
 
+/// By how much the flank `side` of the tooth at the top is turned against one through the centre of the ball, rad counterclockwise, from anywhere;
+/// with the roll length of the point itself. `None` inside the base circle.
+fn turn_of(gear: &Gear, side: Side, centre: &Vector) -> Option<[f64; 2]> {
+    let (base, outward) = (gear.base_radius(), gear.outward());
+    let radius = centre.x.hypot(centre.y);
+    if !(radius >= base) {
+        return None;
+    }
+    let tangent = ((radius - base) * (radius + base)).sqrt();
+    let angle = (-centre.x).atan2(centre.y);
+    let start = Flank::new(gear, side).start_angle();
+    let turn = angle - start - gear.turn_per_length() * centre.z + side.sign() * outward * inv_of_roll(tangent / base);
+    Some([turn, tangent])
+}
+
+/// By how much the gear must be turned, rad counterclockwise, for the flank `side` to touch a ball there: of `tooth` within half a turn, of
+/// any tooth (`None`) within half a pitch. `None` inside the base circle.
+pub fn phase(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: f64) -> Option<f64> {
+    let [turn, _] = turn_of(gear, side, centre)?;
+    let turn = turn - ball / (side.sign() * gear.base_radius() * gear.base_helix_angle().cos());
+    let (turn, period) = match tooth {
+        Some(tooth) => (turn + (f64::from(tooth) - 1.0) * pitch_angle(gear), TAU),
+        None => (turn, pitch_angle(gear)),
+    };
+    Some(turn - period * (turn / period).round())
+}
+
 /// The foot of `centre` on the flank `side` of `tooth` (`None`: of the nearest tooth), the distance being that of the ball of radius
 /// `ball` (0 for a point). Coordinates must be finite.
 pub fn foot(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: f64) -> Result<Foot, Stray> {
     let (base, s, outward) = (gear.base_radius(), side.sign(), gear.outward());
     let (sin_b, cos_b) = gear.base_helix_angle().sin_cos();
-    let radius = centre.x.hypot(centre.y);
-    if !(radius >= base) {
-        return Err(Stray::InsideBase { radius, base_radius: base });
-    }
-    let tangent = ((radius - base) * (radius + base)).sqrt();
-    let angle = (-centre.x).atan2(centre.y);
-    let flank = Flank::new(gear, side);
-    let turn =
-        angle - flank.start_angle() - gear.turn_per_length() * centre.z + s * outward * inv_of_roll(tangent / base);
+    let Some([turn, tangent]) = turn_of(gear, side, centre) else {
+        return Err(Stray::InsideBase { radius: centre.x.hypot(centre.y), base_radius: base });
+    };
     let per_angle = s * base * cos_b;
     let pitch = pitch_angle(gear);
     let count = gear.teeth();

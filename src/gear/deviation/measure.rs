@@ -193,7 +193,7 @@ pub(super) fn no_tooth(tooth: u32, teeth: u32) -> String {
     format!("{tooth} is not within 1 and {teeth}, the number of teeth")
 }
 
-/// A node as messages name it.
-pub(in crate::gear) fn named(node: &Node) -> String {
-    format!("the {} flank of tooth {}", word(node.side), node.tooth)
+/// A flank as messages name it.
+pub(in crate::gear) fn named((tooth, side): (u32, Side)) -> String {
+    format!("the {} flank of tooth {tooth}", word(side))
 }

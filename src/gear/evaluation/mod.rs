@@ -1,23 +1,29 @@
 //! Evaluation of measured traces by ISO 1328-1:2013: slope, form, total deviation and crowning of every trace, means and variations over the
 //! teeth, twist, pitch, run-out, and the class that each value reaches; beside it the second-order surface of a whole flank.
 //!
-//! Deviations are µm along the base tangent of the transverse plane (asked in [`crate::gear::trace::Direction`], answered so). Every line and
-//! surface is a fit of [`crate::estimation`]. Conventions of sign stand in [`settings`].
+//! Deviations are µm along the base tangent of the transverse plane (asked in [`crate::gear::trace::Direction`], answered so). Surfaces are fits of
+//! [`crate::estimation`]. Conventions of sign stand in [`settings`].
 
 mod design;
 pub mod flank_surface;
 mod flank_traces;
+mod mean_curve;
+mod noise;
+mod outliers;
 pub mod pitch;
 pub mod runout;
 pub mod settings;
 mod single;
+mod spacing;
 pub mod summary;
 
 pub use design::design;
 pub use flank_traces::{FlankTraces, TraceSurface, flank_traces};
-use settings::{Settings, Window};
-use single::Subject;
-pub use single::{EDGE, FEWEST_SAMPLES, Samples, Values};
+pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
+use settings::{Outliers, Settings, Window};
+pub use single::{EDGE, FEWEST_SAMPLES, Samples, Suspect, Suspects, Told, Values};
+use single::{Outcome, Subject};
+pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
 pub use summary::{Position, Spread, Summary, Twist};
 
 use super::{
@@ -52,8 +58,9 @@ pub struct Notice {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Classes {
     pub slope: Class,
-    pub form: Class,
-    pub total: Class,
+    /// `None` over a hole in the trace.
+    pub form: Option<Class>,
+    pub total: Option<Class>,
 }
 
 /// One trace, evaluated.
@@ -69,6 +76,8 @@ pub struct Evaluated {
     pub values: Option<Values>,
     /// `None` where there is no tolerance, or where the trace does not cover the evaluation range.
     pub classes: Option<Classes>,
+    /// What stands out of its neighbours as dust does; `None` where nothing does.
+    pub suspects: Option<Suspects>,
 }
 
 /// The answer to traces.
@@ -106,6 +115,7 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     let foreign = [(Kind::Profile, profile.as_ref()), (Kind::Helix, helix.as_ref())]
         .map(|(kind, window)| window.and_then(|window| foreign_reference(gear, kind, window)));
     notices.extend(foreign.iter().flatten().cloned());
+    notices.extend(profile.as_ref().and_then(|window| near_base_circle(gear, window)));
     let mut traces = Vec::with_capacity(posted.len());
     for (i, posted) in posted.iter().enumerate() {
         cancel::checkpoint();
@@ -116,10 +126,10 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         };
         let Some(window) = window else { continue };
         let subject = Subject { gear, trace, design: posted.design, settings, window, pointer: format!("/traces/{i}") };
-        let (samples, values, covers) = subject.evaluate(&mut notices);
+        let Outcome { samples, values, told, suspects } = subject.evaluate(&mut notices);
         let classes = match (&tolerances, &values) {
-            (Ok(tolerances), Some(values)) if covers && foreign[usize::from(trace.kind == Kind::Helix)].is_none() => {
-                classes(tolerances, trace.kind, values, settings)
+            (Ok(tolerances), Some(values)) if foreign[usize::from(trace.kind == Kind::Helix)].is_none() => {
+                classes(tolerances, trace.kind, values, told, settings)
             }
             _ => None,
         };
@@ -132,13 +142,26 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             samples,
             values,
             classes,
+            suspects,
         });
     }
     let summaries = summary::summaries(&traces);
     let twists = summary::twists(&traces, settings);
-    let surfaces = flank_traces::surfaces(gear, posted, [profile.as_ref(), helix.as_ref()], settings);
-    let overall =
-        super::tolerance::overall(traces.iter().filter_map(|t| t.classes).flat_map(|c| [c.slope, c.form, c.total]));
+    let cleaned = match settings.outliers {
+        Outliers::Keep => None,
+        Outliers::Exclude => Some(without_suspects(posted, &traces)),
+    };
+    let each: Vec<Posted> = match &cleaned {
+        Some(cleaned) => posted
+            .iter()
+            .zip(cleaned)
+            .map(|(p, trace)| Posted { trace: trace.as_ref().unwrap_or(p.trace), ..*p })
+            .collect(),
+        None => posted.to_vec(),
+    };
+    let surfaces = flank_traces::surfaces(gear, &each, [profile.as_ref(), helix.as_ref()], settings);
+    let classified = traces.iter().filter_map(|t| t.classes);
+    let overall = super::tolerance::overall(classified.flat_map(|c| [Some(c.slope), c.form, c.total]).flatten());
     Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, notices })
 }
 
@@ -159,16 +182,54 @@ fn foreign_reference(gear: &Gear, kind: Kind, window: &Window) -> Option<Notice>
     })
 }
 
-fn classes(tolerances: &Tolerances, kind: Kind, values: &Values, settings: &Settings) -> Option<Classes> {
+/// The traces with suspects undefined; `None` for those without any.
+fn without_suspects(posted: &[Posted], evaluated: &[Evaluated]) -> Vec<Option<Trace>> {
+    let each = posted.iter().zip(evaluated);
+    each.map(|(posted, evaluated)| {
+        let places = &evaluated.suspects.as_ref()?.places;
+        let mut trace = posted.trace.clone();
+        for (at, deviation) in trace.at.iter().zip(&mut trace.deviation) {
+            if places.iter().any(|place| (place.from..=place.to).contains(at)) {
+                *deviation = f64::NAN;
+            }
+        }
+        Some(trace)
+    })
+    .collect()
+}
+
+/// The evaluation range begins where the roll length hardly depends on the diameter any more.
+fn near_base_circle(gear: &Gear, window: &Window) -> Option<Notice> {
+    let roll = window.low / gear.base_radius();
+    (roll < NEAR_BASE_ROLL).then(|| {
+        let message = format!(
+            "the evaluation range begins at {}° of roll, close to the base circle: there a small error of diameter is a large one of roll \
+             length, and the involute itself ends",
+            Shown((roll.to_degrees() * 100.0).round() / 100.0)
+        );
+        Notice {
+            code: "near_base_circle",
+            pointer: Some("/evaluation/profile_diameter_range_mm".into()),
+            message,
+        }
+    })
+}
+
+/// Roll angle below which a range is close to the base circle, rad: 5°, where an error of diameter is eleven times as large in roll length.
+pub const NEAR_BASE_ROLL: f64 = 0.087_266_462_599_716_48;
+
+fn classes(tolerances: &Tolerances, kind: Kind, values: &Values, told: Told, settings: &Settings) -> Option<Classes> {
     let [slope, form, total] = match kind {
         Kind::Profile => [Characteristic::ProfileSlope, Characteristic::ProfileForm, Characteristic::ProfileTotal],
         Kind::Helix => [Characteristic::HelixSlope, Characteristic::HelixForm, Characteristic::HelixTotal],
     };
     let class = |characteristic, value| tolerances.class(characteristic, value, settings.rounding);
+    let peaks = told == Told::Everything;
+    (told != Told::Nothing).then_some(())?;
     Some(Classes {
         slope: class(slope, values.slope)?,
-        form: class(form, values.form)?,
-        total: class(total, values.total)?,
+        form: class(form, values.form).filter(|_| peaks),
+        total: class(total, values.total).filter(|_| peaks),
     })
 }
 

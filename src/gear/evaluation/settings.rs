@@ -89,6 +89,16 @@ impl PlusMaterial {
     }
 }
 
+/// What becomes of samples that stand out of their neighbours as dust does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Outliers {
+    /// They count, as the standard has it.
+    #[default]
+    Keep,
+    /// They count as undefined.
+    Exclude,
+}
+
 /// The length that a profile slope is extended to.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum ProfileReference {
@@ -160,6 +170,7 @@ pub struct Settings {
     pub direction: Direction,
     pub sign: SlopeSign,
     pub rounding: super::super::tolerance::Rounding,
+    pub outliers: Outliers,
 }
 
 /// What traces of one kind are evaluated with, in the coordinate of their samples (roll length or z, mm); answered as it is.
@@ -214,14 +225,16 @@ impl Window {
                         "the tip circle of {} mm has no roll length beyond the start of the evaluation range",
                         Shown(2.0 * gear.tip_radius())
                     );
-                    return Err(Faults::one("/evaluation/profile_diameter_range_mm", detail));
+                    let field = if tip.is_some() { RANGE } else { "/evaluation/profile_reference" };
+                    return Err(Faults::one(field, detail));
                 }
                 length
             }
         };
-        // beyond the tip there is no flank
+        // beyond the tip there is no flank; on internal gears whose tip lies within the base circle it ends there
         let zone = match tip {
             Some(tip) if internal => [tip.min(low), high],
+            None if internal => [0.0, high],
             Some(tip) => [low, tip.max(high)],
             None => [low, high],
         };

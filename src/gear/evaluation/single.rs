@@ -1,27 +1,28 @@
 //! One trace: slope, form, total deviation and crowning.
 //!
 //! With `u` the coordinate mapped to [-1, 1] over the evaluation range, δ the deviation about the design (material positive), `δ ≈ p + q u` its
-//! least-squares line and `δ ≈ a + b u + c u²` its least-squares parabola over the defined samples of the range:
+//! least-squares line and `δ ≈ a + b u + c u²` its least-squares parabola over the range, to which every defined sample contributes by
+//! the length that it stands for ([`super::spacing`]):
 //!
 //! * slope `f_H = q · 2 reference / range` (`b` in place of `q` about the mean parabola, whose chord it is),
 //! * form `f_f` = peak to valley of δ about the line or about the parabola,
 //! * total `F` = peak to valley of δ,
 //! * crowning `C = −c`, the height of the parabola over the middle of its chord; positive where material stands out in the middle.
 //!
-//! `F` may be smaller than `f_f`, since a least-squares line is not the line of least peak to valley.
+//! `F` may be smaller than `f_f`, since a least-squares line is not the line of least peak to valley. Standard errors are those of the
+//! samples' noise ([`super::noise`]).
 
 use super::{
     Notice,
-    settings::{MeanCurve, Settings, Window},
+    mean_curve::MeanCurves,
+    noise::noise,
+    outliers::{Run, outliers},
+    settings::{MeanCurve, Outliers, Settings, Window},
+    spacing::{LEAST_COVERED, LONGEST_DISTANCE, Spacing},
 };
-use crate::numerics::cancel::Asking;
+use crate::numerics::cancel::{self, Asking};
 use crate::{
-    estimation::{
-        self, FitError, Nodes,
-        result::FitResult,
-        spec::{Degree, FitSpec, Model, PolynomialBasis, Regularization, Terms},
-        words::{Shown, counted},
-    },
+    estimation::words::{Shown, counted},
     gear::{Gear, Trace, trace::Direction},
 };
 
@@ -40,6 +41,8 @@ pub struct Samples {
     pub used: usize,
     /// Undefined ones within the evaluation range.
     pub undefined_in_range: usize,
+    /// Defined ones within the evaluation range that were left out as outliers.
+    pub excluded: usize,
     /// Defined ones outside the evaluation range that plus material was looked for in.
     pub zone: usize,
 }
@@ -49,7 +52,7 @@ pub struct Samples {
 pub struct Values {
     /// f_H, in the sign asked for.
     pub slope: f64,
-    /// Standard error of the slope, from the scatter about the mean curve taken for independent noise; none where nothing scatters freely.
+    /// Standard error of the slope, from the noise of the samples; none where they are too few to tell it.
     pub slope_std_error: Option<f64>,
     /// f_f.
     pub form: f64,
@@ -63,6 +66,43 @@ pub struct Values {
     pub total_plus_material: f64,
 }
 
+/// Which figures of a trace may have a class.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    Nothing,
+    /// The slope only: over a hole a form may be anything.
+    Slope,
+    Everything,
+}
+
+/// A place that stands out of its neighbours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Suspect {
+    /// Roll lengths or z of its first and last sample, mm.
+    pub from: f64,
+    pub to: f64,
+    pub samples: usize,
+    /// How far it stands out at most, µm of material.
+    pub height: f64,
+}
+
+/// Places that stand out of their neighbours, within what is looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suspects {
+    pub places: Vec<Suspect>,
+    /// The figures without them, where they count and are not all that there is.
+    pub without: Option<Values>,
+}
+
+/// What became of a trace.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Outcome {
+    pub samples: Samples,
+    pub values: Option<Values>,
+    pub told: Told,
+    pub suspects: Option<Suspects>,
+}
+
 /// A trace about its design, ready to be evaluated.
 pub(super) struct Subject<'a> {
     pub gear: &'a Gear,
@@ -74,120 +114,244 @@ pub(super) struct Subject<'a> {
     pub pointer: String,
 }
 
-/// The samples that count.
+/// A defined sample.
+#[derive(Clone, Copy)]
+struct Sample {
+    at: f64,
+    /// Mapped to [-1, 1] over the evaluation range.
+    u: f64,
+    /// Of material, transverse, about the design.
+    deviation: f64,
+    within: bool,
+    /// Whether it is looked at for plus material.
+    zone: bool,
+    suspect: bool,
+}
+
+/// The samples that count, in ascending order.
 struct Taken {
-    /// Coordinates mapped to [-1, 1] over the evaluation range, and deviations of material.
     u: Vec<f64>,
     deviation: Vec<f64>,
-    /// The same outside of it.
+    /// Outside of the range.
     zone: Vec<[f64; 2]>,
-    samples: Samples,
+    spacing: Spacing,
 }
 
 impl Subject<'_> {
-    /// The figures, where there are any; whether the samples reach both ends of the range; notices say why not.
-    pub fn evaluate(&self, notices: &mut Vec<Notice>) -> (Samples, Option<Values>, bool) {
-        let taken = self.take();
-        let samples = taken.samples;
+    /// The figures, where there are any; notices say why not.
+    pub fn evaluate(&self, notices: &mut Vec<Notice>) -> Outcome {
+        let (mut all, mut samples) = self.samples();
+        let runs = self.suspect(&mut all);
+        let exclude = self.settings.outliers == Outliers::Exclude;
+        samples.excluded = if exclude { all.iter().filter(|s| s.suspect && s.within).count() } else { 0 };
+        let taken = Taken::of(&all, exclude);
+        (samples.used, samples.zone) = (taken.u.len(), taken.zone.len());
         if samples.undefined_in_range > 0 {
             let undefined = counted(samples.undefined_in_range, "undefined sample", "undefined samples");
             self.note(notices, "undefined_samples", format!("{undefined} within the evaluation range left out"));
         }
-        if samples.used < FEWEST_SAMPLES {
-            let used = counted(samples.used, "defined sample", "defined samples");
-            let detail = format!("{used} within the evaluation range; a trace is evaluated from {FEWEST_SAMPLES} on");
-            self.note(notices, "too_few_samples", detail);
-            return (samples, None, false);
-        }
-        let covers = self.covers(samples.used, notices);
-        match self.figures(&taken) {
-            Ok(values) => (samples, Some(values), covers),
-            Err(error) => {
-                let detail = format!("no mean curve: {}", reason(&error));
-                self.note(notices, "no_mean_curve", detail);
-                (samples, None, covers)
+        let suspects = (!runs.is_empty()).then(|| self.suspects(&all, &runs, exclude));
+        let refused = match (samples.used < FEWEST_SAMPLES, taken.spacing.places < 3) {
+            (true, _) => {
+                let used = counted(samples.used, "defined sample", "defined samples");
+                let why = format!("{used} within the evaluation range; a trace is evaluated from {FEWEST_SAMPLES} on");
+                Some(("too_few_samples", why))
             }
+            (false, true) => {
+                let places = counted(taken.spacing.places, "place", "places");
+                Some(("no_mean_curve", format!("no mean curve: the samples lie at {places} only")))
+            }
+            (false, false) => None,
+        };
+        if let Some((code, detail)) = refused {
+            self.note(notices, code, detail);
+            return Outcome { samples, values: None, told: Told::Nothing, suspects };
         }
+        let values = self.figures(&taken);
+        let told = self.told(&all, &taken.spacing, notices);
+        if let Some(suspects) = &suspects {
+            self.note(notices, "outliers_suspected", self.suspicion(suspects, exclude));
+        }
+        Outcome { samples, values: Some(values), told, suspects }
     }
 
     fn note(&self, notices: &mut Vec<Notice>, code: &'static str, message: String) {
         notices.push(Notice { code, pointer: Some(format!("{}/deviation_um", self.pointer)), message });
     }
 
-    fn take(&self) -> Taken {
+    /// The defined samples in ascending order, and how many there were.
+    fn samples(&self) -> (Vec<Sample>, Samples) {
         let (trace, window) = (self.trace, self.window);
         let scale = self.settings.given.to_material(trace.kind, trace.side)
             * match self.settings.direction {
                 Direction::Transverse => 1.0,
                 Direction::Normal => 1.0 / self.gear.base_helix_angle().cos(),
             };
-        let mut samples = Samples { posted: trace.at.len(), undefined: 0, used: 0, undefined_in_range: 0, zone: 0 };
-        let (mut u, mut deviation, mut zone) = (Vec::new(), Vec::new(), Vec::new());
+        let mut samples =
+            Samples { posted: trace.at.len(), undefined: 0, used: 0, undefined_in_range: 0, excluded: 0, zone: 0 };
         let (middle, half) = (0.5 * (window.low + window.high), 0.5 * window.length());
         let looked_at = window.plus_material.in_form() || window.plus_material.in_total();
+        let mut all = Vec::with_capacity(trace.at.len());
         for (i, (&at, &given)) in trace.at.iter().zip(&trace.deviation).enumerate().asking(20) {
             let about_design = given - self.design.map_or(0.0, |design| design[i]);
             let within = at >= window.low - EDGE && at <= window.high + EDGE;
             if about_design.is_nan() {
                 samples.undefined += 1;
                 samples.undefined_in_range += usize::from(within);
-            } else if within {
-                u.push((at - middle) / half);
-                deviation.push(scale * about_design);
-            } else if looked_at && at >= window.zone[0] - EDGE && at <= window.zone[1] + EDGE {
-                zone.push([(at - middle) / half, scale * about_design]);
+            } else {
+                let zone = !within && looked_at && at >= window.zone[0] - EDGE && at <= window.zone[1] + EDGE;
+                let (u, deviation) = ((at - middle) / half, scale * about_design);
+                all.push(Sample { at, u, deviation, within, zone, suspect: false });
             }
         }
-        (samples.used, samples.zone) = (u.len(), zone.len());
-        Taken { u, deviation, zone, samples }
-    }
-
-    /// Whether defined samples reach both ends of the range, to one distance of neighbouring samples (they are discrete).
-    fn covers(&self, used: usize, notices: &mut Vec<Notice>) -> bool {
-        let window = self.window;
-        let defined = self.trace.at.iter().zip(&self.trace.deviation).filter(|(_, d)| !d.is_nan());
-        let (least, most) = defined.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (&at, _)| (a.min(at), b.max(at)));
-        let within = most.min(window.high) - least.max(window.low);
-        let open = EDGE + within.max(0.0) / (used.max(2) - 1) as f64;
-        if least <= window.low + open && most >= window.high - open {
-            return true;
+        // samples at one place in an order of their own, so that theirs in the request makes no difference
+        if !all.is_sorted_by(|a, b| a.u < b.u) {
+            all.sort_by(cancel::comparing(|a: &Sample, b: &Sample| {
+                a.u.total_cmp(&b.u).then(a.deviation.total_cmp(&b.deviation))
+            }));
         }
-        let detail = format!(
-            "defined samples from {} to {} mm do not cover the evaluation range from {} to {} mm: the figures are those of the part \
-             measured, and no class is given",
-            Shown(least),
-            Shown(most),
-            Shown(window.low),
-            Shown(window.high)
-        );
-        self.note(notices, "range_not_covered", detail);
-        false
+        (all, samples)
     }
 
-    fn figures(&self, taken: &Taken) -> Result<Values, FitError> {
-        let (trace, window) = (self.trace, self.window);
-        let parabola = polynomial(taken, 2)?;
-        let mean = match window.mean {
-            MeanCurve::Line => polynomial(taken, 1)?,
-            MeanCurve::Parabola => parabola.clone(),
+    /// Marks what stands out of its neighbours; the places of it that count otherwise.
+    fn suspect(&self, all: &mut [Sample]) -> Vec<Run> {
+        let column = |of: fn(&Sample) -> f64| all.iter().map(of).collect::<Vec<f64>>();
+        let mut runs = outliers(&column(|s| s.at), &column(|s| s.deviation));
+        runs.retain(|run| all[run.from..run.to].iter().any(|s| s.within || s.zone));
+        for run in &runs {
+            all[run.from..run.to].iter_mut().for_each(|sample| sample.suspect = true);
+        }
+        runs
+    }
+
+    fn suspects(&self, all: &[Sample], runs: &[Run], excluded: bool) -> Suspects {
+        let place = |run: &Run| Suspect {
+            from: all[run.from].at,
+            to: all[run.to - 1].at,
+            samples: run.to - run.from,
+            height: run.height,
         };
+        let places = runs.iter().map(place).collect();
+        let without = (!excluded).then(|| Taken::of(all, true));
+        let without = without.filter(|taken| taken.u.len() >= FEWEST_SAMPLES && taken.spacing.places > 2);
+        Suspects { places, without: without.map(|taken| self.figures(&taken)) }
+    }
+
+    fn suspicion(&self, suspects: &Suspects, excluded: bool) -> String {
+        const NAMED: usize = 5;
+        // to a µm along and to a tenth of a µm across
+        let along = |x: f64| Shown((x * 1e3).round() / 1e3);
+        let across = |x: f64| Shown((x * 10.0).round() / 10.0);
+        let one = |p: &Suspect| match p.samples {
+            1 => format!("at {} mm ({} µm)", along(p.from), across(p.height)),
+            _ => format!("from {} to {} mm ({} µm)", along(p.from), along(p.to), across(p.height)),
+        };
+        let mut places = suspects.places.iter().take(NAMED).map(one).collect::<Vec<_>>().join(", ");
+        if suspects.places.len() > NAMED {
+            places.push_str(" and others");
+        }
+        let found = format!("samples stand far out of their neighbours, as dust does: {places}");
+        match (excluded, suspects.without) {
+            (true, _) => format!("{found}; they are left out"),
+            (false, Some(w)) => format!(
+                "{found}; they count. Without them slope {}, form {}, total {} µm",
+                across(w.slope),
+                across(w.form),
+                across(w.total)
+            ),
+            (false, None) => format!("{found}; they count"),
+        }
+    }
+
+    /// What the samples tell: whether they reach both ends of the range to one distance of neighbouring samples (they are discrete), and leave
+    /// no hole in it.
+    fn told(&self, all: &[Sample], spacing: &Spacing, notices: &mut Vec<Notice>) -> Told {
+        let window = self.window;
+        let (least, most) = all.first().zip(all.last()).map_or((f64::NAN, f64::NAN), |(a, b)| (a.at, b.at));
+        let half = 0.5 * window.length();
+        let open = EDGE + half * spacing.usual;
+        if !(least <= window.low + open && most >= window.high - open) {
+            let detail = format!(
+                "defined samples from {} to {} mm do not cover the evaluation range from {} to {} mm: the figures are those of the part \
+                 measured, and no class is given",
+                Shown(least),
+                Shown(most),
+                Shown(window.low),
+                Shown(window.high)
+            );
+            self.note(notices, "range_not_covered", detail);
+            return Told::Nothing;
+        }
+        if spacing.is_sparse() {
+            let detail = format!(
+                "samples are {} mm apart, more than {} % of the evaluation range: form and total deviation may be greater than what they show",
+                Shown((half * spacing.usual * 1e4).round() / 1e4),
+                Shown(100.0 * LONGEST_DISTANCE)
+            );
+            self.note(notices, "sparse_samples", detail);
+        }
+        if spacing.holes.is_empty() {
+            return Told::Everything;
+        }
+        let longest =
+            spacing.holes.iter().copied().fold([0.0, 0.0], |a, b| if b[1] - b[0] > a[1] - a[0] { b } else { a });
+        let place = |u: f64| Shown(((window.low + half * (u + 1.0)) * 1e4).round() / 1e4);
+        let covered = spacing.covered >= LEAST_COVERED;
+        let detail = format!(
+            "{} without samples within the evaluation range, the longest from {} to {} mm; {} % of the range are covered: {}",
+            counted(spacing.holes.len(), "stretch", "stretches"),
+            place(longest[0]),
+            place(longest[1]),
+            Shown((1e2 * spacing.covered).round()),
+            if covered { "form and total deviation have no class" } else { "no class is given" }
+        );
+        self.note(notices, "hole_in_trace", detail);
+        if covered { Told::Slope } else { Told::Nothing }
+    }
+
+    /// Of samples at three places at least.
+    fn figures(&self, taken: &Taken) -> Values {
+        let (trace, window) = (self.trace, self.window);
+        let mean = MeanCurves::of(&taken.u, &taken.deviation, &taken.spacing.weight);
+        let noise = noise(&taken.u, &taken.deviation, &taken.spacing);
         let sign = self.settings.sign.of_material(self.settings.given, trace.kind, trace.side);
         let extended = window.reference / (0.5 * window.length());
-        let coefficient = |fit: &FitResult, k: usize| fit.coefficients[k].value;
-        let error = |fit: &FitResult, k: usize| fit.coefficients[k].std_error;
-        let curve = |u: f64| mean.coefficients.iter().rev().fold(0.0, |sum, c| sum * u + c.value);
-        let [form, form_plus_material] = peak_to_valley(taken, window.plus_material.in_form(), |u, d| d - curve(u));
+        let [slope, slope_noise] = match window.mean {
+            MeanCurve::Line => mean.line_slope(),
+            MeanCurve::Parabola => mean.chord_slope(),
+        };
+        let [curvature, curvature_noise] = mean.curvature();
+        let about = |u: f64, d: f64| match window.mean {
+            MeanCurve::Line => d - mean.line(u),
+            MeanCurve::Parabola => d - mean.parabola(u),
+        };
+        let [form, form_plus_material] = peak_to_valley(taken, window.plus_material.in_form(), about);
         let [total, total_plus_material] = peak_to_valley(taken, window.plus_material.in_total(), |_, d| d);
-        Ok(Values {
-            slope: sign * window.sense * coefficient(&mean, 1) * extended,
-            slope_std_error: error(&mean, 1).map(|e| e * extended),
+        Values {
+            slope: sign * window.sense * slope * extended,
+            slope_std_error: noise.map(|noise| noise * slope_noise * extended),
             form,
             total,
-            crowning: -coefficient(&parabola, 2),
-            crowning_std_error: error(&parabola, 2),
+            crowning: -curvature,
+            crowning_std_error: noise.map(|noise| noise * curvature_noise),
             form_plus_material,
             total_plus_material,
-        })
+        }
+    }
+}
+
+impl Taken {
+    fn of(all: &[Sample], exclude: bool) -> Self {
+        let counts = |sample: &&Sample| !(exclude && sample.suspect);
+        let within = || all.iter().filter(counts).filter(|sample| sample.within);
+        let u: Vec<f64> = within().map(|sample| sample.u).collect();
+        let spacing = Spacing::of(&u);
+        Taken {
+            u,
+            deviation: within().map(|sample| sample.deviation).collect(),
+            zone: all.iter().filter(counts).filter(|s| s.zone).map(|s| [s.u, s.deviation]).collect(),
+            spacing,
+        }
     }
 }
 
@@ -198,30 +362,4 @@ fn peak_to_valley(taken: &Taken, zone: bool, height: impl Fn(f64, f64) -> f64) -
     let beside = taken.zone.iter().map(|&[u, d]| height(u, d)).fold(f64::NEG_INFINITY, f64::max);
     let added = if zone { (beside - highest).max(0.0) } else { 0.0 };
     [highest - lowest + added, added]
-}
-
-/// Coefficients of 1, u, u² by plain least squares.
-fn polynomial(taken: &Taken, degree: usize) -> Result<FitResult, FitError> {
-    let model =
-        Model::Polynomial { degree: Degree::Both(degree), basis: PolynomialBasis::Monomial, terms: Terms::Tensor };
-    let spec = FitSpec { regularization: Regularization::None, ..FitSpec::new(model) };
-    let nodes = Nodes::curve(taken.u.clone(), taken.deviation.clone(), None)?;
-    let fit = estimation::fit(&nodes, &spec)?;
-    if fit.spectrum.rank < degree + 1 {
-        let terms = fit.coefficients.iter().map(|c| c.term.clone()).collect();
-        return Err(FitError::RankDeficient { rank: fit.spectrum.rank, columns: degree + 1, terms });
-    }
-    Ok(fit)
-}
-
-fn reason(error: &FitError) -> String {
-    match error {
-        FitError::Invalid(faults) => {
-            faults.list().first().map_or_else(|| error.to_string(), |fault| fault.detail.clone())
-        }
-        FitError::RankDeficient { rank, .. } => {
-            format!("the samples lie at {} only", counted(*rank, "place", "places"))
-        }
-        FitError::NotConverged(_) => error.to_string(),
-    }
 }

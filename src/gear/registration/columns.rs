@@ -9,7 +9,7 @@
 //! cylindrical gear's flanks into themselves. The two enter the fit as one column, and its coefficient is shared between them
 //! afterwards, by minimum norm in the scaled columns. On spur gears the axial shift adds nothing at all.
 
-use super::pose::Motion;
+use super::pose::{Motion, Pose};
 use crate::{
     estimation::{Faults, spec::Scaling},
     gear::{Gear, Side},
@@ -91,6 +91,18 @@ impl Freedom {
         self.columns.len() == self.motions.len()
     }
 
+    /// The column that turns the part about its own axis or screws it along, and its unit of rotation: what coefficient goes with 1 rad.
+    pub fn screw(&self, gear: &Gear) -> Option<(usize, f64)> {
+        // µm of normal distance on left flanks
+        let along = 1e3 * gear.base_radius() * gear.base_helix_angle().cos();
+        self.columns.iter().enumerate().find_map(|(k, column)| match column {
+            Column::Screw => Some((k, along)),
+            Column::Motion(Motion::Rotation) => Some((k, along / self.rotation)),
+            Column::Motion(Motion::AxialShift) => Some((k, along / self.axial)),
+            Column::Motion(_) => None,
+        })
+    }
+
     /// One entry of a row: `other` are those of [`super::pose::Undoing::columns`].
     pub fn entry(&self, column: Column, side: Side, other: &[f64; 4]) -> f64 {
         match column {
@@ -118,6 +130,25 @@ impl Freedom {
                 vec![(Motion::AxialShift, axial), (Motion::Rotation, rotation)]
             }
         }
+    }
+
+    /// Sets the motions of a pose that coefficients of the columns stand for.
+    pub fn set(&self, pose: &mut Pose, coefficients: &[f64], scaling: Scaling) {
+        for (column, value) in self.columns.iter().zip(coefficients) {
+            for (motion, share) in self.shares(*column, scaling) {
+                pose.set(motion, share * value);
+            }
+        }
+    }
+
+    /// The coefficients of the columns that stand for a pose, as far as there are any.
+    pub fn coefficients(&self, pose: &Pose) -> Vec<f64> {
+        let each = self.columns.iter();
+        each.map(|column| match column {
+            Column::Motion(motion) => pose.get(*motion),
+            Column::Screw => self.axial * pose.get(Motion::AxialShift) + self.rotation * pose.get(Motion::Rotation),
+        })
+        .collect()
     }
 
     /// Whether points can tell a motion from all others.

@@ -6,14 +6,18 @@
 //! taken anew at the pose p_k, and the whole p is fitted to `d_k + X_k p_k` (Gauss–Newton; not its step, so that a regularised p stays
 //! regularised however often this is repeated). Columns have the normals of the unmodified flank.
 //!
-//! Motions are those *of the part*: a part that was moved by p on purpose is answered with p.
+//! Motions are those *of the part*: a part that was moved by p on purpose is answered with p. A part that may lie anywhere begins where
+//! [`start`] finds it.
 
 pub mod columns;
+mod misfit;
 pub mod pose;
 mod solve;
+pub mod start;
 
 pub use pose::{Motion, Pose};
-pub use solve::register;
+pub use solve::{register, register_from};
+pub use start::{Start, start};
 
 use super::deviation::Deviations;
 use crate::estimation::{FitResult, FitSpec, result::Warning};
@@ -37,7 +41,7 @@ pub struct Moved {
     pub motion: Motion,
     /// µm or µrad.
     pub value: f64,
-    /// Of its part that the points determine.
+    /// `None` for a motion that the points do not determine.
     pub std_error: Option<f64>,
     /// Sharp bound on what regularisation moved, given the limit of the coefficients' norm; `None` for a motion that the points do not
     /// determine.

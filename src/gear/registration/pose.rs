@@ -105,6 +105,15 @@ impl Pose {
         rotation(&self.tilt()) * own + self.shift() + self.pivot * Vector::z()
     }
 
+    /// The same motion about another pivot, but for the square of the tilts along the axis.
+    pub fn about(&self, pivot: f64) -> Self {
+        let moved = (rotation(&self.tilt()) - Matrix3::identity()) * Vector::new(0.0, 0.0, pivot - self.pivot);
+        let mut values = self.values;
+        values[Motion::XShift as usize] += 1e3 * moved.x;
+        values[Motion::YShift as usize] += 1e3 * moved.y;
+        Pose { values, pivot }
+    }
+
     /// The motion ready to be undone at many points.
     pub fn undoing(&self) -> Undoing {
         let tilt = self.tilt();
@@ -135,6 +144,11 @@ impl Undoing {
     /// Where a measured point lies on the nominal part, mm.
     pub fn point(&self, measured: &Vector) -> Vector {
         turned(self.beside_pivot(measured) + self.along * Vector::z(), -self.turn)
+    }
+
+    /// What a direction of the measured part is on the nominal one.
+    pub fn direction(&self, measured: &Vector) -> Vector {
+        turned(self.inverse * measured, -self.turn)
     }
 
     fn beside_pivot(&self, measured: &Vector) -> Vector {

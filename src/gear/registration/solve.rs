@@ -3,7 +3,9 @@
 use super::{
     Indistinguishable, Moved, Registering, Registration,
     columns::{Column, Freedom},
+    misfit,
     pose::{Motion, Pose},
+    start::{Start, nearest},
 };
 use crate::numerics::cancel::{self, Asking};
 use crate::{
@@ -13,10 +15,13 @@ use crate::{
         spec::{Estimator, Include, Regularization},
         words::{Shown, counted},
     },
-    gear::deviation::{
-        Deviations, Direction, Node, Reference, Stray,
-        foot::{foot, normal},
-        measure::named,
+    gear::{
+        Side,
+        deviation::{
+            Deviations, Direction, Node, Reference, Stray, Touch,
+            foot::{foot, normal},
+            measure::named,
+        },
     },
     geometry::space::Vector,
 };
@@ -28,16 +33,41 @@ const STEP: f64 = 1e-9;
 /// … or by more than this share of the gear's radius, as far as doubles tell its coordinates.
 const RELATIVE_STEP: f64 = 32.0 * f64::EPSILON;
 
+/// How far points may go to other flanks than before; later ones stay, lest they go to and fro.
+const REASSIGNING: usize = 25;
+
 /// How the part lies. Only the nodes that take part decide; all are carried back. Faults point to `/motions`, `/pivot_z_mm`, `/weight`, to `/points/i` for
-/// node i, and where a fit has them.
+/// node i, and where a fit has them. Points stay on the flanks that they are on.
 pub fn register(reference: &Reference, deviations: &Deviations, asked: &Registering) -> Result<Registration, FitError> {
+    registered(reference, deviations, asked, None)
+}
+
+/// The same where the part may lie anywhere: `deviations` are those of the points that `start` carried back, and points whose flank or tooth
+/// is not told go to the nearest one anew after each step.
+pub fn register_from(
+    reference: &Reference,
+    deviations: &Deviations,
+    asked: &Registering,
+    start: &Start,
+) -> Result<Registration, FitError> {
+    registered(reference, deviations, asked, Some(start))
+}
+
+fn registered(
+    reference: &Reference,
+    deviations: &Deviations,
+    asked: &Registering,
+    start: Option<&Start>,
+) -> Result<Registration, FitError> {
     let freedom = Freedom::new(reference.gear, asked.motions)?;
-    let part = Part::new(reference, deviations, asked, freedom)?;
-    let mut pose = Pose { pivot: part.pivot(asked)?, ..Pose::default() };
-    let mut p = vec![0.0; part.freedom.columns.len()];
+    let mut part = Part::new(reference, deviations, asked, freedom, start)?;
+    let pivot = part.pivot(asked)?;
+    let mut pose = start.map_or(Pose { pivot, ..Pose::default() }, |start| start.pose.about(pivot));
+    let mut p = part.freedom.coefficients(&pose);
     let (mut iterations, mut converged) = (0, false);
     let last = loop {
         cancel::checkpoint();
+        let reassigned = if iterations < REASSIGNING { part.reassign(&pose) } else { 0 };
         let state = part.at(&pose)?;
         let heights: Vec<f64> =
             state.d.iter().zip(state.x.chunks_exact(p.len())).map(|(d, x)| d + dot(x, &p)).collect();
@@ -46,14 +76,16 @@ pub fn register(reference: &Reference, deviations: &Deviations, asked: &Register
         let next: Vec<f64> = result.coefficients.iter().map(|c| c.value).collect();
         let step: Vec<f64> = next.iter().zip(&p).map(|(next, p)| next - p).collect();
         let moved = state.x.chunks_exact(p.len()).map(|x| dot(x, &step).abs()).fold(0.0, f64::max);
-        part.set(&mut pose, &next, asked.spec);
+        part.freedom.set(&mut pose, &next, asked.spec.scaling);
         if !pose.is_sane() {
             return Err(FitError::NotConverged(
                 "the registration ran away to tilts beyond 0.1 rad: free fewer motions, or regularise",
             ));
         }
+        // doubles tell a coefficient of this size no finer
+        let finest = RELATIVE_STEP * next.iter().fold(1e3 * reference.gear.tip_radius(), |most, p| most.max(p.abs()));
         (p, iterations) = (next, iterations + 1);
-        converged = converged || moved <= STEP.max(RELATIVE_STEP * 1e3 * reference.gear.tip_radius());
+        converged = converged || (reassigned == 0 && moved <= STEP.max(finest));
         if converged || iterations == MOST_ITERATIONS {
             break result;
         }
@@ -70,8 +102,11 @@ struct Part<'a> {
     reference: &'a Reference<'a>,
     deviations: &'a Deviations,
     freedom: Freedom,
+    start: Option<&'a Start>,
     /// Nodes that take part, and where they were measured.
     rows: Vec<(usize, Vector)>,
+    /// Tooth and flank of every row.
+    flank: Vec<(u32, Side)>,
     weight: Option<Vec<f64>>,
 }
 
@@ -87,6 +122,7 @@ impl<'a> Part<'a> {
         deviations: &'a Deviations,
         asked: &Registering,
         freedom: Freedom,
+        start: Option<&'a Start>,
     ) -> Result<Self, FitError> {
         let nodes = &deviations.nodes;
         if let Some(weight) = asked.weight.filter(|weight| weight.len() != nodes.len()) {
@@ -105,7 +141,7 @@ impl<'a> Part<'a> {
                 && let Some(point) = deviations.point(reference, i)
             {
                 if point.iter().all(|x| x.is_finite()) {
-                    rows.push((i, point));
+                    rows.push((i, start.map_or(point, |start| start.pose.apply(&point))));
                     weights.iter_mut().for_each(|weights| weights.push(weight));
                 } else {
                     faults.push(format!("/points/{i}"), "the modification has no value here");
@@ -119,7 +155,8 @@ impl<'a> Part<'a> {
             faults.push("/points", format!("{points} part, too few for {motions}"));
         }
         faults.into_result(())?;
-        Ok(Part { reference, deviations, freedom, rows, weight: weights })
+        let flank = rows.iter().map(|(i, _)| (nodes[*i].tooth, nodes[*i].side)).collect();
+        Ok(Part { reference, deviations, freedom, start, rows, flank, weight: weights })
     }
 
     /// z of the pivot, mm.
@@ -135,19 +172,36 @@ impl<'a> Part<'a> {
         }
     }
 
-    fn set(&self, pose: &mut Pose, coefficients: &[f64], spec: &FitSpec) {
-        for (column, value) in self.freedom.columns.iter().zip(coefficients) {
-            for (motion, share) in self.freedom.shares(*column, spec.scaling) {
-                pose.set(motion, share * value);
-            }
-        }
+    /// A point carried back: its node, with the deviation along the normal.
+    fn carried(&self, (tooth, side): (u32, Side), point: &Vector) -> Result<Node, Stray> {
+        let gear = self.reference.gear;
+        let foot = foot(gear, side, Some(tooth), point, self.deviations.ball_radius)?;
+        self.reference.node(&foot, Direction::Normal)
     }
 
-    /// A point carried back: its node, with the deviation along the normal.
-    fn carried(&self, node: &Node, point: &Vector) -> Result<Node, Stray> {
-        let gear = self.reference.gear;
-        let foot = foot(gear, node.side, Some(node.tooth), point, self.deviations.ball_radius)?;
-        self.reference.node(&foot, Direction::Normal)
+    /// The flank of node `i` that is nearest to the point carried back, where it is not told; `None` where it is, or where there is none.
+    fn nearest(&self, i: usize, back: &Vector) -> Option<(u32, Side)> {
+        let touch = self.start?.touches.get(i)?;
+        // normals were given to tell sides, and have told them
+        let side = touch.side.or_else(|| touch.normal.map(|_| self.deviations.nodes[i].side));
+        if side.is_some() && touch.tooth.is_some() {
+            return None;
+        }
+        let open = Touch { point: *back, tooth: touch.tooth, side, normal: None };
+        nearest(self.reference.gear, &open, self.deviations.ball_radius).map(|foot| (foot.tooth, foot.side))
+    }
+
+    /// Sends every row to the nearest flank that it may belong to; how many went to another one.
+    fn reassign(&mut self, pose: &Pose) -> usize {
+        let undoing = pose.undoing();
+        let mut changed = 0;
+        for (k, (i, point)) in self.rows.iter().enumerate().asking(1000) {
+            if let Some(flank) = self.nearest(*i, &undoing.point(point)).filter(|flank| *flank != self.flank[k]) {
+                self.flank[k] = flank;
+                changed += 1;
+            }
+        }
+        changed
     }
 
     fn at(&self, pose: &Pose) -> Result<State, Faults> {
@@ -159,17 +213,17 @@ impl<'a> Part<'a> {
         let mut faults = Faults::default();
         let mut state =
             State { x: Vec::with_capacity(self.rows.len() * columns.len()), d: Vec::with_capacity(self.rows.len()) };
-        for (i, point) in self.rows.iter().asking(500) {
-            let node = &self.deviations.nodes[*i];
-            match self.carried(node, &undoing.point(point)) {
+        for ((i, point), flank) in self.rows.iter().zip(&self.flank).asking(500) {
+            match self.carried(*flank, &undoing.point(point)) {
                 Ok(carried) => {
-                    let normal = normal(self.reference.gear, node.tooth, node.side, carried.roll_length, carried.z);
+                    let normal =
+                        normal(self.reference.gear, carried.tooth, carried.side, carried.roll_length, carried.z);
                     let other = undoing.columns(point, &normal);
-                    state.x.extend(columns.iter().map(|column| self.freedom.entry(*column, node.side, &other)));
+                    state.x.extend(columns.iter().map(|column| self.freedom.entry(*column, carried.side, &other)));
                     state.d.push(carried.deviation);
                 }
                 Err(stray) => {
-                    let detail = format!("carried back to {} it is lost: {stray}", named(node));
+                    let detail = format!("carried back to {} it is lost: {stray}", named(*flank));
                     faults.push(format!("/points/{i}"), detail);
                 }
             }
@@ -211,21 +265,43 @@ impl<'a> Part<'a> {
             warnings.push(self.undetermined());
         }
         let deviations = self.carried_back(&pose, &mut warnings);
+        if let Some(start) = self.start {
+            warnings.extend(misfit::of_start(self.reference.gear, start, &deviations));
+        }
+        let rows: Vec<usize> = self.rows.iter().map(|(i, _)| *i).collect();
+        warnings.extend(misfit::of_part(self.reference.gear, &deviations, &rows));
         Ok(Registration {
             motions: self.moved(&pose, &last, asked.spec),
             pose,
-            // at least one node takes part
-            rms_before: self.deviations.rms().unwrap_or_default(),
+            rms_before: self.rms_before(&deviations),
             rms_after: deviations.rms().unwrap_or_default(),
             iterations,
             converged,
             indistinguishable,
             fit: last,
             every_motion,
-            rows: self.rows.iter().map(|(i, _)| *i).collect(),
+            rows,
             deviations,
             warnings,
         })
+    }
+
+    /// Of the points as they were measured, against the flanks that they are found to belong to.
+    fn rms_before(&self, after: &Deviations) -> f64 {
+        let Some(start) = self.start else {
+            // at least one node takes part
+            return self.deviations.rms().unwrap_or_default();
+        };
+        let scale = self.deviations.direction.from_normal(self.reference.gear);
+        let (mut count, mut sum) = (0.0, 0.0);
+        for (i, node) in after.nodes.iter().enumerate().filter(|(_, node)| node.counts()).asking(1000) {
+            if let Some(point) = self.deviations.point(self.reference, i)
+                && let Ok(before) = self.carried((node.tooth, node.side), &start.pose.apply(&point))
+            {
+                (count, sum) = (count + 1.0, sum + (scale * before.deviation).powi(2));
+            }
+        }
+        if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
     }
 
     /// Least squares with a column for every motion.
@@ -246,7 +322,8 @@ impl<'a> Part<'a> {
     fn undetermined(&self) -> Warning {
         let message = if self.freedom.columns.contains(&Column::Screw) {
             "rotation and axial_shift: a screw motion carries the flanks of a helical gear into themselves, so that no points of them tell \
-             the two apart; their joint effect is shared between them by minimum norm. Free only one of them to have all of it there"
+             the two apart; their joint effect is shared between them by minimum norm, and neither has a standard error. Free only one of \
+             them to have all of it there"
         } else {
             "axial_shift: the flanks of a spur gear are the same along the axis, so that no points of them tell it; it is left at 0"
         };
@@ -264,12 +341,14 @@ impl<'a> Part<'a> {
             .motions
             .iter()
             .map(|&motion| {
-                let (determined, found) = (self.freedom.tells(motion), of(motion));
+                let determined = self.freedom.tells(motion);
+                // what is shared between motions says nothing of one of them
+                let told = of(motion).filter(|_| determined);
                 Moved {
                     motion,
                     value: pose.get(motion),
-                    std_error: found.and_then(|(c, share)| c.std_error.map(|error| error * share.abs())),
-                    bias_bound: found.filter(|_| determined).map(|(c, _)| c.bias_bound),
+                    std_error: told.and_then(|(c, share)| c.std_error.map(|error| error * share.abs())),
+                    bias_bound: told.map(|(c, _)| c.bias_bound),
                     determined,
                 }
             })
@@ -284,7 +363,9 @@ impl<'a> Part<'a> {
         let mut lost = Vec::new();
         for (i, node) in back.nodes.iter_mut().enumerate().asking(1000) {
             let Some(point) = self.deviations.point(self.reference, i) else { continue };
-            match self.carried(node, &undoing.point(&point)) {
+            let point = undoing.point(&self.start.map_or(point, |start| start.pose.apply(&point)));
+            let flank = self.nearest(i, &point).unwrap_or((node.tooth, node.side));
+            match self.carried(flank, &point) {
                 Ok(carried) => *node = Node { deviation: carried.deviation * scale, within: node.within, ..carried },
                 Err(stray) => {
                     *node = Node { roll_length: f64::NAN, z: f64::NAN, deviation: f64::NAN, ..*node };

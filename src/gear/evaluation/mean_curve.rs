@@ -1,0 +1,84 @@
+//! Mean line and mean parabola of a trace, and what noise of its samples makes of their coefficients.
+//!
+//! Weighted least squares in polynomials p₀, p₁, p₂ that are perpendicular over the samples (Forsythe's recurrence):
+//! `p₁ = u − α₀`, `p₂ = (u − α₁) p₁ − β`, each with its coefficient `cₖ = Σ w pₖ δ / Σ w pₖ²`. Coefficients are sums of the deviations with
+//! known factors, so noise of variance σ² per sample has in them the variance σ² times the sum of the squared factors: weights say how long
+//! the range is that a sample stands for, not how well it was measured.
+
+use crate::numerics::cancel::Asking;
+
+/// The mean line and the mean parabola.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeanCurves {
+    /// c₀, c₁, c₂.
+    coefficients: [f64; 3],
+    alpha: [f64; 2],
+    beta: f64,
+    /// Σ (factor of a sample in c₁)², and so on for c₂ and for both.
+    noise: [f64; 3],
+}
+
+impl MeanCurves {
+    /// Of samples at three places at least, with weights above 0.
+    pub fn of(u: &[f64], deviation: &[f64], weight: &[f64]) -> Self {
+        let sum = |of: &dyn Fn(usize) -> f64| (0..u.len()).asking(5).map(|i| weight[i] * of(i)).sum::<f64>();
+        let total = sum(&|_| 1.0);
+        let first = sum(&|i| u[i]) / total;
+        let p1 = |i: usize| u[i] - first;
+        let n1 = sum(&|i| p1(i).powi(2));
+        let second = sum(&|i| u[i] * p1(i).powi(2)) / n1;
+        let beta = n1 / total;
+        let p2 = |i: usize| (u[i] - second) * p1(i) - beta;
+        let n2 = sum(&|i| p2(i).powi(2));
+        // what the curves found so far leave, so that a large constant costs no digits of the slope
+        let c0 = sum(&|i| deviation[i]) / total;
+        let c1 = sum(&|i| p1(i) * (deviation[i] - c0)) / n1;
+        let c2 = sum(&|i| p2(i) * (deviation[i] - c0 - c1 * p1(i))) / n2;
+        let mut noise = [0.0; 3];
+        for (i, w) in weight.iter().enumerate().asking(5) {
+            let (a, b) = (w * p1(i) / n1, w * p2(i) / n2);
+            noise[0] += a * a;
+            noise[1] += b * b;
+            noise[2] += a * b;
+        }
+        MeanCurves { coefficients: [c0, c1, c2], alpha: [first, second], beta, noise }
+    }
+
+    fn p1(&self, u: f64) -> f64 {
+        u - self.alpha[0]
+    }
+
+    fn p2(&self, u: f64) -> f64 {
+        (u - self.alpha[1]) * self.p1(u) - self.beta
+    }
+
+    /// The line at u.
+    pub fn line(&self, u: f64) -> f64 {
+        let [c0, c1, _] = self.coefficients;
+        c0 + c1 * self.p1(u)
+    }
+
+    /// The parabola at u.
+    pub fn parabola(&self, u: f64) -> f64 {
+        self.line(u) + self.coefficients[2] * self.p2(u)
+    }
+
+    /// Slope of the line, and its factor of noise: its standard error over that of a sample.
+    pub fn line_slope(&self) -> [f64; 2] {
+        [self.coefficients[1], self.noise[0].sqrt()]
+    }
+
+    /// Slope of the parabola's chord over [-1, 1], and its factor of noise.
+    pub fn chord_slope(&self) -> [f64; 2] {
+        let [_, c1, c2] = self.coefficients;
+        // p₂'(0)
+        let bend = -(self.alpha[0] + self.alpha[1]);
+        let [a, b, ab] = self.noise;
+        [c1 + bend * c2, (a + 2.0 * bend * ab + bend * bend * b).max(0.0).sqrt()]
+    }
+
+    /// Coefficient of u², and its factor of noise.
+    pub fn curvature(&self) -> [f64; 2] {
+        [self.coefficients[2], self.noise[1].sqrt()]
+    }
+}

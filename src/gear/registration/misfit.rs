@@ -1,0 +1,107 @@
+//! What a registration that converged may still have wrong: teeth and flanks that were assumed, deviations that no flank has.
+
+use super::Start;
+use crate::{
+    estimation::{
+        result::Warning,
+        words::{Shown, counted},
+    },
+    gear::{Gear, deviation::Deviations},
+    numerics::quantiles::median,
+};
+
+/// Deviations of a flank are below this many µm and this many µm per mm of module: about what class 11 of ISO 1328-1 allows.
+pub const MISFIT: f64 = 10.0;
+pub const MISFIT_PER_MODULE: f64 = 10.0;
+/// Multiples of the scale (1.4826 × median absolute deviation) beyond which a point belongs to no flank of the others.
+const THRESHOLD: f64 = 8.0;
+/// How far beyond tip or root circle a point of a flank may lie, modules.
+const BEYOND: f64 = 0.02;
+
+/// What the beginning had to assume.
+pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if start.teeth_assumed {
+        warnings.push(Warning {
+            code: "rotation_modulo_pitch",
+            message: format!(
+                "no point tells its tooth, and a gear that is turned by whole pitches ({} µrad) looks the same: of all such rotations the one \
+                 next to 0 is answered",
+                Shown((gear.pitch_angle() * 1e6).round())
+            ),
+        });
+    }
+    if start.teeth_contradict {
+        let message =
+            "points told to be of one tooth lie on another where most others lie on theirs: see `teeth`".to_owned();
+        warnings.push(Warning { code: "teeth_contradict", message });
+    }
+    if start.flanks_ambiguous {
+        warnings.push(Warning {
+            code: "flanks_ambiguous",
+            message: "the points fit other flanks about as well, with another motion; the smaller motion is answered. Say which flank each \
+                      point is of"
+                .to_owned(),
+        });
+    }
+    let open = |i: usize| start.touches.get(i).is_some_and(|touch| touch.side.is_none());
+    let moved =
+        after.nodes.iter().enumerate().filter(|(i, node)| node.counts() && open(*i) && start.left(*i, node.side));
+    let moved = moved.count();
+    if moved > 0 {
+        let points = counted(moved, "point belongs", "points belong");
+        let message =
+            format!("{points} to another flank than the one that was nearest before the part was laid in place");
+        warnings.push(Warning { code: "flanks_reassigned", message });
+    }
+    warnings
+}
+
+/// What the deviations that are left say.
+pub(super) fn of_part(gear: &Gear, after: &Deviations, rows: &[usize]) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let scale = after.direction.from_normal(gear);
+    let limit = MISFIT + MISFIT_PER_MODULE * gear.data().normal_module;
+    let each: Vec<(usize, f64)> =
+        rows.iter().map(|&i| (i, after.nodes[i].deviation / scale)).filter(|(_, d)| d.is_finite()).collect();
+    let square: f64 = each.iter().map(|(_, d)| d * d).sum();
+    let rms = (square / each.len().max(1) as f64).sqrt();
+    let tenth = |x: f64| Shown((x * 10.0).round() / 10.0);
+    if rms > limit {
+        warnings.push(Warning {
+            code: "poor_fit",
+            message: format!(
+                "after the registration {} µm (rms) are left, more than any flank deviates by ({} µm): other motions, other flanks or another \
+                 gear",
+                tenth(rms),
+                tenth(limit)
+            ),
+        });
+    }
+    if !each.is_empty() {
+        let middle = median(&mut each.iter().map(|(_, d)| *d).collect::<Vec<f64>>());
+        let usual = 1.4826 * median(&mut each.iter().map(|(_, d)| (d - middle).abs()).collect::<Vec<f64>>());
+        let mut far = each.iter().filter(|(_, d)| (d - middle).abs() > limit.max(THRESHOLD * usual)).peekable();
+        if let Some((first, deviation)) = far.peek().copied().copied() {
+            let points = counted(far.count(), "point lies", "points lie");
+            let message = format!(
+                "{points} far from where the others fit; the first is {first}, with {} µm: dirt, another flank, or an error of measurement",
+                tenth(deviation)
+            );
+            warnings.push(Warning { code: "points_misfit", message });
+        }
+    }
+    let slack = BEYOND * gear.data().normal_module;
+    let (outward, tip, root) = (gear.outward(), gear.tip_radius(), gear.root_radius());
+    let beyond = rows.iter().filter(|&&i| {
+        let radius = 0.5 * after.nodes[i].diameter(gear);
+        outward * (radius - tip) > slack || outward * (root - radius) > slack
+    });
+    let beyond = beyond.count();
+    if beyond > 0 {
+        let points = counted(beyond, "point lies", "points lie");
+        let message = format!("{points} beyond the tip or the root circle, where there is no flank");
+        warnings.push(Warning { code: "points_beyond_flank", message });
+    }
+    warnings
+}
