@@ -72,7 +72,8 @@ pub struct ChoiceBody {
     pub condition: Option<f64>,
     /// ‖Â − Â_B‖ in the scaled columns.
     pub bias_norm: f64,
-    /// Predicted mean squared error of the coefficients in the scaled columns.
+    /// Predicted mean squared error of the coefficients in the scaled columns: good for comparing criteria on the same nodes. That of the chosen one is too
+    /// small, about 0.4 of the true error in simulations (docs/mathematics-notes.md).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_mse: Option<f64>,
     pub rms: f64,

@@ -7,6 +7,7 @@ mod oracle;
 
 mod bases;
 mod bounds;
+mod chosen_errors;
 mod collinearity;
 mod criteria;
 mod curves;
