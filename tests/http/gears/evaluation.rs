@@ -280,3 +280,46 @@ async fn evaluations_are_kept_with_an_iteration_and_take_the_gear_of_the_job() {
     assert_eq!(pointers(&app, &format!("{place}/1/evaluations"), example).await, ["/gear"]);
     app.stop().await;
 }
+
+#[tokio::test]
+async fn holes_and_dust_are_told() {
+    let app = TestApp::start().await;
+    let z: Vec<f64> = (0..200).map(|k| 15.0 * f64::from(k) / 199.0).collect();
+    let clean: Vec<f64> = z.iter().map(|z| 4.0 * (2.0 * z).sin() + 0.2 * (97.0 * z).sin()).collect();
+    let asked = |deviation: Value, extra: Value| {
+        let mut evaluation = json!({"helix_range_mm": [0.5, 14.5]});
+        evaluation.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
+        let trace = json!({"tooth": "1", "flank": "left", "kind": "helix", "z_mm": z, "deviation_um": deviation});
+        json!({"gear": spur(), "traces": [trace], "evaluation": evaluation})
+    };
+    let codes = |answer: &Value| -> Vec<String> {
+        answer["warnings"].as_array().unwrap().iter().map(|w| w["code"].as_str().unwrap().to_owned()).collect()
+    };
+    let whole = taken(&app, "/v1/gears/evaluate", &asked(json!(clean), json!({}))).await;
+    assert_eq!(codes(&whole), Vec::<String>::new());
+    assert_eq!(whole["evaluation"]["outliers"], "keep");
+    assert!(whole["traces"][0]["class"]["form"].is_u64() && whole["traces"][0].get("outliers").is_none());
+    // 119 of 200 samples undefined
+    let mut holed = json!(clean);
+    (40..159).for_each(|k| holed[k] = Value::Null);
+    let answer = taken(&app, "/v1/gears/evaluate", &asked(holed, json!({}))).await;
+    assert_eq!(codes(&answer), ["undefined_samples", "hole_in_trace"]);
+    assert!(answer["traces"][0].get("class").is_none() && answer.get("class").is_none(), "{answer}");
+    // dust of 40 µm
+    let mut dusty = clean.clone();
+    dusty[100..103].iter_mut().for_each(|d| *d += 40.0);
+    let kept = taken(&app, "/v1/gears/evaluate", &asked(json!(dusty), json!({}))).await;
+    assert_eq!(codes(&kept), ["outliers_suspected"]);
+    let outliers = &kept["traces"][0]["outliers"];
+    close(outliers["places"][0]["from_mm"].as_f64().unwrap(), z[100], 1e-12);
+    assert_eq!(outliers["places"][0]["samples"], 3);
+    assert!(kept["traces"][0]["form_um"].as_f64().unwrap() > 35.0);
+    let without = outliers["without"]["form_um"].as_f64().unwrap();
+    assert!((without - whole["traces"][0]["form_um"].as_f64().unwrap()).abs() < 0.5);
+    let excluded = taken(&app, "/v1/gears/evaluate", &asked(json!(dusty), json!({"outliers": "exclude"}))).await;
+    close(excluded["traces"][0]["form_um"].as_f64().unwrap(), without, 1e-12);
+    assert_eq!(excluded["traces"][0]["samples"]["excluded"], 3);
+    let wrong = asked(json!(dusty), json!({"outliers": "remove"}));
+    assert_eq!(pointers(&app, "/v1/gears/evaluate", &wrong).await, ["/evaluation/outliers"]);
+    app.stop().await;
+}

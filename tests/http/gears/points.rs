@@ -93,3 +93,59 @@ async fn a_turned_and_shifted_part_is_laid_back() {
     assert_eq!(pointers(&app, "/v1/gears/deviations", &request).await, ["/noise_sigma"]);
     app.stop().await;
 }
+
+/// Eight flanks, turned and shifted.
+async fn laid(app: &TestApp, turn: f64, shift: [f64; 2]) -> (Vec<[f64; 3]>, Vec<u32>, Vec<&'static str>) {
+    let (mut all, mut teeth, mut flanks) = (Vec::new(), Vec::new(), Vec::new());
+    for tooth in [1, 9, 17, 25] {
+        for flank in ["left", "right"] {
+            for p in points(app, flank, tooth, 0.0).await {
+                let (x, y) = (p[0] * turn.cos() - p[1] * turn.sin(), p[0] * turn.sin() + p[1] * turn.cos());
+                all.push([x + shift[0], y + shift[1], p[2]]);
+                teeth.push(tooth);
+                flanks.push(flank);
+            }
+        }
+    }
+    (all, teeth, flanks)
+}
+
+#[tokio::test]
+async fn a_part_may_lie_anywhere() {
+    let app = TestApp::start().await;
+    let motions = json!({"motions": ["x_shift", "y_shift", "rotation"]});
+    let value = |answer: &Value, k: usize| answer["registration"]["motions"][k]["value"].as_f64().unwrap();
+    let codes = |answer: &Value| -> Vec<String> {
+        let warnings = answer["registration"]["warnings"].as_array().unwrap();
+        warnings.iter().map(|warning| warning["code"].as_str().unwrap().to_owned()).collect()
+    };
+    // nothing told: turned by a third of a pitch and off centre by three quarters of a module
+    let pitch = std::f64::consts::TAU / 31.0;
+    let (all, teeth, flanks) = laid(&app, 0.33 * pitch, [1.3, -0.8]).await;
+    let request = json!({"gear": helical(), "points": all, "registration": motions});
+    let answer = taken(&app, "/v1/gears/deviations", &request).await;
+    for (k, truth) in [1300.0, -800.0, 0.33e6 * pitch].into_iter().enumerate() {
+        assert!((value(&answer, k) - truth).abs() < 1e-4, "{k}: {}", value(&answer, k));
+    }
+    assert_eq!(codes(&answer)[0], "rotation_modulo_pitch");
+    assert_eq!(answer["flank"], json!(flanks));
+    // a quarter of a turn and more is known where teeth and flanks are
+    for turn in [1.7, -3.0] {
+        let (all, ..) = laid(&app, turn, [1.3, -0.8]).await;
+        let request =
+            json!({"gear": helical(), "points": all, "teeth": teeth, "flanks": flanks, "registration": motions});
+        let answer = taken(&app, "/v1/gears/deviations", &request).await;
+        assert!((value(&answer, 2) - 1e6 * turn).abs() < 1e-4, "{}", value(&answer, 2));
+        assert_eq!(codes(&answer), Vec::<String>::new());
+        assert_eq!(answer["tooth"], json!(teeth));
+    }
+    // a motion that no point tells has no error
+    let both = json!({"motions": ["axial_shift", "rotation"]});
+    let (all, ..) = laid(&app, 0.0, [0.002, 0.0]).await;
+    let answer =
+        taken(&app, "/v1/gears/deviations", &json!({"gear": helical(), "points": all, "registration": both})).await;
+    let found = answer["registration"]["motions"].as_array().unwrap();
+    assert!(found.iter().all(|motion| motion["determined"] == false && motion.get("std_error").is_none()));
+    assert!(codes(&answer).contains(&"motions_indistinguishable".to_owned()));
+    app.stop().await;
+}
