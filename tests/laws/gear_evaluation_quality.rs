@@ -336,3 +336,41 @@ fn a_range_that_begins_at_the_base_circle_is_warned_of() {
     assert!(begins(101.0).is_empty());
     assert!(range(&gear, Kind::Profile)[0] > 0.0);
 }
+
+/// The twist of the surface through three helices and two profiles with waves of 2 µm, and a noise of 0.3 µm.
+#[test]
+fn standard_errors_of_surfaces_are_those_of_the_noise() {
+    let (gear, mut random, runs) = (gear(), Random::new(17), 400);
+    let rolls = range(&gear, Kind::Profile);
+    let material =
+        |u: f64, v: f64| 4.0 * u - 9.0 * v * v + 2.0 * u * v + 2.0 * (11.0 * v).sin() + 2.0 * (9.0 * u).cos();
+    let at = |u: f64| gear.diameter(0.5 * (rolls[0] + rolls[1]) + 0.5 * u * (rolls[1] - rolls[0]));
+    let clean = || {
+        let helix = |u: f64, tooth: &str| Trace {
+            tooth: tooth.into(),
+            section: Some(at(u)),
+            ..trace(&gear, Kind::Helix, Side::Left, 150, |v| material(u, v))
+        };
+        let profile = |v: f64| Trace {
+            section: Some(10.0 + 9.0 * v),
+            ..trace(&gear, Kind::Profile, Side::Left, 150, |u| material(u, v))
+        };
+        vec![helix(-0.8, "1f"), helix(0.0, "1"), helix(0.8, "1k"), profile(-0.5), profile(0.4)]
+    };
+    let figures = |traces: &[Trace]| {
+        let surface = all(&gear, traces, &plain()).surfaces.remove(0).surface;
+        [surface.twist, surface.profile_slope, surface.helix_slope, surface.helix_crowning, surface.mean]
+    };
+    let truth = figures(&clean());
+    let mut hits = [0usize; 5];
+    for _ in 0..runs {
+        let mut traces = clean();
+        traces.iter_mut().flat_map(|trace| &mut trace.deviation).for_each(|d| *d += 0.3 * random.normal());
+        for (k, (found, truth)) in figures(&traces).iter().zip(&truth).enumerate() {
+            hits[k] += usize::from((found.value - truth.value).abs() <= found.std_error.expect("a standard error"));
+        }
+    }
+    // a share of 400 has a standard deviation of 0.023
+    let shares = hits.map(|hits| hits as f64 / f64::from(runs));
+    assert!(shares.iter().all(|share| (0.60..=0.78).contains(share)), "{shares:?}");
+}

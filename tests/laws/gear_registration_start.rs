@@ -200,3 +200,23 @@ fn what_does_not_fit_is_said() {
     let answer = laid(&gear, &part(&gear, &mut random, &still, [true; 2]), &FIVE);
     assert!(answer.warnings.is_empty(), "{:?}", answer.warnings);
 }
+
+/// Points of one section of a spur gear say nothing of a tilt about a pivot in it.
+#[test]
+fn motions_that_these_points_do_not_tell_have_no_error() {
+    let gear = helical(0.0, Hand::Right);
+    let point = |k: usize| crate::gear_registration::above(&gear, 1, Side::Left, 12.0 + k as f64, 20.0, 0.0);
+    let touches: Vec<Touch> =
+        (0..9).map(|k| Touch { tooth: Some(1), side: Some(Side::Left), ..Touch::anywhere(point(k)) }).collect();
+    let reference = Reference::new(&gear);
+    let spec = plain();
+    let motions = [Motion::XShift, Motion::YTilt, Motion::Rotation];
+    let asked = Registering { motions: &motions, pivot: Some(20.0), weight: None, spec: &spec };
+    let begun = start(&gear, &touches, 0.0, &asked).expect("motions");
+    let deviations = measure(&reference, &begun.touches, &Measurement::default()).expect("sound points");
+    let answer = register_from(&reference, &deviations, &asked, &begun).expect("a registration");
+    let told: Vec<bool> = answer.motions.iter().map(|moved| moved.determined).collect();
+    assert_eq!(told, [true, false, true]);
+    assert!(answer.motions.iter().all(|moved| moved.std_error.is_some() == moved.determined));
+    assert!(has(&answer, "motions_indistinguishable"));
+}

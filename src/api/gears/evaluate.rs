@@ -196,7 +196,7 @@ pub struct TwistBody {
 }
 
 /// The second-order surface through all traces of a tooth flank, over the evaluation ranges (not extended to reference lengths), transverse; by
-/// plain least squares.
+/// plain least squares. Standard errors are what noise of the samples makes of the figures, as for traces: form that the surface leaves is no noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceSurface)]
 pub struct TraceSurfaceBody {

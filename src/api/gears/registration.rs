@@ -41,13 +41,13 @@ pub struct MotionBody {
     pub value: f64,
     /// `um` or `urad`.
     pub unit: String,
-    /// Left out where the points do not determine the motion.
+    /// Left out where the points do not determine the motion. Where a regularisation chose its λ* by these points it is too small, as in any fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// Sharp bound on what regularisation moved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
-    /// Whether points of these flanks can tell it from the other motions at all.
+    /// Whether these points tell it from the other motions at all.
     pub determined: bool,
 }
 

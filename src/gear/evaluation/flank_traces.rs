@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use super::{
     EDGE, Position, Posted,
     flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface, told},
+    noise::noise,
     settings::{DeviationSign, Settings, SlopeSign, Window},
+    spacing::Spacing,
 };
 use crate::numerics::cancel;
 use crate::{
@@ -25,6 +27,8 @@ pub struct FlankTraces {
     /// Roll length and z in mm, deviation about the design in µm, transverse, positive where material stands out.
     pub places: Vec<[f64; 3]>,
     traces: usize,
+    /// Over the traces that tell their noise: Σ samples · variance, µm², and Σ samples.
+    noise: [f64; 2],
 }
 
 /// The second-order surface of a tooth flank's traces.
@@ -60,6 +64,7 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
             side: trace.side,
             places: Vec::new(),
             traces: 0,
+            noise: [0.0; 2],
         });
         let before = flank.places.len();
         let scale = along * settings.given.to_material(trace.kind, trace.side);
@@ -70,11 +75,26 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
                 flank.places.push([roll, z, scale * about]);
             }
         }
-        flank.traces += usize::from(flank.places.len() > before);
+        let own = &flank.places[before..];
+        flank.traces += usize::from(!own.is_empty());
+        if let Some(found) = trace_noise(own, usize::from(trace.kind == Kind::Helix)) {
+            flank.noise[0] += found * found * own.len() as f64;
+            flank.noise[1] += own.len() as f64;
+        }
     }
     let mut flanks: Vec<FlankTraces> = flanks.into_values().filter(|flank| !flank.places.is_empty()).collect();
     flanks.sort_by_key(|flank| std::cmp::Reverse(flank.traces));
     flanks
+}
+
+/// Noise of the samples of one trace, which runs along coordinate `along` of its places.
+fn trace_noise(places: &[[f64; 3]], along: usize) -> Option<f64> {
+    let mut each: Vec<[f64; 2]> = places.iter().map(|place| [place[along], place[2]]).collect();
+    each.sort_by(cancel::comparing(|a: &[f64; 2], b: &[f64; 2]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))));
+    let (low, high) = (each.first()?[0], each.last()?[0]);
+    let u: Vec<f64> = each.iter().map(|[x, _]| (2.0 * x - low - high) / (high - low)).collect();
+    let deviation: Vec<f64> = each.iter().map(|[_, deviation]| *deviation).collect();
+    noise(&u, &deviation, &Spacing::of(&u)).filter(|noise| noise.is_finite())
 }
 
 impl FlankTraces {
@@ -120,6 +140,19 @@ impl FlankTraces {
         surface.profile_slope = surface.profile_slope.times(sign(Kind::Profile));
         surface.helix_slope = surface.helix_slope.times(sign(Kind::Helix));
         surface.twist = surface.twist.times(sign(Kind::Helix));
+        // what the surface leaves is mostly form, which comes again: errors are those of the traces' noise
+        let noise = (self.noise[1] > 0.0).then(|| (self.noise[0] / self.noise[1]).sqrt());
+        let factor = noise.zip(surface.result.residuals.sigma.filter(|s| *s > 0.0)).map(|(noise, sigma)| noise / sigma);
+        for figure in [
+            &mut surface.mean,
+            &mut surface.profile_slope,
+            &mut surface.helix_slope,
+            &mut surface.profile_crowning,
+            &mut surface.helix_crowning,
+            &mut surface.twist,
+        ] {
+            figure.std_error = figure.std_error.zip(factor).map(|(error, factor)| error * factor);
+        }
         Some(TraceSurface { tooth: self.tooth.clone(), side: self.side, traces: self.traces, surface })
     }
 }

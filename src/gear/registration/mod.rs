@@ -46,7 +46,7 @@ pub struct Moved {
     /// Sharp bound on what regularisation moved, given the limit of the coefficients' norm; `None` for a motion that the points do not
     /// determine.
     pub bias_bound: Option<f64>,
-    /// Whether any points of such a gear could tell it from the other free motions.
+    /// Whether these points tell it from the other free motions.
     pub determined: bool,
 }
 

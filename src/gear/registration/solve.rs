@@ -264,6 +264,16 @@ impl<'a> Part<'a> {
         if !self.freedom.is_whole() {
             warnings.push(self.undetermined());
         }
+        let dependent = Self::dependent(&last);
+        if !dependent.is_empty() {
+            let names: Vec<&str> = dependent.iter().map(|motion| motion.name()).collect();
+            let message = format!(
+                "{}: these points do not tell them apart; their joint effect is shared between them by minimum norm, and none has a standard \
+                 error",
+                names.join(", ")
+            );
+            warnings.push(Warning { code: "motions_indistinguishable", message });
+        }
         let deviations = self.carried_back(&pose, &mut warnings);
         if let Some(start) = self.start {
             warnings.extend(misfit::of_start(self.reference.gear, start, &deviations));
@@ -330,7 +340,15 @@ impl<'a> Part<'a> {
         Warning { code: "motions_indistinguishable", message: message.into() }
     }
 
+    /// The motions that these points do not tell from others, though points elsewhere could.
+    fn dependent(last: &FitResult) -> Vec<Motion> {
+        let exact = last.collinearity.near_dependencies.iter().filter(|near| near.condition_index.is_none());
+        let terms = exact.flat_map(|near| &near.terms);
+        terms.filter_map(|term| Motion::named(term)).collect()
+    }
+
     fn moved(&self, pose: &Pose, last: &FitResult, spec: &FitSpec) -> Vec<Moved> {
+        let dependent = Self::dependent(last);
         let of = |motion: Motion| {
             self.freedom.columns.iter().zip(&last.coefficients).find_map(|(column, coefficient)| {
                 let shares = self.freedom.shares(*column, spec.scaling);
@@ -341,7 +359,7 @@ impl<'a> Part<'a> {
             .motions
             .iter()
             .map(|&motion| {
-                let determined = self.freedom.tells(motion);
+                let determined = self.freedom.tells(motion) && !dependent.contains(&motion);
                 // what is shared between motions says nothing of one of them
                 let told = of(motion).filter(|_| determined);
                 Moved {
