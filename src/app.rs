@@ -71,7 +71,13 @@ impl App {
     /// Serves until `stop` is ready, then finishes what was accepted within the shutdown grace and cancels the rest: it returns within the
     /// grace and two seconds, whatever runs.
     pub async fn serve(self, stop: impl Future<Output = ()>) {
-        let grace = self.state.settings.shutdown_grace();
+        let settings = &self.state.settings;
+        let grace = settings.shutdown_grace();
+        let limits = server::Limits {
+            connections: server::connections(settings.max_connections),
+            write_timeout: settings.write_timeout(),
+            grace,
+        };
         let upkeep = tokio::spawn(telemetry::upkeep());
         let state = self.state.clone();
         let kept = self.state.clone();
@@ -83,7 +89,7 @@ impl App {
             state.closing.close();
             let _sent = stopping.send(Instant::now() + grace);
         };
-        server::serve(self.listener, http::router(self.state), stop, grace).await;
+        server::serve(self.listener, http::router(self.state), stop, limits).await;
         let deadline = stopped.await.unwrap_or_else(|_| Instant::now()).min(Instant::now() + LAST_WORDS);
         // WebSockets have left their connections; they were told to end at once
         let _late = tokio::time::timeout_at(deadline, state.closing.empty()).await;

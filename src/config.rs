@@ -33,9 +33,19 @@ pub struct ServeSettings {
     /// Largest request body in bytes, counted after decompression.
     #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024)]
     pub body_limit: usize,
+    /// Bytes that bodies (as sent, unpacked, and what is read from them) and unsent answers may take together; beyond them requests are
+    /// refused (503, or 413 for one that alone is beyond them).
+    #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 1 << 30)]
+    pub body_memory: usize,
     /// Seconds in which a request body must have arrived (else 408).
     #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
     pub body_timeout: u64,
+    /// Seconds that a client may take nothing of its answer before it is let go.
+    #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..))]
+    pub write_timeout: u64,
+    /// Connections at a time; less where the system gives fewer handles. Idle ones give way, further clients wait.
+    #[arg(long, env = "FLANKFIT_MAX_CONNECTIONS", default_value_t = 4096)]
+    pub max_connections: usize,
     /// Seconds in which a request must be answered (else 503).
     #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
     pub request_timeout: u64,
@@ -182,6 +192,10 @@ impl ServeSettings {
         Duration::from_secs(self.body_timeout)
     }
 
+    pub fn write_timeout(&self) -> Duration {
+        Duration::from_secs(self.write_timeout)
+    }
+
     pub fn request_timeout(&self) -> Duration {
         Duration::from_secs(self.request_timeout)
     }
@@ -200,7 +214,10 @@ impl Default for ServeSettings {
             workers: 0,
             queue: 1024,
             body_limit: 256 * 1024 * 1024,
+            body_memory: 1 << 30,
             body_timeout: 60,
+            write_timeout: 30,
+            max_connections: 4096,
             request_timeout: 120,
             shutdown_grace: 30,
             api_keys_sha256: Vec::new(),

@@ -32,6 +32,13 @@ pub const BLOCK_SECONDS: &str = "flankfit_stream_block_duration_seconds";
 /// Connections that stay open. Label: `kind` (`events`, `websocket`).
 pub const LISTENERS: &str = "flankfit_open_connections";
 
+/// Requests and connections that were turned away for others' sake. Label: `reason` (`queue`, `body_memory`, `idle_connection`).
+pub const SHED: &str = "flankfit_shed_total";
+/// Bytes of bodies and answers that are held.
+pub const BODY_MEMORY: &str = "flankfit_body_memory_bytes";
+/// Connections that are open.
+pub const CONNECTIONS: &str = "flankfit_connections";
+
 const SECONDS_BUCKETS: [f64; 16] =
     [5e-5, 1e-4, 2.5e-4, 5e-4, 1e-3, 2.5e-3, 5e-3, 1e-2, 2.5e-2, 5e-2, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0];
 
@@ -98,6 +105,9 @@ pub fn metrics() -> &'static PrometheusHandle {
             "Time to add a block to a stream, estimate and store it"
         );
         metrics::describe_gauge!(LISTENERS, "Event streams and WebSockets that are open, by kind");
+        metrics::describe_counter!(SHED, "Requests and connections turned away for others' sake, by reason");
+        metrics::describe_gauge!(BODY_MEMORY, metrics::Unit::Bytes, "Bytes of bodies and unsent answers that are held");
+        metrics::describe_gauge!(CONNECTIONS, "Connections that are open");
         metrics::describe_histogram!(STORE_SECONDS, metrics::Unit::Seconds, "Time of one operation of the store");
         handle
     })
@@ -120,6 +130,11 @@ pub fn record_store(operation: &'static str, elapsed: Duration) {
 /// Notes that work was cancelled, and how long it had run.
 pub fn record_cancelled(reason: &'static str, elapsed: Duration) {
     metrics::histogram!(CANCELLED_SECONDS, "reason" => reason).record(elapsed.as_secs_f64());
+}
+
+/// Notes that somebody was turned away.
+pub fn record_shed(reason: &'static str) {
+    metrics::counter!(SHED, "reason" => reason).increment(1);
 }
 
 /// Notes how long a fit of `nodes` nodes took.

@@ -1,117 +1,148 @@
-//! Nodes as they were posted, as JSON and as CSV.
+//! Nodes as they were posted, as JSON and as CSV, written piece by piece.
 
-use std::io::Write;
+use std::sync::Arc;
 
-use crate::estimation::nodes::{Grid, Nodes};
-use crate::numerics::cancel::Asking;
+use crate::{
+    estimation::nodes::{Grid, Nodes},
+    formats::Pieces,
+};
+
+/// Some of the numbers of a node set, in their order.
+type Column = fn(&Nodes) -> &[f64];
 
 /// JSON in the contract's form; a missing node is `null`.
-pub fn to_json(nodes: &Nodes) -> Vec<u8> {
-    let mut out = Vec::with_capacity(64 + 24 * 3 * nodes.posted());
-    match nodes {
-        Nodes::Curve(c) => {
-            out.extend_from_slice(br#"{"type":"curve","x":"#);
-            array(&mut out, &c.x);
-            field(&mut out, "y", &c.y);
-            weight(&mut out, c.weight.as_deref(), None);
-        }
-        Nodes::Scattered(s) => {
-            out.extend_from_slice(br#"{"type":"scattered","u":"#);
-            array(&mut out, &s.u);
-            field(&mut out, "v", &s.v);
-            field(&mut out, "z", &s.z);
-            weight(&mut out, s.weight.as_deref(), None);
-        }
-        Nodes::Grid(g) => {
-            out.extend_from_slice(br#"{"type":"grid","u":"#);
-            array(&mut out, &g.u);
-            field(&mut out, "v", &g.v);
-            out.extend_from_slice(br#","z":"#);
-            rows(&mut out, &g.z, g.v.len(), number);
-            if let Some(valid) = &g.valid {
-                out.extend_from_slice(br#","valid":"#);
-                rows(&mut out, valid, g.v.len(), |out, valid| {
-                    out.extend_from_slice(if valid { b"true" } else { b"false" });
-                });
+pub fn to_json(nodes: Arc<Nodes>) -> Pieces {
+    let text = Text { file: Pieces::new(), nodes: Arc::clone(&nodes) };
+    let text =
+        match &*nodes {
+            Nodes::Curve(_) => text
+                .array(r#"{"type":"curve","x":"#, |nodes| if let Nodes::Curve(c) = nodes { &c.x } else { &[] })
+                .array(r#","y":"#, |nodes| if let Nodes::Curve(c) = nodes { &c.y } else { &[] }),
+            Nodes::Scattered(_) => text
+                .array(r#"{"type":"scattered","u":"#, |nodes| if let Nodes::Scattered(s) = nodes { &s.u } else { &[] })
+                .array(r#","v":"#, |nodes| if let Nodes::Scattered(s) = nodes { &s.v } else { &[] })
+                .array(r#","z":"#, |nodes| if let Nodes::Scattered(s) = nodes { &s.z } else { &[] }),
+            Nodes::Grid(g) => {
+                let text = text
+                    .array(r#"{"type":"grid","u":"#, |nodes| if let Nodes::Grid(g) = nodes { &g.u } else { &[] })
+                    .array(r#","v":"#, |nodes| if let Nodes::Grid(g) = nodes { &g.v } else { &[] })
+                    .rows(r#","z":"#, g.v.len(), |nodes| if let Nodes::Grid(g) = nodes { &g.z } else { &[] });
+                match &g.valid {
+                    Some(valid) => text.cells(r#","valid":"#, valid.len(), Some(g.v.len()), |nodes, i, out| {
+                        let valid = matches!(nodes, Nodes::Grid(Grid { valid: Some(valid), .. }) if valid[i]);
+                        out.extend_from_slice(if valid { b"true" } else { b"false" });
+                    }),
+                    None => text,
+                }
             }
-            weight(&mut out, g.weight.as_deref(), Some(g.v.len()));
-        }
-        Nodes::Matrix(m) => {
-            out.extend_from_slice(br#"{"type":"matrix","x":"#);
-            rows(&mut out, &m.x, m.columns, number);
-            field(&mut out, "y", &m.y);
-            if let Some(names) = &m.names {
-                out.extend_from_slice(br#","names":"#);
-                // Strings are always writable as JSON.
-                let _written = serde_json::to_writer(&mut out, names);
+            Nodes::Matrix(m) => {
+                let text =
+                    text.rows(r#"{"type":"matrix","x":"#, m.columns, |nodes| {
+                        if let Nodes::Matrix(m) = nodes { &m.x } else { &[] }
+                    })
+                    .array(r#","y":"#, |nodes| if let Nodes::Matrix(m) = nodes { &m.y } else { &[] });
+                match &m.names {
+                    Some(names) => {
+                        let mut list = br#","names":"#.to_vec();
+                        // Strings are always writable as JSON.
+                        let _written = serde_json::to_writer(&mut list, names);
+                        Text { file: text.file.text(list), ..text }
+                    }
+                    None => text,
+                }
             }
-            weight(&mut out, m.weight.as_deref(), None);
-        }
+        };
+    let columns = if let Nodes::Grid(g) = &*nodes { Some(g.v.len()) } else { None };
+    let text = match (weights(&nodes), columns) {
+        ([], _) => text,
+        (_, None) => text.array(r#","weight":"#, weights),
+        (_, Some(columns)) => text.rows(r#","weight":"#, columns, weights),
+    };
+    text.file.text("}")
+}
+
+/// Empty where there are none.
+fn weights(nodes: &Nodes) -> &[f64] {
+    let weight = match nodes {
+        Nodes::Curve(c) => &c.weight,
+        Nodes::Scattered(s) => &s.weight,
+        Nodes::Grid(g) => &g.weight,
+        Nodes::Matrix(m) => &m.weight,
+    };
+    weight.as_deref().unwrap_or_default()
+}
+
+/// JSON of nodes, as far as it has been put together.
+struct Text {
+    file: Pieces,
+    nodes: Arc<Nodes>,
+}
+
+impl Text {
+    fn array(self, before: &str, of: Column) -> Self {
+        let count = of(&self.nodes).len();
+        self.cells(before, count, None, move |nodes, i, out| number(out, of(nodes)[i]))
     }
-    out.push(b'}');
-    out
+
+    fn rows(self, before: &str, columns: usize, of: Column) -> Self {
+        let count = of(&self.nodes).len();
+        self.cells(before, count, Some(columns), move |nodes, i, out| number(out, of(nodes)[i]))
+    }
+
+    /// A list, or a list of lists of so many `columns`.
+    fn cells(
+        self,
+        before: &str,
+        count: usize,
+        columns: Option<usize>,
+        write: impl Fn(&Nodes, usize, &mut Vec<u8>) + Send + 'static,
+    ) -> Self {
+        let Text { file, nodes } = self;
+        let all = Arc::clone(&nodes);
+        let cell = move |i: usize, out: &mut Vec<u8>| {
+            let between: &[u8] = match columns {
+                Some(_) if i == 0 => b"[",
+                Some(columns) if i.is_multiple_of(columns) => b"],[",
+                None if i == 0 => b"",
+                _ => b",",
+            };
+            out.extend_from_slice(between);
+            write(&all, i, out);
+        };
+        let end = if columns.is_some() && count > 0 { "]]" } else { "]" };
+        Text { file: file.text(format!("{before}[")).lines(count, cell).text(end), nodes }
+    }
 }
 
 /// CSV with a header: `x,y`, `u,v,z` or the column names and `y`, then `weight` where there are weights. A missing
 /// node has an empty height.
-pub fn to_csv(nodes: &Nodes) -> Vec<u8> {
-    let mut out = Vec::with_capacity(64 + 24 * 3 * nodes.posted());
-    match nodes {
-        Nodes::Curve(c) => {
-            table(&mut out, &["x".into(), "y".into()], c.weight.as_deref(), c.y.len(), |i, row| {
-                row.extend_from_slice(&[c.x[i], c.y[i]]);
-            });
-        }
-        Nodes::Scattered(s) => {
-            let names = ["u".into(), "v".into(), "z".into()];
-            table(&mut out, &names, s.weight.as_deref(), s.z.len(), |i, row| {
-                row.extend_from_slice(&[s.u[i], s.v[i], s.z[i]]);
-            });
-        }
-        Nodes::Grid(g) => {
-            let names = ["u".into(), "v".into(), "z".into()];
-            table(&mut out, &names, g.weight.as_deref(), g.z.len(), |i, row| {
-                row.extend_from_slice(&[g.u[i / g.v.len()], g.v[i % g.v.len()], height(g, i)]);
-            });
-        }
+pub fn to_csv(nodes: Arc<Nodes>) -> Pieces {
+    let mut names: Vec<String> = match &*nodes {
+        Nodes::Curve(_) => vec!["x".into(), "y".into()],
+        Nodes::Scattered(_) | Nodes::Grid(_) => vec!["u".into(), "v".into(), "z".into()],
         Nodes::Matrix(m) => {
-            let mut names: Vec<String> = match &m.names {
-                Some(names) => names.clone(),
-                None => (1..=m.columns).map(|j| format!("x{j}")).collect(),
-            };
+            let names = m.names.clone();
+            let mut names = names.unwrap_or_else(|| (1..=m.columns).map(|j| format!("x{j}")).collect());
             names.push("y".into());
-            table(&mut out, &names, m.weight.as_deref(), m.y.len(), |i, row| {
+            names
+        }
+    };
+    names.iter_mut().for_each(cell);
+    names.extend((!weights(&nodes).is_empty()).then(|| "weight".to_owned()));
+    let mut row = Vec::new();
+    let header = format!("{}\n", names.join(","));
+    Pieces::new().text(header).lines(nodes.posted(), move |i, out| {
+        row.clear();
+        match &*nodes {
+            Nodes::Curve(c) => row.extend_from_slice(&[c.x[i], c.y[i]]),
+            Nodes::Scattered(s) => row.extend_from_slice(&[s.u[i], s.v[i], s.z[i]]),
+            Nodes::Grid(g) => row.extend_from_slice(&[g.u[i / g.v.len()], g.v[i % g.v.len()], height(g, i)]),
+            Nodes::Matrix(m) => {
                 row.extend_from_slice(&m.x[i * m.columns..(i + 1) * m.columns]);
                 row.push(m.y[i]);
-            });
+            }
         }
-    }
-    out
-}
-
-fn height(grid: &Grid, i: usize) -> f64 {
-    if grid.valid.as_ref().is_none_or(|valid| valid[i]) { grid.z[i] } else { f64::NAN }
-}
-
-fn table(
-    out: &mut Vec<u8>,
-    names: &[String],
-    weight: Option<&[f64]>,
-    count: usize,
-    fill: impl Fn(usize, &mut Vec<f64>),
-) {
-    let cell = |name: &String| {
-        if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.clone() }
-    };
-    let mut header: Vec<String> = names.iter().map(cell).collect();
-    header.extend(weight.map(|_| "weight".to_owned()));
-    out.extend_from_slice(header.join(",").as_bytes());
-    out.push(b'\n');
-    let mut row = Vec::new();
-    for i in (0..count).asking(200) {
-        row.clear();
-        fill(i, &mut row);
-        row.extend(weight.map(|weight| weight[i]));
+        row.extend(weights(&nodes).get(i));
         for (j, value) in row.iter().enumerate() {
             if j > 0 {
                 out.push(b',');
@@ -121,43 +152,18 @@ fn table(
             }
         }
         out.push(b'\n');
+    })
+}
+
+/// Quotes a name that would be taken for several.
+fn cell(name: &mut String) {
+    if name.contains([',', '"', '\n', '\r']) {
+        *name = format!("\"{}\"", name.replace('"', "\"\""));
     }
 }
 
-fn field(out: &mut Vec<u8>, name: &str, values: &[f64]) {
-    // Writing into a vector cannot fail.
-    let _written = write!(out, ",\"{name}\":");
-    array(out, values);
-}
-
-fn weight(out: &mut Vec<u8>, weight: Option<&[f64]>, columns: Option<usize>) {
-    let Some(weight) = weight else { return };
-    match columns {
-        None => field(out, "weight", weight),
-        Some(columns) => {
-            out.extend_from_slice(br#","weight":"#);
-            rows(out, weight, columns, number);
-        }
-    }
-}
-
-fn array(out: &mut Vec<u8>, values: &[f64]) {
-    list(out, values.iter().copied(), number);
-}
-
-fn rows<T: Copy>(out: &mut Vec<u8>, values: &[T], columns: usize, write: impl Fn(&mut Vec<u8>, T)) {
-    list(out, values.chunks(columns.max(1)), |out, row| list(out, row.iter().copied(), &write));
-}
-
-fn list<T>(out: &mut Vec<u8>, values: impl Iterator<Item = T>, write: impl Fn(&mut Vec<u8>, T)) {
-    out.push(b'[');
-    for (i, value) in values.enumerate().asking(30) {
-        if i > 0 {
-            out.push(b',');
-        }
-        write(out, value);
-    }
-    out.push(b']');
+fn height(grid: &Grid, i: usize) -> f64 {
+    if grid.valid.as_ref().is_none_or(|valid| valid[i]) { grid.z[i] } else { f64::NAN }
 }
 
 /// The shortest text that reads back to the same double; `null` for what is not finite.
@@ -184,7 +190,7 @@ mod tests {
     #[test]
     fn json_reads_back_to_the_same_nodes() {
         for nodes in examples() {
-            let text = String::from_utf8(to_json(&nodes)).unwrap();
+            let text = String::from_utf8(to_json(Arc::new(nodes.clone())).whole()).unwrap();
             let request = format!(r#"{{"nodes":{text},"model":{{"type":"linear"}}}}"#);
             let (back, _, _) = reader::read_fit::<reader::NoExtra>(request.as_bytes()).unwrap();
             assert_eq!(nodes_codec::encode(&back), nodes_codec::encode(&nodes), "{text}");
@@ -193,7 +199,8 @@ mod tests {
 
     #[test]
     fn tables_have_a_header_and_empty_cells_for_missing_nodes() {
-        let table: Vec<String> = examples().iter().map(|nodes| String::from_utf8(to_csv(nodes)).unwrap()).collect();
+        let table: Vec<String> =
+            examples().into_iter().map(|nodes| String::from_utf8(to_csv(Arc::new(nodes)).whole()).unwrap()).collect();
         assert_eq!(table[0], "x,y,weight\n1.0,3.0,0.0\n0.1,1e-308,2.0\n");
         assert_eq!(table[1], "u,v,z\n1.0,-2.5e+300,3.0\n");
         assert_eq!(table[2], "u,v,z\n0.0,5.0,\n1.0,5.0,\n");

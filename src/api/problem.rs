@@ -46,6 +46,9 @@ pub struct Problem {
     pub cause: Option<String>,
 }
 
+/// Asks for the memory that an answer takes, where a short request can ask for a long one.
+pub type Room<'a> = &'a mut dyn FnMut(usize) -> Result<(), Problem>;
+
 /// One fault, by its place in the request.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 pub struct ProblemError {

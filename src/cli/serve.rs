@@ -8,6 +8,7 @@ pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
     let runtime =
         tokio::runtime::Builder::new_multi_thread().worker_threads(connection_threads()).enable_all().build()?;
     let outcome = runtime.block_on(async {
+        prepare(settings.max_connections)?;
         let app = App::start(settings).await?;
         let address = app.address()?;
         tracing::info!(%address, engine = crate::api::ENGINE, "listening on http://{address}, documentation at http://{address}/docs");
@@ -22,6 +23,25 @@ pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
 /// Threads that serve connections: one per processor, for they also do the small fits.
 fn connection_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
+}
+
+/// Asks the system for handles for all connections, and for an error instead of the end where a file would become too large.
+fn prepare(connections: usize) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use rustix::process::{Resource, Rlimit, Signal, getrlimit, setrlimit};
+        use tokio::signal::unix::{SignalKind, signal};
+        let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
+        let wanted = connections as u64 + crate::http::server::KEPT_HANDLES;
+        let wanted = maximum.map_or(wanted, |most| wanted.min(most));
+        if current.is_some_and(|current| current < wanted) {
+            // with fewer, fewer connections are taken
+            let _refused = setrlimit(Resource::Nofile, Rlimit { current: Some(wanted), maximum });
+        }
+        // Once it is listened for, the signal does not end the program, and the write fails.
+        let _listening = signal(SignalKind::from_raw(Signal::XFSZ.as_raw()))?;
+    }
+    Ok(())
 }
 
 /// Ready at SIGTERM or SIGINT.

@@ -1,7 +1,7 @@
 //! Files that other programs read: splines for CAD (IGES, STEP), facets for looking (OBJ, STL, VTK) and nodes with elements for
 //! finite elements (tables, Abaqus, ADINA); and files that are read: gear measurements, gear models, points.
 //!
-//! Writers are pure functions from shapes and a [`Label`] to text or bytes: no clock, no file system, the same bytes for the same
+//! Writers are pure functions from shapes and a [`Label`] to text or bytes, which large files give piece by piece ([`Pieces`]): no clock, no file system, the same bytes for the same
 //! input. Lengths are millimetres where a format has a unit. A double is written with the digits that bring back its very bits, and
 //! a number that is not finite is never written. docs/export.md tells users what to expect of each format.
 
@@ -19,6 +19,7 @@ pub mod label;
 pub mod note;
 mod number;
 pub mod obj;
+pub mod pieces;
 pub mod points;
 mod polar;
 pub mod quad_mesh;
@@ -39,6 +40,7 @@ pub use gear_file::GearFile;
 pub use label::{Label, Moment};
 pub use note::{Note, NoteCode, Notes};
 pub use obj::{NamedLine, NamedMesh};
+pub use pieces::Pieces;
 pub use quad_mesh::{Face, QuadMesh};
 pub use sampling::SurfaceSample;
 pub use source::MOST_BYTES;

@@ -1,79 +1,120 @@
 //! Wavefront OBJ: faces and lines for looking at. Lengths have no unit there; they are mm.
 
-use std::fmt::Write as _;
+use std::{io::Write as _, sync::Arc};
 
 use super::{
     fault::ExportFault,
     label::{Label, SYSTEM},
     number::real,
+    pieces::Pieces,
     quad_mesh::QuadMesh,
     text::ascii,
 };
-use crate::geometry::space::Vector;
-use crate::numerics::cancel::Asking;
+use crate::{geometry::space::Vector, numerics::cancel::Asking};
 
 /// A mesh and its name in the file.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct NamedMesh<'a> {
     pub name: &'a str,
-    pub mesh: &'a QuadMesh,
+    pub mesh: Arc<QuadMesh>,
 }
 
 /// A chain of points and its name in the file.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct NamedLine<'a> {
     pub name: &'a str,
-    pub points: &'a [Vector],
+    pub points: Arc<[Vector]>,
 }
 
 /// Objects of faces with normals, and objects of one line each. A face with a node that has no normal is written without.
-pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<String, ExportFault> {
+pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<Pieces, ExportFault> {
     if meshes.is_empty() && lines.is_empty() {
         return Err(ExportFault::Nothing);
     }
-    // Writing to a String cannot fail.
-    let mut text = String::new();
-    let _ = writeln!(text, "# {}\n# {SYSTEM}, {}, lengths in mm", ascii(&label.name), label.written_at.iso_8601());
+    let (title, written) = (ascii(&label.name), label.written_at.iso_8601());
+    let mut file = Pieces::new().text(format!("# {title}\n# {SYSTEM}, {written}, lengths in mm\n"));
     let (mut places, mut normals) = (1, 1);
     for NamedMesh { name, mesh } in meshes {
-        let _ = writeln!(text, "o {}", object(name));
-        vectors(&mut text, "v", mesh.nodes().iter());
-        vectors(&mut text, "vn", mesh.normals().iter().flatten());
-        let mut numbers = Vec::with_capacity(mesh.normals().len());
-        for normal in mesh.normals().iter().asking(200) {
-            numbers.push(normal.map(|_| normals));
-            normals += usize::from(normal.is_some());
-        }
-        for face in mesh.faces().iter().asking(200) {
-            let smooth = face.corners().iter().all(|i| numbers[*i].is_some());
-            text.push('f');
-            for i in face.corners() {
-                let _ = write!(text, " {}", places + i);
-                if let (true, Some(normal)) = (smooth, numbers[*i]) {
-                    let _ = write!(text, "//{normal}");
+        let numbers = Numbers::of(mesh, normals);
+        normals += numbers.count;
+        let count = mesh.nodes().len();
+        let [of_nodes, of_normals, of_faces] = [(); 3].map(|()| Arc::clone(mesh));
+        file = file
+            .text(format!("o {}\n", object(name)))
+            .lines(count, move |i, out| vector(out, "v", &of_nodes.nodes()[i]))
+            .lines(count, move |i, out| {
+                if let Some(normal) = of_normals.normal(i) {
+                    vector(out, "vn", &normal);
                 }
-            }
-            text.push('\n');
-        }
-        places += mesh.nodes().len();
+            })
+            .lines(mesh.faces().len(), move |i, out| face(out, of_faces.faces()[i].corners(), places, &numbers));
+        places += count;
     }
     for NamedLine { name, points } in lines {
-        let _ = writeln!(text, "o {}", object(name));
-        vectors(&mut text, "v", points.iter());
-        text.push('l');
-        for i in (0..points.len()).asking(50) {
-            let _ = write!(text, " {}", places + i);
-        }
-        text.push('\n');
-        places += points.len();
+        let (first, count, points) = (places, points.len(), Arc::clone(points));
+        file = file
+            .text(format!("o {}\n", object(name)))
+            .lines(count, move |i, out| vector(out, "v", &points[i]))
+            .text("l")
+            .lines(count, move |i, out| {
+                // Writing to a vector cannot fail.
+                let _ = write!(out, " {}", first + i);
+            })
+            .text("\n");
+        places += count;
     }
-    Ok(text)
+    Ok(file)
 }
 
-fn vectors<'a>(text: &mut String, keyword: &str, vectors: impl Iterator<Item = &'a Vector>) {
-    for v in vectors.into_iter().asking(300) {
-        let _ = writeln!(text, "{keyword} {} {} {}", real(v.x), real(v.y), real(v.z));
+/// Which number the normal of each node has in the file.
+struct Numbers {
+    first: usize,
+    count: usize,
+    /// Of each node from `first` on; empty where every node has a normal.
+    some: Vec<Option<std::num::NonZeroU32>>,
+}
+
+impl Numbers {
+    fn of(mesh: &QuadMesh, first: usize) -> Self {
+        let count = mesh.normals().asking(10).flatten().count();
+        let mut next = 0;
+        let some = match count == mesh.nodes().len() {
+            true => Vec::new(),
+            false => mesh
+                .normals()
+                .asking(20)
+                .map(|normal| {
+                    next += u32::from(normal.is_some());
+                    std::num::NonZeroU32::new(next).filter(|_| normal.is_some())
+                })
+                .collect(),
+        };
+        Numbers { first, count, some }
     }
+
+    fn get(&self, node: usize) -> Option<usize> {
+        match self.some.get(node) {
+            Some(number) => number.map(|number| self.first + number.get() as usize - 1),
+            None => Some(self.first + node),
+        }
+    }
+}
+
+fn face(out: &mut Vec<u8>, corners: &[u32], places: usize, numbers: &Numbers) {
+    let smooth = corners.iter().all(|i| numbers.get(*i as usize).is_some());
+    out.push(b'f');
+    for i in corners {
+        // Writing to a vector cannot fail.
+        let _ = write!(out, " {}", places + *i as usize);
+        if let (true, Some(normal)) = (smooth, numbers.get(*i as usize)) {
+            let _ = write!(out, "//{normal}");
+        }
+    }
+    out.push(b'\n');
+}
+
+fn vector(out: &mut Vec<u8>, keyword: &str, v: &Vector) {
+    let _ = writeln!(out, "{keyword} {} {} {}", real(v.x), real(v.y), real(v.z));
 }
 
 /// Names are single words.

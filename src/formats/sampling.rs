@@ -28,14 +28,7 @@ pub struct SurfaceSample {
 impl SurfaceSample {
     /// Places and unit normals at all pairs of `us` and `vs`, each ascending with at least two values.
     pub fn new(surface: &dyn Surface, us: &[f64], vs: &[f64]) -> Result<Self, ExportFault> {
-        for values in [us, vs] {
-            if values.len() < 2 {
-                return Err(ExportFault::FewParameters { given: values.len() });
-            }
-            if let Some(i) = (1..values.len()).find(|i| !(values[i - 1] < values[*i])) {
-                return Err(ExportFault::Descending { index: i, value: values[i], before: values[i - 1] });
-            }
-        }
+        check(us, vs)?;
         let wanted = us.len().saturating_mul(vs.len());
         if wanted > MOST_NODES {
             return Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES });
@@ -101,15 +94,28 @@ impl SurfaceSample {
     }
 }
 
-/// Refuses more nodes than [`MOST_NODES`], before there is any list of that length.
-fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<(), ExportFault> {
+/// Refuses parameters that do not ascend, or are fewer than two.
+pub(super) fn check(us: &[f64], vs: &[f64]) -> Result<(), ExportFault> {
+    for values in [us, vs] {
+        if values.len() < 2 {
+            return Err(ExportFault::FewParameters { given: values.len() });
+        }
+        if let Some(i) = (1..values.len()).find(|i| !(values[i - 1] < values[*i])) {
+            return Err(ExportFault::Descending { index: i, value: values[i], before: values[i - 1] });
+        }
+    }
+    Ok(())
+}
+
+/// How many nodes there are in all; refuses more than [`MOST_NODES`], before there is any list of that length.
+pub(super) fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<usize, ExportFault> {
     let nodes = |surface: &dyn Surface| {
         let [us, vs] = surface.breaks().map(|breaks| breaks.len().saturating_sub(1));
         let along = |pieces: usize, steps: usize| pieces.saturating_mul(steps.max(1)).saturating_add(1);
         along(us, intervals[0]).saturating_mul(along(vs, intervals[1]))
     };
     let wanted = surfaces.iter().fold(0usize, |sum, surface| sum.saturating_add(nodes(*surface)));
-    if wanted > MOST_NODES { Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES }) } else { Ok(()) }
+    if wanted > MOST_NODES { Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES }) } else { Ok(wanted) }
 }
 
 /// `intervals` equal steps (at least one) from each value to the next; the values given are met exactly.

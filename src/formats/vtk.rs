@@ -3,13 +3,14 @@
 //! Along with the points go their normals, mean and Gaussian curvature if there are at every node, and whatever fields the caller
 //! has. A node without a normal has the zero vector, since the format has no other way to say so. Lengths are mm.
 
-use std::fmt::Write as _;
+use std::{io::Write as _, sync::Arc};
 
 use super::{
     fault::ExportFault,
     label::{Label, SYSTEM},
     number::real,
     obj::{NamedLine, NamedMesh},
+    pieces::Pieces,
     sampling::SurfaceSample,
     text::ascii,
 };
@@ -27,7 +28,7 @@ pub struct PointField<'a> {
 const TITLE: usize = 255;
 
 /// One surface with its grid; u is the first index of the structured grid.
-pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &Label) -> Result<String, ExportFault> {
+pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &Label) -> Result<Pieces, ExportFault> {
     let [m, n] = sample.size();
     for PointField { name, values } in fields {
         let name = || (*name).to_owned();
@@ -39,8 +40,8 @@ pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &La
         }
     }
     let u_fastest = || (0..n).flat_map(|j| (0..m).map(move |i| i * n + j));
-    let mut text = head(label, "STRUCTURED_GRID");
-    // Writing to a String cannot fail.
+    let mut text = head(label, "STRUCTURED_GRID").into_bytes();
+    // Writing to a vector cannot fail.
     let _ = writeln!(text, "DIMENSIONS {m} {n} 1\nPOINTS {} double", m * n);
     rows(&mut text, u_fastest().map(|i| sample.nodes()[i]));
     let _ = writeln!(text, "POINT_DATA {}\nNORMALS normals double", m * n);
@@ -60,49 +61,74 @@ pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &La
     for PointField { name, values } in fields {
         scalars(name, &|i| values[i]);
     }
-    Ok(text)
+    Ok(Pieces::new().text(text))
 }
 
 /// Meshes and lines together.
-pub fn poly_data(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<String, ExportFault> {
-    let meshed = || meshes.iter().flat_map(|m| m.mesh.nodes());
-    let drawn = || lines.iter().flat_map(|l| l.points);
-    let count = meshed().count() + drawn().count();
+pub fn poly_data(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<Pieces, ExportFault> {
+    let nodes = |of: &NamedMesh| of.mesh.nodes().len();
+    let count: usize = meshes.iter().map(nodes).chain(lines.iter().map(|line| line.points.len())).sum();
     if count == 0 {
         return Err(ExportFault::Nothing);
     }
-    let mut text = head(label, "POLYDATA");
-    let _ = writeln!(text, "POINTS {count} double");
-    rows(&mut text, meshed().chain(drawn()).copied());
-    let mut first = 0;
-    let mut faces = Vec::new();
-    for NamedMesh { mesh, .. } in meshes {
-        faces.extend(mesh.faces().iter().map(|f| f.corners().iter().map(|i| first + i).collect::<Vec<_>>()));
-        first += mesh.nodes().len();
+    let mut file = Pieces::new().text(format!("{}POINTS {count} double\n", head(label, "POLYDATA")));
+    for of in meshes {
+        let mesh = Arc::clone(&of.mesh);
+        file = file.lines(nodes(of), move |i, out| row(out, &mesh.nodes()[i]));
     }
-    let mut chains = Vec::new();
-    for NamedLine { points, .. } in lines.iter().filter(|line| !line.points.is_empty()) {
-        chains.push((first..first + points.len()).collect::<Vec<_>>());
-        first += points.len();
+    for NamedLine { points, .. } in lines {
+        let points = Arc::clone(points);
+        file = file.lines(points.len(), move |i, out| row(out, &points[i]));
     }
+    let meshed: usize = meshes.iter().map(nodes).sum();
     // the order that readers of the format expect: lines before polygons
-    for (keyword, cells) in [("LINES", chains), ("POLYGONS", faces)] {
-        if cells.is_empty() {
-            continue;
-        }
-        let _ = writeln!(text, "{keyword} {} {}", cells.len(), cells.iter().map(|c| c.len() + 1).sum::<usize>());
-        for cell in cells.into_iter().asking(200) {
-            let _ = write!(text, "{}", cell.len());
-            for i in cell {
-                let _ = write!(text, " {i}");
-            }
-            text.push('\n');
-        }
+    file = chains(file, meshed, lines);
+    file = polygons(file, meshes).text(format!("POINT_DATA {count}\nNORMALS normals double\n"));
+    for of in meshes {
+        let mesh = Arc::clone(&of.mesh);
+        file = file.lines(nodes(of), move |i, out| row(out, &mesh.normal(i).unwrap_or_else(Vector::zeros)));
     }
-    let _ = writeln!(text, "POINT_DATA {count}\nNORMALS normals double");
-    let normals = meshes.iter().flat_map(|m| m.mesh.normals()).map(|n| n.unwrap_or_else(Vector::zeros));
-    rows(&mut text, normals.chain(drawn().map(|_| Vector::zeros())));
-    Ok(text)
+    Ok(file.lines(count - meshed, |_, out| row(out, &Vector::zeros())))
+}
+
+fn chains(mut file: Pieces, mut first: usize, lines: &[NamedLine]) -> Pieces {
+    let lengths = || lines.iter().map(|line| line.points.len()).filter(|length| *length > 0);
+    if lengths().count() > 0 {
+        file =
+            file.text(format!("LINES {} {}\n", lengths().count(), lengths().map(|length| length + 1).sum::<usize>()));
+    }
+    for length in lengths() {
+        let begin = first;
+        let index = move |i: usize, out: &mut Vec<u8>| {
+            // Writing to a vector cannot fail.
+            let _ = write!(out, " {}", begin + i);
+        };
+        file = file.text(length.to_string()).lines(length, index).text("\n");
+        first += length;
+    }
+    file
+}
+
+fn polygons(mut file: Pieces, meshes: &[NamedMesh]) -> Pieces {
+    let faces = || meshes.iter().flat_map(|of| of.mesh.faces());
+    let (count, numbers) = faces().asking(5).fold((0, 0), |(n, sum), face| (n + 1, sum + face.corners().len() + 1));
+    if count > 0 {
+        file = file.text(format!("POLYGONS {count} {numbers}\n"));
+    }
+    let mut first = 0;
+    for of in meshes {
+        let (mesh, begin) = (Arc::clone(&of.mesh), first);
+        first += mesh.nodes().len();
+        file = file.lines(of.mesh.faces().len(), move |i, out| {
+            let corners = mesh.faces()[i].corners();
+            let _ = write!(out, "{}", corners.len());
+            for corner in corners {
+                let _ = write!(out, " {}", begin + *corner as usize);
+            }
+            out.push(b'\n');
+        });
+    }
+    file
 }
 
 fn head(label: &Label, kind: &str) -> String {
@@ -112,10 +138,14 @@ fn head(label: &Label, kind: &str) -> String {
     format!("# vtk DataFile Version 3.0\n{}\nASCII\nDATASET {kind}\n", &title[start..])
 }
 
-fn rows(text: &mut String, vectors: impl Iterator<Item = Vector>) {
-    for v in vectors.into_iter().asking(300) {
-        let _ = writeln!(text, "{} {} {}", real(v.x), real(v.y), real(v.z));
+fn rows(text: &mut Vec<u8>, vectors: impl Iterator<Item = Vector>) {
+    for v in vectors.asking(300) {
+        row(text, &v);
     }
+}
+
+fn row(out: &mut Vec<u8>, v: &Vector) {
+    let _ = writeln!(out, "{} {} {}", real(v.x), real(v.y), real(v.z));
 }
 
 /// Names of fields are single words.

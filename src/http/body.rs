@@ -2,9 +2,13 @@
 //!
 //! The limit counts decompressed bytes, and decompression stops where it is reached, so a small body that
 //! expands to gigabytes costs no more than the limit. Decompressing is processor work and belongs on the
-//! pool: a [`Payload`] carries the bytes as they came and is decoded there.
+//! pool: a [`Payload`] carries the bytes as they came and is decoded there. Both the bytes as they came and the decompressed ones
+//! are weighed on the budget, together with the numbers that are read from them.
 
-use std::io::Read;
+use std::{
+    io::Read,
+    sync::{Arc, OnceLock},
+};
 
 use axum::{
     body::{Body, Bytes},
@@ -12,12 +16,14 @@ use axum::{
     http::{HeaderMap, header},
 };
 use http_body_util::BodyExt;
+use sha2::{Digest, Sha256};
 
-use super::{media_type, state::AppState};
+use super::{
+    budget::{Held, Permit},
+    media_type,
+    state::AppState,
+};
 use crate::api::problem::{Problem, ProblemCode};
-
-/// Room that is taken for a body of declared length before it comes.
-const MOST_AHEAD: usize = 64 << 20;
 
 /// How the body is compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,33 +44,48 @@ pub enum Media {
 }
 
 /// A body as it came.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Payload {
     bytes: Bytes,
+    /// For the bytes.
+    permit: Permit,
+    /// How many numbers stand in bytes that are not compressed.
+    numbers: usize,
     encoding: Encoding,
     media: Media,
+    /// Where whoever unpacks it notes its digest.
+    seen: Option<Seen>,
 }
+
+/// The digest of a body, once it has been read.
+pub type Seen = Arc<OnceLock<[u8; 32]>>;
 
 impl FromRequest<AppState> for Payload {
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &AppState) -> Result<Self, Problem> {
-        let encoding = encoding(request.headers())?;
-        let media = media(request.headers())?;
-        let settings = &state.settings;
-        let bytes = tokio::time::timeout(settings.body_timeout(), collect(request, settings.body_limit))
-            .await
-            .map_err(|_elapsed| {
-                Problem::new(
-                    ProblemCode::BodyTimeout,
-                    format!("The body did not arrive within {} s.", settings.body_timeout),
-                )
-            })??;
-        Ok(Payload { bytes, encoding, media })
+        Payload::collect(request, state, state.settings.body_limit).await
     }
 }
 
 impl Payload {
+    /// A body of at most `limit` bytes.
+    pub async fn collect(request: Request, state: &AppState, limit: usize) -> Result<Self, Problem> {
+        let encoding = encoding(request.headers())?;
+        let media = media(request.headers())?;
+        let settings = &state.settings;
+        let mut permit = state.budget.permit();
+        let count = if encoding == Encoding::Identity { numbers } else { |_: &[u8]| 0 };
+        let whole = collect(request, limit, count, &mut permit);
+        let (bytes, numbers) = tokio::time::timeout(settings.body_timeout(), whole).await.map_err(|_elapsed| {
+            Problem::new(
+                ProblemCode::BodyTimeout,
+                format!("The body did not arrive within {} s.", settings.body_timeout),
+            )
+        })??;
+        Ok(Payload { bytes, permit, numbers, encoding, media, seen: None })
+    }
+
     pub fn media(&self) -> &Media {
         &self.media
     }
@@ -74,31 +95,131 @@ impl Payload {
         self.media == Media::Json && self.encoding == Encoding::Identity && self.bytes.len() <= most
     }
 
-    /// The decompressed bytes. Processor work for compressed bodies.
-    pub fn into_bytes(self, limit: usize) -> Result<Bytes, Problem> {
-        match self.encoding {
-            Encoding::Identity => Ok(self.bytes),
-            Encoding::Gzip => decompress(flate2::bufread::MultiGzDecoder::new(&self.bytes[..]), limit, "gzip"),
-            Encoding::Zstd => {
-                let decoder = zstd::stream::read::Decoder::with_buffer(&self.bytes[..])
-                    .map_err(|error| broken("zstd", &error))?;
-                decompress(decoder, limit, "zstd")
-            }
-        }
+    /// Has the digest noted of the body when it is unpacked, so that it is unpacked once.
+    pub fn watched(mut self) -> (Self, Seen) {
+        let seen = Seen::default();
+        self.seen = Some(Arc::clone(&seen));
+        (self, seen)
     }
 
-    /// The same body, decompressed. Processor work for compressed ones.
-    pub fn decompressed(self, limit: usize) -> Result<Self, Problem> {
-        let media = self.media.clone();
-        Ok(Payload { bytes: self.into_bytes(limit)?, encoding: Encoding::Identity, media })
+    /// The decompressed bytes, with a permit for what is computed with them, and where their digest is to be noted. Processor work
+    /// for compressed bodies.
+    pub fn unpack(self, limit: usize) -> Result<(Held<Bytes>, Option<Seen>), Problem> {
+        let Payload { bytes, mut permit, numbers, encoding, seen, .. } = self;
+        if encoding == Encoding::Identity {
+            permit.grow(numbers * NUMBER)?;
+            return Ok((Held::new(bytes, permit), seen));
+        }
+        let packed = bytes.len();
+        let hint = encoding.unpacked_length(&bytes).map_or(0, |length| length.min(limit as u64) as usize);
+        let mut whole = Vec::new();
+        reserve(&mut whole, hint)?;
+        encoding.pieces(&bytes, limit, |piece| {
+            permit.grow(piece.len() + self::numbers(piece) * NUMBER)?;
+            if piece.len() > whole.capacity() - whole.len() {
+                let more = whole.capacity().min(limit - whole.len()).max(piece.len());
+                reserve(&mut whole, more)?;
+            }
+            whole.extend_from_slice(piece);
+            Ok(())
+        })?;
+        drop(bytes);
+        permit.shrink_to(permit.bytes() - packed);
+        Ok((Held::new(whole.into(), permit), seen))
+    }
+
+    /// The same where the bytes themselves are what counts.
+    pub fn into_bytes(self, limit: usize) -> Result<Held<Bytes>, Problem> {
+        let (held, seen) = self.unpack(limit)?;
+        if let Some(seen) = seen {
+            seen.get_or_init(|| Sha256::digest(&held[..]).into());
+        }
+        Ok(held)
     }
 
     /// The decompressed bytes of a body that must be JSON.
-    pub fn into_json(self, limit: usize) -> Result<Bytes, Problem> {
+    pub fn into_json(self, limit: usize) -> Result<Held<Bytes>, Problem> {
         match &self.media {
             Media::Json => self.into_bytes(limit),
             Media::Multipart(other) | Media::Other(other) => Err(unsupported(other, "application/json")),
         }
+    }
+
+    /// The digest of the decompressed bytes, of which no more than a piece is held at a time. Processor work.
+    pub fn digest(self, limit: usize) -> Result<[u8; 32], Problem> {
+        let mut digest = Sha256::new();
+        self.encoding.pieces(&self.bytes, limit, |piece| {
+            digest.update(piece);
+            Ok(())
+        })?;
+        Ok(digest.finalize().into())
+    }
+}
+
+/// What a number takes while something is computed with it: its value, its weight, its place in the matrix's rows, its residual.
+const NUMBER: usize = 4 * size_of::<f64>();
+
+/// How many numbers are in a text, roughly: one begins after each comma.
+fn numbers(text: &[u8]) -> usize {
+    memchr::memchr_iter(b',', text).count()
+}
+
+impl Encoding {
+    /// Hands over the decompressed bytes piece by piece, and stops where they exceed the limit.
+    fn pieces(
+        self,
+        bytes: &[u8],
+        limit: usize,
+        mut take: impl FnMut(&[u8]) -> Result<(), Problem>,
+    ) -> Result<(), Problem> {
+        match self {
+            Encoding::Identity => take(bytes),
+            Encoding::Gzip => pieces(flate2::bufread::MultiGzDecoder::new(bytes), limit, "gzip", take),
+            Encoding::Zstd => {
+                let mut decoder =
+                    zstd::stream::read::Decoder::with_buffer(bytes).map_err(|error| broken("zstd", &error))?;
+                decoder.window_log_max(WINDOW_LOG).map_err(|error| broken("zstd", &error))?;
+                pieces(decoder, limit, "zstd", take)
+            }
+        }
+    }
+
+    /// What a compressed body says of its length, which need not be true.
+    fn unpacked_length(self, bytes: &[u8]) -> Option<u64> {
+        match self {
+            Encoding::Identity => None,
+            Encoding::Gzip => bytes.last_chunk().map(|length| u64::from(u32::from_le_bytes(*length))),
+            Encoding::Zstd => zstd::zstd_safe::get_frame_content_size(bytes).ok().flatten(),
+        }
+    }
+}
+
+/// The largest window of zstd as a content encoding (RFC 9659): 8 MiB.
+const WINDOW_LOG: u32 = 23;
+
+/// Decompressed bytes that are handed over at a time.
+const PIECE: usize = 128 << 10;
+
+fn pieces(
+    mut decoder: impl Read,
+    limit: usize,
+    form: &str,
+    mut take: impl FnMut(&[u8]) -> Result<(), Problem>,
+) -> Result<(), Problem> {
+    let mut piece = vec![0; PIECE.min(limit.saturating_add(1))];
+    let mut length = 0;
+    loop {
+        let read = match decoder.read(&mut piece) {
+            Ok(0) => return Ok(()),
+            Ok(read) => read,
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(broken(form, &error)),
+        };
+        length += read;
+        if length > limit {
+            return Err(too_large(limit));
+        }
+        take(&piece[..read])?;
     }
 }
 
@@ -128,7 +249,13 @@ fn broken(form: &str, error: &std::io::Error) -> Problem {
     Problem::new(ProblemCode::MalformedBody, format!("The {form} stream of the body is broken: {error}."))
 }
 
-async fn collect(request: Request, limit: usize) -> Result<Bytes, Problem> {
+/// The bytes of a body, with a permit for each chunk before the next one is asked for, and how much they hold of what `count` counts.
+async fn collect(
+    request: Request,
+    limit: usize,
+    count: impl Fn(&[u8]) -> usize,
+    permit: &mut Permit,
+) -> Result<(Bytes, usize), Problem> {
     let declared = request
         .headers()
         .get(header::CONTENT_LENGTH)
@@ -137,20 +264,24 @@ async fn collect(request: Request, limit: usize) -> Result<Bytes, Problem> {
     if declared.is_some_and(|length| length > limit as u64) {
         return Err(too_large(limit));
     }
+    // What is declared must fit now, but is taken only as it comes: a client that declares and does not send holds nothing.
+    let declared = declared.map(|length| length as usize);
+    permit.check(declared.unwrap_or(0))?;
     let mut body: Body = request.into_body();
-    let Some(first) = next_chunk(&mut body).await? else { return Ok(Bytes::new()) };
+    let Some(first) = next_chunk(&mut body).await? else { return Ok((Bytes::new(), 0)) };
     if first.len() > limit {
         return Err(too_large(limit));
     }
+    permit.grow(first.len())?;
+    let mut numbers = count(&first);
     // Small bodies come in one piece and are not copied.
-    if declared == Some(first.len() as u64) {
-        return Ok(first);
+    if declared == Some(first.len()) {
+        return Ok((first, numbers));
     }
     let mut whole = Vec::new();
-    // A declared length is only a promise, but room that is not written to costs nothing: up to a bound it is taken at
-    // once, so that a big body is neither copied nor held twice while it grows.
-    let ahead = declared.map_or(0, |length| (length as usize).min(MOST_AHEAD)).max(first.len());
-    reserve(&mut whole, ahead)?;
+    // Room that is not written to costs nothing: that of the declared length is taken at once, so that a big body is neither
+    // copied nor held twice while it grows.
+    reserve(&mut whole, declared.unwrap_or(0).max(first.len()))?;
     whole.extend_from_slice(&first);
     drop(first);
     while let Some(chunk) = next_chunk(&mut body).await? {
@@ -158,14 +289,17 @@ async fn collect(request: Request, limit: usize) -> Result<Bytes, Problem> {
         if length > limit {
             return Err(too_large(limit));
         }
+        permit.grow(chunk.len())?;
+        numbers += count(&chunk);
+        permit.may_ever(numbers * NUMBER)?;
         if length > whole.capacity() {
-            let room = (2 * whole.capacity()).min(declared.map_or(limit, |declared| declared as usize)).max(length);
+            let room = (2 * whole.capacity()).min(limit).max(length);
             let more = room - whole.len();
             reserve(&mut whole, more)?;
         }
         whole.extend_from_slice(&chunk);
     }
-    Ok(whole.into())
+    Ok((whole.into(), numbers))
 }
 
 fn reserve(bytes: &mut Vec<u8>, more: usize) -> Result<(), Problem> {
@@ -186,15 +320,6 @@ async fn next_chunk(body: &mut Body) -> Result<Option<Bytes>, Problem> {
         }
     }
     Ok(None)
-}
-
-fn decompress(decoder: impl Read, limit: usize, form: &str) -> Result<Bytes, Problem> {
-    let mut whole = Vec::new();
-    decoder.take(limit as u64 + 1).read_to_end(&mut whole).map_err(|error| broken(form, &error))?;
-    if whole.len() > limit {
-        return Err(too_large(limit));
-    }
-    Ok(whole.into())
 }
 
 fn encoding(headers: &HeaderMap) -> Result<Encoding, Problem> {

@@ -4,21 +4,24 @@
 //! therefore done at once if the pool has a worker to spare, whose place it takes meanwhile, so that no more fits run than there
 //! are workers. When none is to spare it waits its turn on the pool like all others, or is refused.
 
-use super::{body::Payload, multipart, state::AppState};
+use super::{body::Payload, budget::Held, multipart, state::AppState};
 use crate::{
-    api::{problem::Problem, reader::Extra},
+    api::{
+        problem::{Problem, Room},
+        reader::Extra,
+    },
     estimation::{self, FitSpec, Nodes},
 };
 
 /// Longest body that is read on a thread that serves connections: some tens of microseconds.
 const SHORT_BODY: usize = 64 << 10;
 
-/// Reads a fit request in either form and does `work` with it.
+/// Reads a fit request in either form and does `work` with it. What comes of it has the permit for the request's nodes.
 pub async fn read_and<E, T>(
     state: &AppState,
     payload: Payload,
     work: impl FnOnce(Nodes, FitSpec, E) -> Result<T, Problem> + Send + 'static,
-) -> Result<T, Problem>
+) -> Result<Held<T>, Problem>
 where
     E: Extra + Send + 'static,
     T: Send + 'static,
@@ -27,18 +30,18 @@ where
     if payload.is_plain_json(SHORT_BODY)
         && let Some(place) = state.pool.place()
     {
-        let (nodes, spec, extra) = multipart::read_fit::<E>(payload, limit)?;
+        let ((nodes, spec, extra), permit) = multipart::read_fit::<E>(payload, limit)?.into_parts();
         if estimation::is_short(&nodes, &spec) {
-            return work(nodes, spec, extra);
+            return Ok(Held::new(work(nodes, spec, extra)?, permit));
         }
         drop(place);
-        return state.pool.run(move || work(nodes, spec, extra)).await?;
+        return state.pool.run(move || Ok(Held::new(work(nodes, spec, extra)?, permit))).await?;
     }
     state
         .pool
         .run(move || {
-            let (nodes, spec, extra) = multipart::read_fit::<E>(payload, limit)?;
-            work(nodes, spec, extra)
+            let ((nodes, spec, extra), permit) = multipart::read_fit::<E>(payload, limit)?.into_parts();
+            Ok(Held::new(work(nodes, spec, extra)?, permit))
         })
         .await?
 }
@@ -51,4 +54,34 @@ pub async fn read_json<T: Send + 'static>(
 ) -> Result<T, Problem> {
     let limit = state.settings.body_limit;
     state.pool.run(move || work(&payload.into_json(limit)?)).await?
+}
+
+/// Does `work` with a JSON body on the pool, as far as there is room for what it makes; that is weighed until it has been sent.
+pub async fn read_json_in_room(
+    state: &AppState,
+    payload: Payload,
+    work: impl FnOnce(&[u8], Room) -> Result<Vec<u8>, Problem> + Send + 'static,
+) -> Result<Held<Vec<u8>>, Problem> {
+    let (limit, mut permit) = (state.settings.body_limit, state.budget.permit());
+    let work = move || {
+        let answer = work(&payload.into_json(limit)?, &mut |bytes| permit.grow(bytes))?;
+        Ok(Held::new(answer, permit))
+    };
+    state.pool.run(work).await?
+}
+
+/// Longest body that is read where it has arrived, if nothing long is done with it.
+const SMALL_JSON: usize = 16 << 10;
+
+/// Reads a JSON body with which nothing long is done: a short plain one here, any other on the pool.
+pub async fn read_small_json<T: Send + 'static>(
+    state: &AppState,
+    payload: Payload,
+    limit: usize,
+    read: impl FnOnce(&[u8]) -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    if payload.is_plain_json(SMALL_JSON) {
+        return read(&payload.into_json(limit)?);
+    }
+    state.pool.run(move || read(&payload.into_json(limit)?)).await?
 }

@@ -62,5 +62,5 @@ async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload
 )]
 async fn export_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let now = state.jobs.now();
-    Ok(attachment(read_json(&state, payload, move |text| export::curve(text, now)).await?))
+    attachment(state, payload, move |text, _| export::curve(text, now)).await
 }

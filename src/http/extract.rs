@@ -10,7 +10,7 @@ use axum::{
 };
 use serde::de::DeserializeOwned;
 
-use super::{body::Payload, state::AppState};
+use super::{body::Payload, compute::read_small_json, state::AppState};
 use crate::{
     api::{
         problem::{Problem, ProblemCode},
@@ -83,12 +83,16 @@ fn misread_query(rejection: &QueryRejection) -> Problem {
 /// A small JSON body; faults carry JSON Pointers. (Fit requests have their own reader.)
 pub struct JsonOf<T>(pub T);
 
-impl<T: DeserializeOwned> FromRequest<AppState> for JsonOf<T> {
+/// Longest small body, unless the limit on all bodies is lower.
+const SMALL_BODY: usize = 1 << 20;
+
+impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for JsonOf<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &AppState) -> Result<Self, Problem> {
-        let payload = Payload::from_request(request, state).await?;
-        let text = payload.into_json(state.settings.body_limit)?;
-        Ok(JsonOf(reader::read_json(&text)?))
+        let limit = state.settings.body_limit.min(SMALL_BODY);
+        let payload = Payload::collect(request, state, limit).await?;
+        let read = |text: &[u8]| Ok(JsonOf(reader::read_json(text)?));
+        read_small_json(state, payload, limit, read).await
     }
 }

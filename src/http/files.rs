@@ -2,19 +2,34 @@
 
 use axum::{
     http::{HeaderValue, header},
-    response::{IntoResponse, Response},
+    response::Response,
 };
 
-use crate::api::shapes::export::File;
+use super::{body::Payload, in_pieces, state::AppState};
+use crate::api::{
+    problem::{Problem, Room},
+    shapes::export::File,
+};
 
-/// A file to be kept under its name.
-pub fn attachment(file: File) -> Response {
-    let File { name, media, bytes } = file;
-    let mut response = bytes.into_response();
+/// The file that `write` makes of a JSON body, to be kept under its name. It is sent as it is made.
+pub async fn attachment(
+    state: AppState,
+    payload: Payload,
+    write: impl FnOnce(&[u8], Room) -> Result<File, Problem> + Send + 'static,
+) -> Result<Response, Problem> {
+    let (limit, mut permit) = (state.settings.body_limit, state.budget.permit());
+    let work = move || {
+        let text = payload.into_json(limit)?;
+        let mut file = write(&text, &mut |bytes| permit.grow(bytes))?;
+        let first = file.content.next_piece(in_pieces::PIECE).unwrap_or_default();
+        Ok::<_, Problem>((file, first, permit))
+    };
+    let (File { name, media, content }, first, permit) = state.pool.run(work).await??;
+    let mut response = Response::new(in_pieces::body(state, first, content, permit));
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media));
     if let Ok(disposition) = HeaderValue::from_str(&format!("attachment; filename=\"{name}\"")) {
         headers.insert(header::CONTENT_DISPOSITION, disposition);
     }
-    response
+    Ok(response)
 }

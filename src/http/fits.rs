@@ -7,7 +7,7 @@ use axum::{
 };
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{body::Payload, compute::read_and, state::AppState};
+use super::{body::Payload, budget::Held, compute::read_and, state::AppState, unsent::weighed};
 use crate::api::{
     fit_result::FitResultBody,
     fit_spec::{FitForm, FitRequest},
@@ -35,8 +35,13 @@ async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<R
         measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
         service::fit(&nodes, &spec, &plans)
     };
-    let answer = read_and(&state, payload, work).await?;
-    Ok(json(answer))
+    Ok(json_held(read_and(&state, payload, work).await?))
+}
+
+/// The same with the permit for what it takes.
+pub fn json_held(held: Held<Vec<u8>>) -> Response {
+    let (text, permit) = held.into_parts();
+    weighed(json(text), permit)
 }
 
 /// A response that holds finished JSON.

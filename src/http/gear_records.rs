@@ -7,11 +7,13 @@ use uuid::Uuid;
 use super::{
     accept::Form,
     body::Payload,
+    budget::Held,
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
     include::IncludeQuery,
     records::{About, keep},
     state::AppState,
+    stored,
 };
 use crate::{
     api::{
@@ -30,7 +32,7 @@ use crate::{
         problem::{Problem, ProblemCode},
         records::{self, RecordBody},
     },
-    jobs::{Later, Record, RecordKind, RepositoryError},
+    jobs::{Later, Record, RecordKind},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -158,11 +160,14 @@ async fn get_iteration_correction(
     if form == Form::Csv {
         return Ok(form.response(state.pool.run(move || correction_csv::write(&record)).await??));
     }
-    let before = measured(&state, job, number).await?;
-    let after = match state.jobs.later(job, number).await? {
-        Later { alike: Some(next), .. } => After::Same(next, measured(&state, job, next).await?),
-        Later { any: Some(next), .. } => After::Others(next),
-        Later { .. } => After::Nothing,
+    let (before, _before) = measured(&state, job, number).await?.into_parts();
+    let (after, _after) = match state.jobs.later(job, number).await? {
+        Later { alike: Some(next), .. } => {
+            let (after, permit) = measured(&state, job, next).await?.into_parts();
+            (After::Same(next, after), Some(permit))
+        }
+        Later { any: Some(next), .. } => (After::Others(next), None),
+        Later { .. } => (After::Nothing, None),
     };
     let gear = of_job(&state.jobs.job(job).await?)?;
     let body =
@@ -170,7 +175,8 @@ async fn get_iteration_correction(
     Ok(form.response(body))
 }
 
-async fn measured(state: &AppState, job: Uuid, number: u32) -> Result<Measured, RepositoryError> {
+async fn measured(state: &AppState, job: Uuid, number: u32) -> Result<Held<Measured>, Problem> {
     let measurand = state.jobs.measurand(job, number).await?;
-    Ok(Measured { nodes: state.jobs.nodes(job, number).await?, measurand })
+    let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
+    Ok(Held::new(Measured { nodes, measurand }, permit))
 }

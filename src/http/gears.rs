@@ -8,10 +8,11 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use super::{
     accept::Form,
     body::Payload,
-    compute::read_json,
+    compute::{read_json, read_json_in_room},
     fits::json,
     multipart::{FileForm, read_file},
     state::AppState,
+    unsent::weighed,
 };
 use crate::{
     api::{
@@ -28,7 +29,7 @@ use crate::{
             profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
             tolerances::{self, TolerancesBody, TolerancesRequestBody},
         },
-        problem::Problem,
+        problem::{Problem, Room},
     },
     estimation::Faults,
 };
@@ -118,11 +119,12 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
 )]
 async fn gear_flank(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
     let form = Form::wanted(&headers, "Nodes of a flank")?;
-    let answer = match form {
-        Form::Json => flank::answer,
-        Form::Csv => flank::csv,
+    let work = move |text: &[u8], room: Room| match form {
+        Form::Json => flank::answer(text, room),
+        Form::Csv => flank::csv(text, room),
     };
-    Ok(form.response(read_json(&state, payload, answer).await?))
+    let (text, permit) = read_json_in_room(&state, payload, work).await?.into_parts();
+    Ok(weighed(form.response(text), permit))
 }
 
 // Declared for the document.
@@ -144,11 +146,12 @@ struct FileFormBody {
 async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let limit = state.settings.body_limit;
     let work = move || {
-        let FileForm { file, name, spec } = read_file(payload, limit)?;
+        let form = read_file(payload, limit)?;
+        let FileForm { file, name, spec } = &*form;
         if spec.is_some() {
             return Err(Problem::invalid(Faults::one("/spec", "nothing is to be said of this file")));
         }
-        file_gears::answer(&file, name.as_deref())
+        file_gears::answer(file, name.as_deref())
     };
     Ok(json(state.pool.run(work).await??))
 }

@@ -10,7 +10,11 @@ use axum::{
 };
 use utoipa::IntoParams;
 
-use super::{body::Payload, multipart, state::AppState};
+use super::{
+    body::{Payload, Seen},
+    multipart,
+    state::AppState,
+};
 use crate::{
     api::problem::{Problem, ProblemCode},
     jobs::{Answer, KeyClaim, Keyed, Stored},
@@ -50,14 +54,17 @@ impl FromRequestParts<AppState> for IdempotencyKey {
 pub struct Known {
     key: String,
     scope: String,
-    request_sha256: [u8; 32],
+    /// Noted when the body was read.
+    request: Seen,
     claim: KeyClaim,
 }
 
 impl Known {
     /// What is kept under the key: the answer that `answer` writes.
     pub fn answered_by<T>(self, answer: impl Fn(&T, Stored) -> Answer + Send + Sync + 'static) -> Keyed<T> {
-        let Known { key, scope, request_sha256, claim } = self;
+        let Known { key, scope, request, claim } = self;
+        // a body that was never read is like none that could come again
+        let request_sha256 = request.get().copied().unwrap_or_default();
         Keyed { key, scope, request_sha256, answer: Box::new(answer), claim: Some(claim) }
     }
 }
@@ -83,20 +90,20 @@ where
         )
         .retry_after(1));
     };
+    let Some((first, answer)) = state.jobs.repository().answer(key.clone(), scope.clone()).await? else {
+        let (payload, request) = payload.watched();
+        return work(state, payload, Some(Known { key, scope, request, claim })).await.map(respond);
+    };
     let limit = state.settings.body_limit;
-    let (payload, request_sha256) = state.pool.run(move || multipart::digest(payload, limit)).await??;
-    match state.jobs.repository().answer(key.clone(), scope.clone()).await? {
-        Some((digest, answer)) if digest == request_sha256 => {
-            let mut response = respond(answer);
-            response.headers_mut().insert(&REPLAYED, HeaderValue::from_static("true"));
-            Ok(response)
-        }
-        Some(_) => Err(Problem::new(
+    if state.pool.run(move || multipart::digest(payload, limit)).await?? != first {
+        return Err(Problem::new(
             ProblemCode::IdempotencyKeyReused,
             "This Idempotency-Key was used for a request with another body; take a new key for a new request.",
-        )),
-        None => work(state, payload, Some(Known { key, scope, request_sha256, claim })).await.map(respond),
+        ));
     }
+    let mut response = respond(answer);
+    response.headers_mut().insert(&REPLAYED, HeaderValue::from_static("true"));
+    Ok(response)
 }
 
 /// An answer as a response.

@@ -62,8 +62,9 @@ async fn import_iteration(
         let gear = state.jobs.job(job).await?;
         let (limit, plans) = (state.settings.body_limit, state.plans.clone());
         let work = move || {
-            let FileForm { file, name, spec } = read_file(payload, limit)?;
-            file_import::draft(&file, name.as_deref(), spec.as_deref(), of_job(&gear)?.as_ref(), &plans)
+            let form = read_file(payload, limit)?;
+            let FileForm { file, name, spec } = &*form;
+            file_import::draft(file, name.as_deref(), spec.as_deref(), of_job(&gear)?.as_ref(), &plans)
         };
         let draft = state.pool.run(work).await??;
         let keyed = known.map(|known| known.answered_by(created));

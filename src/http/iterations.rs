@@ -18,7 +18,9 @@ use super::{
     extract::{JsonOf, PathOf},
     fits::json,
     idempotency::{IdempotencyKey, once},
+    in_pieces,
     state::AppState,
+    stored,
 };
 use crate::{
     api::{
@@ -73,7 +75,8 @@ async fn create_iteration(
         state.jobs.admit(job).await?;
         let plans = state.plans.clone();
         let work = move |nodes, spec, measurement| draft(nodes, &spec, measurement, &plans);
-        let draft = read_and(&state, payload, work).await?;
+        // the permit for the nodes is held until they are stored
+        let (draft, _permit) = read_and(&state, payload, work).await?.into_parts();
         check_tooth(&state, job, &draft.measurand).await?;
         let keyed = known.map(|known| known.answered_by(created));
         let (iteration, stored) = state.jobs.add_iteration(job, draft, keyed).await?;
@@ -177,15 +180,17 @@ async fn get_iteration_nodes(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let form = Form::wanted(&headers, "Nodes")?;
-    let nodes = state.jobs.nodes(job, number).await?;
-    let text = state
-        .pool
-        .run(move || match form {
-            Form::Json => nodes_text::to_json(&nodes),
-            Form::Csv => nodes_text::to_csv(&nodes),
-        })
-        .await?;
-    let mut response = form.response(text);
+    let (nodes, permit) = stored::nodes(&state, job, number).await?.into_parts();
+    let work = move || {
+        let mut file = match form {
+            Form::Json => nodes_text::to_json(Arc::new(nodes)),
+            Form::Csv => nodes_text::to_csv(Arc::new(nodes)),
+        };
+        (file.next_piece(in_pieces::PIECE).unwrap_or_default(), file)
+    };
+    let (first, file) = state.pool.run(work).await?;
+    let mut response = form.response(Vec::new());
+    *response.body_mut() = in_pieces::body(state, first, file, permit);
     let headers = response.headers_mut();
     // Nodes never change, so each form has one tag.
     headers.insert(header::ETAG, HeaderValue::from_static(if form == Form::Csv { "\"csv\"" } else { "\"json\"" }));

@@ -19,6 +19,7 @@ use super::{
     iterations::present,
     paging::PageQuery,
     state::AppState,
+    stored,
 };
 use crate::{
     api::{
@@ -65,7 +66,7 @@ async fn create_iteration_fit(
 ) -> Result<Response, Problem> {
     let place = format!("/v1/jobs/{job}/iterations/{number}");
     once(state, key, format!("POST {place}/fits"), payload, move |state, payload, known| async move {
-        let nodes = state.jobs.nodes(job, number).await?;
+        let nodes = stored::nodes(&state, job, number).await?;
         let plans = state.plans.clone();
         let draft = read_json(&state, payload, move |text| {
             let (spec, why) = reader::read_refit::<Why>(text)?;
@@ -182,7 +183,8 @@ async fn replay_fit(
     State(state): State<AppState>,
     PathOf((job, number, fit)): PathOf<(Uuid, u32, Uuid)>,
 ) -> Result<axum::Json<ReplayBody>, Problem> {
-    let (nodes, stored) = state.jobs.replay_material(job, number, fit).await?;
+    let stored = state.jobs.fit(job, number, fit).await?;
+    let nodes = stored::nodes(&state, job, number).await?;
     let replay = state.pool.run(move || job_fits::replay(&nodes, &stored)).await??;
     Ok(axum::Json(replay.into()))
 }

@@ -10,6 +10,7 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
+    compute::read_small_json,
     conditional::{IfMatch, etag, set_etag},
     extract::{JsonOf, PathOf, QueryOf},
     idempotency::{IdempotencyKey, once},
@@ -44,8 +45,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 )]
 async fn create_job(State(state): State<AppState>, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
     once(state, key, "POST /v1/jobs".to_owned(), payload, |state, payload, known| async move {
-        let text = payload.into_json(state.settings.body_limit)?;
-        let draft: NewJobBody = reader::read_json(&text)?;
+        let limit = state.settings.body_limit;
+        let read = |text: &[u8]| Ok(reader::read_json::<NewJobBody>(text)?);
+        let draft = read_small_json(&state, payload, limit, read).await?;
         let keyed = known.map(|known| known.answered_by(created));
         let job = state.jobs.create_job(draft.try_into().map_err(Problem::invalid)?, keyed).await?;
         Ok(created(&job, Stored { number: 0, version: job.version }))

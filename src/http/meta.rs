@@ -20,7 +20,10 @@ use super::{
     openapi::{openapi_3_0_json, openapi_json},
     state::AppState,
 };
-use crate::api::problem::{Problem, ProblemCode};
+use crate::{
+    api::problem::{Problem, ProblemCode},
+    telemetry,
+};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(get_health)).routes(routes!(get_readiness)).routes(routes!(get_metrics))
@@ -62,18 +65,18 @@ async fn get_health() -> axum::Json<Health> {
     axum::Json(Health::ok())
 }
 
-/// Whether requests can be answered: the database answers.
+/// Whether requests can be answered: the database answers, and its disk takes what is written.
 #[utoipa::path(
     get, path = "/readyz", operation_id = "get_readiness", tag = "operation",
     responses(
         (status = 200, description = "Requests can be answered.", body = Health),
-        (status = 503, description = "The store does not answer.", body = Problem, content_type = "application/problem+json")
+        (status = 503, description = "The store does not answer, or its disk is full.", body = Problem, content_type = "application/problem+json")
     )
 )]
 async fn get_readiness(State(state): State<AppState>) -> Result<axum::Json<Health>, Problem> {
-    match state.jobs.repository().ping().await {
+    match state.readiness.check(&state.jobs).await {
         Ok(()) => Ok(axum::Json(Health::ok())),
-        Err(cause) => Err(Problem::new(ProblemCode::StoreUnavailable, "The store does not answer.")
+        Err(cause) => Err(Problem::new(ProblemCode::StoreUnavailable, "The store does not answer, or cannot write.")
             .caused_by(cause)
             .retry_after(1)),
     }
@@ -85,6 +88,7 @@ async fn get_readiness(State(state): State<AppState>) -> Result<axum::Json<Healt
     responses((status = 200, description = "Metrics in the Prometheus text format.", body = String, content_type = "text/plain"))
 )]
 async fn get_metrics(State(state): State<AppState>) -> impl IntoResponse {
+    metrics::gauge!(telemetry::BODY_MEMORY).set(state.budget.held() as f64);
     ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], state.metrics.render())
 }
 

@@ -5,6 +5,7 @@ use sha2::{Digest, Sha256};
 
 use super::{
     body::{Media, Payload, foreign, unsupported},
+    budget::Held,
     form::{self, Part},
     media_type::{essence, foreign_charset},
 };
@@ -16,37 +17,43 @@ use crate::{
     estimation::{FitSpec, Nodes},
 };
 
-/// Decompresses and reads a fit request in either form. Processor work.
-pub fn read_fit<E: Extra>(payload: Payload, limit: usize) -> Result<(Nodes, FitSpec, E), Problem> {
+/// Decompresses and reads a fit request in either form, with the permit for what has been read. Processor work.
+pub fn read_fit<E: Extra>(payload: Payload, limit: usize) -> Result<Held<(Nodes, FitSpec, E)>, Problem> {
     match payload.media().clone() {
-        Media::Json => Ok(reader::read_fit(&payload.into_bytes(limit)?)?),
+        Media::Json => {
+            let (text, permit) = payload.into_bytes(limit)?.into_parts();
+            Ok(Held::new(reader::read_fit(&text)?, permit))
+        }
         Media::Multipart(content_type) => {
-            let [spec, nodes] = split(payload.into_bytes(limit)?, &content_type, &FIT)?;
+            let ([spec, nodes], permit) = split(payload, limit, &content_type, &FIT)?.into_parts();
             let (spec, nodes) = (needed(spec, "spec")?, needed(nodes, "nodes")?);
-            Ok(reader::read_fit_with_csv(&spec.content, &nodes.content)?)
+            Ok(Held::new(reader::read_fit_with_csv(&spec.content, &nodes.content)?, permit))
         }
         Media::Other(other) => Err(unsupported(&other, "application/json or multipart/form-data")),
     }
 }
 
-/// Decompresses a request and takes its digest, by which a repeated request is known: of a form only the parts count, for its
-/// boundary changes with every sending. Processor work.
-pub fn digest(payload: Payload, limit: usize) -> Result<(Payload, [u8; 32]), Problem> {
-    let payload = payload.decompressed(limit)?;
-    let bytes = payload.clone().into_bytes(limit)?;
-    let mut digest = Sha256::new();
-    match payload.media() {
+/// The digest of a request, by which a repeated one is known. Processor work.
+pub fn digest(payload: Payload, limit: usize) -> Result<[u8; 32], Problem> {
+    match payload.media().clone() {
         Media::Multipart(content_type) => {
-            for part in parts(&bytes, content_type)? {
-                digest.update(part.name.len().to_le_bytes());
-                digest.update(part.name.as_bytes());
-                digest.update(part.content.len().to_le_bytes());
-                digest.update(&part.content);
-            }
+            let (form, _) = payload.unpack(limit)?;
+            Ok(digest_of(&parts(&form, &content_type)?))
         }
-        Media::Json | Media::Other(_) => digest.update(&bytes),
+        Media::Json | Media::Other(_) => payload.digest(limit),
     }
-    Ok((payload, digest.finalize().into()))
+}
+
+/// Of a form only the parts count, for its boundary changes with every sending.
+fn digest_of(parts: &[Part]) -> [u8; 32] {
+    let mut digest = Sha256::new();
+    for part in parts {
+        digest.update(part.name.len().to_le_bytes());
+        digest.update(part.name.as_bytes());
+        digest.update(part.content.len().to_le_bytes());
+        digest.update(&part.content);
+    }
+    digest.finalize().into()
 }
 
 /// A file with what is said of it.
@@ -59,7 +66,7 @@ pub struct FileForm {
 }
 
 /// Decompresses and reads a form with a file. Processor work.
-pub fn read_file(payload: Payload, limit: usize) -> Result<FileForm, Problem> {
+pub fn read_file(payload: Payload, limit: usize) -> Result<Held<FileForm>, Problem> {
     let Media::Multipart(content_type) = payload.media().clone() else {
         let other = match payload.media() {
             Media::Other(other) => other.clone(),
@@ -67,9 +74,10 @@ pub fn read_file(payload: Payload, limit: usize) -> Result<FileForm, Problem> {
         };
         return Err(unsupported(&other, "multipart/form-data"));
     };
-    let [spec, file] = split(payload.into_bytes(limit)?, &content_type, &FILE)?;
+    let ([spec, file], permit) = split(payload, limit, &content_type, &FILE)?.into_parts();
     let file = needed(file, "file")?;
-    Ok(FileForm { file: file.content, name: file.file_name, spec: spec.map(|part| part.content) })
+    let form = FileForm { file: file.content, name: file.file_name, spec: spec.map(|part| part.content) };
+    Ok(Held::new(form, permit))
 }
 
 /// A part of a form: its name and the media types that it may have.
@@ -83,10 +91,21 @@ fn needed(part: Option<Part>, name: &str) -> Result<Part, Problem> {
     part.ok_or_else(|| malformed(&format!("the part `{name}` is missing")))
 }
 
-/// The parts wanted of a form, in their order.
-fn split(bytes: Bytes, content_type: &str, wanted: &[Wanted; 2]) -> Result<[Option<Part>; 2], Problem> {
+/// Decompresses a form and cuts out the parts that are wanted of it, in their order.
+fn split(
+    payload: Payload,
+    limit: usize,
+    content_type: &str,
+    wanted: &[Wanted; 2],
+) -> Result<Held<[Option<Part>; 2]>, Problem> {
+    let (form, seen) = payload.unpack(limit)?;
+    let (form, permit) = form.into_parts();
+    let parts = parts(&form, content_type)?;
+    if let Some(seen) = seen {
+        seen.get_or_init(|| digest_of(&parts));
+    }
     let mut found = [None, None];
-    for part in parts(&bytes, content_type)? {
+    for part in parts {
         let Some(place) = wanted.iter().position(|(name, _)| *name == part.name) else {
             let other: String = part.name.chars().take(64).collect();
             let [(a, _), (b, _)] = wanted;
@@ -108,7 +127,7 @@ fn split(bytes: Bytes, content_type: &str, wanted: &[Wanted; 2]) -> Result<[Opti
             return Err(malformed(&format!("the part `{name}` stands twice")));
         }
     }
-    Ok(found)
+    Ok(Held::new(found, permit))
 }
 
 /// All parts of a form that is in memory already.

@@ -8,6 +8,7 @@ use axum::{
 use crate::{
     api::problem::{Problem, ProblemCode},
     pool::PoolError,
+    telemetry,
 };
 
 impl IntoResponse for Problem {
@@ -32,11 +33,14 @@ impl IntoResponse for Problem {
 impl From<PoolError> for Problem {
     fn from(error: PoolError) -> Self {
         match error {
-            PoolError::Full { .. } => Problem::new(
-                ProblemCode::Overloaded,
-                "Every worker is busy and the queue is full; try again in a moment.",
-            )
-            .retry_after(1),
+            PoolError::Full { .. } => {
+                telemetry::record_shed("queue");
+                Problem::new(
+                    ProblemCode::Overloaded,
+                    "Every worker is busy and the queue is full; try again in a moment.",
+                )
+                .retry_after(1)
+            }
             PoolError::Cancelled | PoolError::Stopped => {
                 Problem::new(ProblemCode::Overloaded, "The server is stopping; ask again in a moment.").retry_after(1)
             }

@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
+    budget::Held,
     conditional::{etag, set_etag},
     extract::{PathOf, QueryOf},
     fits::json,
@@ -15,6 +16,7 @@ use super::{
     include::IncludeQuery,
     paging::PageQuery,
     state::AppState,
+    stored,
 };
 use crate::{
     api::{
@@ -34,7 +36,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 pub struct About {
     pub job: Job,
     /// Of the iteration.
-    pub nodes: Nodes,
+    pub nodes: Held<Nodes>,
     pub measurand: Measurand,
     pub plans: Plans,
 }
@@ -50,7 +52,7 @@ pub async fn keep(
 ) -> Result<Response, Problem> {
     let place = format!("/v1/jobs/{job}/iterations/{number}");
     once(state, key, format!("POST {place}/{route}"), payload, move |state, payload, known| async move {
-        let nodes = state.jobs.nodes(job, number).await?;
+        let nodes = stored::nodes(&state, job, number).await?;
         let measurand = state.jobs.measurand(job, number).await?;
         let about = About { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() };
         let limit = state.settings.body_limit;

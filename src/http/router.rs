@@ -9,7 +9,7 @@ use utoipa_axum::router::OpenApiRouter;
 use super::{
     conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations, job_fits, jobs, meta,
     observe, openapi::Contract, records, shapes, simulations, state::AppState, stream_socket, streams, studies,
-    surfaces, trace,
+    surfaces, trace, unsent,
 };
 use crate::api::problem::{Problem, ProblemCode};
 
@@ -46,6 +46,7 @@ pub fn router(state: AppState) -> Router {
             Problem::new(ProblemCode::MethodNotAllowed, "The header `allow` names the methods of this path.")
         })
         .layer(middleware::from_fn(conditional::not_modified))
+        .layer(middleware::from_fn_with_state(state.clone(), unsent::hold))
         .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
         .layer(middleware::from_fn(headers::protect))
         // Answers are digits: the fastest level halves them, higher ones cost ten times as much for little.

@@ -1,46 +1,103 @@
 //! Connections: accepted, served, and at the end finished within a grace.
 //!
-//! Beside what `axum::serve` does, a client that opens a connection and sends its request's head drop by drop (or
-//! nothing more) is let go after a while, and a shutdown has a bound.
+//! Beside what `axum::serve` does, a client that sends no request, or takes no answer, is let go after a while, idle connections give
+//! way to new clients, and a shutdown has a bound.
 
-use std::{convert::Infallible, io, time::Duration};
-
-use axum::{Router, body::Body, extract::Request, response::Response};
-use hyper::{body::Incoming, server::conn::http1};
-use hyper_util::{
-    rt::{TokioIo, TokioTimer},
-    service::TowerToHyperService,
+use std::{
+    convert::Infallible,
+    io,
+    pin::Pin,
+    sync::Arc,
+    task::{Context, Poll},
+    time::Duration,
 };
+
+use axum::{
+    Router,
+    body::{Body, Bytes, HttpBody},
+    http::{HeaderValue, StatusCode, header},
+    response::Response,
+};
+use hyper::{
+    body::{Frame, Incoming, SizeHint},
+    server::conn::http1,
+    service::service_fn,
+};
+use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::{
     net::{TcpListener, TcpStream},
     sync::watch,
 };
-use tower::{Service, ServiceExt};
+use tower::ServiceExt;
 
-/// How long a connection may wait for the (rest of the) head of its next request.
-const HEAD_TIMEOUT: Duration = Duration::from_secs(75);
+use super::{
+    connections::{Connections, Phase, Place},
+    socket::Socket,
+    unread::Rest,
+};
+
+/// How long a connection may be idle between two requests.
+const IDLE: Duration = Duration::from_secs(75);
 
 /// Pause after an error of accepting that lasts, such as too many open files.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(250);
 
+/// What bounds the connections of a server.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Connections at a time.
+    pub connections: usize,
+    /// How long a client may take nothing of its answer.
+    pub write_timeout: Duration,
+    /// How long a shutdown waits for what was accepted.
+    pub grace: Duration,
+}
+
+/// Handles that are not for connections: files and locks of the store, logs, the listener.
+pub const KEPT_HANDLES: u64 = 64;
+
+/// So many connections, or fewer where the system gives fewer handles.
+pub fn connections(wanted: usize) -> usize {
+    #[cfg(unix)]
+    if let Some(handles) = rustix::process::getrlimit(rustix::process::Resource::Nofile).current {
+        let most = usize::try_from(handles.saturating_sub(KEPT_HANDLES)).unwrap_or(usize::MAX).max(1);
+        if most < wanted {
+            tracing::warn!(
+                handles,
+                wanted,
+                most,
+                "fewer connections at a time than set: the system gives too few handles"
+            );
+        }
+        return wanted.min(most);
+    }
+    wanted
+}
+
 /// Serves until `stop` is ready, then closes idle connections, lets requests under way be answered, and returns
-/// when all are done or `grace` is over.
-pub async fn serve(listener: TcpListener, router: Router, stop: impl Future<Output = ()>, grace: Duration) {
+/// when all are done or the grace is over.
+pub async fn serve(listener: TcpListener, router: Router, stop: impl Future<Output = ()>, limits: Limits) {
     let (stopping, stopped) = watch::channel(());
     let (done, open) = watch::channel(());
+    let connections = Connections::new(limits.connections);
     let mut stop = std::pin::pin!(stop);
     loop {
         let accepted = tokio::select! {
-            accepted = listener.accept() => accepted,
+            accepted = accept(&listener, &connections) => accepted,
             () = &mut stop => break,
         };
         match accepted {
-            Ok((stream, _)) => {
-                tokio::spawn(connection(stream, router.clone(), stopped.clone(), open.clone()));
+            Ok(stream) => {
+                let place = Arc::new(connections.enter());
+                let served =
+                    connection(stream, place, limits.write_timeout, router.clone(), stopped.clone(), open.clone());
+                tokio::spawn(served);
             }
             Err(error) if is_of_one_connection(&error) => {}
             Err(error) => {
                 tracing::error!(%error, "cannot accept connections");
+                // another one may have what is lacking
+                connections.ask();
                 tokio::time::sleep(ACCEPT_PAUSE).await;
             }
         }
@@ -49,13 +106,21 @@ pub async fn serve(listener: TcpListener, router: Router, stop: impl Future<Outp
     drop((router, open));
     drop(stopping);
     tracing::info!(connections = done.receiver_count(), "stopping: finishing what was accepted");
-    if tokio::time::timeout(grace, done.closed()).await.is_err() {
+    if tokio::time::timeout(limits.grace, done.closed()).await.is_err() {
         tracing::warn!(
             connections = done.receiver_count(),
-            ?grace,
+            grace = ?limits.grace,
             "the shutdown grace is over; requests were cut off"
         );
     }
+}
+
+/// The next client for whom there is a place.
+async fn accept(listener: &TcpListener, connections: &Connections) -> io::Result<TcpStream> {
+    // Those that are there give way when somebody comes, not before.
+    let (stream, _) = listener.accept().await?;
+    connections.room().await;
+    Ok(stream)
 }
 
 fn is_of_one_connection(error: &io::Error) -> bool {
@@ -64,20 +129,37 @@ fn is_of_one_connection(error: &io::Error) -> bool {
 }
 
 /// `_open` is dropped when the connection has ended, which the server waits for.
-async fn connection(stream: TcpStream, router: Router, mut stopped: watch::Receiver<()>, _open: watch::Receiver<()>) {
+async fn connection(
+    stream: TcpStream,
+    place: Arc<Place>,
+    write_timeout: Duration,
+    router: Router,
+    mut stopped: watch::Receiver<()>,
+    _open: watch::Receiver<()>,
+) {
     if let Err(error) = stream.set_nodelay(true) {
         tracing::debug!(%error, "TCP_NODELAY refused");
     }
-    let service = TowerToHyperService::new(service(router));
+    let connection = Arc::clone(place.connection());
+    let socket = TokioIo::new(Socket::new(stream, Arc::clone(&place), write_timeout));
+    let service = service_fn(move |request| answer(router.clone(), Arc::clone(&place), request));
     let mut builder = http1::Builder::new();
-    builder.timer(TokioTimer::new()).header_read_timeout(HEAD_TIMEOUT);
-    let mut connection = std::pin::pin!(builder.serve_connection(TokioIo::new(stream), service).with_upgrades());
-    let outcome = tokio::select! {
-        outcome = connection.as_mut() => outcome,
-        // The sender is only ever dropped.
-        _ = stopped.changed() => {
-            connection.as_mut().graceful_shutdown();
-            connection.await
+    builder.timer(TokioTimer::new()).header_read_timeout(IDLE);
+    let mut served = std::pin::pin!(builder.serve_connection(socket, service).with_upgrades());
+    let outcome = loop {
+        tokio::select! {
+            outcome = served.as_mut() => break outcome,
+            // The sender is only ever dropped.
+            _ = stopped.changed() => {
+                served.as_mut().graceful_shutdown();
+                break served.await;
+            }
+            () = connection.leave.notified() => {
+                // a request may have come meanwhile
+                if connection.may_leave() {
+                    served.as_mut().graceful_shutdown();
+                }
+            }
         }
     };
     if let Err(error) = outcome {
@@ -85,14 +167,48 @@ async fn connection(stream: TcpStream, router: Router, mut stopped: watch::Recei
     }
 }
 
-type Answer<S> = <S as Service<Request>>::Future;
+/// Has a request answered, and sees to what comes after it on its connection.
+async fn answer(router: Router, place: Arc<Place>, request: hyper::Request<Incoming>) -> Result<Response, Infallible> {
+    place.connection().set_phase(Phase::Busy);
+    let expects = request.headers().contains_key(header::EXPECT);
+    let (head, body) = request.into_parts();
+    let (body, rest) = Rest::watch(body);
+    let mut response = router.oneshot(hyper::Request::from_parts(head, body)).await?;
+    if response.status() == StatusCode::SWITCHING_PROTOCOLS {
+        return Ok(response);
+    }
+    if !rest.is_read(expects).await {
+        place.connection().set_unread();
+        response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+    }
+    Ok(response.map(|body| Body::new(Sent { body, place })))
+}
 
-/// The router for requests as hyper gives them.
-fn service(
-    router: Router,
-) -> impl Service<hyper::Request<Incoming>, Response = Response, Error = Infallible, Future = Answer<Router>>
-+ Clone
-+ Send
-+ 'static {
-    router.map_request(|request: hyper::Request<Incoming>| request.map(Body::new))
+/// A body that says when it has been handed over.
+struct Sent {
+    body: Body,
+    place: Arc<Place>,
+}
+
+impl HttpBody for Sent {
+    type Data = Bytes;
+    type Error = axum::Error;
+
+    fn poll_frame(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
+        Pin::new(&mut self.body).poll_frame(cx)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}
+
+impl Drop for Sent {
+    fn drop(&mut self) {
+        self.place.rest();
+    }
 }

@@ -4,7 +4,7 @@ use std::{ops::Deref, sync::Arc};
 
 use metrics_exporter_prometheus::PrometheusHandle;
 
-use super::closing::Closing;
+use super::{budget::Budget, closing::Closing, readiness::Readiness};
 use crate::{
     config::ServeSettings,
     estimation::Plans,
@@ -21,26 +21,33 @@ pub struct Shared {
     pub settings: ServeSettings,
     /// Where fits are computed.
     pub pool: WorkPool,
+    /// Memory for bodies and answers.
+    pub budget: Budget,
     /// What grids and specs decide before a height is seen.
     pub plans: Plans,
     pub metrics: &'static PrometheusHandle,
     pub jobs: Jobs,
     /// Idempotency keys whose first request is running.
     pub keys: RunningKeys,
+    /// Whether the store takes what is written.
+    pub readiness: Readiness,
     /// For connections that stay open.
     pub closing: Closing,
 }
 
 impl AppState {
     pub fn new(settings: ServeSettings, jobs: Jobs) -> std::io::Result<Self> {
+        let budget = Budget::new(settings.body_memory);
         let pool = WorkPool::new(settings.worker_count(), settings.queue)?;
         Ok(AppState(Arc::new(Shared {
             settings,
             pool,
+            budget,
             plans: Plans::default(),
             metrics: telemetry::metrics(),
             jobs,
             keys: RunningKeys::default(),
+            readiness: Readiness::default(),
             closing: Closing::default(),
         })))
     }

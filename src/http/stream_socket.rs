@@ -19,7 +19,7 @@ use axum::{
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
-use super::{extract::PathOf, observe::too_late, state::AppState, stream_flow};
+use super::{budget::Held, extract::PathOf, observe::too_late, state::AppState, stream_flow};
 use crate::{
     api::{
         problem::{Problem, ProblemCode},
@@ -32,6 +32,8 @@ use crate::{
 const PING: Duration = Duration::from_secs(20);
 /// Pings that may stay without any sign of life.
 const SILENT_PINGS: u32 = 3;
+/// Longest message: what has come of one is in memory until it is whole. Larger blocks are posted.
+const LONGEST_MESSAGE: usize = 1 << 20;
 /// How long a message may wait for a client that does not read.
 const SEND: Duration = Duration::from_secs(60);
 
@@ -61,7 +63,7 @@ async fn connect_stream(
     let upgrade = upgrade.map_err(|rejection| {
         Problem::new(ProblemCode::MalformedRequest, format!("This path speaks WebSocket: {}.", rejection.body_text()))
     })?;
-    let limit = state.settings.body_limit;
+    let limit = state.settings.body_limit.min(LONGEST_MESSAGE);
     Ok(upgrade.max_message_size(limit).max_frame_size(limit).on_upgrade(move |socket| serve(state, id, socket)))
 }
 
@@ -171,6 +173,8 @@ async fn ended(state: &AppState, id: Uuid) -> Option<End> {
 /// The answer to one message.
 async fn block(state: &AppState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
     let outcome = async {
+        let permit = state.budget.take(text.len())?;
+        let text = Held::new(text, permit);
         let block = state.pool.run(move || streams::read_block(&text)).await??;
         stream_flow::add_block(state, id, block, None).await
     };

@@ -5,7 +5,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
-    body::Payload,
+    body::{Media, Payload, unsupported},
     compute::read_json,
     conditional::{IfMatch, etag, set_etag},
     extract::PathOf,
@@ -174,11 +174,14 @@ async fn finish_stream(
 
 /// The body of a finish, which may be left out.
 fn finish_body(payload: Payload, limit: usize) -> Result<FinishBody, Problem> {
-    let bytes = payload.clone().into_bytes(limit)?;
-    if bytes.trim_ascii().is_empty() {
+    let (media, text) = (payload.media().clone(), payload.into_bytes(limit)?);
+    if text.trim_ascii().is_empty() {
         return Ok(FinishBody::default());
     }
-    Ok(reader::read_json(&payload.into_json(limit)?)?)
+    match media {
+        Media::Json => Ok(reader::read_json(&text)?),
+        Media::Multipart(other) | Media::Other(other) => Err(unsupported(&other, "application/json")),
+    }
 }
 
 /// Deletes a stream with its nodes. An iteration that it has become stays.

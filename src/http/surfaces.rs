@@ -3,7 +3,13 @@
 use axum::{extract::State, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{body::Payload, compute::read_json, files::attachment, fits::json, state::AppState};
+use super::{
+    body::Payload,
+    compute::{read_json, read_json_in_room},
+    files::attachment,
+    fits::{json, json_held},
+    state::AppState,
+};
 use crate::api::{
     problem::Problem,
     shapes::{
@@ -43,7 +49,7 @@ async fn create_surface(State(state): State<AppState>, payload: Payload) -> Resu
     responses((status = 200, description = "Values in the order of `at`.", body = SurfaceValuesBody))
 )]
 async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, surface_evaluate::answer).await?))
+    Ok(json_held(read_json_in_room(&state, payload, surface_evaluate::answer).await?))
 }
 
 /// Finds the point of a surface that is closest to each given point.
@@ -64,5 +70,5 @@ async fn closest_points_of_surface(State(state): State<AppState>, payload: Paylo
 )]
 async fn export_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let now = state.jobs.now();
-    Ok(attachment(read_json(&state, payload, move |text| export::surface(text, now)).await?))
+    attachment(state, payload, move |text, room| export::surface(text, now, room)).await
 }

@@ -121,6 +121,8 @@ pub trait Repository: Send + Sync + 'static {
     fn later(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Later>;
     /// Iterations by number; a page may hold fewer than its limit where they are big.
     fn trace(&self, job: Uuid, page: PageRequest) -> RepositoryFuture<'_, Trace>;
+    /// The nodes if they take at most so many bytes in the store, else how many they take.
+    fn nodes_up_to(&self, job: Uuid, number: u32, most: usize) -> RepositoryFuture<'_, Result<Nodes, usize>>;
 
     fn insert_fit(
         &self,

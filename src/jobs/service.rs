@@ -185,6 +185,16 @@ impl Jobs {
         self.repository.later(job, number).await
     }
 
+    /// The nodes of an iteration if they take at most so many bytes in the store, else how many they take.
+    pub async fn nodes_up_to(
+        &self,
+        job: Uuid,
+        number: u32,
+        most: usize,
+    ) -> Result<Result<Nodes, usize>, RepositoryError> {
+        self.repository.nodes_up_to(job, number, most).await
+    }
+
     /// Stores another fit of stored nodes. It does not stand until it is chosen.
     pub async fn add_fit(
         &self,
@@ -248,18 +258,6 @@ impl Jobs {
         })
         .await?;
         self.iteration(job, number).await
-    }
-
-    /// What a replay computes again: the nodes and the stored fit.
-    pub async fn replay_material(
-        &self,
-        job: Uuid,
-        number: u32,
-        fit: Uuid,
-    ) -> Result<(Nodes, FitRecord), RepositoryError> {
-        let stored = self.repository.fit(job, number, fit).await?;
-        let nodes = self.repository.nodes(job, number).await?;
-        Ok((nodes, stored))
     }
 
     /// A stored fit in full.

@@ -49,6 +49,7 @@ pub fn code(error: &sqlx::Error) -> Option<i32> {
 const BUSY: i32 = 5;
 const LOCKED: i32 = 6;
 const FULL: i32 = 13;
+const INPUT_OUTPUT: i32 = 10;
 const READ_ONLY: i32 = 8;
 const CANNOT_OPEN: i32 = 14;
 const NOT_A_DATABASE: i32 = 26;
@@ -84,6 +85,9 @@ pub fn failure(error: &sqlx::Error) -> RepositoryError {
         _ => match code(error) {
             Some(BUSY | LOCKED) => RepositoryError::Unavailable("another program holds the database".into()),
             Some(FULL) => RepositoryError::Unavailable("the disk is full".into()),
+            Some(INPUT_OUTPUT) => {
+                RepositoryError::Unavailable(format!("the disk does not do what it is told: {error}"))
+            }
             _ => RepositoryError::Failed(error.to_string()),
         },
     }

@@ -131,19 +131,28 @@ pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) ->
 }
 
 pub async fn nodes(db: &SqlitePool, job: Uuid, number: u32) -> Read<Nodes> {
+    let all = nodes_up_to(db, job, number, usize::MAX).await?;
+    all.map_err(|length| damaged("nodes", &format!("{length} bytes are not read")))
+}
+
+/// Longer ones are not read: SQLite knows their length without.
+pub async fn nodes_up_to(db: &SqlitePool, job: Uuid, number: u32, most: usize) -> Read<Result<Nodes, usize>> {
     let mut db = db.acquire().await.map_err(sql)?;
     let row = sqlx::query(
-        "SELECT n.data FROM jobs j JOIN iterations i ON i.job = j.seq JOIN nodes n ON n.iteration = i.seq
-         WHERE j.id = ? AND i.number = ?",
+        "SELECT length(n.data), CASE WHEN length(n.data) <= ?3 THEN n.data END
+         FROM jobs j JOIN iterations i ON i.job = j.seq JOIN nodes n ON n.iteration = i.seq
+         WHERE j.id = ?1 AND i.number = ?2",
     )
     .bind(job)
     .bind(number)
+    .bind(i64::try_from(most).unwrap_or(i64::MAX))
     .fetch_optional(&mut *db)
     .await
     .map_err(sql)?;
-    match row {
-        Some(row) => nodes_codec::decode(get::<&[u8]>(&row, 0)?).map_err(|error| damaged("nodes", &error.to_string())),
-        None => Err(which_is_missing(&mut db, job).await),
+    let Some(row) = row else { return Err(which_is_missing(&mut db, job).await) };
+    match get::<Option<&[u8]>>(&row, 1)? {
+        Some(bytes) => nodes_codec::decode(bytes).map(Ok).map_err(|error| damaged("nodes", &error.to_string())),
+        None => Ok(Err(usize::try_from(get::<i64>(&row, 0)?).unwrap_or(usize::MAX))),
     }
 }
 

@@ -160,6 +160,10 @@ impl Repository for Store {
         self.read(read::nodes(&self.readers, job, number))
     }
 
+    fn nodes_up_to(&self, job: Uuid, number: u32, most: usize) -> RepositoryFuture<'_, Result<Nodes, usize>> {
+        self.read(read::nodes_up_to(&self.readers, job, number, most))
+    }
+
     fn measurand(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Measurand> {
         self.read(read::measurand(&self.readers, job, number))
     }

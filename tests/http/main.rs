@@ -14,6 +14,7 @@ mod forms;
 mod gears;
 mod headers;
 mod jobs;
+mod limits;
 mod mutations;
 mod operation;
 mod regularization;

@@ -11,10 +11,14 @@ use super::{
     trace::SideName,
 };
 use crate::{
-    api::{json_writer::Json, problem::Problem, reader::read_json},
+    api::{
+        json_writer::Json,
+        problem::{Problem, Room},
+        reader::read_json,
+    },
     estimation::Faults,
     formats::points::{self, ListedPoint},
-    gear::{FlankGrid, Gear, GridSpec, Modifications, ProfileAxis, Side},
+    gear::{FlankGrid, Gear, GridSpec, Modifications, ProfileAxis, Side, flank_grid::MOST_NODES},
     geometry::space::Vector,
 };
 
@@ -81,6 +85,9 @@ impl ProfileBody {
     }
 }
 
+/// What a node takes until it is written: point and normal, twice, and their text.
+const NODE: usize = 2 * 6 * size_of::<f64>() + 6 * 22;
+
 /// A request, computed.
 struct Computed {
     gear: Gear,
@@ -90,8 +97,10 @@ struct Computed {
     hand_assumed: Option<NoticeBody>,
 }
 
-fn computed(text: &[u8]) -> Result<Computed, Problem> {
+fn computed(text: &[u8], room: Room) -> Result<Computed, Problem> {
     let body: FlankRequestBody = read_json(text)?;
+    let nodes = body.profile.values.len().saturating_mul(body.face_width_positions_mm.len());
+    room(nodes.min(MOST_NODES) * NODE)?;
     let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
     let modifications =
         modification::read(&gear, &body.modifications, body.modification_range).map_err(Problem::invalid)?;
@@ -103,8 +112,8 @@ fn computed(text: &[u8]) -> Result<Computed, Problem> {
 }
 
 /// Answers a request as a list of points, `id,x,y,z,i,j,k`; the id is `row.column`, both from 1. Processor work.
-pub fn csv(text: &[u8]) -> Result<Vec<u8>, Problem> {
-    let grid = computed(text)?.grid;
+pub fn csv(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
+    let grid = computed(text, room)?.grid;
     let columns = grid.columns().max(1);
     let listed = grid.points.iter().zip(&grid.normals).enumerate().map(|(k, (point, normal))| ListedPoint {
         id: Some(format!("{}.{}", k / columns + 1, k % columns + 1)),
@@ -117,8 +126,8 @@ pub fn csv(text: &[u8]) -> Result<Vec<u8>, Problem> {
 }
 
 /// Answers a request. Processor work.
-pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
-    let Computed { gear, side, modifications, grid, hand_assumed } = computed(text)?;
+pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
+    let Computed { gear, side, modifications, grid, hand_assumed } = computed(text, room)?;
     let columns = grid.columns();
     let flat =
         // no coordinate is −0

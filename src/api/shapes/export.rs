@@ -1,5 +1,7 @@
 //! Curves and surfaces as files of other programs.
 
+use std::sync::Arc;
+
 use jiff::{Timestamp, tz::TimeZone};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -12,14 +14,14 @@ use super::{
 use crate::numerics::cancel::Asking;
 use crate::{
     api::{
-        problem::Problem,
+        problem::{Problem, Room},
         reader::{Fields, read_part},
         text::ShortText,
     },
     estimation::Faults,
     formats::{
-        CadShape, ExportFault, Label, Moment, NamedLine, NamedMesh, NamedShape, QuadMesh, SurfaceSample, fe_mesh, iges,
-        obj, sampling, step, stl, vtk,
+        CadShape, ExportFault, Label, Moment, NamedLine, NamedMesh, NamedShape, QuadMesh, fe_mesh, iges, obj, sampling,
+        step, stl, vtk,
     },
     geometry::{
         curve::{Curve, CurveShape},
@@ -27,12 +29,14 @@ use crate::{
     },
 };
 
-/// A file: its name, its media type, its bytes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+pub use crate::formats::Pieces;
+
+/// A file: its name, its media type, what it holds.
+#[derive(Debug)]
 pub struct File {
     pub name: String,
     pub media: &'static str,
-    pub bytes: Vec<u8>,
+    pub content: Pieces,
 }
 
 // Both requests are declared for the document; `curve` and `surface` read them.
@@ -119,12 +123,12 @@ pub fn curve(text: &[u8], now: Timestamp) -> Result<File, Problem> {
     faults.into_result(()).map_err(Problem::invalid)?;
     let name = name.unwrap_or_else(|| "curve".to_owned());
     let label = label(&name, now);
-    let (ending, media, bytes) = write_curve(&shape, format, &name, tolerance, &label).map_err(refused("/curve"))?;
-    Ok(File { name: file_name(&name, ending), media, bytes })
+    let (ending, media, content) = write_curve(&shape, format, &name, tolerance, &label).map_err(refused("/curve"))?;
+    Ok(File { name: file_name(&name, ending), media, content })
 }
 
-/// Writes the surface of a request. Processor work.
-pub fn surface(text: &[u8], now: Timestamp) -> Result<File, Problem> {
+/// Writes the surface of a request, as far as there is `room` for its mesh. Processor work.
+pub fn surface(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
     let mut faults = Faults::default();
     let fields = Fields::of_request(text, &["surface", "format", "name", "tolerance", "samples"], &mut faults)?;
     let shape =
@@ -141,8 +145,8 @@ pub fn surface(text: &[u8], now: Timestamp) -> Result<File, Problem> {
     let name = name.unwrap_or_else(|| "surface".to_owned());
     let label = label(&name, now);
     let asked = Asked { samples: samples.unwrap_or(SAMPLES), tolerance };
-    let (ending, media, bytes) = write_surface(&shape, format, &name, &asked, &label).map_err(refused("/surface"))?;
-    Ok(File { name: file_name(&name, ending), media, bytes })
+    let (ending, media, content) = write_surface(&shape, format, &name, &asked, &label, room)?;
+    Ok(File { name: file_name(&name, ending), media, content })
 }
 
 struct Asked {
@@ -150,7 +154,7 @@ struct Asked {
     tolerance: Option<f64>,
 }
 
-type Written = (&'static str, &'static str, Vec<u8>);
+type Written = (&'static str, &'static str, Pieces);
 
 fn write_curve(
     shape: &CurveShape,
@@ -165,32 +169,28 @@ fn write_curve(
         Ok::<_, ExportFault>((sampling::curve_nodes(shape, &parameters)?, parameters))
     };
     let cad = || shape.to_b_spline().map_err(|_| ExportFault::NotFinite { shape: 0 });
+    let line = || Ok::<_, ExportFault>(NamedLine { name, points: chain()?.0.into() });
     Ok(match format {
         CurveFormatName::Iges => {
             let spline = cad()?;
             let shapes = [NamedShape { name, shape: CadShape::Curve(&spline) }];
-            ("igs", "model/iges", iges::write(&shapes, label)?.into_bytes())
+            ("igs", "model/iges", Pieces::new().text(iges::write(&shapes, label)?))
         }
         CurveFormatName::Step => {
             let spline = cad()?;
             let shapes = [NamedShape { name, shape: CadShape::Curve(&spline) }];
-            ("stp", "model/step", step::write(&shapes, label)?.into_bytes())
+            ("stp", "model/step", Pieces::new().text(step::write(&shapes, label)?))
         }
-        CurveFormatName::Obj => {
-            let (points, _) = chain()?;
-            ("obj", "model/obj", obj::write(&[], &[NamedLine { name, points: &points }], label)?.into_bytes())
-        }
-        CurveFormatName::Vtk => {
-            let (points, _) = chain()?;
-            ("vtk", "text/plain", vtk::poly_data(&[], &[NamedLine { name, points: &points }], label)?.into_bytes())
-        }
+        CurveFormatName::Obj => ("obj", "model/obj", obj::write(&[], &[line()?], label)?),
+        CurveFormatName::Vtk => ("vtk", "text/plain", vtk::poly_data(&[], &[line()?], label)?),
         CurveFormatName::Csv => {
             let (points, parameters) = chain()?;
-            let mut text = "parameter,x,y,z\n".to_owned();
-            for (t, p) in parameters.iter().zip(&points).asking(300) {
-                text.push_str(&format!("{t},{},{},{}\n", p.x, p.y, p.z));
-            }
-            ("csv", "text/csv", text.into_bytes())
+            let count = points.len();
+            let row = move |i: usize, out: &mut Vec<u8>| {
+                let (t, p) = (parameters[i], points[i]);
+                out.extend(format!("{t},{},{},{}\n", p.x, p.y, p.z).bytes());
+            };
+            ("csv", "text/csv", Pieces::new().text("parameter,x,y,z\n").lines(count, row))
         }
     })
 }
@@ -201,42 +201,62 @@ fn write_surface(
     name: &str,
     asked: &Asked,
     label: &Label,
-) -> Result<Written, ExportFault> {
+    room: Room,
+) -> Result<Written, Problem> {
     // once: it looks at all of the surface
     let tolerance = asked.tolerance.unwrap_or_else(|| 1e-6 * surface_extent(shape));
-    let mesh = || {
-        let patches: Vec<&dyn Surface> = match shape {
-            SurfaceShape::Patchwork(work) => work.patches().iter().map(SurfaceShape::surface).collect(),
-            single => vec![single.surface()],
-        };
-        QuadMesh::joined(&SurfaceSample::of_each(&patches, asked.samples)?, tolerance)
+    let refused = |fault| refused("/surface")(fault);
+    if matches!(format, SurfaceFormatName::Iges | SurfaceFormatName::Step) {
+        return write_splines(shape, format, name, tolerance, label).map_err(refused);
+    }
+    let patches: Vec<&dyn Surface> = match shape {
+        SurfaceShape::Patchwork(work) => work.patches().iter().map(SurfaceShape::surface).collect(),
+        single => vec![single.surface()],
     };
+    let with_normals = matches!(format, SurfaceFormatName::Obj | SurfaceFormatName::Vtk);
+    room(QuadMesh::bytes(&patches, asked.samples, with_normals).map_err(refused)?)?;
+    let mesh = QuadMesh::of_surfaces(&patches, asked.samples, tolerance, with_normals).map_err(refused)?;
+    write_mesh(Arc::new(mesh), format, name, label).map_err(refused)
+}
+
+fn write_splines(
+    shape: &SurfaceShape,
+    format: SurfaceFormatName,
+    name: &str,
+    tolerance: f64,
+    label: &Label,
+) -> Result<Written, ExportFault> {
+    let parts = shape.to_b_splines(tolerance);
+    if let Some(part) = parts.iter().find(|part| part.deviation > tolerance) {
+        return Err(ExportFault::Deviation { deviation: part.deviation, tolerance });
+    }
+    let shapes: Vec<_> =
+        parts.iter().map(|part| NamedShape { name, shape: CadShape::Surface(&part.surface) }).collect();
+    Ok(if format == SurfaceFormatName::Iges {
+        ("igs", "model/iges", Pieces::new().text(iges::write(&shapes, label)?))
+    } else {
+        ("stp", "model/step", Pieces::new().text(step::write(&shapes, label)?))
+    })
+}
+
+fn write_mesh(
+    mesh: Arc<QuadMesh>,
+    format: SurfaceFormatName,
+    name: &str,
+    label: &Label,
+) -> Result<Written, ExportFault> {
     Ok(match format {
-        SurfaceFormatName::Iges | SurfaceFormatName::Step => {
-            let parts = shape.to_b_splines(tolerance);
-            if let Some(part) = parts.iter().find(|part| part.deviation > tolerance) {
-                return Err(ExportFault::Deviation { deviation: part.deviation, tolerance });
-            }
-            let shapes: Vec<_> =
-                parts.iter().map(|part| NamedShape { name, shape: CadShape::Surface(&part.surface) }).collect();
-            if format == SurfaceFormatName::Iges {
-                ("igs", "model/iges", iges::write(&shapes, label)?.into_bytes())
-            } else {
-                ("stp", "model/step", step::write(&shapes, label)?.into_bytes())
-            }
+        SurfaceFormatName::Stl => ("stl", "model/stl", stl::binary_file(mesh, label)?),
+        SurfaceFormatName::StlText => ("stl", "model/stl", stl::ascii_file(mesh, label)?),
+        SurfaceFormatName::Vtk => ("vtk", "text/plain", vtk::poly_data(&[NamedMesh { name, mesh }], &[], label)?),
+        SurfaceFormatName::CsvNodes => ("nodes.csv", "text/csv", fe_mesh::nodes_csv(mesh)),
+        SurfaceFormatName::CsvElements => ("elements.csv", "text/csv", fe_mesh::elements_csv(mesh)),
+        SurfaceFormatName::Abaqus => ("inp", "text/plain", fe_mesh::abaqus(mesh, label)?),
+        SurfaceFormatName::Adina => ("in", "text/plain", fe_mesh::adina(mesh, label)?),
+        // what is left: CAD files are written from splines
+        SurfaceFormatName::Obj | SurfaceFormatName::Iges | SurfaceFormatName::Step => {
+            ("obj", "model/obj", obj::write(&[NamedMesh { name, mesh }], &[], label)?)
         }
-        SurfaceFormatName::Obj => {
-            ("obj", "model/obj", obj::write(&[NamedMesh { name, mesh: &mesh()? }], &[], label)?.into_bytes())
-        }
-        SurfaceFormatName::Stl => ("stl", "model/stl", stl::binary_file(&mesh()?, label)?),
-        SurfaceFormatName::StlText => ("stl", "model/stl", stl::ascii_file(&mesh()?, label)?.into_bytes()),
-        SurfaceFormatName::Vtk => {
-            ("vtk", "text/plain", vtk::poly_data(&[NamedMesh { name, mesh: &mesh()? }], &[], label)?.into_bytes())
-        }
-        SurfaceFormatName::CsvNodes => ("nodes.csv", "text/csv", fe_mesh::nodes_csv(&mesh()?).into_bytes()),
-        SurfaceFormatName::CsvElements => ("elements.csv", "text/csv", fe_mesh::elements_csv(&mesh()?).into_bytes()),
-        SurfaceFormatName::Abaqus => ("inp", "text/plain", fe_mesh::abaqus(&mesh()?, label)?.into_bytes()),
-        SurfaceFormatName::Adina => ("in", "text/plain", fe_mesh::adina(&mesh()?, label)?.into_bytes()),
     })
 }
 

@@ -9,7 +9,7 @@ use crate::numerics::cancel::Asking;
 use crate::{
     api::{
         json_writer::Json,
-        problem::Problem,
+        problem::{Problem, Room},
         reader::{Fields, read_numbers, read_part, read_rows},
     },
     estimation::Faults,
@@ -20,6 +20,11 @@ use crate::{
 const AREA_TOLERANCE: f64 = 1e-10;
 /// Most numbers of an answer, some 400 megabytes of text.
 const MOST_NUMBERS: usize = 20_000_000;
+
+/// A number in the text of an answer, with its comma.
+const TEXT_OF_NUMBER: usize = 22;
+/// What a place takes while it is evaluated: the surface with its derivatives there.
+const PLACE: usize = size_of::<SurfaceJet>();
 
 /// A request as it was read.
 struct Wanted {
@@ -73,11 +78,13 @@ impl Places {
     }
 }
 
-/// Answers a request. Processor work.
-pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+/// Answers a request, as far as there is `room`: two axes may ask for the grid of all their pairs. Processor work.
+pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let Wanted { surface, places, derivatives, forms, area: wants_area } = read(text)?;
     let width = surface.dimension().count();
     let count = places.count();
+    let numbers = count * numbers_of_a_place(width, derivatives, forms);
+    room(256 + numbers * (TEXT_OF_NUMBER + size_of::<f64>()) + count * PLACE)?;
     let evaluator = Evaluator::new(&surface);
     let mut geometry = Geometry::default();
     let mut lists: [Vec<f64>; 6] = Default::default();
@@ -96,7 +103,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
             }
         }
     }
-    let mut json = Json::with_capacity(256 + 22 * count * numbers_of_a_place(width, derivatives, forms));
+    let mut json = Json::with_capacity(256 + TEXT_OF_NUMBER * numbers);
     let mut object = json.object();
     object.values("values", width, &lists[0]);
     if derivatives > 0 {

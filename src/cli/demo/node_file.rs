@@ -8,6 +8,7 @@
 use std::{
     fs, io,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use serde_json::{Value, json};
@@ -157,7 +158,8 @@ fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
     let mut sets = Vec::new();
     for side in [Side::Left, Side::Right] {
         let Some(flank) = read.nodes.iter().find(|flank| flank.side == side) else { continue };
-        let nodes = serde_json::from_slice(&nodes_text::to_json(&flank.nodes()?)).map_err(Problem::internal)?;
+        let nodes = serde_json::from_slice(&nodes_text::to_json(Arc::new(flank.nodes()?)).whole())
+            .map_err(Problem::internal)?;
         let of = format!("{}, {} flank of tooth {}", name, file::word(side), flank.tooth);
         let count = flank.places.len();
         let report = match flank.traces {
@@ -197,7 +199,7 @@ fn from_csv(path: &Path, text: &str) -> Result<NodeSet, NodeFileError> {
     })?;
     let lines = text.lines().skip(1).filter(|line| !line.trim().is_empty()).count();
     let (used, missing) = (nodes.posted(), lines.saturating_sub(nodes.posted()));
-    let nodes = serde_json::from_slice(&nodes_text::to_json(&nodes))
+    let nodes = serde_json::from_slice(&nodes_text::to_json(Arc::new(nodes)).whole())
         .map_err(|source| NodeFileError::Json { path: path.into(), source })?;
     Ok(NodeSet {
         name: name_of(path),

@@ -24,7 +24,19 @@ pub struct Server {
 impl Server {
     /// Starts the built program on a free port, which its log tells.
     pub fn start(database: &std::path::Path) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), database)
+    }
+
+    /// The same where its files cannot become longer than a megabyte (of 512 or 1024 times as many bytes).
+    #[cfg(unix)]
+    pub fn start_on_a_small_disk(database: &std::path::Path) -> Self {
+        let mut shell = Command::new("/bin/sh");
+        shell.args(["-c", "ulimit -f 2048; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_flankfit")]);
+        Self::start_by(shell, database)
+    }
+
+    fn start_by(mut command: Command, database: &std::path::Path) -> Self {
+        let mut child = command
             .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "info", "--database-url"])
             .arg(format!("sqlite://{}", database.display()))
             .env_clear()
@@ -53,6 +65,35 @@ impl Server {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
     }
+}
+
+/// A disk that takes no more is a refusal and a server that says that it is not ready, not its end.
+#[cfg(unix)]
+#[tokio::test]
+async fn a_full_disk_is_not_the_end() {
+    let directory = tempfile::tempdir().unwrap();
+    let server = Server::start_on_a_small_disk(&directory.path().join("jobs.db"));
+    let client = Client::new();
+    let status = |path: &'static str| {
+        let request = client.get(format!("{}{path}", server.base));
+        async move { request.send().await.unwrap().status().as_u16() }
+    };
+    assert_eq!(status("/readyz").await, 200);
+    let tags: std::collections::BTreeMap<_, _> = (0..50).map(|i| (format!("t{i}"), "x".repeat(50))).collect();
+    let refusal = loop {
+        let job = json!({"name": "w", "tags": tags});
+        let answer = client.post(format!("{}/v1/jobs", server.base)).json(&job).send().await.unwrap();
+        if answer.status() != 201 {
+            break answer.json::<Value>().await.unwrap();
+        }
+    };
+    assert_eq!((&refusal["status"], &refusal["code"]), (&json!(503), &json!("store_unavailable")), "{refusal}");
+    // what was written last may have been believed for a second
+    while status("/readyz").await != 503 {
+        tokio::task::yield_now().await;
+    }
+    assert_eq!((status("/healthz").await, status("/v1/jobs").await), (200, 200), "what is stored can be read");
+    server.kill();
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

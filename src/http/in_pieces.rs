@@ -1,0 +1,60 @@
+//! Answers that are made as they are sent: each piece by a worker, when the client has taken the one before.
+//!
+//! No worker waits for a client, however slowly it reads; what the file is made of stays in memory meanwhile and is weighed on the
+//! budget. The first piece is made before the answer begins, so that a refusal still is a problem of its own.
+
+use std::{
+    io,
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
+
+use axum::body::{Body, Bytes};
+use futures_util::stream;
+
+use super::{budget::Permit, state::AppState};
+use crate::{api::shapes::export::Pieces, pool::PoolError};
+
+/// Bytes of a piece.
+pub const PIECE: usize = 256 << 10;
+
+/// How long a piece waits where the queue for workers is full: what has begun is not refused.
+const QUEUE_PAUSE: Duration = Duration::from_millis(50);
+
+/// A file and its permit, between two pieces.
+struct Rest {
+    state: AppState,
+    file: Arc<Mutex<Pieces>>,
+    _permit: Permit,
+}
+
+/// A body of a first piece and what follows it.
+pub fn body(state: AppState, first: Vec<u8>, file: Pieces, permit: Permit) -> Body {
+    if file.is_done() {
+        // of known length, and weighed like any other answer
+        return Body::from(first);
+    }
+    let rest = Rest { state, file: Arc::new(Mutex::new(file)), _permit: permit };
+    Body::from_stream(stream::unfold((Some(first), rest), |(first, rest)| async move {
+        let piece = match first {
+            Some(first) => Ok(first),
+            None => rest.next().await.transpose()?,
+        };
+        Some((piece.map(Bytes::from), (None, rest)))
+    }))
+}
+
+impl Rest {
+    async fn next(&self) -> Result<Option<Vec<u8>>, io::Error> {
+        loop {
+            let file = Arc::clone(&self.file);
+            let work = move || file.lock().unwrap_or_else(PoisonError::into_inner).next_piece(PIECE);
+            match self.state.pool.run(work).await {
+                Ok(piece) => return Ok(piece),
+                Err(PoolError::Full { .. }) => tokio::time::sleep(QUEUE_PAUSE).await,
+                // the connection ends without the end of the answer, so that nobody takes it for whole
+                Err(error) => return Err(io::Error::other(error)),
+            }
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! Stored nodes, weighed before they are read.
+
+use uuid::Uuid;
+
+use super::{budget::Held, state::AppState};
+use crate::{api::problem::Problem, estimation::Nodes};
+
+/// Nodes of at most so many bytes are read without being asked for their length first.
+const SMALL: usize = 64 << 10;
+/// Times that stored bytes are in memory: as they are read, as nodes, and what is computed with them.
+const COPIES: usize = 3;
+
+/// The nodes of an iteration, with a permit for what they take.
+pub async fn nodes(state: &AppState, job: Uuid, number: u32) -> Result<Held<Nodes>, Problem> {
+    let length = match state.jobs.nodes_up_to(job, number, SMALL).await? {
+        Ok(nodes) => return Ok(Held::new(nodes, state.budget.take(COPIES * SMALL / 4)?)),
+        Err(length) => length,
+    };
+    let permit = state.budget.take(COPIES.saturating_mul(length))?;
+    Ok(Held::new(state.jobs.nodes(job, number).await?, permit))
+}
