@@ -97,6 +97,7 @@ pub struct LpEstimator {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: LpTag,
+    /// The power of the residuals whose sum is made least: 1 least absolute deviations, 2 least squares.
     #[schema(minimum = 1, maximum = 2)]
     pub p: f64,
 }
@@ -108,6 +109,7 @@ pub struct QuantileEstimator {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: QuantileTag,
+    /// Share of the nodes that shall lie below, between 0 and 1; 0.5 is the median.
     #[schema(exclusive_minimum = 0, exclusive_maximum = 1)]
     pub tau: f64,
 }

@@ -18,11 +18,13 @@ pub struct JobEventBody {
     pub number: u64,
     #[serde(rename = "type")]
     pub kind: EventName,
+    /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// The iteration added, fitted again, decided on, or made of a stream.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iteration_number: Option<u32>,
+    /// Of the iteration, a UUIDv7.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iteration_id: Option<Uuid>,
     /// The first fit of a new iteration, a new fit, or the one chosen.
@@ -33,8 +35,10 @@ pub struct JobEventBody {
     pub chosen: Option<bool>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
+    /// Of a decision, a choice or a new fit, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// Of the stream that something happened to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stream_id: Option<Uuid>,
     /// What happened to a stream.

@@ -36,16 +36,21 @@ pub struct FitFields {
     pub regularization: Option<RegularizationBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimator: Option<EstimatorBody>,
+    /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for the bounds of the bias; by default estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub coefficient_norm_limit: Option<f64>,
+    /// Standard deviation of a height of weight 1, in the unit of the heights; by default estimated from the
+    /// residuals.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub noise_sigma: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub node_uncertainty: Option<NodeUncertaintyBody>,
+    /// Parts of the answer that come only when asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub include: Option<Vec<IncludeName>>,
+    /// Applied to the heights before the fit, in this order.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(max_items = 16)]
     pub filters: Option<Vec<FilterBody>>,

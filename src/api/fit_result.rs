@@ -56,6 +56,7 @@ pub struct FitResultBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub filter_collinearity: Option<FilterCollinearity>,
     pub numerics: NumericsBody,
+    /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
     pub provenance: ProvenanceBody,
     /// What was fitted, with every default filled in: a request of its own, but for the nodes. Of `POST /v1/fits`; a fit that is kept

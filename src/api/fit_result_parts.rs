@@ -64,8 +64,10 @@ pub struct SpectrumBody {
     /// λₙ/λ₁; absent when the rank is not full.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
+    /// Decimal logarithm of the condition number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log10_condition: Option<f64>,
+    /// Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log10_determinant: Option<f64>,
     /// Singular values that the arithmetic tells from 0.
@@ -77,9 +79,12 @@ pub struct SpectrumBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RegularizedSpectrum)]
 pub struct RegularizedSpectrumBody {
+    /// What each eigenvalue has become.
     pub eigenvalues: Vec<f64>,
+    /// Greatest over least; left out where it is infinite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
+    /// Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log10_determinant: Option<f64>,
 }
@@ -90,6 +95,7 @@ pub struct RegularizedSpectrumBody {
 pub struct BiasBody {
     /// Observed ‖Â − Â_B‖.
     pub norm: f64,
+    /// The least bound that holds for every coefficient vector within the norm limit.
     pub sharp_bound: f64,
     /// Ineq. 51, where it holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -127,6 +133,7 @@ pub enum LimitSource {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Collinearity)]
 pub struct CollinearityBody {
+    /// Each column against all others, in the order of the coefficients.
     pub columns: Vec<ColumnBody>,
     /// Pearson correlation of the columns, in coefficient order. Present when `collinearity` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -134,6 +141,7 @@ pub struct CollinearityBody {
     /// Per term, the share of its variance that belongs to each eigenvalue (ascending). Present when `collinearity` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variance_proportions: Option<Vec<Vec<f64>>>,
+    /// One for each small eigenvalue, the smallest first.
     pub near_dependencies: Vec<NearDependencyBody>,
 }
 
@@ -141,6 +149,7 @@ pub struct CollinearityBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ColumnCollinearity)]
 pub struct ColumnBody {
+    /// The column, named as its coefficient.
     pub term: String,
     /// Variance inflation factor 1/(1−R²), centred; absent for the constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -151,7 +160,9 @@ pub struct ColumnBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = NearDependency)]
 pub struct NearDependencyBody {
+    /// Of the scaled Fisher information matrix.
     pub eigenvalue: f64,
+    /// √(greatest eigenvalue / this one); 30 and more are a matter of concern. Left out where it is infinite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition_index: Option<f64>,
     /// The eigenvector: how much of each column takes part. Present when `collinearity` was included.
@@ -198,12 +209,14 @@ pub struct PerturbationBoundsBody {
 pub struct ResidualsBody {
     /// Nodes counted.
     pub count: usize,
+    /// Nodes counted less coefficients.
     pub degrees_of_freedom: usize,
     /// Σ w r² of the regularised estimate.
     pub rss: f64,
     /// σ̂ of the plain least-squares fit; absent without degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
+    /// √(Σ w r² / Σ w), in the unit of the heights.
     pub rms: f64,
     /// Largest |residual|; absent in the answers of a stream, which keeps no nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -211,6 +224,7 @@ pub struct ResidualsBody {
     /// About the mean when the constant lies in the span of the columns, about 0 otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub r_squared: Option<f64>,
+    /// Σ w r² of the plain least-squares fit.
     pub least_squares_rss: f64,
     /// One per counted node, in the order posted; present when `residuals` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -224,16 +238,22 @@ pub struct ResidualsBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = LambdaCurvePoint)]
 pub struct LambdaCurvePointBody {
+    /// Where on the curve, as an eigenvalue of the scaled Fisher information matrix.
     pub lambda_star: f64,
+    /// Condition number of the regularised matrix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
+    /// ‖Â − Â_B‖ in the scaled columns.
     pub bias_norm: f64,
     /// As in `choices`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_mse: Option<f64>,
+    /// Root mean square of the residuals.
     pub rms: f64,
+    /// The function that generalised cross-validation makes least.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gcv: Option<f64>,
+    /// ‖Â_B‖ in the scaled columns.
     pub coefficient_norm: f64,
 }
 
@@ -261,6 +281,7 @@ pub struct WarningBody {
     /// Stable name.
     #[schema(value_type = String)]
     pub code: Cow<'static, str>,
+    /// In words, with the numbers that matter.
     pub message: String,
 }
 
@@ -268,6 +289,7 @@ pub struct WarningBody {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Provenance)]
 pub struct ProvenanceBody {
+    /// Program and version that computed the answer.
     #[schema(value_type = String, example = "flankfit 0.1.0")]
     pub engine: Cow<'static, str>,
     /// SHA-256 of the canonical form of nodes and spec: the same request gives the same digest whatever its white space or key order.

@@ -17,6 +17,7 @@ use crate::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Replay, example = json!({"identical": true}))]
 pub struct ReplayBody {
+    /// Whether the two answers are the same bit by bit.
     pub identical: bool,
     /// Largest relative difference over all numbers of the two answers; absent when they are identical, or do not line up.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -73,12 +73,15 @@ pub struct Measurement {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
     pub measured_at: Option<Moment>,
+    /// What the nodes were measured with.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "P40")]
     pub instrument: Option<ShortText>,
+    /// Who measured them.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub operator: Option<ShortText>,
+    /// What else is to be known of the measurement; may have line breaks.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub note: Option<LongText>,
@@ -171,7 +174,9 @@ impl From<DecisionName> for Decision {
 pub struct NewIterationBody {
     /// 1, 2, 3 … within the job.
     pub number: u32,
+    /// UUIDv7.
     pub id: Uuid,
+    /// The job that it belongs to.
     pub job_id: Uuid,
     /// The flank that was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -182,15 +187,20 @@ pub struct NewIterationBody {
     /// What the axes of the nodes mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
+    /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
+    /// What they were measured with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
+    /// Who measured them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
+    /// What else was said of the measurement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+    /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Nodes posted, missing ones included.
@@ -205,7 +215,9 @@ pub struct NewIterationBody {
 pub struct IterationBody {
     /// 1, 2, 3 … within the job.
     pub number: u32,
+    /// UUIDv7.
     pub id: Uuid,
+    /// The job that it belongs to.
     pub job_id: Uuid,
     /// The flank that was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -216,15 +228,20 @@ pub struct IterationBody {
     /// What the axes of the nodes mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
+    /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
+    /// What they were measured with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
+    /// Who measured them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
+    /// What else was said of the measurement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+    /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// Nodes posted, missing ones included.
@@ -243,11 +260,14 @@ pub struct IterationBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = IterationFit)]
 pub struct IterationFitBody {
+    /// UUIDv7.
     pub id: Uuid,
     /// Whether this fit stands.
     pub chosen: bool,
+    /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// Why it was made, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// What was fitted, with every default filled in: a request of its own for a refit, or with nodes for a new fit.
@@ -260,9 +280,11 @@ pub struct IterationFitBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitSummary)]
 pub struct FitSummaryBody {
+    /// UUIDv7.
     pub id: Uuid,
     /// Whether this fit stands.
     pub chosen: bool,
+    /// The λ* of the fit; left out without regularisation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -272,22 +294,28 @@ pub struct FitSummaryBody {
     /// L: how many of the smallest eigenvalues were regularised.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<u32>,
+    /// Condition number of the scaled Fisher information matrix; left out where it is infinite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
+    /// The same after regularisation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub regularized_condition: Option<f64>,
     /// Observed ‖Â − Â_B‖ in the scaled columns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_norm: Option<f64>,
+    /// The least bound of the bias that holds within the norm limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_sharp_bound: Option<f64>,
+    /// Root mean square of the residuals, in the unit of the heights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms: Option<f64>,
     /// Largest |residual|.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_abs: Option<f64>,
+    /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// Why it was made, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
@@ -296,6 +324,7 @@ pub struct FitSummaryBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitPage)]
 pub struct FitPageBody {
+    /// The fits of this page.
     pub items: Vec<FitSummaryBody>,
     /// Where the next page begins; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -32,7 +32,9 @@ pub struct TraceBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedIteration)]
 pub struct TracedIterationBody {
+    /// 1, 2, 3 … within the job.
     pub number: u32,
+    /// UUIDv7.
     pub id: Uuid,
     /// The flank that was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -43,17 +45,21 @@ pub struct TracedIterationBody {
     /// What the axes of the nodes mean.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
+    /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
+    /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// The latest decision; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
+    /// In the order in which they were made.
     pub fits: Vec<TracedFitBody>,
     /// Which fit stood, from when on and why; the first is made with the iteration.
     pub choices: Vec<TracedChoiceBody>,
+    /// In the order in which they were made.
     pub decisions: Vec<TracedDecisionBody>,
     /// What is kept beside the fits, oldest first.
     #[serde(default)]
@@ -70,6 +76,7 @@ pub struct TracedFitBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub summary: FitSummaryBody,
+    /// In the order of the fit's answer.
     pub coefficients: Vec<CoefficientBody>,
 }
 
@@ -77,9 +84,13 @@ pub struct TracedFitBody {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = EarlierEntries)]
 pub struct EarlierBody {
+    /// Fits before those told.
     pub fits: u64,
+    /// Choices of a fit before those told.
     pub choices: u64,
+    /// Decisions before those told.
     pub decisions: u64,
+    /// Records before those told.
     pub records: u64,
 }
 
@@ -87,9 +98,12 @@ pub struct EarlierBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TracedChoice)]
 pub struct TracedChoiceBody {
+    /// The fit that stood from then on.
     pub fit_id: Uuid,
+    /// Why it was chosen, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// When it was chosen.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
 }
@@ -99,8 +113,10 @@ pub struct TracedChoiceBody {
 #[schema(as = TracedDecision)]
 pub struct TracedDecisionBody {
     pub decision: DecisionName,
+    /// Why it was decided so, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// When it was decided.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
 }

@@ -24,17 +24,22 @@ use crate::{
     "tags": {"shift": "night"}
 }))]
 pub struct NewJobBody {
+    /// As the cell calls the job.
     #[schema(value_type = String, min_length = 1, max_length = 200)]
     pub name: ShortText,
+    /// Of the gear's drawing.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub part_number: Option<ShortText>,
+    /// Of this gear.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub serial_number: Option<ShortText>,
+    /// The machine that it is made on.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub machine: Option<ShortText>,
+    /// What corrections and evaluations of the job's iterations refer to.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// At most 50, for finding the job again.
@@ -49,19 +54,26 @@ pub struct NewJobBody {
 pub struct JobBody {
     /// UUIDv7: ids in ascending order are jobs in order of creation.
     pub id: Uuid,
+    /// As the cell calls the job.
     pub name: String,
+    /// Of the gear's drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part_number: Option<String>,
+    /// Of this gear.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serial_number: Option<String>,
+    /// The machine that it is made on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
+    /// Names and values by which the job can be found again.
     #[schema(value_type = std::collections::BTreeMap<String, String>)]
     pub tags: Tags,
+    /// When the job was stored.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub created_at: Moment,
+    /// When the job was changed last.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub updated_at: Moment,
 }
@@ -115,6 +127,7 @@ pub enum ClearableName {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobPage)]
 pub struct JobPageBody {
+    /// The jobs of this page.
     pub items: Vec<JobBody>,
     /// Where the next page begins; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]

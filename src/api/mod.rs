@@ -3,6 +3,7 @@
 //! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the command line use it too.
 
 pub mod canonical;
+pub mod contract;
 pub mod criteria;
 pub mod estimator_spec;
 pub mod events;
@@ -27,7 +28,6 @@ pub mod measurand;
 pub mod nodes_codec;
 pub mod nodes_schema;
 pub mod nodes_text;
-pub mod openapi_3_0;
 pub mod problem;
 pub mod reader;
 pub mod records;

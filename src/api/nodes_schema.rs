@@ -26,8 +26,10 @@ pub struct CurveNodes {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: CurveTag,
+    /// Where the heights were measured, in any order.
     #[schema(min_items = 1)]
     pub x: Vec<f64>,
+    /// The height at each x.
     #[schema(min_items = 1)]
     pub y: Vec<f64>,
     /// Multiplies the squared residual; 0 leaves the node out.
@@ -42,10 +44,13 @@ pub struct ScatteredNodes {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: ScatteredTag,
+    /// First coordinate of each node.
     #[schema(min_items = 1)]
     pub u: Vec<f64>,
+    /// Second coordinate of each node.
     #[schema(min_items = 1)]
     pub v: Vec<f64>,
+    /// Height of each node.
     #[schema(min_items = 1)]
     pub z: Vec<f64>,
     /// Multiplies the squared residual; 0 leaves the node out.
@@ -84,8 +89,10 @@ pub struct MatrixNodes {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: MatrixTag,
+    /// The measurement matrix, one row for each measurement.
     #[schema(min_items = 1)]
     pub x: Vec<Vec<f64>>,
+    /// The measured value of each row.
     #[schema(min_items = 1)]
     pub y: Vec<f64>,
     /// Names of the columns, all different.

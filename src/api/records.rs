@@ -30,12 +30,14 @@ pub enum RecordKindName {
 
 /// What is kept with an iteration: a curve, a surface, deviations, an evaluation or a correction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = Record)]
+#[schema(as = JobRecord)]
 pub struct RecordBody {
+    /// UUIDv7.
     pub id: Uuid,
     pub kind: RecordKindName,
     /// How it was made, in the words of the request.
     pub method: String,
+    /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// The request as it was posted. Where it has no points or nodes of its own, those of the iteration were taken.
@@ -50,10 +52,12 @@ pub struct RecordBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RecordSummary)]
 pub struct RecordSummaryBody {
+    /// UUIDv7.
     pub id: Uuid,
     pub kind: RecordKindName,
     /// How it was made, in the words of the request.
     pub method: String,
+    /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
 }
@@ -62,6 +66,7 @@ pub struct RecordSummaryBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RecordPage)]
 pub struct RecordPageBody {
+    /// The records of this page.
     pub items: Vec<RecordSummaryBody>,
     /// Where the next page begins; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]

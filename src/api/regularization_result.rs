@@ -66,8 +66,10 @@ pub struct RegularizationResult {
 #[schema(as = Choice)]
 pub struct ChoiceBody {
     pub criterion: ChosenBy,
+    /// The λ* that the criterion would choose, as an eigenvalue of the scaled Fisher information matrix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<f64>,
+    /// Condition number of the regularised matrix; left out where it is infinite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
     /// ‖Â − Â_B‖ in the scaled columns.
@@ -76,6 +78,7 @@ pub struct ChoiceBody {
     /// small, about 0.4 of the true error in simulations (docs/mathematics-notes.md).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_mse: Option<f64>,
+    /// Root mean square of the residuals, in the unit of the heights.
     pub rms: f64,
 }
 
@@ -83,6 +86,7 @@ pub struct ChoiceBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RidgeTracePoint)]
 pub struct RidgeTracePointBody {
+    /// The constant added to the eigenvalues of the scaled Fisher information matrix.
     pub k: f64,
     /// In the caller's terms, in the order of the answer's `coefficients`.
     pub coefficients: Vec<f64>,

@@ -88,6 +88,7 @@ impl Extra for Turn {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = StreamEstimate)]
 pub struct EstimateBody {
+    /// Number of the last block, from 1.
     pub sequence: u64,
     /// Nodes posted so far, missing ones included.
     pub node_count: u64,
@@ -104,7 +105,9 @@ pub struct EstimateBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Stream)]
 pub struct StreamBody {
+    /// UUIDv7.
     pub id: Uuid,
+    /// The job that it belongs to.
     pub job_id: Uuid,
     /// The flank that was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -120,6 +123,7 @@ pub struct StreamBody {
     pub sequence: u64,
     /// Nodes posted so far, missing ones included.
     pub node_count: u64,
+    /// By which the weights of earlier nodes are multiplied at every node; 1 forgets nothing.
     pub forgetting_factor: f64,
     /// What is fitted, with every default filled in.
     #[schema(value_type = FitSpecBody)]
@@ -127,8 +131,10 @@ pub struct StreamBody {
     /// The iteration that the stream has become.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iteration_number: Option<u32>,
+    /// When the stream was opened.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// When its last block was stored, or when it was finished.
     #[schema(value_type = String, format = DateTime)]
     pub updated_at: Moment,
     /// The estimate after the last block, as its answer had it.

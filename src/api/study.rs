@@ -43,6 +43,7 @@ pub struct RandomizationRequest {
     /// k: deviation of the noise that is put on a column over the deviation of the column itself.
     #[schema(min_items = 1, max_items = 200)]
     pub levels: Vec<f64>,
+    /// Random matrices for each level. More give smoother figures and take longer.
     #[schema(minimum = 1, maximum = 10000)]
     pub repetitions: usize,
     /// Equal seeds give equal studies. Default 0.

@@ -27,7 +27,9 @@ pub struct RandomizationResult {
     pub noise_sigma: f64,
     pub noise_sigma_source: LimitSource,
     pub scaling: StudyScaling,
+    /// Random matrices for each level.
     pub repetitions: usize,
+    /// The seed that was used: the same one gives the same answer.
     pub seed: u64,
     /// Of XᵀX, ascending.
     pub eigenvalues: Vec<f64>,
@@ -42,11 +44,13 @@ pub struct RandomizationResult {
     pub along_smallest: Option<f64>,
     /// What that means for reading the rest.
     pub remark: String,
+    /// Figures of each level, in ascending order.
     pub levels: Vec<StudyLevel>,
     pub references: StudyReferences,
     /// The level of least median ‖A − Â_R‖²; absent without noise, where least squares is exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub optimum: Option<StudyOptimum>,
+    /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
     /// Who computed this.
     #[schema(example = "flankfit 0.1.0")]
@@ -56,8 +60,11 @@ pub struct RandomizationResult {
 /// Median and quartiles over the repetitions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Quartiles {
+    /// Half of the repetitions lie below.
     pub median: f64,
+    /// A quarter of the repetitions lies below.
     pub q1: f64,
+    /// Three quarters of the repetitions lie below.
     pub q3: f64,
 }
 
@@ -111,6 +118,7 @@ pub struct RegularizedReference {
     pub count: Option<usize>,
     #[serde(flatten)]
     pub chosen: RegularizedFigures,
+    /// One entry for each criterion.
     pub choices: Vec<StudyChoice>,
 }
 
@@ -135,6 +143,7 @@ pub struct StudyChoice {
 /// The level of least median error against least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyOptimum {
+    /// The level itself.
     pub level: f64,
     /// Median ‖A − Â‖² of least squares over that of this level.
     pub error_ratio: f64,

@@ -24,6 +24,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// Builds a curve through or near points, with a report on its stability; stores nothing.
+///
+/// By interpolation (polynomials, Hermite, splines, B-splines) or near the points (least squares, smoothing). The
+/// curve of the answer can be sent back as it is to the other operations of curves.
 #[utoipa::path(
     post, path = "/v1/curves", operation_id = "create_curve", tag = "curves",
     request_body(content = CurveRequest, description = "Points and the method that leads a curve through or near them."),
@@ -35,6 +38,8 @@ async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result
 }
 
 /// Evaluates a curve at many parameters: values, derivatives, curvature, arc length.
+///
+/// Of whatever curve was answered or written down. Parameters must lie within the curve's domain.
 #[utoipa::path(
     post, path = "/v1/curves/evaluate", operation_id = "evaluate_curve", tag = "curves",
     request_body(content = EvaluateCurveBody, description = "A curve and where."),
@@ -45,6 +50,8 @@ async fn evaluate_curve(State(state): State<AppState>, payload: Payload) -> Resu
 }
 
 /// Finds the point of a curve that is closest to each given point.
+///
+/// With distances, for a plane curve signed ones, and the parameters of the points found.
 #[utoipa::path(
     post, path = "/v1/curves/closest-points", operation_id = "closest_points_of_curve", tag = "curves",
     request_body(content = ClosestOnCurveBody, description = "A curve and points."),
@@ -55,6 +62,8 @@ async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload
 }
 
 /// Writes a curve as a file: IGES 126 or STEP AP242 for CAD systems, VTK or CSV for looking.
+///
+/// The answer is a file to be saved. What a format cannot hold is refused rather than approximated.
 #[utoipa::path(
     post, path = "/v1/curves/export", operation_id = "export_curve", tag = "curves",
     request_body(content = ExportCurveBody, description = "A curve and the form of the file."),

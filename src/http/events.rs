@@ -53,6 +53,9 @@ struct EventsQuery {
 }
 
 /// Sends what happens to a job: `iteration`, `fit`, `decision`, `stream`; from its beginning, or after `Last-Event-ID`.
+///
+/// As server-sent events; the connection stays open, and a comment line is sent now and then to keep it so. The id of
+/// each event is its number within the job, from which a client that lost its connection goes on.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/events", operation_id = "get_job_events", tag = "jobs",
     params(

@@ -43,6 +43,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// Keeps the deviations of measured points with an iteration.
+///
+/// The points may be those of the iteration's own nodes or others of the same gear; the gear is that of the job
+/// unless the request has one.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/deviations", operation_id = "create_iteration_deviations", tag = "iterations",
     params(
@@ -73,6 +76,9 @@ async fn create_iteration_deviations(
 }
 
 /// Keeps the evaluation of measured traces with an iteration.
+///
+/// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. The answer stays with the
+/// iteration as a record.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/evaluations", operation_id = "create_iteration_evaluation", tag = "iterations",
     params(
@@ -103,6 +109,9 @@ async fn create_iteration_evaluation(
 }
 
 /// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and keeps them with it.
+///
+/// By a sensitivity matrix, or by the motions of a form grinder or generating grinder. It is compared with what the
+/// next iteration of the job measures.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "create_iteration_correction", tag = "iterations",
     params(

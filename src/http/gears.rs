@@ -49,6 +49,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// Tolerances of ISO 1328-1:2013 for a class.
+///
+/// Of all nine characteristics, unrounded and as the tables of the standard print them. What lies outside the scope
+/// of the standard is refused.
 #[utoipa::path(
     post, path = "/v1/gears/tolerances", operation_id = "gear_tolerances", tag = "gears",
     request_body(content = TolerancesRequestBody, description = "A gear within the scope of the standard, and a class."),
@@ -59,6 +62,9 @@ async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Res
 }
 
 /// Evaluates measured profiles and helices by ISO 1328-1:2013.
+///
+/// Slope, form and total deviations of each trace with crowning and class, means over the teeth, twist, and the
+/// second-order surface through the traces of a flank.
 #[utoipa::path(
     post, path = "/v1/gears/evaluate", operation_id = "evaluate_gear", tag = "gears",
     request_body(content = EvaluateBody, description = "A gear, traces, and how they are to be evaluated."),
@@ -69,6 +75,9 @@ async fn evaluate_gear(State(state): State<AppState>, payload: Payload) -> Resul
 }
 
 /// Deviations of measured points from the nominal flanks, if asked after the part has been laid into the nominal one.
+///
+/// Along the normal of the nominal or modified flank. With a registration, the motions of the part are estimated
+/// first, with standard errors, and those that the points do not tell apart are named.
 #[utoipa::path(
     post, path = "/v1/gears/deviations", operation_id = "gear_deviations", tag = "gears",
     request_body(content = DeviationsRequestBody, description = "A gear and points, or deviations on a grid."),
@@ -79,6 +88,9 @@ async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Res
 }
 
 /// Evaluates pitches of both flanks and run-out by ISO 1328-1:2013.
+///
+/// From index deviations, angles or single pitches of each flank. The run-out is that of the readings, or follows
+/// from the pitches of both flanks.
 #[utoipa::path(
     post, path = "/v1/gears/pitch", operation_id = "gear_pitch", tag = "gears",
     request_body(content = PitchRequestBody, description = "A gear, and where its flanks are."),
@@ -89,6 +101,8 @@ async fn gear_pitch(State(state): State<AppState>, payload: Payload) -> Result<R
 }
 
 /// Fits the second-order surface of a flank's deviations: slopes, crownings and twist with standard errors and bias bounds.
+///
+/// Over roll length and face width, by any estimator and regularisation of a fit.
 #[utoipa::path(
     post, path = "/v1/gears/flank-surface", operation_id = "gear_flank_surface", tag = "gears",
     request_body(content = FlankSurfaceRequestBody, description = "A gear and deviations over one flank."),
@@ -99,6 +113,9 @@ async fn gear_flank_surface(State(state): State<AppState>, payload: Payload) -> 
 }
 
 /// Derives diameters, pitches, thicknesses and measures of a gear, with warnings such as undercut or a pointed tip.
+///
+/// By ISO 21771, for external and internal spur and helical gears, with span measurement and dimension over balls
+/// where they are asked for.
 #[utoipa::path(
     post, path = "/v1/gears/geometry", operation_id = "gear_geometry", tag = "gears",
     request_body(content = GeometryRequestBody, description = "A gear."),
@@ -109,6 +126,9 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
 }
 
 /// Answers nodes of a nominal or modified flank with their normals.
+///
+/// On a grid of roll lengths and face width positions, as JSON or, by `Accept: text/csv`, as points for a measuring
+/// machine.
 #[utoipa::path(
     post, path = "/v1/gears/flank", operation_id = "gear_flank", tag = "gears",
     request_body(content = FlankRequestBody, description = "A gear, a flank, and where its nodes lie."),
@@ -138,6 +158,9 @@ struct FileFormBody {
 }
 
 /// Reads the gears that a file describes, as a job or any other request takes them.
+///
+/// Takes a REXS model or curves of a gear tester. Gears for which the file does not say enough are named with what is
+/// missing.
 #[utoipa::path(
     post, path = "/v1/gears/read", operation_id = "read_gears", tag = "gears",
     request_body(content = FileFormBody, content_type = "multipart/form-data", description = "A REXS model, or a file of a gear tester."),
@@ -157,6 +180,9 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
 }
 
 /// Answers the transverse section of a tooth with its fillets, closed, and if asked of the whole gear.
+///
+/// As a polygon of the tip arc, involutes, fillets and the root arc; the fillets are those that the gear's tool
+/// generates.
 #[utoipa::path(
     post, path = "/v1/gears/profile", operation_id = "gear_profile", tag = "gears",
     request_body(content = ProfileRequestBody, description = "A gear, and how finely."),
@@ -167,6 +193,9 @@ async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result
 }
 
 /// Envelops the profile of any tool numerically.
+///
+/// Of a rack or a pinion that rolls with the gear, given by points of its profile. The answer is the part of the
+/// gear's tooth space that the tool leaves, between two radii.
 #[utoipa::path(
     post, path = "/v1/gears/envelope", operation_id = "gear_envelope", tag = "gears",
     request_body(content = EnvelopeRequestBody, description = "A tool's profile and its motion."),

@@ -46,6 +46,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// Fits nodes and keeps both, in one transaction, as the job's next iteration.
+///
+/// The fit is answered at once and stands until another one is chosen. A request that is repeated with the same
+/// `Idempotency-Key` gets the first answer and stores nothing.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations", operation_id = "create_iteration", tag = "iterations",
     params(
@@ -134,6 +137,8 @@ async fn get_iteration(
 }
 
 /// Decides what is done with the gear. Decisions before it stay in the trace.
+///
+/// The job's trace keeps every decision with its reason; the last one is shown with the iteration.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "update_iteration", tag = "iterations",
     params(
@@ -166,6 +171,8 @@ pub fn present(iteration: &Iteration) -> Response {
 }
 
 /// The nodes as they were posted, as JSON or as CSV.
+///
+/// Bit by bit the same numbers, missing nodes included.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/nodes", operation_id = "get_iteration_nodes", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path)),

@@ -42,6 +42,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// Fits the stored nodes with another λ* or model. The fit does not stand until it is chosen.
+///
+/// The iteration's first fit and all others are kept; comparing them is what the trace is for.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "create_iteration_fit", tag = "iterations",
     params(
@@ -149,6 +151,8 @@ async fn get_iteration_fit(
 }
 
 /// From now on this fit of the iteration stands. Choices before it stay in the trace.
+///
+/// A change of mind is a new row in the trace; no fit is overwritten or deleted.
 #[utoipa::path(
     put, path = "/v1/jobs/{job_id}/iterations/{number}/chosen_fit", operation_id = "choose_fit", tag = "iterations",
     params(
@@ -174,6 +178,8 @@ async fn choose_fit(
 }
 
 /// Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores nothing.
+///
+/// It shows that an answer can be reproduced, with this or a later version of the program.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), ("fit_id" = Uuid, Path)),

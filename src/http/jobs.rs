@@ -31,6 +31,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// Creates a job.
+///
+/// Iterations, streams and records belong to a job. Its gear is what corrections and evaluations refer to.
 #[utoipa::path(
     post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(IdempotencyKey),
@@ -66,6 +68,8 @@ fn created(job: &Job, stored: Stored) -> Answer {
 }
 
 /// Lists jobs, newest first.
+///
+/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none.
 #[utoipa::path(
     get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
     params(PageQuery),
@@ -83,6 +87,8 @@ async fn list_jobs(
 }
 
 /// A job.
+///
+/// With its version as `ETag`, for a conditional `PATCH` or `DELETE`.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}", operation_id = "get_job", tag = "jobs",
     params(("job_id" = Uuid, Path)),
@@ -93,6 +99,8 @@ async fn get_job(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Res
 }
 
 /// Changes a job. What is left out stays.
+///
+/// Fields that are named in `clear` are taken away; `gear` and `tags` are replaced as a whole.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}", operation_id = "update_job", tag = "jobs",
     params(
@@ -115,6 +123,8 @@ async fn update_job(
 }
 
 /// Deletes a job that has no iterations.
+///
+/// A job with iterations is kept for good, since its trace is the record of what was decided on a gear.
 #[utoipa::path(
     delete, path = "/v1/jobs/{job_id}", operation_id = "delete_job", tag = "jobs",
     params(

@@ -57,6 +57,8 @@ impl Health {
 }
 
 /// Whether the process is up.
+///
+/// For a supervisor that starts the process anew when it does not answer.
 #[utoipa::path(
     get, path = "/healthz", operation_id = "get_health", tag = "operation",
     responses((status = 200, description = "The process is up.", body = Health))
@@ -66,6 +68,8 @@ async fn get_health() -> axum::Json<Health> {
 }
 
 /// Whether requests can be answered: the database answers, and its disk takes what is written.
+///
+/// For a load balancer that sends no requests to a process that cannot answer them.
 #[utoipa::path(
     get, path = "/readyz", operation_id = "get_readiness", tag = "operation",
     responses(
@@ -83,6 +87,8 @@ async fn get_readiness(State(state): State<AppState>) -> Result<axum::Json<Healt
 }
 
 /// Metrics in the Prometheus text format.
+///
+/// Requests, fits, queues, streams and the store, for a Prometheus server.
 #[utoipa::path(
     get, path = "/metrics", operation_id = "get_metrics", tag = "operation",
     responses((status = 200, description = "Metrics in the Prometheus text format.", body = String, content_type = "text/plain"))

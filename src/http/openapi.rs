@@ -3,6 +3,7 @@
 //! Handlers declare what is theirs. Here every operation gains the refusals that the layers below it give
 //! (unreadable body, API key, timeouts, a full queue, …), the header `x-request-id`, and its examples; and
 //! optional properties lose the `null` that the generator writes for them, since absence is never written as `null`.
+//! What holds for the schemas, whoever declares them, is `api::contract`.
 
 use std::{collections::BTreeMap, sync::OnceLock};
 
@@ -15,14 +16,15 @@ use utoipa::{
         path::{Operation, Parameter, PathItem},
         schema::{Schema, SchemaType, Type},
         security::{ApiKey, ApiKeyValue, HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme},
+        server::ServerBuilder,
     },
 };
 
 use super::router;
 use crate::api::{
+    contract,
     examples::REQUEST_EXAMPLES,
     gears::correction_include::KeptIncludeName,
-    openapi_3_0,
     problem::{Problem, ProblemError},
 };
 
@@ -65,7 +67,7 @@ pub fn openapi_json() -> &'static str {
 /// The OpenAPI 3.0 copy as it is committed.
 pub fn openapi_3_0_json() -> &'static str {
     static TEXT: OnceLock<String> = OnceLock::new();
-    TEXT.get_or_init(|| openapi_3_0::convert(openapi_json()).unwrap_or_default())
+    TEXT.get_or_init(|| contract::v3_0::convert(openapi_json()).unwrap_or_default())
 }
 
 struct Complete;
@@ -82,14 +84,20 @@ impl Modify for Complete {
                         SecurityRequirement::new("bearer", [""; 0]),
                         SecurityRequirement::new("api_key", [""; 0]),
                     ]);
+                } else {
+                    operation.security = Some(Vec::new());
                 }
                 // A parameter that is not given is left out, too.
                 for parameter in operation.parameters.iter_mut().flatten() {
-                    if let RefOr::T(Parameter { schema: Some(schema), .. }) = parameter {
-                        not_nullable(schema);
+                    if let RefOr::T(Parameter { schema, name, description, .. }) = parameter {
+                        schema.iter_mut().for_each(not_nullable);
+                        if description.is_none() {
+                            *description = segment(name).map(str::to_owned);
+                        }
                     }
                 }
                 request_id(operation);
+                shown_problems(operation);
                 examples(operation);
                 form_parts(operation, &forms);
             }
@@ -104,6 +112,9 @@ impl Modify for Complete {
             let header = ApiKeyValue::with_description("x-api-key", "The same in a header of its own.");
             components.add_security_scheme("api_key", SecurityScheme::ApiKey(ApiKey::Header(header)));
         }
+        let here = ServerBuilder::new().url("/").description(Some("The server that the document comes from."));
+        document.servers = Some(vec![here.build()]);
+        contract::shape(document);
     }
 }
 
@@ -139,6 +150,30 @@ fn refusals(path: &str, operation: &mut Operation) {
             response = response.header("Retry-After", header);
         }
         operation.responses.responses.insert(status.into(), response.build().into());
+    }
+}
+
+/// What a segment of a path names.
+fn segment(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "job_id" => "The job, by its UUID.",
+        "number" => "The iteration, by its number within the job: 1, 2, 3 …",
+        "fit_id" => "The fit, by its UUID.",
+        "record_id" => "The record, by its UUID.",
+        "stream_id" => "The stream, by its UUID.",
+        _ => return None,
+    })
+}
+
+/// Shows under each status a problem of that status.
+fn shown_problems(operation: &mut Operation) {
+    for (status, response) in &mut operation.responses.responses {
+        if let RefOr::T(response) = response
+            && let Some(RefOr::T(content)) = response.content.get_mut("application/problem+json")
+            && content.example.is_none()
+        {
+            content.example = contract::problem_example(status);
+        }
     }
 }
 

@@ -75,6 +75,8 @@ fn created(place: &str, record: &Record, body: fn(&Record) -> Vec<u8>) -> Answer
 }
 
 /// Lists what is kept with an iteration beside its fits, oldest first.
+///
+/// In pages, without the requests and results themselves.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records", operation_id = "list_iteration_records", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
@@ -93,6 +95,8 @@ async fn list_iteration_records(
 }
 
 /// What is kept with an iteration: what was asked and what was answered.
+///
+/// The text of the result is that which was answered when it was made.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record", tag = "iterations",
     params(

@@ -28,6 +28,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// Builds a curve, by default of the iteration's own nodes, and keeps it with the iteration.
+///
+/// As `POST /v1/curves`; the answer stays with the iteration as a record.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/curves", operation_id = "create_iteration_curve", tag = "iterations",
     params(
@@ -54,6 +56,8 @@ async fn create_iteration_curve(
 }
 
 /// Builds a surface, by default of the iteration's own nodes, and keeps it with the iteration.
+///
+/// As `POST /v1/surfaces`; the answer stays with the iteration as a record.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/surfaces", operation_id = "create_iteration_surface", tag = "iterations",
     params(

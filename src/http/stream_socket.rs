@@ -42,6 +42,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// Opens a WebSocket on a stream: each message is a block, each answer an estimate or a problem.
+///
+/// Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem comes as a JSON message
+/// with its `code`, and the connection goes on.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}/ws", operation_id = "connect_stream", tag = "streams",
     params(("stream_id" = Uuid, Path)),

@@ -35,6 +35,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// Opens a stream: what is fitted to nodes that are still to come.
+///
+/// The spec is checked as far as it can be without nodes. Blocks of nodes follow, and in the end the stream becomes
+/// an iteration.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/streams", operation_id = "create_stream", tag = "streams",
     params(
@@ -78,6 +81,8 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
 }
 
 /// A stream, with the estimate after its last block.
+///
+/// The estimate of the nodes so far, or the iteration that the stream has become.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}", operation_id = "get_stream", tag = "streams",
     params(("stream_id" = Uuid, Path)),
@@ -91,6 +96,9 @@ async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> 
 }
 
 /// Adds a block of nodes and answers the estimate of all nodes so far.
+///
+/// Blocks are numbered by the client from 1. One that is sent again with the same nodes gets its first answer and
+/// does not count; one out of turn is refused with the number expected.
 #[utoipa::path(
     post, path = "/v1/streams/{stream_id}/nodes", operation_id = "add_stream_nodes", tag = "streams",
     params(
@@ -120,6 +128,9 @@ async fn add_stream_nodes(
 }
 
 /// Makes the stream an iteration of its job: all nodes are fitted at once, each counting in full.
+///
+/// Nothing is forgotten here: the forgetting factor is for the estimates while the stream is open. The iteration is
+/// answered as by `POST /v1/jobs/{job_id}/iterations`.
 #[utoipa::path(
     post, path = "/v1/streams/{stream_id}/finish", operation_id = "finish_stream", tag = "streams",
     params(
@@ -185,6 +196,8 @@ fn finish_body(payload: Payload, limit: usize) -> Result<FinishBody, Problem> {
 }
 
 /// Deletes a stream with its nodes. An iteration that it has become stays.
+///
+/// An open stream loses its nodes.
 #[utoipa::path(
     delete, path = "/v1/streams/{stream_id}", operation_id = "delete_stream", tag = "streams",
     params(

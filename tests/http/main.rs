@@ -4,6 +4,7 @@ mod harness;
 
 mod bad_bodies;
 mod bad_input;
+mod contract;
 mod cors;
 mod degenerate;
 mod document;
@@ -18,6 +19,7 @@ mod limits;
 mod mutations;
 mod operation;
 mod regularization;
+mod schema;
 mod shapes;
 mod strict;
 mod studies;

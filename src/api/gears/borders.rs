@@ -19,6 +19,7 @@ pub struct BordersBody {
     /// Percent of the measured profile (in roll length) and of the measured width that are left out at each edge. Default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub root_percent: Option<f64>,
+    /// At the tip end, in percent of the measured profile's roll length. Default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_percent: Option<f64>,
     /// At the end of small z.

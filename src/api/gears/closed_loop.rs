@@ -84,10 +84,12 @@ pub struct ClosedLoopBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ClosedLoop)]
 pub struct ClosedLoopResultBody {
+    /// The seed that was used: the same one gives the same runs.
     pub seed: u64,
     /// Condition of JᵀJ, as posted; left out where settings depend on each other exactly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
+    /// One for each way to correct, all from the same machine.
     pub runs: Vec<ClosedLoopRunBody>,
 }
 
@@ -95,6 +97,7 @@ pub struct ClosedLoopResultBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ClosedLoopRun)]
 pub struct ClosedLoopRunBody {
+    /// How corrections were computed, such as `least_squares`, or the regularisation and its criterion.
     pub strategy: String,
     /// Where it is kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]

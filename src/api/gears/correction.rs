@@ -42,6 +42,7 @@ pub struct CorrectionBody {
     /// The fit of the settings that stay free, where some are at their limits. Present when `result` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limited_result: Option<FitResultBody>,
+    /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
 }
 
@@ -49,7 +50,9 @@ pub struct CorrectionBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SettingChange)]
 pub struct SettingChangeBody {
+    /// The setting.
     pub name: String,
+    /// Unit of the change, such as `µm` or `′` (minutes of arc).
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
     /// To be added to the setting.
@@ -72,9 +75,13 @@ pub struct SettingChangeBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PredictedFlank)]
 pub struct PredictedBody {
+    /// Root mean square of the predicted deviations.
     pub rms_um: f64,
+    /// Largest amount of the predicted deviations.
     pub max_um: f64,
+    /// Root mean square of the deviations before the correction.
     pub rms_before_um: f64,
+    /// Largest amount of the deviations before the correction.
     pub max_before_um: f64,
     /// Of every node in the order posted; `null` where undefined. Present when `nodes` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]

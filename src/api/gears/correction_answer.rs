@@ -25,9 +25,11 @@ use crate::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = KeptCorrection)]
 pub struct KeptCorrectionBody {
+    /// UUIDv7 of the record.
     pub id: Uuid,
     /// `matrix`, or the machine.
     pub method: String,
+    /// When the correction was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
     /// As it was posted; what it says node by node when `nodes` was included.
@@ -48,9 +50,13 @@ pub struct KeptCorrectionBody {
 pub struct MachineAnswerBody {
     /// Number of the iteration that measured it.
     pub iteration: u32,
+    /// How many nodes were compared.
     pub nodes: usize,
+    /// Root mean square of the deviations that the correction was made for.
     pub rms_before_um: f64,
+    /// Root mean square of the deviations that it predicted.
     pub rms_predicted_um: f64,
+    /// Root mean square of the deviations that were measured after it.
     pub rms_measured_um: f64,
     /// Of predicted minus before.
     pub rms_predicted_change_um: f64,
@@ -66,8 +72,10 @@ pub struct MachineAnswerBody {
     pub response_ratio_std_error: Option<f64>,
     /// Of measured minus predicted, and its quantile of 0.999.
     pub chi_squared: f64,
+    /// The quantile of 0.999 that it is held against.
     pub chi_squared_limit: f64,
     pub verdict: VerdictName,
+    /// The verdict in words.
     pub sentence: String,
     /// Of every node; `null` where undefined. Present when `nodes` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -90,6 +90,7 @@ pub struct SensitivityBody {
     /// With `machine`: what crownings refer to. By default what the nodes span.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile_diameter_range_mm: Option<[f64; 2]>,
+    /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By default that of the nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub helix_range_mm: Option<[f64; 2]>,
 }
@@ -99,8 +100,10 @@ pub struct SensitivityBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = SettingLimits)]
 pub struct LimitsBody {
+    /// The least change, in the setting's unit, 0 or less.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
+    /// The greatest change, in the setting's unit, 0 or more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
 }

@@ -39,23 +39,29 @@ pub struct DeviationsBody {
     pub deviation_um: Vec<Option<f64>>,
     /// Where each point's foot lies on the nominal flank.
     pub roll_length_mm: Vec<Option<f64>>,
+    /// Diameter of each point's foot on the nominal flank.
     pub diameter_mm: Vec<Option<f64>>,
+    /// Place of each point's foot along the axis.
     pub z_mm: Vec<Option<f64>>,
     /// Counted clockwise from 1, the tooth at the top; 0 where a point is undefined and none was given.
     pub tooth: Vec<u32>,
+    /// Flank that each point belongs to.
     pub flank: Vec<SideName>,
     /// Whether it takes part: defined and inside the borders.
     pub counts: Vec<bool>,
     /// How many take part.
     pub count: usize,
+    /// Points without a deviation.
     pub undefined: usize,
     /// Defined, but outside the borders.
     pub trimmed: usize,
     /// Of those that take part; left out where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_um: Option<f64>,
+    /// The least deviation of those that take part; left out where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_um: Option<f64>,
+    /// The greatest deviation of those that take part; left out where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub greatest_um: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -73,7 +79,9 @@ pub struct DeviationsBody {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = StrayPoint)]
 pub struct StrayBody {
+    /// Which point, from 0.
     pub index: usize,
+    /// Why it belongs to no flank.
     pub reason: String,
 }
 

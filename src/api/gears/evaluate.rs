@@ -43,6 +43,7 @@ pub struct EvaluationBody {
     pub beyond_classes: bool,
     /// What the traces were evaluated with, every default written out.
     pub evaluation: EvaluationSettingsBody,
+    /// What to know about the answer as a whole; each trace has its own.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -50,6 +51,7 @@ pub struct EvaluationBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = EvaluatedTrace)]
 pub struct EvaluatedTraceBody {
+    /// As it was posted with the trace.
     pub tooth: String,
     pub flank: SideName,
     pub kind: KindName,
@@ -70,11 +72,13 @@ pub struct EvaluatedTraceBody {
     /// Of the mean parabola over its chord; positive where material stands out in the middle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_um: Option<f64>,
+    /// From the scatter about the mean parabola, taken for independent noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_std_error_um: Option<f64>,
     /// By how much material beyond the evaluation range raised the form.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form_plus_material_um: Option<f64>,
+    /// By how much material beyond the evaluation range raised the total deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total_plus_material_um: Option<f64>,
     /// By ISO 1328-1:2013; left out where the standard gives none, and where samples leave a quarter of the evaluation range open. Form and total have
@@ -107,6 +111,7 @@ pub struct OutlierPlaceBody {
     pub from_mm: f64,
     /// … and of the last.
     pub to_mm: f64,
+    /// How many samples stand out there.
     pub samples: usize,
     /// How far they stand out at most, positive where material does.
     pub height_um: f64,
@@ -122,6 +127,7 @@ pub struct WithoutOutliersBody {
     pub form_um: f64,
     /// F_α or F_β.
     pub total_um: f64,
+    /// Of the mean parabola without them; positive where material stands out in the middle.
     pub crowning_um: f64,
 }
 
@@ -129,12 +135,16 @@ pub struct WithoutOutliersBody {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceClasses)]
 pub struct ClassesBody {
+    /// Of f_Hα or f_Hβ, 1 to 11.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope: Option<u8>,
+    /// Of f_fα or f_fβ, 1 to 11.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form: Option<u8>,
+    /// Of F_α or F_β, 1 to 11.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total: Option<u8>,
+    /// Names of those that exceed even class 11.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub beyond: Vec<String>,
 }
@@ -143,10 +153,13 @@ pub struct ClassesBody {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceSamples)]
 pub struct SamplesBody {
+    /// All samples of the trace.
     pub posted: usize,
+    /// Samples without a deviation.
     pub undefined: usize,
     /// Defined ones within the evaluation range.
     pub used: usize,
+    /// Samples without a deviation within the evaluation range.
     pub undefined_in_range: usize,
     /// Defined ones within the evaluation range that were left out as outliers.
     pub excluded: usize,
@@ -170,11 +183,13 @@ pub struct MeanBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Spread)]
 pub struct SpreadBody {
+    /// Arithmetic mean over the teeth.
     pub mean: f64,
     /// Greatest minus least.
     pub variation: f64,
     /// The greatest amount.
     pub worst: f64,
+    /// The tooth of the greatest amount.
     pub worst_tooth: String,
 }
 
@@ -183,11 +198,14 @@ pub struct SpreadBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceTwist)]
 pub struct TwistBody {
+    /// The tooth whose traces they are.
     pub tooth: String,
     pub flank: SideName,
     /// Of which traces it is.
     pub kind: KindName,
+    /// Difference of the two slopes over the evaluation range.
     pub twist_um: f64,
+    /// From the standard errors of the two slopes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error_um: Option<f64>,
     /// Diameters of the two helices or z of the two profiles, where known.
@@ -200,6 +218,7 @@ pub struct TwistBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceSurface)]
 pub struct TraceSurfaceBody {
+    /// The tooth whose traces they are.
     pub tooth: String,
     pub flank: SideName,
     /// How many traces it goes through.
@@ -211,6 +230,7 @@ pub struct TraceSurfaceBody {
     pub figures: FiguresBody,
     /// What the surface leaves.
     pub rms_um: f64,
+    /// Greatest minus least of what the surface leaves.
     pub peak_to_valley_um: f64,
 }
 

@@ -32,6 +32,7 @@ pub struct EvaluateBody {
     /// May be left out where the traces belong to a job that has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
+    /// Profiles and helices, each on its own; at least one.
     pub traces: Vec<TraceBody>,
     /// What is taken off the involute on purpose, superposed: the design line of every trace, beside its own `design_um`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

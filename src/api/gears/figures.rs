@@ -26,7 +26,9 @@ pub struct FiguresBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankFigure)]
 pub struct FigureBody {
+    /// The figure itself, in the unit that the name of its field ends in.
     pub value: f64,
+    /// Standard error, by the noise that the residuals show or that was given; left out where neither tells it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// Most by which regularisation can have moved it.

@@ -49,6 +49,7 @@ pub struct ImportSpecBody {
     /// Of points that are centres of a ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probe_radius_mm: Option<f64>,
+    /// Kept as the iteration's note, 1 to 4000 characters. By default a sentence says what was imported.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }

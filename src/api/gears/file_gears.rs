@@ -26,6 +26,7 @@ pub struct GearsOfFileBody {
     pub format: FileFormatName,
     /// In the order of the file.
     pub gears: Vec<GearOfFileBody>,
+    /// What to know about the file; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -49,6 +50,7 @@ pub struct GearOfFileBody {
     /// Of a REXS model: the id of its component, which an import calls `component`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
+    /// As the file calls it; left out where it does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// As a job takes it; left out where the file does not say enough, or says what cannot be.

@@ -70,6 +70,7 @@ pub struct FlankBody {
     /// Material removed at each node, where there are modifications.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relief_um: Option<Vec<Vec<f64>>>,
+    /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
 

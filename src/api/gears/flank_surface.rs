@@ -52,6 +52,7 @@ pub struct FlankSurfaceRequestBody {
     /// Evaluation range in the unit of `profile`. By default what the nodes span.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile_range: Option<[f64; 2]>,
+    /// Evaluation range in z, `[from, to]`. By default what was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub helix_range_mm: Option<[f64; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -73,7 +74,9 @@ pub struct FlankSurfaceRequestBody {
 #[serde(deny_unknown_fields, default)]
 #[schema(as = BorderPercent)]
 pub struct BorderPercentBody {
+    /// At the end of small diameters (of internal gears: of great ones), in percent of the profile's roll length.
     pub root: f64,
+    /// At the tip end, in percent of the profile's roll length.
     pub tip: f64,
     /// At the end of small z.
     pub toe: f64,
@@ -91,6 +94,7 @@ pub struct FlankSurfaceBody {
     pub form: FlankFormBody,
     /// What u = ∓1 and v = ∓1 stand for, after trimming.
     pub roll_length_range_mm: [f64; 2],
+    /// The evaluated part of the width.
     pub z_range_mm: [f64; 2],
     pub nodes: FlankNodesBody,
     /// The fit, as `POST /v1/fits` answers it: u and v over [-1, 1].
@@ -101,8 +105,11 @@ pub struct FlankSurfaceBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankForm)]
 pub struct FlankFormBody {
+    /// Greatest minus least of the remainder.
     pub peak_to_valley_um: f64,
+    /// Root mean square of the remainder.
     pub rms_um: f64,
+    /// Largest amount of the remainder.
     pub max_abs_um: f64,
 }
 
@@ -110,9 +117,13 @@ pub struct FlankFormBody {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankNodeCounts)]
 pub struct FlankNodesBody {
+    /// All nodes that were posted.
     pub posted: usize,
+    /// Nodes without a deviation.
     pub missing: usize,
+    /// Nodes outside the evaluation ranges.
     pub trimmed: usize,
+    /// Nodes that the surface was fitted to.
     pub used: usize,
 }
 

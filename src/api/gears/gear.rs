@@ -22,9 +22,11 @@ use crate::{
     "profile_shift_coefficient": 0.0, "face_width_mm": 30.0
 }))]
 pub struct GearBody {
+    /// z, the number of teeth; an internal gear is told by `internal`.
     #[serde(deserialize_with = "teeth")]
     #[schema(minimum = 1, maximum = 10000)]
     pub teeth: u32,
+    /// m_n, mm.
     #[serde(deserialize_with = "positive")]
     #[schema(minimum = 0.001, maximum = 1e6)]
     pub normal_module_mm: f64,
@@ -42,6 +44,7 @@ pub struct GearBody {
     /// x, positive towards the tip of the tooth, on internal gears too. Default 0.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub profile_shift_coefficient: Option<f64>,
+    /// b, mm. Without it there are no helix tolerances and no evaluation range by default.
     #[serde(default, deserialize_with = "maybe_positive", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub face_width_mm: Option<f64>,

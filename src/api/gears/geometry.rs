@@ -24,7 +24,9 @@ pub struct GeometryRequestBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearGeometry)]
 pub struct GeometryBody {
+    /// d = z m_n / cos β.
     pub reference_diameter_mm: f64,
+    /// d_b = d cos α_t.
     pub base_diameter_mm: f64,
     /// d ± 2 x m_n.
     pub shifted_diameter_mm: f64,
@@ -42,47 +44,65 @@ pub struct GeometryBody {
     /// Where the flanks of a tooth would meet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pointed_diameter_mm: Option<f64>,
+    /// Roll length at the form diameter, where the involute ends towards the root.
     pub form_roll_length_mm: f64,
+    /// Roll length at the tip form diameter, where the involute ends towards the tip.
     pub tip_form_roll_length_mm: f64,
     /// The part of the flank that is involute and really there; left out where none is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub usable_profile: Option<UsableProfileBody>,
+    /// m_t = m_n / cos β.
     pub transverse_module_mm: f64,
+    /// α_t, at the reference diameter.
     pub transverse_pressure_angle_deg: f64,
+    /// β_b, never negative; the hand is that of the gear.
     pub base_helix_angle_deg: f64,
     /// inv α_t = tan α_t − α_t, rad.
     pub involute: f64,
+    /// p_t, on the reference circle.
     pub transverse_pitch_mm: f64,
+    /// p_n = π m_n.
     pub normal_pitch_mm: f64,
+    /// p_x; left out for spur gears, which have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axial_pitch_mm: Option<f64>,
     /// Height of one turn of the helix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lead_mm: Option<f64>,
+    /// p_bt, on the base circle.
     pub transverse_base_pitch_mm: f64,
+    /// p_bn, at right angles to the flanks.
     pub normal_base_pitch_mm: f64,
     /// On the reference circle, in the transverse section.
     pub tooth_thickness_mm: f64,
     /// On the reference cylinder, across the helix.
     pub normal_tooth_thickness_mm: f64,
+    /// Transverse width of a tooth space on the reference circle.
     pub space_width_mm: f64,
+    /// Normal width of a tooth space on the reference cylinder.
     pub normal_space_width_mm: f64,
     /// 0 where the tooth is pointed.
     pub tip_thickness_mm: f64,
+    /// Normal thickness of a tooth at its tip; 0 and less would be a pointed tooth.
     pub normal_tip_thickness_mm: f64,
+    /// Transverse thickness of a tooth on the base circle.
     pub base_thickness_mm: f64,
     /// ψ, on the reference circle.
     pub half_tooth_angle_deg: f64,
+    /// h, half the difference of tip and root diameter.
     pub tooth_depth_mm: f64,
+    /// z_n, teeth of the spur gear that a helical gear resembles in its normal section.
     pub virtual_teeth: f64,
     /// The smallest profile shift without undercut by the rack tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_profile_shift_coefficient: Option<f64>,
+    /// Whether the tool cuts into the involute near the root.
     pub undercut: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub span: Option<SpanBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub balls: Option<BallsBody>,
+    /// What to know about the gear: undercut, a pointed tip and the like; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -90,7 +110,9 @@ pub struct GeometryBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = UsableProfile)]
 pub struct UsableProfileBody {
+    /// `[root end, tip end]`.
     pub diameters_mm: [f64; 2],
+    /// The same as roll lengths.
     pub roll_lengths_mm: [f64; 2],
 }
 
@@ -102,7 +124,9 @@ pub struct SpanBody {
     pub teeth: u32,
     /// W_k.
     pub length_mm: f64,
+    /// Diameter on which the measuring faces touch the flanks.
     pub contact_diameter_mm: f64,
+    /// The least face width with which a helical gear can be measured so.
     pub least_face_width_mm: f64,
     /// Whether it can be measured: the contact lies on the usable flank and the face is wide enough.
     pub feasible: bool,
@@ -112,9 +136,13 @@ pub struct SpanBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = DimensionOverBalls)]
 pub struct BallsBody {
+    /// Diameter of the balls, as asked for.
     pub ball_diameter_mm: f64,
+    /// M_dK: over two balls in opposite spaces (of an odd number of teeth in those nearest to opposite).
     pub dimension_mm: f64,
+    /// Diameter of the circle on which the centres of the balls lie.
     pub centre_diameter_mm: f64,
+    /// Diameter on which the balls touch the flanks.
     pub contact_diameter_mm: f64,
     /// Whether the balls touch on the usable flank and stand out of the teeth.
     pub feasible: bool,

@@ -20,19 +20,23 @@ use crate::{
 pub enum ModificationBody {
     /// C_α u².
     ProfileCrowning {
+        /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<FlanksName>,
     },
     /// C_Hα u/2.
     ProfileSlope {
+        /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<FlanksName>,
     },
     /// From 0 at its start to C_αa at the tip end of the range.
     TipRelief {
+        /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
+        /// Where it begins; nothing is taken off from there to the root.
         start_diameter_mm: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         form: Option<GrowthName>,
@@ -41,7 +45,9 @@ pub enum ModificationBody {
     },
     /// From 0 at its start to C_αf at the root end of the range.
     RootRelief {
+        /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
+        /// Where it begins; nothing is taken off from there to the tip.
         start_diameter_mm: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         form: Option<GrowthName>,
@@ -50,19 +56,23 @@ pub enum ModificationBody {
     },
     /// C_β v².
     HelixCrowning {
+        /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<FlanksName>,
     },
     /// C_Hβ v/2.
     HelixSlope {
+        /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<FlanksName>,
     },
     /// C_βI or C_βII: from 0 at `length_mm` inside an end of the range to the amount there.
     EndRelief {
+        /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
+        /// How far from the end it begins, along the axis.
         length_mm: f64,
         end: EndName,
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -72,6 +82,7 @@ pub enum ModificationBody {
     },
     /// S u v/4.
     Twist {
+        /// What is taken off, at most; below 0 material is left on.
         amount_um: f64,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         flank: Option<FlanksName>,
@@ -79,6 +90,7 @@ pub enum ModificationBody {
     /// Values on a grid, constant beyond its border.
     Grid {
         profile: ProfileBody,
+        /// z of the columns, ascending.
         face_width_positions_mm: Vec<f64>,
         /// A row for each profile value.
         relief_um: Vec<Vec<f64>>,
@@ -137,7 +149,9 @@ pub enum InterpolationName {
 #[serde(deny_unknown_fields)]
 #[schema(as = ModificationRange)]
 pub struct ModificationRangeBody {
+    /// From the root end to the tip end, as diameters. By default the usable profile.
     pub profile_diameter_range_mm: [f64; 2],
+    /// `[from, to]` along the axis. By default the face width.
     pub helix_range_mm: [f64; 2],
 }
 

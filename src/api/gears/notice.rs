@@ -14,6 +14,7 @@ pub struct NoticeBody {
     /// JSON Pointer into the request, where it belongs to a place there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pointer: Option<String>,
+    /// In words, with the numbers that matter.
     pub message: String,
 }
 

@@ -93,6 +93,7 @@ pub struct PitchEvaluationBody {
 #[schema(as = FlankPitch)]
 pub struct PitchBody {
     pub flank: SideName,
+    /// Of the measuring circle.
     pub diameter_mm: f64,
     /// About the first tooth that was measured.
     pub index_deviation_um: Vec<Option<f64>>,
@@ -119,6 +120,7 @@ pub struct PitchBody {
     /// Teeth that were not measured.
     pub missing: usize,
     pub class: PitchClassesBody,
+    /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -126,7 +128,9 @@ pub struct PitchBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ToothExtreme)]
 pub struct ExtremeBody {
+    /// With its sign.
     pub value_um: f64,
+    /// From 1, in the order of counting.
     pub tooth: usize,
 }
 
@@ -153,15 +157,18 @@ pub struct RunoutBody {
     pub runout_um: f64,
     /// Whether it follows from pitches, without a probe.
     pub derived: bool,
+    /// Radial readings in each tooth space, posted or derived; `null` where undefined.
     pub readings_um: Vec<Option<f64>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub eccentricity: Option<EccentricityBody>,
+    /// Tooth spaces without a reading.
     pub missing: usize,
     /// 1 to 11; left out where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<u8>,
     /// Whether it exceeds even class 11.
     pub beyond_classes: bool,
+    /// What to know about the run-out; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -169,7 +176,9 @@ pub struct RunoutBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Eccentricity)]
 pub struct EccentricityBody {
+    /// Distance of the gear's axis from the axis of rotation: half the range of the harmonic.
     pub amount_um: f64,
+    /// Of the amount, from what the harmonic leaves; left out where too few readings are defined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error_um: Option<f64>,
     /// Where the readings are greatest, in the direction of counting from the first one.

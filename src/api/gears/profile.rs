@@ -32,10 +32,13 @@ pub struct ProfileRequestBody {
 #[serde(deny_unknown_fields, default)]
 #[schema(as = ProfileSteps)]
 pub struct StepsBody {
+    /// Of each flank's involute.
     #[schema(minimum = 1)]
     pub involute: usize,
+    /// Of each fillet.
     #[schema(minimum = 1)]
     pub fillet: usize,
+    /// Of the arc at the tip.
     #[schema(minimum = 1)]
     pub tip: usize,
     /// Of the arc between two teeth.
@@ -87,6 +90,7 @@ pub struct EnvelopeRequestBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = ToolProfile)]
 pub struct ToolProfileBody {
+    /// `[x, y]` of each point, mm, in the order that is told above.
     pub points: Vec<[f64; 2]>,
     /// What goes through the points. Default `polyline`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -113,11 +117,17 @@ pub enum ThroughName {
 #[schema(as = ToolMotion)]
 pub enum ToolMotionBody {
     /// A rack whose pitch line rolls on the gear's circle of this radius.
-    Rack { pitch_radius_mm: f64 },
+    Rack {
+        /// Radius of the gear's circle that rolls on the pitch line.
+        pitch_radius_mm: f64,
+    },
     /// Two pitch circles that roll on each other, the tool's inside the gear's where it is internal.
     Pinion {
+        /// Radius of the tool's circle.
         tool_pitch_radius_mm: f64,
+        /// Radius of the gear's circle.
         gear_pitch_radius_mm: f64,
+        /// Whether the gear is internal. Default false.
         #[serde(default)]
         internal: bool,
     },

@@ -13,12 +13,17 @@ use crate::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearRegistration)]
 pub struct RegistrationBody {
+    /// How the part was moved, one entry for each motion that was asked for.
     pub motions: Vec<MotionBody>,
     /// z of the point about which the axis tilts.
     pub pivot_z_mm: f64,
+    /// Root mean square of the deviations as they were measured.
     pub rms_before_um: f64,
+    /// Root mean square of the deviations after the part has been carried back.
     pub rms_after_um: f64,
+    /// Steps of linearisation that were made.
     pub iterations: usize,
+    /// Whether the last step moved nothing that matters.
     pub converged: bool,
     /// Motions that these points do not tell apart.
     pub indistinguishable: Vec<IndistinguishableBody>,
@@ -38,6 +43,7 @@ pub struct RegistrationBody {
 pub struct MotionBody {
     /// `x_shift`, `y_shift`, `axial_shift`, `x_tilt`, `y_tilt` or `rotation`.
     pub motion: String,
+    /// How far the part was moved, in `unit`.
     pub value: f64,
     /// `um` or `urad`.
     pub unit: String,
@@ -60,6 +66,7 @@ pub struct IndistinguishableBody {
     /// Left out where it is infinite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition_index: Option<f64>,
+    /// The same in words.
     pub sentence: String,
 }
 

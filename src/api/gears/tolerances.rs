@@ -25,6 +25,7 @@ pub struct TolerancesRequestBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearTolerances)]
 pub struct TolerancesBody {
+    /// The class that was asked for, 1 to 11.
     pub class: u8,
     /// As the formulas give them; totals are made of these.
     pub unrounded: ToleranceValuesBody,

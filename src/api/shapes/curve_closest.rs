@@ -43,6 +43,7 @@ pub struct CurveFeetBody {
     pub parameters: Vec<f64>,
     /// They themselves; of a graph (x, y).
     pub points: Vec<Vec<f64>>,
+    /// Distance of each given point from the curve, in the caller's unit, never negative.
     pub distances: Vec<f64>,
     /// For a plane curve or graph: > 0 where the given point lies to the left of the curve. Left out where the curve has no
     /// direction at one of the closest points.

@@ -55,6 +55,7 @@ pub enum CurveIncludeName {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CurveValues)]
 pub struct CurveValuesBody {
+    /// Points of the curve; numbers for a graph.
     pub values: Vec<PointBody>,
     /// By order: first derivatives, second ones, …
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -75,6 +76,7 @@ pub struct CurveValuesBody {
     /// Estimated error of the lengths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_error: Option<f64>,
+    /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
 }
 

@@ -172,6 +172,7 @@ pub struct BSplineCurveMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BSplineCurveMethodTag,
+    /// Of the pieces; 3 gives continuous curvature.
     #[schema(minimum = 1, maximum = 25)]
     pub degree: usize,
     /// The full knot vector; default averages of neighbouring parameters (The NURBS Book, 9.8).
@@ -186,6 +187,7 @@ pub struct BSplineLeastSquaresCurveMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BSplineLeastSquaresTag,
+    /// Of the pieces; 3 gives continuous curvature.
     #[schema(minimum = 0, maximum = 25)]
     pub degree: usize,
     /// The full knot vector.
@@ -215,6 +217,7 @@ pub struct NurbsLeastSquaresCurveMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: NurbsLeastSquaresTag,
+    /// Of the pieces.
     #[schema(minimum = 0, maximum = 25)]
     pub degree: usize,
     /// The full knot vector.

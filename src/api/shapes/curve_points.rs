@@ -26,6 +26,7 @@ pub enum CurvePointsBody {
 pub struct GraphPoints {
     /// No two alike. Everything but polynomials wants them ascending; no order is ever changed.
     pub x: Vec<f64>,
+    /// The value at each x.
     pub y: Vec<f64>,
 }
 

@@ -40,6 +40,7 @@ pub struct BuiltCurveBody {
     /// For a smoothing spline.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<SmoothingBody>,
+    /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
 }
 

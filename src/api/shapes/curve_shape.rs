@@ -48,6 +48,7 @@ pub struct PolynomialCurveBody {
     #[schema(inline)]
     pub kind: PolynomialCurveTag,
     pub form: PolynomialFormName,
+    /// Where the polynomial was interpolated.
     pub nodes: Vec<f64>,
     /// Barycentric: Σ wᵢ yᵢ/(x − xᵢ) / Σ wᵢ/(x − xᵢ). They follow from the nodes and may be left out.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
@@ -96,10 +97,12 @@ pub struct BSplineCurveBody {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BSplineCurveTag,
+    /// Of the pieces, from 0 (steps) on.
     #[schema(maximum = 25)]
     pub degree: usize,
     /// The full knot vector, ascending: as many as control points, degree and 1 together.
     pub knots: Vec<f64>,
+    /// As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise.
     #[schema(min_items = 1)]
     pub control_points: Vec<PointBody>,
 }
@@ -112,10 +115,12 @@ pub struct NurbsCurveBody {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: NurbsCurveTag,
+    /// Of the pieces, from 0 (steps) on.
     #[schema(maximum = 25)]
     pub degree: usize,
     /// The full knot vector, ascending: as many as control points, degree and 1 together.
     pub knots: Vec<f64>,
+    /// As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise.
     #[schema(min_items = 1)]
     pub control_points: Vec<PointBody>,
     /// One ≥ 0 for each control point; somewhere on every span one above 0.

@@ -21,6 +21,7 @@ pub struct CoordinateFitBody {
 pub struct KnotInsertionBody {
     /// Why it ended.
     pub stop: KnotInsertionStop,
+    /// The rounds in their order.
     pub steps: Vec<KnotInsertionStep>,
 }
 
@@ -41,6 +42,7 @@ pub struct KnotInsertionStep {
     pub spans: usize,
     /// The farthest a point is off.
     pub max_error: f64,
+    /// Root mean square of the residuals after the round.
     pub rms: f64,
 }
 
@@ -61,6 +63,7 @@ pub struct SmoothingBody {
     pub count: usize,
     /// Distinct abscissae among them; points that share one are averaged by their weights.
     pub abscissae: usize,
+    /// The residuals of each coordinate: one entry for a graph, two or three for points.
     pub coordinates: Vec<CoordinateResidualsBody>,
 }
 
@@ -74,6 +77,7 @@ pub struct CoordinateResidualsBody {
     pub rss: f64,
     /// √(RSS/Σw).
     pub rms: f64,
+    /// Largest amount of a residual, in the caller's unit.
     pub max_abs: f64,
     /// √(RSS/(m − effective degrees of freedom)); left out where there is nothing left.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -99,6 +103,7 @@ pub struct BandedFitBody {
     /// Condition number of the Fisher information matrix (with penalty) on a unit diagonal; left out where it could not be found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
+    /// The residuals of each coordinate: one entry for a graph, two or three for points.
     pub coordinates: Vec<CoordinateResidualsBody>,
     /// For each span of u, the nodes over each span of v.
     pub nodes_per_span: Vec<Vec<usize>>,
@@ -110,6 +115,7 @@ pub struct BandedFitBody {
     pub arithmetic: String,
     /// Corrections of the coefficients by residuals in double-double, and the size of the last one against them.
     pub corrections: usize,
+    /// Size of the last correction against that of the coefficients; 0 where there was none.
     pub last_correction: f64,
 }
 
@@ -117,6 +123,7 @@ pub struct BandedFitBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Penalty)]
 pub struct PenaltyBody {
+    /// λ, by which the penalty is multiplied beside the sum of squares.
     pub lambda: f64,
     /// Left out where λ was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]

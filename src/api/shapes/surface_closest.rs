@@ -34,6 +34,7 @@ pub struct SurfaceFeetBody {
     pub parameters: Vec<Vec<f64>>,
     /// They themselves; of a graph (u, v, z).
     pub points: Vec<Vec<f64>>,
+    /// Distance of each given node from the surface, in the caller's unit, never negative.
     pub distances: Vec<f64>,
     /// > 0 on the side that the normal S_u × S_v points to. Left out where there is no normal at one of the closest points.
     #[serde(default, skip_serializing_if = "Option::is_none")]

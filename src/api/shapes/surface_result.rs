@@ -66,6 +66,7 @@ pub struct BuiltSurfaceBody {
     /// Of least squares with more of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub banded_fit: Option<BandedFitBody>,
+    /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
 }
 
@@ -73,7 +74,9 @@ pub struct BuiltSurfaceBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = NodeParameters)]
 pub struct NodeParametersBody {
+    /// One for each row.
     pub u: Vec<f64>,
+    /// One for each column.
     pub v: Vec<f64>,
 }
 
@@ -81,7 +84,9 @@ pub struct NodeParametersBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Worst)]
 pub struct WorstBody {
+    /// The largest figure.
     pub value: f64,
+    /// `[u, v]`, where it was found.
     #[schema(value_type = Vec<f64>, min_items = 2, max_items = 2)]
     pub at: [f64; 2],
 }
@@ -92,6 +97,7 @@ pub struct WorstBody {
 pub struct ContinuityBody {
     /// The worst class of all joints.
     pub class: ContinuityName,
+    /// Each line along which two patches meet.
     pub joints: Vec<JointBody>,
 }
 
@@ -148,6 +154,7 @@ pub enum AxisName {
 #[schema(as = DegenerateBorder)]
 pub struct DegenerateBorderBody {
     pub border: BorderName,
+    /// Where all of the border lies.
     pub point: Vec<f64>,
 }
 

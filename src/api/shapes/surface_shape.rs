@@ -164,6 +164,7 @@ pub struct PatchworkBody {
     /// Where patches meet, both ends included, ascending.
     #[schema(min_items = 2)]
     pub u: Vec<f64>,
+    /// Where patches meet, both ends included, ascending.
     #[schema(min_items = 2)]
     pub v: Vec<f64>,
     /// For each interval of u a row, for each of v a patch over that rectangle; none a patchwork itself.

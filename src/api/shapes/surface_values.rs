@@ -32,7 +32,9 @@ pub struct EvaluateSurfaceBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = ParameterGrid)]
 pub struct ParameterGridBody {
+    /// In any order.
     pub u: Vec<f64>,
+    /// In any order.
     pub v: Vec<f64>,
 }
 
@@ -49,6 +51,7 @@ pub enum SurfaceIncludeName {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceValues)]
 pub struct SurfaceValuesBody {
+    /// Points of the surface; numbers for a graph.
     pub values: Vec<PointBody>,
     /// With one derivative and more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -64,6 +67,7 @@ pub struct SurfaceValuesBody {
     pub fundamental_forms: Option<FundamentalFormsBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub area: Option<AreaBody>,
+    /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
 }
 
@@ -71,12 +75,17 @@ pub struct SurfaceValuesBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SurfaceDerivatives)]
 pub struct SurfaceDerivativesBody {
+    /// ∂S/∂u at each parameter.
     pub u: Vec<PointBody>,
+    /// ∂S/∂v at each parameter.
     pub v: Vec<PointBody>,
+    /// ∂²S/∂u² at each parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uu: Option<Vec<PointBody>>,
+    /// ∂²S/∂u∂v at each parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uv: Option<Vec<PointBody>>,
+    /// ∂²S/∂v² at each parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vv: Option<Vec<PointBody>>,
 }
@@ -85,7 +94,9 @@ pub struct SurfaceDerivativesBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Curvatures)]
 pub struct CurvaturesBody {
+    /// Product of the two principal curvatures, 1/length².
     pub gaussian: Vec<f64>,
+    /// Half the sum of the two principal curvatures, 1/length.
     pub mean: Vec<f64>,
     /// The greater and the lesser one.
     pub principal: Vec<Vec<f64>>,
@@ -97,7 +108,9 @@ pub struct CurvaturesBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FundamentalForms)]
 pub struct FundamentalFormsBody {
+    /// `[E, F, G]` at each parameter.
     pub first: Vec<Vec<f64>>,
+    /// `[L, M, N]` at each parameter.
     pub second: Vec<Vec<f64>>,
 }
 
@@ -105,6 +118,7 @@ pub struct FundamentalFormsBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Area)]
 pub struct AreaBody {
+    /// In the square of the caller's unit of length.
     pub value: f64,
     /// Estimated error.
     pub error: f64,

@@ -1,10 +1,12 @@
-//! OpenAPI 3.1 to 3.0, for generators that do not read 3.1 yet.
+//! OpenAPI 3.1 to 3.0, for generators: what most of them do not read yet, and what they make wrong code of.
 //!
 //! What differs in the parts that are used here: type arrays become `nullable`, `examples` of a schema becomes
 //! `example`, `const` becomes a one-value `enum`, exclusive bounds become booleans beside the bounds, and the
 //! licence identifier (3.1 only) is dropped.
 
 use serde_json::{Map, Value, json};
+
+use super::generators;
 
 /// The 3.0 copy of a 3.1 document, pretty-printed.
 pub fn convert(document: &str) -> Result<String, serde_json::Error> {
@@ -14,6 +16,7 @@ pub fn convert(document: &str) -> Result<String, serde_json::Error> {
         root.remove("jsonSchemaDialect");
         root.remove("webhooks");
     }
+    generators::spare(&mut document);
     if let Some(license) = document.pointer_mut("/info/license").and_then(Value::as_object_mut) {
         license.remove("identifier");
     }
@@ -64,6 +67,7 @@ fn schema(value: &mut Value) {
         }
     }
     null_alternative(object);
+    typed_null(object);
     for key in ["properties", "patternProperties"] {
         if let Some(properties) = object.get_mut(key).and_then(Value::as_object_mut) {
             properties.values_mut().for_each(schema);
@@ -108,9 +112,23 @@ fn null_alternative(object: &mut Map<String, Value>) {
         let Some(list) = object.get_mut(key).and_then(Value::as_array_mut) else { continue };
         let before = list.len();
         list.retain(|branch| branch.get("type") != Some(&Value::from("null")));
-        if list.len() < before {
+        let (left, only) = (list.len(), list.first().cloned());
+        if left < before {
             object.insert("nullable".into(), Value::Bool(true));
         }
+        // a choice of one is none
+        if let (1, Some(only)) = (left, only) {
+            object.remove(key);
+            object.insert("allOf".into(), json!([only]));
+        }
+    }
+}
+
+/// `nullable` counts beside `type` only. What is nullable without one is a reference to an object.
+fn typed_null(object: &mut Map<String, Value>) {
+    let described = ["allOf", "oneOf", "anyOf", "$ref"].iter().any(|key| object.contains_key(*key));
+    if object.get("nullable") == Some(&Value::Bool(true)) && described {
+        object.entry("type").or_insert_with(|| "object".into());
     }
 }
 
@@ -140,7 +158,10 @@ mod tests {
         let properties = &got["components"]["schemas"]["A"]["properties"];
         assert_eq!(properties["a"], json!({"type": "number", "minimum": 0, "exclusiveMinimum": true, "example": 1}));
         assert_eq!(properties["b"], json!({"enum": ["x"]}));
-        assert_eq!(properties["c"], json!({"oneOf": [{"$ref": "#/components/schemas/A"}], "nullable": true}));
+        assert_eq!(
+            properties["c"],
+            json!({"allOf": [{"$ref": "#/components/schemas/A"}], "nullable": true, "type": "object"})
+        );
         assert_eq!(properties["d"]["items"], json!({"type": "number", "nullable": true}));
         assert_eq!(properties["e"], json!({"allOf": [{"$ref": "#/components/schemas/A"}], "description": "d"}));
         assert_eq!(got["paths"]["/a"]["get"]["parameters"][0]["schema"], json!({"type": "integer", "nullable": true}));
