@@ -100,7 +100,7 @@ pub struct BiasBody {
     /// Ineq. 51, where it holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paper_bound: Option<f64>,
-    /// r.
+    /// r, the norm of the coefficients that the bounds allow for, in the scaled columns.
     pub coefficient_norm_limit: f64,
     pub coefficient_norm_limit_source: NormLimitSource,
     /// The small number e of Ineq. 51.

@@ -84,7 +84,7 @@ pub struct TikhonovRegularization {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: TikhonovTag,
-    /// k.
+    /// k, the order of the derivative: 0 the function itself, 1 its slope, 2 its bending, 3 the change of its bending.
     #[schema(minimum = 0, maximum = 3)]
     pub order: usize,
     /// `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; none negative, one positive. Default all 1.

@@ -162,12 +162,15 @@ pub struct FinishBody {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
     pub measured_at: Option<Moment>,
+    /// What the nodes were measured with.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "P40")]
     pub instrument: Option<ShortText>,
+    /// Who measured them.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub operator: Option<ShortText>,
+    /// What else is to be known of the measurement; may have line breaks.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub note: Option<LongText>,

@@ -88,7 +88,7 @@ pub struct StudyFigures {
 /// One level of randomisation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyLevel {
-    /// k.
+    /// k, the level: how strongly the matrices are perturbed.
     pub level: f64,
     #[serde(flatten)]
     pub figures: StudyFigures,

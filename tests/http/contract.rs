@@ -1,6 +1,6 @@
 //! The document against itself and against the service: names, descriptions, examples, answers.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use flankfit::http::openapi::{openapi_3_0_json, openapi_json};
 use serde_json::Value;
@@ -58,9 +58,11 @@ fn no_two_names_differ_by_case_only() {
     let schemas = document["components"]["schemas"].as_object().unwrap().keys().map(String::as_str);
     assert_eq!(alike(schemas), [[""; 0]; 0]);
     for (path, method, operation) in operations(&document) {
-        let parameters = operation["parameters"].as_array().into_iter().flatten();
-        let names: BTreeSet<&str> = parameters.map(|parameter| parameter["name"].as_str().unwrap()).collect();
-        assert_eq!(alike(names.into_iter()), [[""; 0]; 0], "{method} {path}");
+        for place in ["path", "query", "header"] {
+            let parameters = operation["parameters"].as_array().into_iter().flatten();
+            let names = parameters.filter(|parameter| parameter["in"] == place).map(|p| p["name"].as_str().unwrap());
+            assert_eq!(alike(names), [[""; 0]; 0], "{method} {path}");
+        }
     }
     let ids = operations(&document).into_iter().map(|(_, _, operation)| operation["operationId"].as_str().unwrap());
     assert_eq!(alike(ids), [[""; 0]; 0]);
@@ -172,7 +174,10 @@ async fn every_answer_is_as_the_document_says() {
             checked += 1;
         }
     };
-    for (path, method, operation) in operations(&document) {
+    let mut posts = operations(&document);
+    // what is finished takes no more nodes
+    posts.sort_by_key(|(_, _, operation)| operation["operationId"] == "finish_stream");
+    for (path, method, operation) in posts {
         // no example knows the id of a fit
         if operation["operationId"] == "choose_fit" {
             continue;

@@ -120,7 +120,7 @@ pub struct UsableProfileBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SpanMeasurement)]
 pub struct SpanBody {
-    /// k.
+    /// k, the number of teeth (of internal gears: spaces) that are spanned.
     pub teeth: u32,
     /// W_k.
     pub length_mm: f64,
