@@ -225,6 +225,18 @@ pub fn refuse_other_flanks(of: &Measurand, mut sides: impl Iterator<Item = Side>
     Err(Faults::one(at, detail))
 }
 
+/// Refuses nodes of a stream that its axes are not those of.
+pub fn check_block(of: &Measurand, nodes: &Nodes) -> Result<(), Faults> {
+    let mut faults = Faults::default();
+    if of.axes.is_some() {
+        AxesBody::of(of).check(Some(nodes), &mut faults);
+    }
+    match faults.list().first() {
+        Some(fault) => Err(Faults::one("/nodes/type", format!("the stream has axes of other nodes: {}", fault.detail))),
+        None => Ok(()),
+    }
+}
+
 /// An axis whose quantity and unit are known here.
 pub fn known_axis(quantity: &str, unit: &str, positive: Option<PositiveName>) -> Option<AxisBody> {
     Some(AxisBody { quantity: ShortText::new(quantity)?, unit: ShortText::new(unit)?, positive })

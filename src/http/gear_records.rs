@@ -11,7 +11,7 @@ use super::{
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
     include::IncludeQuery,
-    records::{About, keep},
+    records::{About, Made, keep},
     state::AppState,
     stored,
 };
@@ -32,7 +32,7 @@ use crate::{
         problem::{Problem, ProblemCode},
         records::{self, RecordBody},
     },
-    jobs::{Later, Record, RecordKind},
+    jobs::{Later, RecordKind},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -66,13 +66,10 @@ async fn create_iteration_deviations(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        records::draft(
-            RecordKind::Deviations,
-            text,
-            deviations::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?,
-        )
+        let built = deviations::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?;
+        Ok(records::draft(RecordKind::Deviations, text, built)?.into())
     };
-    keep(state, place, ("deviations", records::record), key, payload, build).await
+    keep(state, place, "deviations", key, payload, build).await
 }
 
 /// Keeps the evaluation of measured traces with an iteration.
@@ -99,13 +96,10 @@ async fn create_iteration_evaluation(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        records::draft(
-            RecordKind::Evaluation,
-            text,
-            evaluate::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?,
-        )
+        let built = evaluate::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?;
+        Ok(records::draft(RecordKind::Evaluation, text, built)?.into())
     };
-    keep(state, place, ("evaluations", records::record), key, payload, build).await
+    keep(state, place, "evaluations", key, payload, build).await
 }
 
 /// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and keeps them with it.
@@ -132,12 +126,12 @@ async fn create_iteration_correction(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        let built = correction::build(text, &about.nodes, &about.measurand, of_job(&about.job)?.as_ref())?;
-        records::draft(RecordKind::Correction, text, built)
+        let (built, include) = correction::build(text, &about.nodes, &about.measurand, of_job(&about.job)?.as_ref())?;
+        let draft = records::draft(RecordKind::Correction, text, built)?;
+        let answer = include.of_result(&draft.result)?.into_bytes();
+        Ok(Made { draft, answer: Some(answer.into()) })
     };
-    // what was made can be taken apart
-    let body = |record: &Record| correction::answered(record).unwrap_or_default();
-    keep(state, place, ("correction", body), key, payload, build).await
+    keep(state, place, "correction", key, payload, build).await
 }
 
 /// The correction of an iteration that was made last, with what the next iteration of the same flank and tooth

@@ -41,14 +41,27 @@ pub struct About {
     pub plans: Plans,
 }
 
-/// Makes a record of a request on the pool, keeps it with an iteration and answers what `body` writes of it.
+/// A record made of a request.
+pub struct Made {
+    pub draft: RecordDraft,
+    /// What is answered; the record itself where there is nothing else.
+    pub answer: Option<Arc<[u8]>>,
+}
+
+impl From<RecordDraft> for Made {
+    fn from(draft: RecordDraft) -> Self {
+        Made { draft, answer: None }
+    }
+}
+
+/// Makes a record of a request on the pool, keeps it with an iteration and answers it.
 pub async fn keep(
     state: AppState,
     (job, number): (Uuid, u32),
-    (route, body): (&'static str, fn(&Record) -> Vec<u8>),
+    route: &'static str,
     key: IdempotencyKey,
     payload: Payload,
-    build: impl FnOnce(&[u8], &About) -> Result<RecordDraft, Problem> + Send + 'static,
+    build: impl FnOnce(&[u8], &About) -> Result<Made, Problem> + Send + 'static,
 ) -> Result<Response, Problem> {
     let place = format!("/v1/jobs/{job}/iterations/{number}");
     once(state, key, format!("POST {place}/{route}"), payload, move |state, payload, known| async move {
@@ -56,8 +69,10 @@ pub async fn keep(
         let measurand = state.jobs.measurand(job, number).await?;
         let about = About { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() };
         let limit = state.settings.body_limit;
-        let draft = state.pool.run(move || build(&payload.into_json(limit)?, &about)).await??;
-        let answer = move |record: &Record, _: Stored| created(&place, record, body);
+        let Made { draft, answer } = state.pool.run(move || build(&payload.into_json(limit)?, &about)).await??;
+        let answer = move |record: &Record, _: Stored| {
+            created(&place, record, answer.as_deref().map_or_else(|| records::record(record), <[u8]>::to_vec))
+        };
         let keyed = known.map(|known| known.answered_by(answer.clone()));
         let (record, stored): (Arc<Record>, Stored) = state.jobs.add_record(job, number, draft, keyed).await?;
         Ok(answer(&record, stored))
@@ -65,13 +80,8 @@ pub async fn keep(
     .await
 }
 
-fn created(place: &str, record: &Record, body: fn(&Record) -> Vec<u8>) -> Answer {
-    Answer {
-        status: 201,
-        location: Some(format!("{place}/records/{}", record.id)),
-        etag: Some(etag(1)),
-        body: body(record),
-    }
+fn created(place: &str, record: &Record, body: Vec<u8>) -> Answer {
+    Answer { status: 201, location: Some(format!("{place}/records/{}", record.id)), etag: Some(etag(1)), body }
 }
 
 /// Lists what is kept with an iteration beside its fits, oldest first.

@@ -50,9 +50,9 @@ async fn create_iteration_curve(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        records::draft(RecordKind::Curve, text, curve_request::build(text, Some(&about.nodes))?)
+        Ok(records::draft(RecordKind::Curve, text, curve_request::build(text, Some(&about.nodes))?)?.into())
     };
-    keep(state, (job, number), ("curves", records::record), key, payload, build).await
+    keep(state, (job, number), "curves", key, payload, build).await
 }
 
 /// Builds a surface, by default of the iteration's own nodes, and keeps it with the iteration.
@@ -78,7 +78,8 @@ async fn create_iteration_surface(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        records::draft(RecordKind::Surface, text, surface_request::build(text, Some(&about.nodes), &about.plans)?)
+        Ok(records::draft(RecordKind::Surface, text, surface_request::build(text, Some(&about.nodes), &about.plans)?)?
+            .into())
     };
-    keep(state, (job, number), ("surfaces", records::record), key, payload, build).await
+    keep(state, (job, number), "surfaces", key, payload, build).await
 }

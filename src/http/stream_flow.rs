@@ -12,7 +12,7 @@ use uuid::Uuid;
 use super::{conditional::etag, idempotency::Known, state::AppState};
 use crate::{
     api::{
-        canonical,
+        canonical, measurand,
         problem::{Problem, ProblemCode},
         stream_state,
         streams::{self, PostedBlock, Told},
@@ -66,9 +66,11 @@ async fn next(state: &AppState, slot: Slot, block: PostedBlock, known: Option<Kn
     let mut estimate = live.estimate.clone();
     let pushed = nodes.clone();
     // Given up in here, the stream stays as it was.
+    let of = live.stream.measurand.clone();
     let (estimate, written, body) = state
         .pool
         .run(move || {
+            measurand::check_block(&of, &pushed).map_err(Problem::invalid)?;
             estimate.push(&pushed).map_err(Problem::invalid)?;
             let told = streams::tell(&estimate, &input_sha256)?;
             // as much is read again after a restart as an analysis costs anyway

@@ -1,7 +1,6 @@
 //! Reads. One that asks more than once does so in one read transaction, so what it puts together belongs together.
 
-use serde::Deserialize;
-use serde_json::value::RawValue;
+use futures_util::TryStreamExt as _;
 use sqlx::{Row, SqliteConnection, SqlitePool, sqlite::SqliteRow};
 use uuid::Uuid;
 
@@ -63,7 +62,7 @@ pub async fn iteration(db: &SqlitePool, job: Uuid, number: u32) -> Read<Iteratio
     let fits = sqlx::query(concat!(
         "SELECT id, reason, created_at, seq = ",
         chosen_fit!(),
-        ", count(*) OVER (), ",
+        ", (SELECT count(*) FROM fits WHERE iteration = ?1), ",
         figure_columns!(),
         " FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
     ))
@@ -239,18 +238,19 @@ pub async fn trace(db: &SqlitePool, id: Uuid, page: PageRequest) -> Read<Trace> 
             next = Some(Cursor::after_number(last.number.into()));
             break;
         }
-        let iteration = trace_iteration(&mut db, row).await?;
+        let iteration = trace_iteration(&mut db, row, MOST_TEXT.saturating_sub(text)).await?;
         text += iteration.fits.iter().map(|fit| fit.coefficients.len()).sum::<usize>();
         iterations.push(iteration);
     }
     Ok(Trace { job, iterations, next })
 }
 
-async fn trace_iteration(db: &mut SqliteConnection, row: &SqliteRow) -> Read<TracedIteration> {
+/// `text` is what is left of the page for coefficients.
+async fn trace_iteration(db: &mut SqliteConnection, row: &SqliteRow, text: usize) -> Read<TracedIteration> {
     let seq: i64 = get(row, 0)?;
     let choices = sqlx::query(
-        "SELECT f.id, c.reason, c.created_at, count(*) OVER () FROM fit_choices c JOIN fits f ON f.seq = c.fit
-         WHERE c.iteration = ? ORDER BY c.position DESC LIMIT ?",
+        "SELECT f.id, c.reason, c.created_at, (SELECT count(*) FROM fit_choices WHERE iteration = ?1)
+         FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = ?1 ORDER BY c.position DESC LIMIT ?2",
     )
     .bind(seq)
     .bind(MOST_TOLD)
@@ -258,44 +258,30 @@ async fn trace_iteration(db: &mut SqliteConnection, row: &SqliteRow) -> Read<Tra
     .await
     .map_err(sql)?;
     let rulings = sqlx::query(
-        "SELECT decision, reason, created_at, count(*) OVER () FROM decisions WHERE iteration = ?
-         ORDER BY position DESC LIMIT ?",
+        "SELECT decision, reason, created_at, (SELECT count(*) FROM decisions WHERE iteration = ?1)
+         FROM decisions WHERE iteration = ?1 ORDER BY position DESC LIMIT ?2",
     )
     .bind(seq)
     .bind(MOST_TOLD)
     .fetch_all(&mut *db)
     .await
     .map_err(sql)?;
-    let fits = sqlx::query(concat!(
-        "SELECT id, reason, created_at, seq = ",
-        chosen_fit!(),
-        ", count(*) OVER (), ",
-        figure_columns!(),
-        ", result FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
-    ))
-    .bind(seq)
-    .bind(MOST_TOLD)
-    .fetch_all(&mut *db)
-    .await
-    .map_err(sql)?;
+    let (fits, all_fits) = traced_fits(db, seq, text).await?;
     let (records, earlier_records) = records::last_summaries(db, seq).await?;
     let earlier = Earlier {
-        fits: earlier(&fits, 4)?,
+        fits: all_fits.saturating_sub(fits.len() as u64),
         choices: earlier(&choices, 3)?,
         rulings: earlier(&rulings, 3)?,
         records: earlier_records,
     };
     let choice = |row: &SqliteRow| Ok(Choice { fit_id: get(row, 0)?, event: rows::event(row, 1)? });
-    let fit = |row: &SqliteRow| {
-        Ok(TracedFit { summary: rows::fit_summary(row, 5)?, coefficients: coefficients(get(row, 15)?)? })
-    };
     Ok(TracedIteration {
         id: get(row, 1)?,
         number: rows::unsigned(row, 2)?,
         measurand: rows::measurand(row, 5)?,
         measured_at: rows::optional_moment(row, 3)?,
         created_at: rows::moment(row, 4)?,
-        fits: fits.iter().rev().map(fit).collect::<Read<Vec<_>>>()?,
+        fits,
         choices: choices.iter().rev().map(choice).collect::<Read<Vec<_>>>()?,
         rulings: rulings.iter().rev().map(|row| read_ruling(row, 0)).collect::<Read<Vec<_>>>()?,
         records,
@@ -303,17 +289,31 @@ async fn trace_iteration(db: &mut SqliteConnection, row: &SqliteRow) -> Read<Tra
     })
 }
 
-/// The coefficients of an answer, as they were answered.
-fn coefficients(result: &str) -> Read<String> {
-    #[derive(Deserialize)]
-    struct Answered<'a> {
-        #[serde(borrow)]
-        coefficients: &'a RawValue,
+/// The last fits of an iteration in their order, as many as `text` holds the coefficients of and at least one; and how many there are.
+async fn traced_fits(db: &mut SqliteConnection, iteration: i64, text: usize) -> Read<(Vec<TracedFit>, u64)> {
+    // of an answer, which may be long, only the coefficients leave the database, as they were answered
+    let mut rows = sqlx::query(concat!(
+        "SELECT id, reason, created_at, seq = ",
+        chosen_fit!(),
+        ", (SELECT count(*) FROM fits WHERE iteration = ?1), ",
+        figure_columns!(),
+        ", result -> '$.coefficients' FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
+    ))
+    .bind(iteration)
+    .bind(MOST_TOLD)
+    .fetch(db);
+    let (mut fits, mut all, mut length) = (Vec::new(), 0, 0);
+    while let Some(row) = rows.try_next().await.map_err(sql)? {
+        all = rows::unsigned(&row, 4)?;
+        let coefficients: String = get(&row, 15)?;
+        length += coefficients.len();
+        if length > text && !fits.is_empty() {
+            break;
+        }
+        fits.push(TracedFit { summary: rows::fit_summary(&row, 5)?, coefficients });
     }
-    match serde_json::from_str::<Answered<'_>>(result) {
-        Ok(answered) => Ok(answered.coefficients.get().to_owned()),
-        Err(error) => Err(damaged("an answer", &error.to_string())),
-    }
+    fits.reverse();
+    Ok((fits, all))
 }
 
 pub async fn answer(db: &SqlitePool, key: &str, scope: &str) -> Read<Option<([u8; 32], Answer)>> {

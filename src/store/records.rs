@@ -90,7 +90,8 @@ pub async fn last_summaries(
     iteration: i64,
 ) -> Result<(Vec<RecordSummary>, u64), RepositoryError> {
     let rows = sqlx::query(
-        "SELECT id, kind, method, created_at, count(*) OVER () FROM records WHERE iteration = ? ORDER BY id DESC LIMIT ?",
+        "SELECT id, kind, method, created_at, (SELECT count(*) FROM records WHERE iteration = ?1)
+         FROM records WHERE iteration = ?1 ORDER BY id DESC LIMIT ?2",
     )
     .bind(iteration)
     .bind(MOST_TOLD)

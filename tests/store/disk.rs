@@ -30,6 +30,7 @@ struct Content {
 }
 
 static FILES: Mutex<Option<HashMap<PathBuf, Content>>> = Mutex::new(None);
+static FULL: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 static REAL: OnceLock<usize> = OnceLock::new();
 
 /// What every file of `directory` holds after a power loss now, written into `to`.
@@ -39,6 +40,15 @@ pub fn lose_power(directory: &Path, to: &Path) {
         if path.parent() == Some(directory) && !content.synced.is_empty() {
             std::fs::write(to.join(path.file_name().unwrap()), &content.synced).unwrap();
         }
+    }
+}
+
+/// Whether the disk under a directory takes nothing more.
+pub fn fill(directory: &Path, full: bool) {
+    let mut all = FULL.lock().unwrap();
+    all.retain(|there| there != directory);
+    if full {
+        all.push(directory.to_path_buf());
     }
 }
 
@@ -129,6 +139,10 @@ unsafe extern "C" fn write(
     count: c_int,
     offset: sqlite::sqlite3_int64,
 ) -> c_int {
+    let directory = unsafe { (*file.cast::<File>()).path.as_ref() }.and_then(|path| path.parent());
+    if directory.is_some_and(|directory| FULL.lock().unwrap().iter().any(|full| full == directory)) {
+        return sqlite::SQLITE_FULL;
+    }
     let code = unsafe { (*(*real(file)).pMethods).xWrite.unwrap()(real(file), bytes, count, offset) };
     if code == sqlite::SQLITE_OK {
         let bytes = unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), count as usize) };

@@ -125,3 +125,20 @@ async fn the_watched_disk_does_lose_what_is_not_synced() {
     let kept: i64 = sqlx::query_scalar("SELECT count(*) FROM kept").fetch_one(&mut after).await.unwrap();
     assert_eq!(kept, 0);
 }
+
+/// A full disk is no power loss, but it is told: nothing is taken, and all is well again when there is room.
+#[tokio::test]
+async fn a_full_disk_is_told_and_got_over() {
+    let place = Place::new();
+    let store = open_watched(&place).await;
+    let job = place.stored_job(&store).await;
+    store.check_writable(place.now()).await.unwrap();
+    disk::fill(place.file().parent().unwrap(), true);
+    assert!(store.check_writable(place.now()).await.is_err());
+    assert!(store.insert_iteration(place.iteration(job.id), None).await.is_err());
+    assert_eq!(store.job(job.id).await.unwrap(), job, "what is there can be read");
+    disk::fill(place.file().parent().unwrap(), false);
+    store.check_writable(place.now()).await.unwrap();
+    let (_, stored) = place.stored_iteration(&store, job.id).await;
+    assert_eq!(stored.number, 1, "nothing was half stored");
+}

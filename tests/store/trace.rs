@@ -166,3 +166,31 @@ async fn the_trace_and_the_fits_come_in_pages() {
     assert_eq!(told.earlier, Earlier { fits: 5, choices: 5, rulings: 4, records: 0 });
     assert_eq!(told.choices[most - 1].fit_id, ids[ids.len() - 1]);
 }
+
+/// However long the answers of fits are, a page of the trace is not.
+#[tokio::test]
+async fn a_page_of_the_trace_is_bounded_in_bytes_too() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await;
+    let long = |place: &Place| {
+        let mut fit = place.fit(0.5);
+        let coefficients = format!(r#"[{{"term":"{}","value":1.50}}]"#, "u".repeat(3 << 20));
+        fit.computed.result = Arc::from(format!(r#"{{"coefficients":{coefficients},"residuals":{{"values":[1,2]}}}}"#));
+        (Arc::new(fit), coefficients)
+    };
+    for number in 1..=3 {
+        place.stored_iteration(&store, job.id).await;
+        for _ in 0..number {
+            store.insert_fit(job.id, number, long(&place).0, None).await.unwrap();
+        }
+    }
+    let page = store.trace(job.id, WHOLE).await.unwrap();
+    let told: Vec<(usize, u64)> = page.iterations.iter().map(|it| (it.fits.len(), it.earlier.fits)).collect();
+    // 3 MiB, then at least one fit of the next iteration, with which the page is full
+    assert_eq!(told, [(2, 0), (1, 2)]);
+    assert_eq!(page.iterations[0].fits[1].coefficients, long(&place).1, "as it was answered");
+    let rest = store.trace(job.id, PageRequest { limit: 50, after: page.next }).await.unwrap();
+    assert_eq!(rest.iterations.iter().map(|it| (it.fits.len(), it.earlier.fits)).collect::<Vec<_>>(), [(1, 3)]);
+    assert_eq!(rest.next, None);
+}

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    correction_include::{CorrectionInclude, CorrectionIncludeName},
+    correction_include::CorrectionInclude,
     correction_request::{self, Read},
     iteration_nodes::Flank,
     registration::IndistinguishableBody,
@@ -20,7 +20,7 @@ use crate::{
         correction::{Change, Correction, Limit, Predicted, Solution, Trust},
         evaluation::flank_surface::FlankFigures,
     },
-    jobs::{Measurand, Record},
+    jobs::Measurand,
 };
 
 /// What is to be changed, and what is expected of it.
@@ -153,8 +153,13 @@ pub struct TrustBody {
 const FLANK_ASSUMED: &str = "neither the request nor the iteration says which flank was measured: it is taken for a left one; on a right one the changes \
      that turn the helix have the other sign";
 
-/// Computes a correction by the nodes of an iteration. Processor work.
-pub fn build(text: &[u8], nodes: &Nodes, measurand: &Measurand, gear: Option<&Gear>) -> Result<Built, Problem> {
+/// Computes a correction by the nodes of an iteration: the whole of it, and what of it is asked for. Processor work.
+pub fn build(
+    text: &[u8],
+    nodes: &Nodes,
+    measurand: &Measurand,
+    gear: Option<&Gear>,
+) -> Result<(Built, CorrectionInclude), Problem> {
     let read = correction_request::read(text, nodes, measurand, gear)?.map_err(Problem::invalid)?;
     let Read { method, asked, flank, flank_assumed, include } = read;
     let correction = Correction::new(asked).map_err(Problem::invalid)?;
@@ -169,18 +174,7 @@ pub fn build(text: &[u8], nodes: &Nodes, measurand: &Measurand, gear: Option<&Ge
         Some(FiguresBeforeAfterBody { before, after })
     });
     let result = write(&solution, figures, &canonical::request_sha256(text), include.fit)?;
-    Ok(Built { method: method.to_owned(), result })
-}
-
-/// What is answered to whoever asked for a correction: all that is kept, but for what the request does not include.
-pub fn answered(record: &Record) -> Result<Vec<u8>, Problem> {
-    #[derive(Deserialize)]
-    struct Posted {
-        #[serde(default)]
-        include: Vec<CorrectionIncludeName>,
-    }
-    let posted: Posted = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
-    CorrectionInclude::of(&posted.include).of_result(&record.draft.result).map(String::into_bytes)
+    Ok((Built { method: method.to_owned(), result }, include))
 }
 
 /// A fit that was refused, by places in the request.

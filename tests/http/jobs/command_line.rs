@@ -41,6 +41,24 @@ async fn a_backup_is_made_while_the_service_runs() {
     app.stop().await;
 }
 
+#[tokio::test]
+async fn a_second_server_on_one_database_is_refused() {
+    let mut app = TestApp::start().await;
+    app.job().await;
+    let url = format!("sqlite://{}", app.database().display());
+    for arguments in
+        [&["serve", "--bind", "127.0.0.1:0"][..], &["demo", "--exit", "--bind", "127.0.0.1:0", "--database-url", &url]]
+    {
+        let (arguments, database) = (arguments.iter().map(ToString::to_string).collect::<Vec<_>>(), app.database());
+        let run = move || flankfit(&arguments.iter().map(String::as_str).collect::<Vec<_>>(), &database);
+        let (served, said) = tokio::task::spawn_blocking(run).await.unwrap();
+        assert!(!served && said.contains("another flankfit writes it"), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
+    app.job().await;
+    app.stop().await;
+}
+
 #[test]
 fn a_database_that_cannot_be_is_explained() {
     let directory = tempfile::tempdir().unwrap();

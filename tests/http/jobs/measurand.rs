@@ -103,6 +103,13 @@ async fn what_cannot_be_is_refused_with_its_place() {
             assert_eq!(refused, [pointer], "{key} {value}");
         }
     }
+    // a stream does not know its nodes before they come
+    let mut spec = streams::spec();
+    spec["axes"] = json!({"x": {"quantity": "roll_length", "unit": "mm"}});
+    let stream = app.stream(&job, &spec).await;
+    let refused = app.post(&format!("{stream}/nodes"), &streams::block(1, 0..5)).await;
+    assert_eq!(refused.problem(422, "invalid_request"), ["/nodes/type"]);
+    assert_eq!(app.get(&stream).await.expect(200).json()["sequence"], 0);
     assert_eq!(app.get(&format!("{job}/trace")).await.expect(200).json()["iterations"], json!([]));
     // a tooth may have a name
     let mut body = iteration();
