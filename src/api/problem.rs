@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::json_writer::NotFinite;
-use crate::estimation::{Faults, FitError};
+use crate::estimation::{Fault, Faults, FitError};
 
 /// An error. `application/problem+json` (RFC 9457).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -210,12 +210,23 @@ impl Problem {
 
     /// 422 with every fault by its place.
     pub fn invalid(faults: Faults) -> Self {
-        let errors: Vec<ProblemError> = faults
-            .list()
-            .iter()
-            .map(|fault| ProblemError { pointer: fault.pointer.clone(), detail: fault.detail.clone() })
+        let list = faults.list();
+        // What is missing within something that is not there, or is no object, is not said again.
+        let follows = |fault: &Fault| {
+            let within = |other: &Fault| {
+                let rest = fault.pointer.strip_prefix(other.pointer.as_str());
+                rest.is_some_and(|rest| rest.starts_with('/'))
+            };
+            fault.detail.starts_with("missing") && list.iter().any(within)
+        };
+        let told = list.iter().filter(|fault| !follows(fault));
+        let errors: Vec<ProblemError> = told
+            .map(|fault| ProblemError {
+                pointer: short_pointer(&fault.pointer).to_owned(),
+                detail: shortened(&fault.detail),
+            })
             .collect();
-        let unlisted = faults.count() - errors.len();
+        let unlisted = faults.count() - list.len();
         Problem { errors, unlisted, ..Problem::new(ProblemCode::InvalidRequest, "") }.summed_up()
     }
 
@@ -275,6 +286,26 @@ impl Problem {
     }
 }
 
+/// Bytes of a detail and of a pointer that are sent; what a request says is not said again at any length.
+const LONGEST: usize = 600;
+
+fn shortened(detail: &str) -> String {
+    if detail.len() <= LONGEST {
+        return detail.to_owned();
+    }
+    let half = LONGEST / 2 - 2;
+    let (begin, end) = (detail.floor_char_boundary(half), detail.ceil_char_boundary(detail.len() - half));
+    format!("{}…{}", &detail[..begin], &detail[end..])
+}
+
+/// A pointer that ends at the last whole name that is not too long.
+fn short_pointer(pointer: &str) -> &str {
+    match pointer.char_indices().take_while(|(at, _)| *at <= LONGEST).filter(|(_, c)| *c == '/').last() {
+        Some((slash, _)) if pointer.len() > LONGEST => &pointer[..slash],
+        _ => pointer,
+    }
+}
+
 impl From<FitError> for Problem {
     fn from(error: FitError) -> Self {
         match error {
@@ -329,6 +360,33 @@ mod tests {
         let told = "/fit/nodes/z/3/7: expected a number; the first of 120 faults, of which `errors` lists 100.";
         assert_eq!(many.detail, told);
         assert_eq!(Problem::invalid(Faults::one("", "expected an object.")).detail, "expected an object.");
+    }
+
+    #[test]
+    fn what_a_request_says_is_not_said_again_at_length() {
+        let mut faults = Faults::default();
+        faults.push("/type", format!("`{}é` is not known; expected `a` or `b`", "x".repeat(50_000)));
+        faults.push(format!("/a/{}", "é".repeat(5_000)), "there is no such field");
+        faults.push(format!("/{}", "a/".repeat(5_000)), "deep");
+        let problem = Problem::invalid(faults);
+        let [long, field, deep] = &problem.errors[..] else { panic!("{problem:?}") };
+        assert!(long.detail.len() <= LONGEST && long.detail.ends_with("expected `a` or `b`"), "{}", long.detail);
+        assert_eq!(field.pointer, "/a");
+        assert!(deep.pointer.len() <= LONGEST && deep.pointer.ends_with("/a"), "{}", deep.pointer);
+    }
+
+    #[test]
+    fn what_is_missing_in_what_is_missing_is_not_said() {
+        let mut faults = Faults::default();
+        for (pointer, detail) in [("/gear", "missing"), ("/gear/teeth", "missing"), ("/gears", "missing")] {
+            faults.push(pointer, detail);
+        }
+        let told: Vec<_> = Problem::invalid(faults).errors.into_iter().map(|error| error.pointer).collect();
+        assert_eq!(told, ["/gear", "/gears"]);
+        let mut faults = Faults::default();
+        faults.push("/nodes", "missing; give nodes");
+        faults.push("", "expected an object, found an array");
+        assert_eq!(Problem::invalid(faults).errors.len(), 1);
     }
 
     #[test]

@@ -41,6 +41,29 @@ fn complete(headers: &mut HeaderMap, reads: bool, status: StatusCode) {
     }
 }
 
+/// Leaves of the encodings that a client takes those that are offered. Where none is, or even the answer as it is would not be taken, it goes
+/// as it is (RFC 9110, 12.5.3): a 406 after the work has been done, and perhaps stored, would help nobody.
+pub async fn offered_encodings(mut request: Request, next: Next) -> Response {
+    let headers = request.headers_mut();
+    let values = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
+    let taken: Vec<&str> =
+        values.flat_map(|value| value.split(',')).map(str::trim).filter(|one| is_offered(one)).collect();
+    let taken = (!taken.is_empty()).then(|| HeaderValue::try_from(taken.join(", ")).ok()).flatten();
+    headers.remove(header::ACCEPT_ENCODING);
+    headers.extend(taken.map(|taken| (header::ACCEPT_ENCODING, taken)));
+    next.run(request).await
+}
+
+fn is_offered(coding: &str) -> bool {
+    let mut parts = coding.split(';').map(str::trim);
+    let name = parts.next().unwrap_or_default();
+    let refused = parts.any(|part| {
+        let quality = part.strip_prefix("q=").or(part.strip_prefix("Q="));
+        quality.is_some_and(|quality| quality.parse::<f64>().is_ok_and(|quality| quality <= 0.0))
+    });
+    ["gzip", "x-gzip", "zstd"].iter().any(|offered| name.eq_ignore_ascii_case(offered)) && !refused
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

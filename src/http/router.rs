@@ -51,6 +51,7 @@ pub fn router(state: AppState) -> Router {
         .layer(middleware::from_fn(headers::protect))
         // Answers are digits: the fastest level halves them, higher ones cost ten times as much for little.
         .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
+        .layer(middleware::from_fn(headers::offered_encodings))
         .layer(option_layer(cors::layer(&state.settings.cors_origins)))
         .with_state(state)
 }

@@ -131,3 +131,60 @@ async fn an_envelope_of_a_gear_that_spins() {
     }
     app.stop().await;
 }
+
+/// A client that takes no encoding, not even none, gets its answer as it is: the work is done, and what was stored is stored.
+#[tokio::test]
+async fn encodings_that_nobody_takes() {
+    let app = TestApp::start().await;
+    for wanted in ["identity;q=0", "*;q=0", "gzip;q=0, identity; q=0", "br", "", "identity;q=0, br", "gzip;q=x"] {
+        let fitted = send(app.post("/v1/fits", crate::harness::CURVE).header("accept-encoding", wanted)).await;
+        assert_eq!(fitted.status, 200, "{wanted}: {}", fitted.text);
+        let stored = send(app.post("/v1/jobs", r#"{"name":"w"}"#).header("accept-encoding", wanted)).await;
+        assert_eq!(stored.status, 201, "{wanted}: {}", stored.text);
+        assert_eq!(send(app.get("/v1/jobs/x").header("accept-encoding", wanted)).await.status, 404, "{wanted}");
+    }
+    for wanted in ["gzip", "gzip;q=0.5, identity;q=0", "br, GZIP"] {
+        let taken = app.get("/openapi.json").header("accept-encoding", wanted).send().await.unwrap();
+        assert_eq!(taken.headers()["content-encoding"], "gzip", "{wanted}");
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn exponents_beyond_all_counting() {
+    let app = TestApp::start().await;
+    for exponent in ["-31700000000000000000000000000000", "-9223372036854775807", "-9223372036854775800"] {
+        let number = format!("8.289046e{exponent}");
+        let body = format!(
+            r#"{{"nodes":{{"type":"curve","x":[0,1,2,{number}],"y":[1,3,4.9,1.1]}},"model":{{"type":"polynomial","degree":1}}}}"#
+        );
+        assert!(app.fit(&body).await.status.as_u16() < 500, "{exponent}");
+    }
+    app.stop().await;
+}
+
+/// What lies within something that is not an object, or not there, is not said to be missing.
+#[tokio::test]
+async fn one_fault_is_one_error() {
+    let app = TestApp::start().await;
+    for (path, body, expected) in [
+        ("/v1/curves", "[0,100]", vec![""]),
+        ("/v1/fits", "7", vec![""]),
+        ("/v1/gears/geometry", r#"{"raeg":{"teeth":7}}"#, vec!["/raeg", "/gear"]),
+        ("/v1/gears/profile", r#"{"gear":[]}"#, vec!["/gear"]),
+    ] {
+        assert_eq!(send(app.post(path, body)).await.pointers(), expected, "{path} {body}");
+    }
+    let grid = json!({
+        "gear": {"teeth": 52, "normal_module_mm": 1.0}, "grid": {"flank": "left", "diameter_mm": [53, 52], "z_mm": [0], "deviation_um": [[1], [2]]}
+    });
+    assert_eq!(sent(&app, "/v1/gears/deviations", &grid).await.pointers(), ["/grid/diameter_mm/1"]);
+    let newton = json!({
+        "curve": {"type": "polynomial", "form": "newton", "nodes": [0, 1], "values": [[0, 0], 1]}, "at": [0]
+    });
+    assert_eq!(sent(&app, "/v1/curves/evaluate", &newton).await.pointers(), ["/curve/values"]);
+    let long = format!(r#"{{"nodes":{{"type":"{}"}},"model":{{}}}}"#, "x".repeat(100_000));
+    let answer = app.fit(&long).await;
+    assert!(answer.pointers().contains(&"/nodes/type".to_owned()) && answer.text.len() < 4000, "{}", answer.text.len());
+    app.stop().await;
+}

@@ -126,7 +126,7 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
         }
         Given::Grid(grid) => {
             let topography = grid.topography(gear, asked.direction).map_err(Problem::invalid)?;
-            ("grid", deviation::grid(&reference, &topography).map_err(|faults| under("/grid", &faults)))
+            ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults)))
         }
     };
     let mut deviations = deviations.map_err(Problem::invalid)?;
@@ -155,11 +155,6 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
     object.end();
     let result = json.finish().map_err(Problem::not_finite)?;
     Ok(Built { method: method.to_owned(), result })
-}
-
-/// Faults of an object that stands at `at`.
-fn under(at: &str, faults: &Faults) -> Faults {
-    faults.moved(|pointer| format!("{at}{pointer}"))
 }
 
 /// What was imported, as a record keeps it.

@@ -271,6 +271,14 @@ fn touches(slice: &[u8], fields: &Fields<'_>, faults: &mut Faults) -> Option<Vec
 }
 
 impl DeviationGridBody {
+    /// Faults of the topography by their places in the request, whose profile may be given by diameters.
+    pub fn placed(&self, faults: &Faults) -> Faults {
+        faults.moved(|pointer| match pointer.strip_prefix("/roll_length_mm").filter(|_| self.diameter_mm.is_some()) {
+            Some(rest) => format!("/grid/diameter_mm{rest}"),
+            None => format!("/grid{pointer}"),
+        })
+    }
+
     /// The topography, once its gear is known.
     pub fn topography(&self, gear: &Gear, direction: Direction) -> Result<Topography, Faults> {
         let mut faults = Faults::default();

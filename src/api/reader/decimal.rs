@@ -70,7 +70,7 @@ pub fn parse(text: &[u8]) -> Option<(f64, usize)> {
     }
     if let Some(b'e' | b'E') = text.get(at) {
         let (exponent, end) = exponent(text, at + 1)?;
-        q += exponent;
+        q = q.saturating_add(exponent);
         at = end;
     }
     if w == 0 {
@@ -156,7 +156,7 @@ pub fn usual(text: &[u8]) -> Option<(f64, usize)> {
     at += begin;
     if let Some(b'e' | b'E') = text.get(at) {
         let (exponent, end) = exponent(text, at + 1)?;
-        q += exponent;
+        q = q.saturating_add(exponent);
         at = end;
     }
     let value = if w == 0 { 0.0 } else { nearest(w, q)? };

@@ -25,7 +25,12 @@ pub fn add_further<T: DeserializeOwned>(text: &[u8], faults: &mut Faults) {
     let mut tried = BTreeMap::<String, usize>::new();
     while faults.count() < Faults::MOST && settle(&mut body, &fault.pointer, &mut tried) {
         let Some(next) = fault_of::<T>(&body) else { return };
-        if !tried.contains_key(&next.pointer) {
+        // what a stand-in lacks is no fault of the request
+        let of_stand_in = tried.keys().any(|place| {
+            let rest = next.pointer.strip_prefix(place.as_str());
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        });
+        if !of_stand_in {
             faults.push(next.pointer.clone(), next.detail.clone());
         }
         fault = next;
@@ -80,6 +85,7 @@ mod tests {
     fn every_fault_is_found_once() {
         assert_eq!(pointers("[]"), [""]);
         assert_eq!(pointers("{}"), ["/name"]);
+        assert_eq!(pointers(r#"{"name":"w","gear":[]}"#), ["/gear"]);
         let gear = r#"{"teeth":0,"helix_angle_deg":91,"tool":{"tip_radius_mm":-1},"x/y":1}"#;
         assert_eq!(
             pointers(&format!(r#"{{"name":5,"gear":{gear},"machine":null}}"#)),

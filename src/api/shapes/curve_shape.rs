@@ -170,6 +170,9 @@ fn polynomial(body: PolynomialCurveBody, at: &str, faults: &mut Faults) -> Optio
     for (name, _) in foreign.iter().filter(|(_, there)| *there) {
         faults.push(format!("{at}/{name}"), "it belongs to the other form");
     }
+    if faults.count() > before {
+        return None;
+    }
     let name = match body.form {
         PolynomialFormName::Barycentric => "values",
         PolynomialFormName::Newton => "coefficients",
@@ -180,9 +183,6 @@ fn polynomial(body: PolynomialCurveBody, at: &str, faults: &mut Faults) -> Optio
         return None;
     };
     let (dimension, values) = point::read(&values, &place, faults)?;
-    if faults.count() > before {
-        return None;
-    }
     let fields = CurveFields { x: "nodes", values: name };
     let refused = |fault: CurveFault, faults: &mut Faults| curve_fault(&fault, at, &fields, faults);
     match body.form {
