@@ -1,29 +1,39 @@
 # Both base images are arguments, so that a mirror or an image of your own can stand in:
 #   docker build --build-arg RUST_IMAGE=registry.example/rust:1-bookworm --build-arg RUN_IMAGE=registry.example/cc -t flankfit .
+# The symbols of exactly this program, for a debugger or a trace of addresses:
+#   docker build --target symbols --output symbols .
 ARG RUST_IMAGE=docker.io/library/rust:1-bookworm
 ARG RUN_IMAGE=gcr.io/distroless/cc-debian12:nonroot
 
+# The manifest with an empty file for every target that it may name. It stays the same, and with it the layer of the dependencies, as long as
+# manifest, lock file and the names of targets do.
+FROM ${RUST_IMAGE} AS manifest
+WORKDIR /all
+COPY . .
+RUN mkdir /manifest \
+ && cp -r --parents Cargo.toml Cargo.lock .cargo /manifest \
+ && for target in src/lib.rs src/main.rs benches/*.rs tests/*.rs tests/*/main.rs; do \
+      mkdir -p "/manifest/$(dirname "$target")" && echo 'fn main() {}' > "/manifest/$target"; \
+    done
+
 FROM ${RUST_IMAGE} AS build
 WORKDIR /src
-
-# Dependencies first: this layer is made again only when a manifest changes. The targets that the manifest names must
-# exist, so they are empty here.
-COPY Cargo.toml Cargo.lock ./
-COPY .cargo .cargo
-RUN mkdir -p src benches \
- && echo 'fn main() {}' > src/main.rs \
- && touch src/lib.rs \
- && for bench in $(sed -n '/^\[\[bench\]\]$/ { n; s/^name = "\(.*\)"$/\1/p }' Cargo.toml); do echo 'fn main() {}' > benches/$bench.rs; done \
- && cargo build --release --locked
+COPY --from=manifest /manifest .
+RUN cargo build --release --locked
 
 # Then the program. The sources may be older than the empty ones that were just compiled, and cargo goes by time.
+COPY build.rs build.rs
 COPY migrations migrations
 COPY examples examples
 COPY src src
 RUN touch src/lib.rs src/main.rs \
  && cargo build --release --locked --bin flankfit \
  && mkdir -p /out/data \
- && cp target/release/flankfit /out/flankfit
+ && objcopy --only-keep-debug target/release/flankfit /out/flankfit.debug \
+ && objcopy --strip-all --add-gnu-debuglink=/out/flankfit.debug target/release/flankfit /out/flankfit
+
+FROM scratch AS symbols
+COPY --from=build /out/flankfit.debug /flankfit.debug
 
 FROM ${RUN_IMAGE}
 COPY --from=build /out/flankfit /usr/local/bin/flankfit
