@@ -4,6 +4,7 @@ use crate::gear_registration::{gear, helical};
 use crate::gear_registration_motion::{moved, places, plain};
 use crate::oracle::random::Random;
 use crate::problems::config;
+use flankfit::estimation::spec::{FitSpec, Model};
 use flankfit::gear::deviation::{Measurement, Reference, Strays, Touch, measure};
 use flankfit::gear::registration::{Motion, Pose, Registering, Registration, register_from, start};
 use flankfit::gear::{Gear, Hand, Side};
@@ -219,4 +220,33 @@ fn motions_that_these_points_do_not_tell_have_no_error() {
     assert_eq!(told, [true, false, true]);
     assert!(answer.motions.iter().all(|moved| moved.std_error.is_some() == moved.determined));
     assert!(has(&answer, "motions_indistinguishable"));
+}
+
+/// A single flank that lies a third of a pitch off: what it does not tell stays damped, and damped towards where it lies.
+#[test]
+fn regularisation_counts_from_where_the_part_lies() {
+    let gear = helical(20.0, Hand::Left);
+    let reference = Reference::new(&gear);
+    let mut random = Random::new(11);
+    let clean = places(&gear, 1, &[Side::Left], |_, _, _| 0.0, 0.0);
+    let spec = FitSpec::new(Model::Linear);
+    let asked = Registering { motions: &Motion::ALL, pivot: Some(22.0), weight: None, spec: &spec };
+    let turn = 0.3e6 * gear.pitch_angle();
+    let mut after = Vec::new();
+    for rotation in [0.0, turn] {
+        let pose = Pose { values: [0.0, 0.0, 0.0, 0.0, 0.0, rotation], pivot: 22.0 };
+        let mut noise = || 3e-4 * Vector::from_fn(|_, _| random.normal());
+        let touches: Vec<Touch> =
+            moved(&clean, &pose).iter().map(|touch| Touch { point: touch.point + noise(), ..*touch }).collect();
+        let begun = start(&gear, &touches, 0.0, &asked).expect("motions");
+        let deviations = measure(&reference, &begun.touches, &Measurement::default()).expect("sound points");
+        let answer = register_from(&reference, &deviations, &asked, &begun).expect("a registration");
+        // at home the fit counts from 0
+        assert_eq!(answer.motions.iter().all(|moved| moved.start == 0.0), rotation == 0.0);
+        assert!(answer.converged && answer.rms_after < 0.5, "{}", answer.rms_after);
+        after.push(answer);
+    }
+    // noise of 0.3 µm does not become motions of millimetres
+    let far = |answer: &Registration| answer.motions.iter().map(|m| (m.value - m.start).abs()).fold(0.0, f64::max);
+    assert!(after.iter().all(|answer| far(answer) < 500.0), "{:?}", after.iter().map(far).collect::<Vec<_>>());
 }

@@ -45,6 +45,9 @@ pub struct MotionBody {
     pub motion: String,
     /// How far the part was moved, in `unit`.
     pub value: f64,
+    /// Where the fit began, 0 but for parts that lie off by more than a tenth of the module: coefficients of `result`, and what regularisation
+    /// damps, count from there.
+    pub start: f64,
     /// `um` or `urad`.
     pub unit: String,
     /// Left out where the points do not determine the motion. Where a regularisation chose its λ* by these points it is too small, as in any fit.
@@ -90,6 +93,7 @@ pub fn text(found: &Registration, digest: &str, include: Include) -> Result<Stri
         .map(|moved| MotionBody {
             motion: moved.motion.name().to_owned(),
             value: moved.value,
+            start: moved.start,
             unit: if moved.motion.is_angle() { "urad" } else { "um" }.to_owned(),
             std_error: moved.std_error,
             bias_bound: moved.bias_bound,

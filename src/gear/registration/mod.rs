@@ -41,6 +41,8 @@ pub struct Moved {
     pub motion: Motion,
     /// µm or µrad.
     pub value: f64,
+    /// Where the fit began: its coefficients, and what regularisation damps, count from there. 0 but for parts that lie far off.
+    pub start: f64,
     /// `None` for a motion that the points do not determine.
     pub std_error: Option<f64>,
     /// Sharp bound on what regularisation moved, given the limit of the coefficients' norm; `None` for a motion that the points do not

@@ -63,17 +63,20 @@ fn registered(
     let mut part = Part::new(reference, deviations, asked, freedom, start)?;
     let pivot = part.pivot(asked)?;
     let mut pose = start.map_or(Pose { pivot, ..Pose::default() }, |start| start.pose.about(pivot));
-    let mut p = part.freedom.coefficients(&pose);
+    // what the fit finds, and regularises, counts from here
+    let begun = part.freedom.coefficients(&pose);
+    let mut p = begun.clone();
     let (mut iterations, mut converged) = (0, false);
     let last = loop {
         cancel::checkpoint();
         let reassigned = if iterations < REASSIGNING { part.reassign(&pose) } else { 0 };
         let state = part.at(&pose)?;
+        let so_far: Vec<f64> = p.iter().zip(&begun).map(|(p, begun)| p - begun).collect();
         let heights: Vec<f64> =
-            state.d.iter().zip(state.x.chunks_exact(p.len())).map(|(d, x)| d + dot(x, &p)).collect();
+            state.d.iter().zip(state.x.chunks_exact(p.len())).map(|(d, x)| d + dot(x, &so_far)).collect();
         let columns = &part.freedom.columns;
         let result = fit(&part.nodes(state.x.clone(), heights, columns)?, asked.spec)?;
-        let next: Vec<f64> = result.coefficients.iter().map(|c| c.value).collect();
+        let next: Vec<f64> = result.coefficients.iter().zip(&begun).map(|(c, begun)| begun + c.value).collect();
         let step: Vec<f64> = next.iter().zip(&p).map(|(next, p)| next - p).collect();
         let moved = state.x.chunks_exact(p.len()).map(|x| dot(x, &step).abs()).fold(0.0, f64::max);
         part.freedom.set(&mut pose, &next, asked.spec.scaling);
@@ -90,7 +93,7 @@ fn registered(
             break result;
         }
     };
-    part.answer(pose, last, iterations, converged, asked)
+    part.answer(Found { pose, begun, iterations, converged }, last, asked)
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -108,6 +111,15 @@ struct Part<'a> {
     /// Tooth and flank of every row.
     flank: Vec<(u32, Side)>,
     weight: Option<Vec<f64>>,
+}
+
+/// Where the iteration ended.
+struct Found {
+    pose: Pose,
+    /// Coefficients of the columns where it began.
+    begun: Vec<f64>,
+    iterations: usize,
+    converged: bool,
 }
 
 /// Rows of X and normal deviations (µm) at a pose.
@@ -238,10 +250,8 @@ impl<'a> Part<'a> {
 
     fn answer(
         &self,
-        pose: Pose,
+        Found { pose, begun, iterations, converged }: Found,
         last: FitResult,
-        iterations: usize,
-        converged: bool,
         asked: &Registering,
     ) -> Result<Registration, FitError> {
         let mut warnings = Vec::new();
@@ -281,7 +291,7 @@ impl<'a> Part<'a> {
         let rows: Vec<usize> = self.rows.iter().map(|(i, _)| *i).collect();
         warnings.extend(misfit::of_part(self.reference.gear, &deviations, &rows));
         Ok(Registration {
-            motions: self.moved(&pose, &last, asked.spec),
+            motions: self.moved(&pose, &last, asked.spec, &begun),
             pose,
             rms_before: self.rms_before(&deviations),
             rms_after: deviations.rms().unwrap_or_default(),
@@ -347,7 +357,9 @@ impl<'a> Part<'a> {
         terms.filter_map(|term| Motion::named(term)).collect()
     }
 
-    fn moved(&self, pose: &Pose, last: &FitResult, spec: &FitSpec) -> Vec<Moved> {
+    fn moved(&self, pose: &Pose, last: &FitResult, spec: &FitSpec, begun: &[f64]) -> Vec<Moved> {
+        let mut start = Pose::default();
+        self.freedom.set(&mut start, begun, spec.scaling);
         let dependent = Self::dependent(last);
         let of = |motion: Motion| {
             self.freedom.columns.iter().zip(&last.coefficients).find_map(|(column, coefficient)| {
@@ -365,6 +377,8 @@ impl<'a> Part<'a> {
                 Moved {
                     motion,
                     value: pose.get(motion),
+                    // −0 is 0
+                    start: start.get(motion) + 0.0,
                     std_error: told.and_then(|(c, share)| c.std_error.map(|error| error * share.abs())),
                     bias_bound: told.map(|(c, _)| c.bias_bound),
                     determined,

@@ -40,8 +40,12 @@ const MOST_POINTS: usize = 240;
 /// Places of the search that are refined.
 const REFINED: usize = 8;
 const MOST_STEPS: usize = 25;
-/// Least eigenvalue, over the greatest, of a direction that refinement moves along (columns of unit length).
-const LEAST_EIGENVALUE: f64 = 1e-7;
+/// Least eigenvalue, over the greatest, of a direction that refinement moves along (columns of unit length): what is weaker is the business of
+/// the fit and its regularisation.
+const LEAST_EIGENVALUE: f64 = 1e-3;
+/// A part that lies nearer than this to where it should (root mean square over the points, modules) begins where it should: regularisation then
+/// counts from there.
+const AT_HOME: f64 = 0.1;
 
 /// Where a registration begins.
 #[derive(Clone, Debug)]
@@ -107,7 +111,7 @@ pub fn start(gear: &Gear, touches: &[Touch], ball: f64, asked: &Registering) -> 
         if search.told { (search.refined(search.mean_angle()), false) } else { search.best() };
     let (p, votes) = search.counted(best.p);
     let free = search.freedom.screw(gear).is_some();
-    let pose = search.pose(&p);
+    let pose = if search.motion(&p) < AT_HOME * search.module() { still } else { search.pose(&p) };
     Ok(Start {
         teeth_assumed: free && votes.is_none(),
         teeth_contradict: votes.is_some_and(|agreed| agreed < 0.9),
