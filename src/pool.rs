@@ -19,7 +19,7 @@ use std::{
 
 use tokio::sync::oneshot;
 
-pub use crate::numerics::cancel::Handle;
+pub use crate::numerics::cancel::{Handle, checkpoint};
 use crate::telemetry;
 
 /// Work with the handle under which it runs.
@@ -122,7 +122,6 @@ impl Shared {
                 let begins = !handle.is_cancelled();
                 // The panic hook has said what happened; the waiting side sees its channel closed.
                 let answered = catch_unwind(AssertUnwindSafe(|| job.run()));
-                self.busy.decrement(1.0);
                 state = self.lock();
                 state.running[worker] = None;
                 if matches!(answered, Ok(false)) {
@@ -131,6 +130,7 @@ impl Shared {
                         if begins { begun.elapsed() } else { Duration::ZERO },
                     );
                 }
+                self.busy.decrement(1.0);
             } else if state.stopped {
                 return;
             } else {

@@ -18,6 +18,7 @@ use crate::geometry::{
     space::Vector,
     surface::{BSplineSurface, Surface},
 };
+use crate::numerics::cancel::{self, Asking};
 
 /// A shape that CAD files can hold.
 #[derive(Clone, Copy, Debug)]
@@ -242,6 +243,7 @@ fn across(lines: &Lines, rational: bool, change: impl Fn(&[Homogeneous]) -> Vec<
     };
     let rows: Lines = transposed(lines)
         .iter()
+        .asking(1000)
         .map(|row| change(&row.iter().map(lift).collect::<Vec<_>>()).iter().map(lower).collect())
         .collect();
     transposed(&rows)
@@ -250,6 +252,7 @@ fn across(lines: &Lines, rational: bool, change: impl Fn(&[Homogeneous]) -> Vec<
 /// Cuts at inner knots of full multiplicity; where both sides have the same control points one of them, and a knot, is dropped.
 fn cut(mut axis: Axis, mut lines: Lines) -> Vec<(Axis, Lines)> {
     for at in axis.jumps().into_iter().rev() {
+        cancel::checkpoint();
         if lines[at - 1] == lines[at] {
             axis.knots.remove(at);
             lines.remove(at);

@@ -2,6 +2,7 @@
 
 use super::axis::Axis;
 use crate::geometry::{BSplineBasis, polar::blossom};
+use crate::numerics::cancel::Asking;
 
 /// A control point with its weight, (w x, w y, w z, w): splines of these are not rational.
 pub(super) type Homogeneous = [f64; 4];
@@ -24,7 +25,7 @@ pub(super) fn refined(basis: &BSplineBasis, controls: &[Homogeneous], finer: &Ax
         let span = basis.span(support(knots, p, j));
         blossom(basis, controls, span, &knots[j + 1..=j + p])
     };
-    (0..finer.size()).map(one).collect()
+    (0..finer.size()).asking(500).map(one).collect()
 }
 
 /// `t ↦ times(t, f(t))`, of one degree more, over the axis `higher`; `times` is affine in t and linear in f(t).

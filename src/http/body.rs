@@ -23,7 +23,10 @@ use super::{
     media_type,
     state::AppState,
 };
-use crate::api::problem::{Problem, ProblemCode};
+use crate::{
+    api::problem::{Problem, ProblemCode},
+    pool::checkpoint,
+};
 
 /// How the body is compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,7 +135,11 @@ impl Payload {
     pub fn into_bytes(self, limit: usize) -> Result<Held<Bytes>, Problem> {
         let (held, seen) = self.unpack(limit)?;
         if let Some(seen) = seen {
-            seen.get_or_init(|| Sha256::digest(&held[..]).into());
+            seen.get_or_init(|| {
+                let mut digest = Sha256::new();
+                add(&mut digest, &held);
+                digest.finalize().into()
+            });
         }
         Ok(held)
     }
@@ -156,6 +163,14 @@ impl Payload {
     }
 }
 
+/// Adds bytes to a digest.
+pub fn add(digest: &mut Sha256, bytes: &[u8]) {
+    for piece in bytes.chunks(PIECE) {
+        checkpoint();
+        digest.update(piece);
+    }
+}
+
 /// What a number takes while something is computed with it: its value, its weight, its place in the matrix's rows, its residual.
 const NUMBER: usize = 4 * size_of::<f64>();
 
@@ -173,7 +188,10 @@ impl Encoding {
         mut take: impl FnMut(&[u8]) -> Result<(), Problem>,
     ) -> Result<(), Problem> {
         match self {
-            Encoding::Identity => take(bytes),
+            Encoding::Identity => bytes.chunks(PIECE).try_for_each(|piece| {
+                checkpoint();
+                take(piece)
+            }),
             Encoding::Gzip => pieces(flate2::bufread::MultiGzDecoder::new(bytes), limit, "gzip", take),
             Encoding::Zstd => {
                 let mut decoder =
@@ -209,6 +227,8 @@ fn pieces(
     let mut piece = vec![0; PIECE.min(limit.saturating_add(1))];
     let mut length = 0;
     loop {
+        // a bomb is not unpacked for a client that has left
+        checkpoint();
         let read = match decoder.read(&mut piece) {
             Ok(0) => return Ok(()),
             Ok(read) => read,

@@ -4,7 +4,7 @@ use axum::body::Bytes;
 use sha2::{Digest, Sha256};
 
 use super::{
-    body::{Media, Payload, foreign, unsupported},
+    body::{Media, Payload, add, foreign, unsupported},
     budget::Held,
     form::{self, Part},
     media_type::{essence, foreign_charset},
@@ -51,7 +51,7 @@ fn digest_of(parts: &[Part]) -> [u8; 32] {
         digest.update(part.name.len().to_le_bytes());
         digest.update(part.name.as_bytes());
         digest.update(part.content.len().to_le_bytes());
-        digest.update(&part.content);
+        add(&mut digest, &part.content);
     }
     digest.finalize().into()
 }

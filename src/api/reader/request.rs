@@ -1,5 +1,7 @@
 //! The top level of a fit request, and the small parts of it that serde reads.
 
+use std::io::{BufReader, Read};
+
 use serde::de::DeserializeOwned;
 
 use super::{
@@ -11,7 +13,10 @@ use super::{
     spec::{RawSpec, SPEC_KEYS},
     wording::{explain, no_such_field},
 };
-use crate::estimation::{Faults, FitSpec, Nodes};
+use crate::{
+    estimation::{Faults, FitSpec, Nodes},
+    numerics::cancel,
+};
 
 /// Which of the two big parts a request has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -172,6 +177,19 @@ fn keep<T>(result: Result<T, Faults>, faults: &mut Faults) -> Option<T> {
     }
 }
 
+/// Bytes that serde reads within some hundredths of a second.
+const LONG: usize = 4 << 20;
+
+/// Passes a checkpoint at every read.
+struct Asking<'a>(&'a [u8]);
+
+impl Read for Asking<'_> {
+    fn read(&mut self, room: &mut [u8]) -> std::io::Result<usize> {
+        cancel::checkpoint();
+        self.0.read(room)
+    }
+}
+
 /// [`read_part`] of what must be an object: serde would take an array for the fields in their order too.
 pub fn read_object<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut Faults) -> Option<T> {
     match Cursor::new(text).token() {
@@ -190,8 +208,14 @@ pub fn read_object<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut
 
 /// Reads well-formed JSON with serde; a fault goes to its pointer below `pointer`.
 pub fn read_part<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut Faults) -> Option<T> {
-    let mut deserializer = serde_json::Deserializer::from_slice(text);
-    match serde_path_to_error::deserialize(&mut deserializer) {
+    let read = if text.len() <= LONG {
+        serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_slice(text))
+    } else {
+        // serde does not ask whether it is still wanted, but what it reads from can
+        let mut deserializer = serde_json::Deserializer::from_reader(BufReader::new(Asking(text)));
+        serde_path_to_error::deserialize(&mut deserializer)
+    };
+    match read {
         Ok(value) => Some(value),
         Err(error) => {
             let mut place = pointer.to_owned();

@@ -1,5 +1,6 @@
 //! The data section: instances, numbered as they come.
 
+use crate::numerics::cancel::{self, Asking};
 use std::fmt::{Display, Formatter, Result, Write as _};
 
 /// The name of an instance, `#12`.
@@ -25,6 +26,7 @@ const COLUMNS: usize = 100;
 impl Data {
     /// One more instance, given without number and semicolon.
     pub(super) fn add(&mut self, instance: impl AsRef<str>) -> Id {
+        cancel::checkpoint();
         self.count += 1;
         let id = Id(self.count);
         let mut column = self.text.len();
@@ -32,7 +34,7 @@ impl Data {
         let _ = write!(self.text, "{id}=");
         column = self.text.len() - column;
         let mut quoted = false;
-        for c in instance.as_ref().chars() {
+        for c in instance.as_ref().chars().asking(3) {
             // a doubled apostrophe ends and begins
             quoted ^= c == '\'';
             self.text.push(c);

@@ -10,8 +10,8 @@
 
 use super::{CurveJet, fault::CurveFault, newton::Newton};
 use crate::geometry::space::Vector;
-use crate::numerics::Dd;
 use crate::numerics::dd::{exponent_of, ldexp};
+use crate::numerics::{Dd, cancel};
 
 /// Weights outside of this range are scaled together by a power of two.
 const LARGEST_WEIGHT: f64 = 1e280;
@@ -161,6 +161,7 @@ pub(super) fn order_of_leja(nodes: &[f64]) -> Vec<usize> {
     let mut order = Vec::with_capacity(nodes.len());
     let mut taken = vec![false; nodes.len()];
     for step in 0..nodes.len() {
+        cancel::checkpoint();
         let mut best = None;
         for i in (0..nodes.len()).filter(|i| !taken[*i]) {
             if best.is_none_or(|b: usize| products[i] > products[b]) {

@@ -7,7 +7,7 @@
 
 use super::{CurveJet, fault::CurveFault};
 use crate::geometry::space::Vector;
-use crate::numerics::{Dd, Real};
+use crate::numerics::{Dd, Real, cancel};
 
 /// The highest order of a derivative that can be given at a node.
 pub const HIGHEST_ORDER: usize = 20;
@@ -59,6 +59,7 @@ impl Newton {
 
     /// Adds a condition at `node` in O(n): its value where it is new, its m-th derivative where it stands m times already.
     pub fn push(&mut self, node: f64, datum: Vector) -> Result<(), CurveFault> {
+        cancel::checkpoint();
         let index = self.nodes.len();
         let order = self.nodes.iter().filter(|z| **z == node).count();
         if order > HIGHEST_ORDER {

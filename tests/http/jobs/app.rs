@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use flankfit::http::AppState;
 use reqwest::{Client, Method, RequestBuilder, StatusCode, header::HeaderMap};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -64,6 +65,11 @@ impl TestApp {
             database: server.directory.path().join("test.db"),
             server: Some(server),
         }
+    }
+
+    /// What the server's handlers reach.
+    pub fn state(&self) -> &AppState {
+        &self.server.as_ref().unwrap().state
     }
 
     pub fn database(&self) -> PathBuf {

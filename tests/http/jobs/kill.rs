@@ -24,7 +24,12 @@ pub struct Server {
 impl Server {
     /// Starts the built program on a free port, which its log tells.
     pub fn start(database: &std::path::Path) -> Self {
-        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), database)
+        Self::start_with(database, &[])
+    }
+
+    /// The same with further arguments.
+    pub fn start_with(database: &std::path::Path, arguments: &[&str]) -> Self {
+        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), database, arguments)
     }
 
     /// The same where its files cannot become longer than a megabyte (of 512 or 1024 times as many bytes).
@@ -32,13 +37,14 @@ impl Server {
     pub fn start_on_a_small_disk(database: &std::path::Path) -> Self {
         let mut shell = Command::new("/bin/sh");
         shell.args(["-c", "ulimit -f 2048; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_flankfit")]);
-        Self::start_by(shell, database)
+        Self::start_by(shell, database, &[])
     }
 
-    fn start_by(mut command: Command, database: &std::path::Path) -> Self {
+    fn start_by(mut command: Command, database: &std::path::Path, arguments: &[&str]) -> Self {
         let mut child = command
             .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "info", "--database-url"])
             .arg(format!("sqlite://{}", database.display()))
+            .args(arguments)
             .env_clear()
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -58,6 +64,22 @@ impl Server {
         // The log must go on being read, or the server would block on a full pipe.
         std::thread::spawn(move || std::io::copy(&mut log, &mut std::io::sink()));
         Server { child, base: format!("http://{address}") }
+    }
+
+    /// Of the process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Asks the process to stop, as a service manager does.
+    pub fn terminate(&self) {
+        let told = Command::new("kill").args(["-TERM", &self.id().to_string()]).status().unwrap();
+        assert!(told.success());
+    }
+
+    /// Whether the process has ended, and how.
+    pub fn ended(&mut self) -> Option<std::process::ExitStatus> {
+        self.child.try_wait().unwrap()
     }
 
     pub fn kill(mut self) {

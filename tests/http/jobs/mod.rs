@@ -1,6 +1,6 @@
 //! Gear jobs over real HTTP.
 
-mod app;
+pub mod app;
 mod command_line;
 mod concurrency;
 mod conditional;
@@ -8,7 +8,7 @@ mod estimators;
 mod events;
 mod examples;
 mod idempotency;
-mod kill;
+pub mod kill;
 mod lean;
 mod life;
 mod measurand;
