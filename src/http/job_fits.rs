@@ -138,7 +138,7 @@ async fn get_iteration_fit(
         response.headers_mut().insert(header::ETAG, HeaderValue::from_static(tag));
         return Ok(response);
     }
-    let nodes = state.jobs.nodes(job, number).await?;
+    let nodes = stored::nodes(&state, job, number).await?;
     let plans = state.plans.clone();
     let body = state
         .pool
