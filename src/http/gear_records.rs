@@ -134,8 +134,10 @@ async fn create_iteration_correction(
     keep(state, place, "correction", key, payload, build).await
 }
 
-/// The correction of an iteration that was made last, with what the next iteration of the same flank and tooth
-/// measured of it.
+/// The correction of an iteration that was made last, with what was measured of it.
+///
+/// Predicted and measured are compared with the next iteration of the same flank and tooth; `not_compared` says why where they cannot be.
+/// What is told node by node, and the fits of the settings, come with `include`.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction", tag = "iterations",
     params(

@@ -123,7 +123,9 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
     }
 }
 
-/// An iteration with the figures of its fits; `GET …/fits/{fit_id}` has each in full.
+/// An iteration with the figures of its fits.
+///
+/// It names the last hundred of its fits; `GET …/fits` lists all of them, `GET …/fits/{fit_id}` has each in full.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "get_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path)),

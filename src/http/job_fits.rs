@@ -93,7 +93,9 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
     }
 }
 
-/// Lists the fits of an iteration by their figures, in the order in which they were made.
+/// Lists the fits of an iteration by their figures.
+///
+/// They come in the order in which they were made; `GET …/fits/{fit_id}` has each in full.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "list_iteration_fits", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
@@ -110,7 +112,10 @@ async fn list_iteration_fits(
     Ok(json(job_iterations::fits(&state.jobs.fits(job, number, query.check()?).await?)))
 }
 
-/// A fit in full, as it was answered when it was made. What is included beside is computed from the stored nodes and added.
+/// A fit in full, as it was answered when it was made.
+///
+/// What is included beside is computed from the stored nodes and added; what is stored stays as it is, byte for byte. `spec` can be sent back,
+/// changed, as a refit.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", operation_id = "get_iteration_fit", tag = "iterations",
     params(

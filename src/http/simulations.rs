@@ -24,8 +24,9 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(simulate_closed_loop))
 }
 
-/// Simulates a machine whose settings are off: measured, corrected and machined again, by several ways to correct. With `store` each
-/// way is kept as a job, all of them or none.
+/// Simulates a machine whose settings are off: measured, corrected and machined again, by several ways to correct.
+///
+/// With `store` each way is kept as a job, all of them or none. The same seed gives the same answer.
 #[utoipa::path(
     post, path = "/v1/simulations/closed-loop", operation_id = "simulate_closed_loop", tag = "simulations",
     params(IdempotencyKey),
