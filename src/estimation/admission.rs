@@ -119,12 +119,12 @@ pub fn dependence(design: &Design, factor: &Factor, weight: f64) -> FitError {
     }
 }
 
-/// The terms with large weights in the directions that cannot be told from 0.
+/// The terms that take part in the directions that cannot be told from 0.
 fn dependent_terms(design: &Design, columns: &ScaledColumns, spectrum: &Directions) -> Vec<String> {
     let mut terms: Vec<usize> = Vec::new();
     for i in (0..spectrum.lambda.len()).filter(|&i| spectrum.lambda[i] <= 0.0) {
         let weights: Vec<f64> = spectrum.v.column(i).iter().copied().collect();
-        terms.extend(collinearity::large_terms(&weights).into_iter().map(|s| columns.kept[s]));
+        terms.extend(collinearity::dependent_terms(&weights).into_iter().map(|s| columns.kept[s]));
     }
     terms.sort_unstable();
     terms.dedup();

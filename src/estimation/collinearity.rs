@@ -24,6 +24,11 @@ use crate::numerics::{
 const NEAR: f64 = 30.0;
 /// A weight this large against the largest one takes part in a dependency.
 const LARGE: f64 = 0.3;
+/// So does a column that owes this share of its coefficient's variance to it, however small its weight (Belsley, Kuh and Welsch): without
+/// that column the others would be told apart far better.
+const SHARE: f64 = 0.5;
+/// Squared weight of a column that takes part in an exact dependency.
+const NUMERICALLY_ZERO: f64 = 1e-12;
 /// Up to how many coefficients the two n×n matrices are given unasked.
 pub const MATRICES_UP_TO: usize = 64;
 /// How many near dependencies are told at most.
@@ -79,7 +84,7 @@ pub fn report(
         columns,
         correlation,
         variance_proportions: matrices.then(|| shares.proportions(unit)),
-        near_dependencies: near_dependencies(design, &plain, &length, unit),
+        near_dependencies: near_dependencies(design, &plain, &length, unit, &shares),
     }
 }
 
@@ -125,19 +130,24 @@ fn lengths(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.as_slice().chunks_exact(matrix.nrows()).map(|column| dot(column, column).sqrt()).collect()
 }
 
-/// Terms with large weights in a direction, leading term first.
-pub fn large_terms(weights: &[f64]) -> Vec<usize> {
+/// Terms that take part in a direction, the leading one first: those with large weights, and those of which `owes` says so.
+fn partners(weights: &[f64], owes: impl Fn(usize) -> bool) -> Vec<usize> {
     let largest = weights.iter().map(|w| w.abs()).fold(0.0, f64::max);
     // moduli stand in the order of their bits
     let mut terms: Vec<(Reverse<u64>, usize)> = weights
         .iter()
         .map(|w| w.abs())
         .enumerate()
-        .filter(|(_, w)| *w >= LARGE * largest)
+        .filter(|(j, w)| *w >= LARGE * largest || owes(*j))
         .map(|(j, w)| (Reverse(w.to_bits()), j))
         .collect();
     terms.sort_unstable();
     terms.into_iter().map(|(_, j)| j).collect()
+}
+
+/// Terms that take part in an exact dependency, the leading one first.
+pub fn dependent_terms(weights: &[f64]) -> Vec<usize> {
+    partners(weights, |j| weights[j] * weights[j] > NUMERICALLY_ZERO)
 }
 
 /// Centred columns in Q's coordinates.
@@ -201,23 +211,36 @@ struct Shares {
     total: Vec<f64>,
     /// Whether the coefficient takes part in an exact dependency.
     undetermined: Vec<bool>,
+    /// `Σᵢ V_ji²` over the directions that are not told from 0.
+    lost: Vec<f64>,
 }
 
 impl Shares {
     fn new(unit: &Directions) -> Self {
         let n = unit.v.nrows();
-        let (mut total, mut undetermined) = (vec![0.0; n], vec![false; n]);
+        let (mut total, mut lost, mut undetermined) = (vec![0.0; n], vec![0.0; n], vec![false; n]);
         for (i, &lambda) in unit.lambda.iter().enumerate() {
             for j in 0..n {
                 let square = unit.v[(j, i)] * unit.v[(j, i)];
                 if lambda > 0.0 {
                     total[j] += square / lambda;
                 } else {
-                    undetermined[j] |= square > 1e-12;
+                    undetermined[j] |= square > NUMERICALLY_ZERO;
+                    lost[j] += square;
                 }
             }
         }
-        Shares { total, undetermined }
+        Shares { total, undetermined, lost }
+    }
+
+    /// Whether term j owes most of its variance to a direction of eigenvalue `lambda` in which it has the weight `weight`.
+    fn owes(&self, j: usize, weight: f64, lambda: f64) -> bool {
+        let square = weight * weight;
+        match (self.undetermined[j], lambda > 0.0) {
+            (true, false) => square >= SHARE * self.lost[j],
+            (false, true) => square / lambda >= SHARE * self.total[j],
+            _ => false,
+        }
     }
 
     /// Per term, one share for each eigenvalue; an exact dependency takes all of it.
@@ -239,7 +262,13 @@ impl Shares {
     }
 }
 
-fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit: &Directions) -> Vec<NearDependency> {
+fn near_dependencies(
+    design: &Design,
+    plain: &DMatrix<f64>,
+    length: &[f64],
+    unit: &Directions,
+    shares: &Shares,
+) -> Vec<NearDependency> {
     let largest = unit.largest();
     let (mut found, mut room) = (Vec::new(), Vec::new());
     let (columns, stride) = unit_columns(plain, length);
@@ -250,17 +279,20 @@ fn near_dependencies(design: &Design, plain: &DMatrix<f64>, length: &[f64], unit
         }
         let rows = unit.v.nrows();
         let weights = unit.v.as_slice()[i * rows..(i + 1) * rows].to_vec();
-        let terms = large_terms(&weights);
+        let terms = partners(&weights, |j| shares.owes(j, weights[j], lambda));
         let names: Vec<String> = terms.iter().map(|&j| design.labels[j].clone()).collect();
-        let (mut cosine, mut weight_ratio, mut r_squared) = (None, None, None);
+        let (mut cosine, mut weight_ratio, mut r_squared, mut pair) = (None, None, None, None);
+        let between =
+            |a: usize, b: usize| (plain.column(a).dot(&plain.column(b)) / (length[a] * length[b])).clamp(-1.0, 1.0);
         if let [a, b] = terms[..] {
-            cosine = Some((plain.column(a).dot(&plain.column(b)) / (length[a] * length[b])).clamp(-1.0, 1.0));
+            cosine = Some(between(a, b));
             weight_ratio = Some(-weights[a].min_by_modulus(weights[b]));
-        } else if terms.len() > 2 {
+        } else if let [a, b, _, ..] = terms[..] {
+            pair = Some(between(a, b)).filter(|cosine| pair_index(*cosine) > NEAR);
             r_squared = Some(explained(&columns, stride, &terms, &mut room));
         }
         found.push(NearDependency {
-            sentence: sentence(&names, cosine, r_squared, index),
+            sentence: sentence(&names, cosine, r_squared, index, pair),
             eigenvalue: lambda,
             condition_index: index,
             weights,
@@ -348,12 +380,23 @@ fn remove(d: &[F64Lanes], factor: f64, columns: &mut [F64Lanes]) {
     }
 }
 
+/// Condition index of two columns of unit length with this cosine, if there were no others.
+fn pair_index(cosine: f64) -> f64 {
+    ((1.0 + cosine.abs()) / (1.0 - cosine.abs())).sqrt()
+}
+
 /// How many terms a sentence names; `terms` has all of them.
 const NAMED: usize = 4;
 
-/// What a person reads.
+/// What a person reads. `pair` is the cosine of the two leading terms, where they are nearly parallel without the others.
 #[inline(never)]
-fn sentence(names: &[String], cosine: Option<f64>, r_squared: Option<f64>, index: Option<f64>) -> String {
+fn sentence(
+    names: &[String],
+    cosine: Option<f64>,
+    r_squared: Option<f64>,
+    index: Option<f64>,
+    pair: Option<f64>,
+) -> String {
     // as many digits as it takes to see the difference from 1
     let near_one = |x: f64| {
         let digits = (-(1.0 - x.abs()).max(1e-12).log10()).ceil().clamp(3.0, 12.0) as i32;
@@ -396,15 +439,27 @@ fn sentence(names: &[String], cosine: Option<f64>, r_squared: Option<f64>, index
         }
         ([], _, _) => return text,
     };
+    append_index(&mut text, index);
+    text.push_str(ends);
+    if let (Some(cosine), [a, b, ..]) = (pair, names) {
+        for part in ["; of them ", a, " and ", b, " alone have cos = "] {
+            text.push_str(part);
+        }
+        append(&mut text, near_one(cosine));
+        text.push_str(", ");
+        append_index(&mut text, Some(pair_index(cosine)));
+    }
+    text
+}
+
+fn append_index(text: &mut String, index: Option<f64>) {
     text.push_str("condition index ");
-    match index {
+    match index.filter(|index| index.is_finite()) {
         None => text.push_str("infinite"),
         // condition indices are read by their order of magnitude
-        Some(index) if index < 1e15 => append(&mut text, index.round() as u64),
-        Some(index) => append(&mut text, format_args!("{index:.1e}")),
+        Some(index) if index < 1e15 => append(text, index.round() as u64),
+        Some(index) => append(text, format_args!("{index:.1e}")),
     }
-    text.push_str(ends);
-    text
 }
 
 fn append(text: &mut String, value: impl std::fmt::Display) {

@@ -14,6 +14,7 @@ pub mod banded;
 pub mod cancel;
 pub mod condition;
 pub mod dd;
+pub mod fisher;
 pub mod givens;
 mod inverse;
 pub mod jacobi;

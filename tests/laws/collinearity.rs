@@ -127,6 +127,33 @@ fn two_parallel_columns_are_named() {
     assert!(near.terms.iter().all(|t| near.sentence.contains(t.as_str())), "{}", near.sentence);
 }
 
+/// A partner of small weight without which the others would be told far better: all three are named, with figures of the pair of its own.
+#[test]
+fn every_partner_of_a_dependency_is_named() {
+    let mut random = Random::new(21);
+    let x: Vec<Vec<f64>> = (0..40)
+        .map(|_| {
+            let [a, b, c, d] = [(); 4].map(|()| random.normal());
+            vec![a, a + 0.02 * b + 1e-7 * c, b, d]
+        })
+        .collect();
+    let y = random.normals(40);
+    let result = fit(&matrix(&x, &y, None), &asked(linear()));
+    let name = |j: usize| result.coefficients[j].term.clone();
+    let [near] = &result.collinearity.near_dependencies[..] else { panic!("one dependency") };
+    let mut terms = near.terms.clone();
+    terms.sort();
+    assert_eq!(terms, [name(0), name(1), name(2)]);
+    assert!(near.condition_index.unwrap() > 1e6 && near.cosine.is_none() && near.r_squared.unwrap() > 1.0 - 1e-10);
+    assert!((0..3).all(|j| near.sentence.contains(&name(j))), "{}", near.sentence);
+    let (a, b) = (column(&rows(&x), 0), column(&rows(&x), 1));
+    let cosine = (&dot(&a, &b) / &(dot(&a, &a) * dot(&b, &b)).sqrt()).to_f64();
+    let index = ((1.0 + cosine) / (1.0 - cosine)).sqrt().round();
+    assert!(
+        near.sentence.contains("alone have cos = 0.99") && near.sentence.ends_with(&format!("condition index {index}"))
+    );
+}
+
 #[test]
 fn raw_monomials_in_millimetres_are_called_nearly_parallel() {
     let surface = Surface::new(1, [2, 2], 0.5, 1e-3);

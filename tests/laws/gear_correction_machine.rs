@@ -219,6 +219,21 @@ fn one_flank_cannot_tell_offset_from_thickness() {
     }
 }
 
+/// On one flank of a form grinder thickness, infeed and offset undo each other three together: the pair of them alone is told far better.
+#[test]
+fn the_sentence_names_every_partner() {
+    let gear = &gears()[1];
+    let (nodes, ranges) = nodes(gear);
+    let s = Machine::FormGrinding.sensitivity(gear, &nodes[..25], ranges).unwrap();
+    let deviation = column(&s, "infeed").collect();
+    let solution = Correction::new(Asked::new(deviation, s.matrix, s.settings)).unwrap().solve().unwrap();
+    let worst = &solution.indistinguishable[0];
+    for name in ["tooth_thickness", "infeed", "tool_axis_offset"] {
+        assert!(worst.names.iter().any(|n| n == name) && worst.sentence.contains(name), "{}", worst.sentence);
+    }
+    assert!(worst.sentence.contains("alone have cos"), "{}", worst.sentence);
+}
+
 #[test]
 fn impossible_nodes_and_ranges_have_their_places() {
     let gear = &gears()[0];

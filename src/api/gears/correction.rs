@@ -60,9 +60,14 @@ pub struct SettingChangeBody {
     /// What is asked for without limits; left out where it is the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unlimited: Option<f64>,
-    /// Left out at a limit and without degrees of freedom.
+    /// Of noise and errors of the sensitivity (`response_uncertainty`) together: how far the change lies from what this regularised correction
+    /// is on average, once in three times further. What regularisation takes away on average is not in it but in `bias_bound`: what is
+    /// wanted lies within the sum of both two times in three. Left out at a limit and without degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
+    /// The part of errors of the sensitivity in it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub response_std_error: Option<f64>,
     /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most the norm
     /// `result.bias.coefficient_norm_limit` (its source stands beside it); left out at a limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -196,7 +201,8 @@ pub fn write(
     digest: &str,
     include: Include,
 ) -> Result<Vec<u8>, Problem> {
-    let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings } = solution;
+    let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings, leverage: _, noise: _ } =
+        solution;
     let settings: Vec<SettingChangeBody> = settings.iter().map(SettingChangeBody::from).collect();
     let apart: Vec<IndistinguishableBody> = indistinguishable
         .iter()
@@ -238,6 +244,7 @@ impl From<&Change> for SettingChangeBody {
             change: change.change,
             unlimited: Some(change.unlimited).filter(|unlimited| *unlimited != change.change),
             std_error: change.std_error,
+            response_std_error: change.response_std_error,
             bias_bound: change.bias_bound,
             limited: matches!(change.limited, Some(Limit::Min | Limit::Max)),
         }

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{
-    correction::{CorrectionBody, FlankFiguresBody, PredictedBody},
+    correction::{CorrectionBody, FlankFiguresBody},
     correction_include::CorrectionInclude,
     correction_request,
     iteration_nodes::deviations,
@@ -16,7 +16,7 @@ use crate::{
     estimation::{FitError, Nodes},
     gear::{
         Gear,
-        correction::{Answer, Comparison, DEFAULT_RESPONSE_UNCERTAINTY, Verdict, compare},
+        correction::{Answer, Correction, Verdict, compare},
     },
     jobs::{Measurand, Record},
 };
@@ -64,13 +64,14 @@ pub struct MachineAnswerBody {
     pub rms_difference_um: f64,
     /// What noise and the uncertainty of the sensitivity let expect of it.
     pub rms_expected_difference_um: f64,
-    /// How much of the predicted change came; left out where it is not told from none at all (standard error above 0.3).
+    /// How much of the predicted change came, without what the noise of the first measurement puts into it through the correction; left out
+    /// where it is not told from none at all (standard error above 0.3).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio: Option<f64>,
-    /// Of noise, and of errors of the sensitivity that its settings have as a whole.
+    /// Of the noise of both measurements, and of errors of the sensitivity that its settings have as a whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio_std_error: Option<f64>,
-    /// Of measured minus predicted, and its quantile of 0.999.
+    /// Of measured minus predicted against noise and all that errors of the sensitivity explain, and its quantile of 0.999.
     pub chi_squared: f64,
     /// The quantile of 0.999 that it is held against.
     pub chi_squared_limit: f64,
@@ -101,7 +102,7 @@ pub enum VerdictName {
     Stronger,
     /// What came is no multiple of what was predicted.
     Different,
-    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that nothing can be told.
+    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that an answer is not told from none.
     Undecided,
 }
 
@@ -117,28 +118,15 @@ impl From<Verdict> for VerdictName {
     }
 }
 
-/// What of a request decides how it is compared.
-#[derive(Deserialize)]
-struct Noise {
-    noise_sigma_um: Option<f64>,
-    response_uncertainty: Option<f64>,
-}
-
-/// The parts of a stored result that are looked at again.
+/// The parts of a stored result that are looked at again: what was to be changed.
 #[derive(Deserialize)]
 struct Told {
-    predicted: PredictedBody,
-    result: Fitted,
+    settings: Vec<Changed>,
 }
 
 #[derive(Deserialize)]
-struct Fitted {
-    residuals: Scatter,
-}
-
-#[derive(Deserialize)]
-struct Scatter {
-    sigma: Option<f64>,
+struct Changed {
+    change: f64,
 }
 
 #[derive(Serialize)]
@@ -192,7 +180,7 @@ pub fn write(
             let why = format!("no later iteration says that it is of {of}; the next is iteration {number}");
             (None, Some(why))
         }
-        After::Same(number, measured) => match answer(record, before, *number, measured)? {
+        After::Same(number, measured) => match answer(record, before, *number, measured, gear)? {
             Ok(mut answer) => {
                 answer.figures = figures(record, measured, gear);
                 if !include.nodes {
@@ -227,37 +215,44 @@ fn answer(
     before: &Measured,
     number: u32,
     after: &Measured,
+    gear: Option<&Gear>,
 ) -> Result<Result<MachineAnswerBody, String>, Problem> {
-    let noise: Noise = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
-    let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
     if !same_places(&before.nodes, &after.nodes) {
         return Ok(Err(format!("iteration {number} has its nodes at other places")));
     }
-    let Some(noise_sigma) = noise.noise_sigma_um.or(told.result.residuals.sigma) else {
+    let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    let change: Vec<f64> = told.settings.iter().map(|setting| setting.change).collect();
+    // the request says what the sensitivity is, and how the changes follow the noise of the deviations
+    let again = correction_request::read(record.draft.request.as_bytes(), &before.nodes, &before.measurand, gear)?
+        .map_err(FitError::Invalid)
+        .and_then(|read| Ok(Correction::new(read.asked)?))
+        .and_then(|correction| Ok((correction.solve()?, correction)));
+    let (solution, correction) = match again {
+        Ok(again) => again,
+        Err(error) => return Ok(Err(why(error))),
+    };
+    if solution.settings.len() != change.len() {
+        return Ok(Err("the gear of the job has changed since: its machine has other settings".to_owned()));
+    }
+    let Some(noise) = solution.noise else {
         return Ok(Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned()));
     };
-    let (before, after) = match (before.deviations(), after.deviations()) {
-        (Ok(before), Ok(after)) => (before, after),
-        (Err(why), _) | (_, Err(why)) => return Ok(Err(why)),
+    let measured = match after.deviations() {
+        Ok(measured) => measured,
+        Err(why) => return Ok(Err(why)),
     };
-    let numbers = |list: Option<Vec<Option<f64>>>| {
-        list.unwrap_or_default().iter().map(|x| x.unwrap_or(f64::NAN)).collect::<Vec<f64>>()
-    };
-    let comparison = Comparison {
-        before,
-        predicted: numbers(told.predicted.deviation_um),
-        measured: after,
-        noise_sigma,
-        uncertainty: Some(numbers(told.predicted.uncertainty_um)),
-        response_uncertainty: noise.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
-    };
-    match compare(&comparison) {
-        Ok(answer) => Ok(Ok(MachineAnswerBody::new(answer, number, &comparison))),
-        Err(FitError::Invalid(faults)) => {
-            let why = faults.list().first().map_or_else(String::new, |fault| fault.detail.clone());
-            Ok(Err(why))
-        }
-        Err(other) => Ok(Err(other.to_string())),
+    let predicted = correction.predict(&change).deviation;
+    match compare(&correction.comparison(&change, solution.leverage, noise, measured.clone())) {
+        Ok(answer) => Ok(Ok(MachineAnswerBody::new(answer, number, &predicted, &measured))),
+        Err(error) => Ok(Err(why(error))),
+    }
+}
+
+/// The first thing that stands in the way.
+fn why(error: FitError) -> String {
+    match error {
+        FitError::Invalid(faults) => faults.list().first().map_or_else(String::new, |fault| fault.detail.clone()),
+        other => other.to_string(),
     }
 }
 
@@ -273,7 +268,7 @@ fn same_places(a: &Nodes, b: &Nodes) -> bool {
 }
 
 impl MachineAnswerBody {
-    fn new(answer: Answer, iteration: u32, comparison: &Comparison) -> Self {
+    fn new(answer: Answer, iteration: u32, predicted: &[f64], measured: &[f64]) -> Self {
         let defined = |list: &[f64]| list.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
         MachineAnswerBody {
             iteration,
@@ -290,8 +285,8 @@ impl MachineAnswerBody {
             chi_squared_limit: answer.chi_squared_limit,
             verdict: answer.verdict.into(),
             sentence: answer.sentence,
-            predicted_um: Some(defined(&comparison.predicted)),
-            measured_um: Some(defined(&comparison.measured)),
+            predicted_um: Some(defined(predicted)),
+            measured_um: Some(defined(measured)),
             figures: None,
         }
     }

@@ -20,7 +20,7 @@ use crate::{
     gear::{
         Gear, Side,
         correction::{
-            Asked, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Setting,
+            Asked, DEFAULT_RESPONSE_UNCERTAINTY, Damping, ResponseErrors, Setting,
             machine::{Machine, Ranges},
         },
     },
@@ -50,6 +50,9 @@ pub struct CorrectionRequestBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1)]
     pub response_uncertainty: Option<f64>,
+    /// How errors of the sensitivity matrix hang together. Default `independent`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub response_errors: Option<ResponseErrorsName>,
     /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for, so that repeated corrections converge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub regularization: Option<RegularizationBody>,
@@ -108,6 +111,26 @@ pub struct LimitsBody {
     pub max: Option<f64>,
 }
 
+/// How errors of a sensitivity matrix hang together, for the standard errors of the changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ResponseErrors)]
+pub enum ResponseErrorsName {
+    /// Each entry has one of its own: they average out over many nodes.
+    Independent,
+    /// Each setting has one, as a scale that is wrong: its whole column is too large or too small by the same share.
+    PerSetting,
+}
+
+impl From<ResponseErrorsName> for ResponseErrors {
+    fn from(name: ResponseErrorsName) -> Self {
+        match name {
+            ResponseErrorsName::Independent => ResponseErrors::Independent,
+            ResponseErrorsName::PerSetting => ResponseErrors::PerSetting,
+        }
+    }
+}
+
 /// A machine that grinds cylindrical gears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -128,13 +151,14 @@ impl From<MachineName> for Machine {
     }
 }
 
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 11] = [
     "sensitivity",
     "limits",
     "weight",
     "target_um",
     "noise_sigma_um",
     "response_uncertainty",
+    "response_errors",
     "regularization",
     "scaling",
     "coefficient_norm_limit",
@@ -172,6 +196,7 @@ pub fn read(
     let response: Option<f64> = part(&fields, "response_uncertainty", &mut faults);
     let factor = AxesBody::of(measurand).deviation_factor();
     let factor = factor.map_err(|why| faults.push("/sensitivity", why)).unwrap_or(1.0);
+    let errors: Option<ResponseErrorsName> = part(&fields, "response_errors", &mut faults);
     let known = fields
         .required("sensitivity", "", &mut faults)
         .and_then(|slice| sensitivity(slice, nodes, measurand, gear, &mut faults).or_else(|| none(&mut faults)));
@@ -195,6 +220,7 @@ pub fn read(
         noise_sigma,
         coefficient_norm_limit: spec.coefficient_norm_limit,
         response_uncertainty: response.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
+        response_errors: errors.map_or_else(ResponseErrors::default, Into::into),
         include: include.fit,
         ..Asked::new(iteration_nodes::deviations(nodes, factor), known.matrix, known.settings)
     };

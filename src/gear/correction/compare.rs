@@ -1,41 +1,50 @@
 //! Whether the machine answered as predicted.
 //!
-//! Before the correction d was measured, `p = d + JΔ` predicted, and afterwards d' is measured. With independent noise of both measurements
-//! (σ each) and entries of J uncertain by η, `d' − p` has at node k the variance `s_k² = 2σ² + u_k²`, `u_k² = η² Σ_j (J_kj Δ_j)²`, if the
-//! machine is what J says. Then
+//! Before the correction d was measured, `p = d + JΔ` predicted, and afterwards d' is measured, with independent noise of both (σ at weight 1).
+//! A machine answers with β JΔ, and J itself is uncertain by η. Two questions are asked; docs/mathematics-notes.md derives what stands here.
 //!
-//! * `χ² = Σ ((d' − p)/s)²` has as many degrees of freedom as nodes: below its quantile nothing speaks against J;
-//! * the predicted change c = JΔ is scaled: `β = Σ c (d' − d)/s² / Σ c²/s²` is how much of it came, with the standard error
-//!   `e² = 1/Σ (c/s)² + η² + Σu²/Σc²`. The first part is what independent errors leave, the second is a common error of all of J, and the
-//!   third is the most that errors of η can do that whole columns have: β is off by `Σ_j η_j ⟨c, J_j Δ_j⟩/‖c‖²` then, and
-//!   `⟨c, J_j Δ_j⟩² ≤ ‖c‖² ‖J_j Δ_j‖²`. Settings that undo each other (‖JΔ‖ far below their single effects) make it great.
+//! **How much of it came?** With `c = JΔ` and sums over nodes weighted with w, `β̂ = (⟨c, d' − d⟩ − σ² h)/⟨c, c⟩`. Δ was computed from d, so c
+//! follows the noise of d: `∂c/∂d = −H`, and `⟨c, d' − d⟩` is too large by `σ² tr H` on average. h is that trace, the sum of the nodes' leverages.
+//! The standard error e of β̂ is `e² = (2σ²⟨c, c⟩ + σ⁴ h)/⟨c, c⟩² + η² + η² Σ_j (Σ_k w |c_k J_kj Δ_j|)²/⟨c, c⟩²`: noise of both measurements with
+//! the part of it that c carries, a common error of all of J, and the most that errors of η can do in each setting's column however they
+//! hang together there.
 //!
-//! β c explains what was measured where χ² itself, or that of the rest with a degree of freedom less, is below its quantile, or where at
-//! least nine tenths of the misfit are gone.
+//! **Is what came a multiple of c at all?** `χ² = rᵀ S⁻¹ r` of `r = d' − p` with
+//! `S = diag(2σ²/w + u²) + η² (Σ_j C_j C_jᵀ + c cᵀ)`, `C_kj = J_kj Δ_j`, `u_k² = η² Σ_j C_kj²`, which is no less than the covariance of r whether errors of
+//! J are single, of whole columns, or common. β c explains what was measured where χ² of r, or that of `d' − d − β̂c` with a degree of freedom less,
+//! is below its quantile, or where at least nine tenths of the misfit are gone.
 //!
 //! *What a measurement can tell.* The answer of a machine is told from no answer at all (β = 0, everything stays as it was) only where the
-//! quantile times e is below 1. Where it is not, a small χ² says nothing: any flank between the one before and one much worse would have
-//! been expected.
+//! quantile times e is below 1. Where it is not, a small χ² says nothing, and a β̂ far from 1 says no more than that it is uncertain.
 //!
-//! | β c | β | verdict |
+//! | β c | β̂ | verdict |
 //! |---|---|---|
-//! | explains | away from 1 by more than e allows | *weaker* (β < 1), *stronger* (β > 1) or, where β is clearly below 0, *different* |
-//! | explains | as near to 1 as e allows, told from 0 | *as predicted* |
-//! | explains | as near to 1 as e allows, not told from 0 | *undecided* |
+//! | explains | e too great to tell an answer from none | *undecided* |
+//! | explains | away from 1 by more than e allows | *weaker* (β̂ < 1), *stronger* (β̂ > 1) or, where β̂ is clearly below 0, *different* |
+//! | explains | as near to 1 as e allows | *as predicted* |
 //! | does not | any | *different*: another setting, another tool, another workpiece |
 //!
-//! Quantiles are of probability 0.999, so a machine that is what J says is called something else once or twice in a thousand corrections.
-//! A ratio that is not told from 0 is not answered.
+//! Quantiles are of probability 0.999, so a machine that is what J says is called something else once or twice in a thousand corrections. Where σ
+//! was estimated from the residuals of the correction they are those of Student's t and Fisher's F, and *weaker* asks that β̂ be too small
+//! without the correction by σ² h as well: such a σ holds form that both measurements share, and which biases nothing. A ratio that is not told
+//! from 0 is not answered.
 
-use crate::estimation::{
-    Faults, FitError, FitSpec, Nodes, fit,
-    spec::{Model, Regularization, Scaling},
-    words::{Shown, counted, entries},
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::{problem::Correction, solution::Noise};
+use crate::{
+    estimation::{
+        Faults, FitError,
+        words::{Shown, counted, entries},
+    },
+    numerics::fisher,
 };
 
 /// 0.999 quantile of the standard normal distribution, one-sided (of χ²), and two-sided (of β).
 const ONE_SIDED: f64 = 3.090_232_306_167_813;
 const TWO_SIDED: f64 = 3.290_526_731_491_894;
+/// What the quantiles leave.
+const TAIL: f64 = 0.001;
 /// Share of the misfit that a scaled prediction must explain where it does not explain all of it.
 const EXPLAINED: f64 = 0.9;
 /// Numbers are no better than this, relative to the largest deviation.
@@ -46,16 +55,40 @@ const ARITHMETIC: f64 = 1e-12;
 pub struct Comparison {
     /// d.
     pub before: Vec<f64>,
-    /// p.
-    pub predicted: Vec<f64>,
     /// d'.
     pub measured: Vec<f64>,
-    /// σ, µm.
-    pub noise_sigma: f64,
-    /// η √Σ (J_kj Δ_j)², as [`super::Predicted::uncertainty`] has it; none by default.
-    pub uncertainty: Option<Vec<f64>>,
-    /// η, by which all of J may be off together.
+    /// Relative 1/σ² of both measurements; nodes of weight 0 take no part. 1 by default.
+    pub weight: Option<Vec<f64>>,
+    /// How many settings there are.
+    pub settings: usize,
+    /// What each setting does to each node, J_kj Δ_j, row by row; their sum is the predicted change c.
+    pub contributions: Vec<f64>,
+    /// −∂c_k/∂d_k, as [`super::Solution::leverage`] has it; none where c was not computed from d.
+    pub leverage: Option<Vec<f64>>,
+    pub noise: Noise,
+    /// η.
     pub response_uncertainty: f64,
+}
+
+impl Correction {
+    /// What is compared when the settings were changed by `change` and the flank then measured as `measured`.
+    pub fn comparison(&self, change: &[f64], leverage: Vec<f64>, noise: Noise, measured: Vec<f64>) -> Comparison {
+        let asked = self.asked();
+        Comparison {
+            before: asked.deviation.clone(),
+            measured,
+            weight: asked.weight.clone(),
+            settings: change.len(),
+            contributions: asked
+                .sensitivity
+                .chunks(change.len().max(1))
+                .flat_map(|row| row.iter().zip(change).map(|(j, c)| j * c))
+                .collect(),
+            leverage: Some(leverage),
+            noise,
+            response_uncertainty: asked.response_uncertainty,
+        }
+    }
 }
 
 /// How the machine answered.
@@ -69,12 +102,12 @@ pub enum Verdict {
     Undecided,
 }
 
-/// Predicted beside measured, over the nodes that are defined in all three lists.
+/// Predicted beside measured, over the nodes that are defined before and after and have a weight above 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// Nodes compared.
     pub nodes: usize,
-    /// Root mean squares, µm.
+    /// Root mean squares, µm, each node counting alike.
     pub before_rms: f64,
     pub predicted_rms: f64,
     pub measured_rms: f64,
@@ -82,56 +115,60 @@ pub struct Answer {
     pub predicted_change_rms: f64,
     /// Of d' − p.
     pub difference_rms: f64,
-    /// What `difference_rms` is expected to be: √(mean s²).
+    /// What `difference_rms` is expected to be: √(mean (2σ²/w + u²)).
     pub expected_difference_rms: f64,
-    /// β; `None` where it is not told from 0.
+    /// β̂; `None` where it is not told from 0.
     pub response_ratio: Option<f64>,
     /// e.
     pub response_ratio_std_error: Option<f64>,
     pub chi_squared: f64,
-    /// The 0.999 quantile that it is held against.
+    /// The 0.999 quantile that it is held against; where σ was estimated, that of F times the number of nodes.
     pub chi_squared_limit: f64,
     pub verdict: Verdict,
     pub sentence: String,
 }
 
-/// Compares. Faults point into `{before, predicted, measured, noise_sigma_um, uncertainty}`.
+/// Compares. Faults point into `{before, measured, weight, contributions, leverage, noise_sigma_um, response_uncertainty}`.
 pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
     check(comparison)?;
-    let Comparison { before, predicted, measured, noise_sigma, uncertainty, response_uncertainty } = comparison;
-    let defined: Vec<usize> =
-        (0..before.len()).filter(|&k| !(before[k].is_nan() || predicted[k].is_nan() || measured[k].is_nan())).collect();
-    if defined.is_empty() {
+    let nodes = Counted::of(comparison);
+    if nodes.before.is_empty() {
         return Err(Faults::one("/measured", "no node is defined before, predicted and measured").into());
     }
-    let of = |list: &[f64]| defined.iter().map(|&k| list[k]).collect::<Vec<f64>>();
-    let (d, p, after) = (of(before), of(predicted), of(measured));
-    let largest = d.iter().chain(&p).chain(&after).fold(0.0f64, |most, x| most.max(x.abs()));
-    let floor = (ARITHMETIC * largest).max(f64::MIN_POSITIVE.sqrt());
-    let u: Vec<f64> = defined.iter().map(|&k| uncertainty.as_ref().map_or(0.0, |u| u[k])).collect();
-    let s: Vec<f64> = u.iter().map(|u| (2.0 * noise_sigma * noise_sigma + u * u + floor * floor).sqrt()).collect();
-    let m = defined.len();
+    let m = nodes.before.len();
+    let freedom = comparison.noise.freedom;
     let rms = |x: &dyn Fn(usize) -> f64| ((0..m).map(|i| x(i) * x(i)).sum::<f64>() / m as f64).sqrt();
-    let chi_squared: f64 = (0..m).map(|i| ((after[i] - p[i]) / s[i]).powi(2)).sum();
-    let chi_squared_limit = quantile(m);
-    let predicted_change_rms = rms(&|i| p[i] - d[i]);
-    let common = response_uncertainty.hypot(rms(&|i| u[i]) / predicted_change_rms);
-    let scaled = Scaled::of(&d, &p, &after, &s, common)?;
+    let predicted = |i: usize| nodes.before[i] + nodes.change[i];
+    let left = |beta: f64| -> Vec<f64> { (0..m).map(|i| nodes.came[i] - beta * nodes.change[i]).collect() };
+    let eta = comparison.response_uncertainty;
+    let covariance = Covariance::of(&nodes, eta, eta).ok_or(NOT_DEFINITE)?;
+    let chi_squared = covariance.square(&left(1.0));
+    let alone = |r: &[f64]| r.iter().zip(&nodes.variance).map(|(r, s)| r * r / s).sum::<f64>();
+    let chi_squared_limit = quantile(m, freedom);
+    let scaled = Scaled::of(&nodes, comparison);
     let within = chi_squared <= chi_squared_limit;
+    let multiple = |scaled: &Scaled| {
+        let rest = left(scaled.ratio);
+        // a machine that answers more strongly has greater errors too
+        let greater = Covariance::of(&nodes, eta, eta * scaled.ratio.abs().max(1.0));
+        greater.is_some_and(|greater| greater.square(&rest) <= quantile(m.max(2) - 1, freedom))
+            || alone(&rest) <= (1.0 - EXPLAINED) * alone(&left(1.0))
+    };
+    let explained = within || scaled.as_ref().is_some_and(multiple);
     let verdict = match &scaled {
-        Some(scaled) => scaled.verdict(within, chi_squared, m),
-        None if within => Verdict::Undecided,
-        None => Verdict::Different,
+        _ if !explained => Verdict::Different,
+        Some(scaled) => scaled.verdict(),
+        None => Verdict::Undecided,
     };
     let told = scaled.filter(Scaled::told);
     let mut answer = Answer {
         nodes: m,
-        before_rms: rms(&|i| d[i]),
-        predicted_rms: rms(&|i| p[i]),
-        measured_rms: rms(&|i| after[i]),
-        predicted_change_rms,
-        difference_rms: rms(&|i| after[i] - p[i]),
-        expected_difference_rms: rms(&|i| s[i]),
+        before_rms: rms(&|i| nodes.before[i]),
+        predicted_rms: rms(&predicted),
+        measured_rms: rms(&|i| nodes.before[i] + nodes.came[i]),
+        predicted_change_rms: rms(&|i| nodes.change[i]),
+        difference_rms: rms(&|i| nodes.came[i] - nodes.change[i]),
+        expected_difference_rms: (nodes.variance.iter().sum::<f64>() / m as f64).sqrt(),
         response_ratio: told.as_ref().map(|told| told.ratio),
         response_ratio_std_error: told.map(|told| told.std_error),
         chi_squared,
@@ -143,62 +180,156 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
     Ok(answer)
 }
 
+const NOT_DEFINITE: FitError = FitError::NotConverged("the changes of the settings are too great to be compared");
+
+/// The nodes that are compared.
+struct Counted<'a> {
+    before: Vec<f64>,
+    /// d' − d.
+    came: Vec<f64>,
+    /// c.
+    change: Vec<f64>,
+    weight: Vec<f64>,
+    /// C, a row for each node.
+    contributions: Vec<&'a [f64]>,
+    /// 2σ²/w + u², and what rounding leaves.
+    variance: Vec<f64>,
+    /// u²/η².
+    single: Vec<f64>,
+    /// Σ of the leverages.
+    leverage: f64,
+}
+
+impl<'a> Counted<'a> {
+    fn of(comparison: &'a Comparison) -> Self {
+        let Comparison { before, measured, contributions, settings, noise, .. } = comparison;
+        let row = |k: usize| &contributions[k * settings..(k + 1) * settings];
+        let weight = |k: usize| comparison.weight.as_ref().map_or(1.0, |weight| weight[k]);
+        let counted: Vec<usize> =
+            (0..before.len()).filter(|&k| !(before[k].is_nan() || measured[k].is_nan()) && weight(k) > 0.0).collect();
+        let list = |of: &dyn Fn(usize) -> f64| counted.iter().map(|&k| of(k)).collect::<Vec<f64>>();
+        let change = list(&|k| row(k).iter().sum());
+        let largest = counted
+            .iter()
+            .zip(&change)
+            .fold(0.0f64, |most, (&k, c)| most.max(before[k].abs()).max(measured[k].abs()).max((before[k] + c).abs()));
+        let floor = (ARITHMETIC * largest).max(f64::MIN_POSITIVE.sqrt());
+        let eta = comparison.response_uncertainty;
+        let single = list(&|k| row(k).iter().map(|c| c * c).sum());
+        let variance = counted
+            .iter()
+            .zip(&single)
+            .map(|(&k, u)| 2.0 * noise.sigma * noise.sigma / weight(k) + eta * eta * u + floor * floor)
+            .collect();
+        Counted {
+            before: list(&|k| before[k]),
+            came: list(&|k| measured[k] - before[k]),
+            change,
+            weight: list(&weight),
+            contributions: counted.iter().map(|&k| row(k)).collect(),
+            variance,
+            single,
+            leverage: comparison.leverage.as_ref().map_or(0.0, |leverage| counted.iter().map(|&k| leverage[k]).sum()),
+        }
+    }
+}
+
+/// S for errors of J of the size `eta`, by what Woodbury's identity needs of it: with N its diagonal and B the columns η C_j and η c,
+/// `rᵀ S⁻¹ r = rᵀN⁻¹r − ‖L⁻¹ BᵀN⁻¹r‖²`, `L Lᵀ = I + BᵀN⁻¹B`.
+struct Covariance {
+    diagonal: Vec<f64>,
+    /// N^(-1/2) B.
+    columns: DMatrix<f64>,
+    inner: Cholesky<f64, nalgebra::Dyn>,
+}
+
+impl Covariance {
+    fn of(nodes: &Counted<'_>, told: f64, eta: f64) -> Option<Self> {
+        let settings = nodes.contributions.first()?.len();
+        let more = eta * eta - told * told;
+        let diagonal: Vec<f64> = nodes.variance.iter().zip(&nodes.single).map(|(s, u)| s + more * u).collect();
+        let columns = DMatrix::from_fn(nodes.before.len(), settings + 1, |i, j| {
+            let entry = nodes.contributions[i].get(j).copied().unwrap_or(nodes.change[i]);
+            eta * entry / diagonal[i].sqrt()
+        });
+        let inner = Cholesky::new(DMatrix::identity(settings + 1, settings + 1) + columns.tr_mul(&columns))?;
+        Some(Covariance { diagonal, columns, inner })
+    }
+
+    fn square(&self, r: &[f64]) -> f64 {
+        let r = DVector::from_iterator(r.len(), r.iter().zip(&self.diagonal).map(|(r, s)| r / s.sqrt()));
+        let along = self.columns.tr_mul(&r);
+        (r.norm_squared() - along.dot(&self.inner.solve(&along))).max(0.0)
+    }
+}
+
 /// The measured change as a multiple of the predicted one.
 struct Scaled {
+    /// β̂.
     ratio: f64,
+    /// The same with the least correction for noise that is possible.
+    largest: f64,
     std_error: f64,
-    /// χ² of what the multiple leaves.
-    left: f64,
+    /// Quantile that differences are held against.
+    quantile: f64,
 }
 
 impl Scaled {
-    /// A weighted fit of one column; `None` where no change was predicted. `common` is the part of e that does not depend on s.
-    fn of(before: &[f64], predicted: &[f64], after: &[f64], s: &[f64], common: f64) -> Result<Option<Self>, FitError> {
-        let change: Vec<f64> = predicted.iter().zip(before).map(|(p, d)| p - d).collect();
-        let square: f64 = change.iter().zip(s).map(|(c, s)| (c / s) * (c / s)).sum();
+    /// `None` where no change was predicted.
+    fn of(nodes: &Counted<'_>, comparison: &Comparison) -> Option<Self> {
+        let Comparison { noise: Noise { sigma, freedom }, response_uncertainty: eta, settings, .. } = comparison;
+        let m = nodes.change.len();
+        // relative to the largest change, which squares of small ones would not be
+        let unit = nodes.change.iter().fold(0.0f64, |most, c| most.max(c.abs()));
+        let c: Vec<f64> = nodes.change.iter().map(|c| c / unit).collect();
+        let square: f64 = (0..m).map(|i| nodes.weight[i] * c[i] * c[i]).sum();
         if !(square > 0.0) {
-            return Ok(None);
+            return None;
         }
-        let came = after.iter().zip(before).map(|(a, d)| a - d).collect();
-        // weights relative to the largest, which squares of small deviations would not be
-        let least = s.iter().copied().fold(f64::INFINITY, f64::min);
-        let weight = s.iter().map(|s| (least / s) * (least / s)).collect();
-        let nodes = Nodes::matrix(change, 1, came, None, Some(weight))?;
-        let spec = FitSpec {
-            regularization: Regularization::None,
-            scaling: Scaling::UnitLength,
-            ..FitSpec::new(Model::Linear)
-        };
-        let fitted = fit(&nodes, &spec)?;
-        let ratio = fitted.coefficients[0].value;
-        let std_error = (1.0 / square.sqrt()).hypot(common);
-        Ok(Some(Scaled { ratio, std_error, left: fitted.residuals.rss / (least * least) }))
+        let sigma = sigma / unit;
+        let noise = sigma * sigma / square;
+        let raw = (0..m).map(|i| nodes.weight[i] * c[i] * nodes.came[i]).sum::<f64>() / (unit * square);
+        let ratio = raw - noise * nodes.leverage;
+        let columns: f64 = (0..*settings)
+            .map(|j| {
+                (0..m).map(|i| nodes.weight[i] * (c[i] * nodes.contributions[i][j] / unit).abs()).sum::<f64>() / square
+            })
+            .map(|most| most * most)
+            .sum();
+        // of σ²h, where σ is estimated
+        let uncertain = freedom.map_or(0.0, |freedom| 2.0 / freedom.max(1) as f64 * nodes.leverage * nodes.leverage);
+        let variance = 2.0 * noise + noise * noise * (nodes.leverage + uncertain) + eta * eta * (1.0 + columns);
+        let quantile = freedom.map_or(TWO_SIDED, |freedom| fisher::student_two_sided(TAIL, freedom.max(1) as f64));
+        let largest = if freedom.is_some() { raw } else { ratio };
+        Some(Scaled { ratio, largest, std_error: variance.sqrt(), quantile })
     }
 
     /// Whether the answer could have been told from none.
     fn told(&self) -> bool {
-        TWO_SIDED * self.std_error < 1.0
+        self.quantile * self.std_error < 1.0
     }
 
-    fn verdict(&self, within: bool, chi_squared: f64, nodes: usize) -> Verdict {
-        let explained =
-            within || self.left <= quantile(nodes.max(2) - 1) || self.left <= (1.0 - EXPLAINED) * chi_squared;
-        let most = TWO_SIDED * self.std_error;
-        match explained && (self.ratio - 1.0).abs() > most {
+    /// Of a change that is a multiple of the predicted one.
+    fn verdict(&self) -> Verdict {
+        let most = self.quantile * self.std_error;
+        match () {
+            () if !self.told() => Verdict::Undecided,
             // the machine went the other way: no multiple of what J says
-            true if self.ratio < -most => Verdict::Different,
-            true if self.ratio < 1.0 => Verdict::Weaker,
-            true => Verdict::Stronger,
-            false if explained && self.told() => Verdict::AsPredicted,
-            false if explained => Verdict::Undecided,
-            false => Verdict::Different,
+            () if self.largest < -most => Verdict::Different,
+            () if self.largest < 1.0 - most => Verdict::Weaker,
+            () if self.ratio > 1.0 + most => Verdict::Stronger,
+            () => Verdict::AsPredicted,
         }
     }
 }
 
-/// 0.999 quantile of χ² (Wilson and Hilferty; within 3 % for one degree of freedom, 1.2 % from five, 0.2 % from thirty on).
-fn quantile(freedom: usize) -> f64 {
+/// 0.999 quantile of χ² (Wilson and Hilferty; within 3 % for one degree of freedom, 1.2 % from five, 0.2 % from thirty on), or of F times
+/// its degrees of freedom where σ was estimated from some.
+fn quantile(freedom: usize, of_sigma: Option<usize>) -> f64 {
     let nu = freedom as f64;
+    if let Some(of_sigma) = of_sigma {
+        return nu * fisher::upper_quantile(TAIL, nu, of_sigma.max(1) as f64);
+    }
     let spread = 2.0 / (9.0 * nu);
     nu * (1.0 - spread + ONE_SIDED * spread.sqrt()).powi(3)
 }
@@ -226,28 +357,33 @@ fn check(comparison: &Comparison) -> Result<(), Faults> {
     let mut faults = Faults::default();
     let nodes = comparison.before.len();
     let lists = [
-        ("/before", Some(&comparison.before)),
-        ("/predicted", Some(&comparison.predicted)),
-        ("/measured", Some(&comparison.measured)),
-        ("/uncertainty", comparison.uncertainty.as_ref()),
+        ("/measured", Some(&comparison.measured), true),
+        ("/weight", comparison.weight.as_ref(), false),
+        ("/leverage", comparison.leverage.as_ref(), false),
     ];
-    for (pointer, list) in lists {
+    for (pointer, list, signed) in lists.into_iter().chain([("/before", Some(&comparison.before), true)]) {
         let Some(list) = list else { continue };
         if list.len() != nodes {
             faults.push(pointer, format!("{} for {}", entries(list.len()), counted(nodes, "node", "nodes")));
         }
-        for (k, _) in list.iter().enumerate().filter(|(_, x)| x.is_infinite()) {
-            faults.push(format!("{pointer}/{k}"), "the number is infinite");
+        for (k, value) in list.iter().enumerate() {
+            if value.is_infinite() {
+                faults.push(format!("{pointer}/{k}"), "the number is infinite");
+            } else if !(signed || *value >= 0.0) {
+                faults.push(format!("{pointer}/{k}"), format!("{} is not a number of at least 0", Shown(*value)));
+            }
         }
     }
-    for (k, value) in comparison.uncertainty.iter().flatten().enumerate() {
-        let undefined = comparison.predicted.get(k).is_none_or(|p| p.is_nan());
-        if !(*value >= 0.0 || undefined) {
-            faults.push(format!("/uncertainty/{k}"), format!("{value} is not a deviation of at least 0"));
-        }
+    let wanted = nodes.saturating_mul(comparison.settings);
+    if comparison.contributions.len() != wanted {
+        let given = entries(comparison.contributions.len());
+        faults.push("/contributions", format!("{given}; nodes and settings ask for {wanted}"));
+    }
+    if let Some(at) = comparison.contributions.iter().position(|c| !c.is_finite()) {
+        faults.push(format!("/contributions/{at}"), "it is not a finite number");
     }
     for (pointer, value) in
-        [("/noise_sigma_um", comparison.noise_sigma), ("/response_uncertainty", comparison.response_uncertainty)]
+        [("/noise_sigma_um", comparison.noise.sigma), ("/response_uncertainty", comparison.response_uncertainty)]
     {
         if !(value.is_finite() && value >= 0.0) {
             faults.push(pointer, format!("{} is not a finite number of at least 0", Shown(value)));

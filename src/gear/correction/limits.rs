@@ -223,7 +223,7 @@ fn pull(correction: &Correction, change: &[f64]) -> Vec<f64> {
     let (mut sums, mut squares) = (vec![0.0; n], vec![0.0; n]);
     for &k in correction.counted() {
         let (row, w) = (correction.row(k), correction.weight(k));
-        let left = left_at(correction, k, change);
+        let left = correction.left_at(k, change);
         for j in 0..n {
             sums[j] -= w * row[j] * left;
             squares[j] += w * row[j] * row[j];
@@ -232,15 +232,9 @@ fn pull(correction: &Correction, change: &[f64]) -> Vec<f64> {
     sums.iter().zip(&squares).map(|(sum, square)| sum / square.sqrt()).collect()
 }
 
-/// d + JΔ − t at a node.
-fn left_at(correction: &Correction, k: usize, change: &[f64]) -> f64 {
-    let moved: f64 = correction.row(k).iter().zip(change).map(|(j, c)| j * c).sum();
-    correction.asked().deviation[k] + moved - correction.target(k)
-}
-
 /// Σ w (d + JΔ − t)².
 fn remaining(correction: &Correction, change: &[f64]) -> f64 {
-    let square = |k: &usize| correction.weight(*k) * left_at(correction, *k, change).powi(2);
+    let square = |k: &usize| correction.weight(*k) * correction.left_at(*k, change).powi(2);
     correction.counted().iter().map(square).sum()
 }
 

@@ -7,6 +7,7 @@
 //!
 //! * [`problem`]: what is asked, checked;
 //! * [`damping`]: how far J is trusted, which is how λ* is chosen unless the caller says otherwise;
+//! * `gain`: how noise and errors of J come back in the changes;
 //! * `limits`: settings that may not go as far as they should;
 //! * [`solution`]: the answer;
 //! * [`mod@compare`]: predicted beside measured;
@@ -14,6 +15,7 @@
 
 pub mod compare;
 pub mod damping;
+mod gain;
 mod limits;
 pub mod machine;
 pub mod problem;
@@ -21,5 +23,5 @@ pub mod solution;
 
 pub use compare::{Answer, Comparison, Verdict, compare};
 pub use damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping, Trust};
-pub use problem::{Asked, Correction, Setting};
-pub use solution::{Change, Indistinguishable, Limit, Predicted, Solution};
+pub use problem::{Asked, Correction, ResponseErrors, Setting};
+pub use solution::{Change, Indistinguishable, Limit, Noise, Predicted, Solution};

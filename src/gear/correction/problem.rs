@@ -31,6 +31,16 @@ impl Setting {
     }
 }
 
+/// How errors of J hang together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ResponseErrors {
+    /// Each entry has one of its own.
+    #[default]
+    Independent,
+    /// Each setting has one: all entries of its column are too large or too small by the same share.
+    PerSetting,
+}
+
 /// A correction as it is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked {
@@ -53,6 +63,7 @@ pub struct Asked {
     pub coefficient_norm_limit: Option<f64>,
     /// η, standard uncertainty of an entry of J relative to the entry.
     pub response_uncertainty: f64,
+    pub response_errors: ResponseErrors,
     pub include: Include,
 }
 
@@ -70,6 +81,7 @@ impl Asked {
             noise_sigma: None,
             coefficient_norm_limit: None,
             response_uncertainty: DEFAULT_RESPONSE_UNCERTAINTY,
+            response_errors: ResponseErrors::default(),
             include: Include::default(),
         }
     }
@@ -175,6 +187,12 @@ impl Correction {
 
     pub(super) fn weight(&self, k: usize) -> f64 {
         self.asked.weight.as_ref().map_or(1.0, |weight| weight[k])
+    }
+
+    /// d + JΔ − t at a node.
+    pub(super) fn left_at(&self, k: usize, change: &[f64]) -> f64 {
+        let moved: f64 = self.row(k).iter().zip(change).map(|(j, c)| j * c).sum();
+        self.asked.deviation[k] + moved - self.target(k)
     }
 
     /// Row k of J.

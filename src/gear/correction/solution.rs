@@ -2,6 +2,7 @@
 
 use super::{
     damping::{Damping, Trust},
+    gain::Gain,
     limits::{Fitted, Standing, fit_free, unsettled, within},
     problem::Correction,
 };
@@ -28,8 +29,11 @@ pub struct Change {
     pub change: f64,
     /// What the fit without limits asks for.
     pub unlimited: f64,
-    /// Of a free setting, given those at limits; `None` at a limit and without degrees of freedom.
+    /// Of a free setting, given those at limits: of noise and of errors of J together, about what the regularised correction is on average.
+    /// What regularisation takes away is not in it, but in the bias bound. `None` at a limit and where the noise is not known.
     pub std_error: Option<f64>,
+    /// The part of errors of J in it.
+    pub response_std_error: Option<f64>,
     /// Sharp bound on what regularisation takes away, if all changes that are wanted have at most the norm r of the fit's
     /// [`crate::estimation::result::BiasReport`] in the scaled columns; `None` at a limit.
     pub bias_bound: Option<f64>,
@@ -63,11 +67,24 @@ pub struct Predicted {
     pub max_before: f64,
 }
 
+/// What is known of the noise of a measured deviation of weight 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// σ, µm.
+    pub sigma: f64,
+    /// Degrees of freedom that it was estimated from; `None` where the caller knows it.
+    pub freedom: Option<usize>,
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     pub settings: Vec<Change>,
     pub indistinguishable: Vec<Indistinguishable>,
     pub predicted: Predicted,
+    /// −∂c_k/∂d_k of each node, 0 where it takes no part: how far the predicted change c = JΔ follows the noise of the node's own deviation.
+    pub leverage: Vec<f64>,
+    /// `None` without degrees of freedom.
+    pub noise: Option<Noise>,
     /// How λ* came about, where uncertainty chose it.
     pub trust: Option<Trust>,
     /// The fit of all settings, without limits.
@@ -77,6 +94,9 @@ pub struct Solution {
     /// What the fits do not say.
     pub warnings: Vec<Warning>,
 }
+
+const NOT_CONVERGED: FitError =
+    FitError::NotConverged("the singular values of the sensitivity matrix did not converge");
 
 impl Correction {
     /// Computes the changes of the settings. Pure; the same input gives the same bits.
@@ -100,13 +120,25 @@ impl Correction {
             warnings.push(unsettled());
         }
         let limited_fit = standing.fitted.map(|fitted| fitted.result);
-        let settings = self.changes(&fit, limited_fit.as_ref(), &standing.change, &standing.at, &unlimited);
+        let free: Vec<usize> = all.iter().copied().filter(|&j| standing.at[j].is_none()).collect();
+        let of_free = limited_fit.as_ref().unwrap_or(&fit);
+        let noise = self.noise(of_free);
+        let gain = match free.is_empty() {
+            true => None,
+            false => Some(Gain::new(self, &free, of_free).ok_or(NOT_CONVERGED)?),
+        };
+        let leverage = gain.as_ref().map_or_else(|| vec![0.0; self.asked.deviation.len()], Gain::leverage);
+        let errors =
+            noise.zip(gain).map(|(noise, gain)| self.errors(of_free, noise, &gain, &standing.change, &leverage));
+        let settings = self.changes(of_free, errors.as_deref(), &standing.change, &standing.at, &unlimited);
         let predicted = self.predict(&standing.change);
         self.warn(&settings, &fit, &mut warnings);
         Ok(Solution {
             settings,
             indistinguishable: self.indistinguishable(&fit),
             predicted,
+            leverage,
+            noise,
             trust,
             fit,
             limited_fit,
@@ -114,28 +146,65 @@ impl Correction {
         })
     }
 
+    fn noise(&self, fit: &FitResult) -> Option<Noise> {
+        let freedom = fit.residuals.degrees_of_freedom;
+        let estimated = || fit.residuals.sigma.map(|sigma| Noise { sigma, freedom: Some(freedom) });
+        self.asked.noise_sigma.map(|sigma| Noise { sigma, freedom: None }).or_else(estimated)
+    }
+
+    /// Standard deviations of the free settings, of noise and errors of J together and of those of J alone.
+    fn errors(
+        &self,
+        fit: &FitResult,
+        noise: Noise,
+        gain: &Gain<'_>,
+        change: &[f64],
+        leverage: &[f64],
+    ) -> Vec<[f64; 2]> {
+        let residuals = &fit.residuals;
+        let of_response = gain.response_rss(change, leverage);
+        let (sigma, misfit) = match noise.freedom {
+            None => {
+                let random = noise.sigma * noise.sigma * residuals.degrees_of_freedom as f64 + of_response;
+                (noise.sigma, if residuals.rss > random { 1.0 - random / residuals.rss } else { 0.0 })
+            }
+            // what remains is taken for noise; it holds the errors of single entries of J too, and they count once
+            Some(freedom) => {
+                (((residuals.least_squares_rss - of_response) / freedom.max(1) as f64).max(0.0).sqrt(), 0.0)
+            }
+        };
+        let errors = gain.errors(change, misfit);
+        let both = |(own, response): (&f64, &f64)| [(sigma * own).hypot(*response), *response];
+        errors.noise.iter().zip(&errors.response).map(both).collect()
+    }
+
     fn changes(
         &self,
         fit: &FitResult,
-        limited: Option<&FitResult>,
+        errors: Option<&[[f64; 2]]>,
         change: &[f64],
         at: &[Option<Limit>],
         unlimited: &[f64],
     ) -> Vec<Change> {
-        let mut of_free = limited.unwrap_or(fit).coefficients.iter();
+        let mut of_free = fit.coefficients.iter().enumerate();
         self.asked
             .settings
             .iter()
             .enumerate()
             .map(|(j, setting)| {
                 let own = if at[j].is_none() { of_free.next() } else { None };
+                let [std_error, response_std_error] = match own.zip(errors) {
+                    Some(((place, _), errors)) => errors[place].map(Some),
+                    None => [None; 2],
+                };
                 Change {
                     name: setting.name.clone(),
                     unit: setting.unit.clone(),
                     change: change[j],
                     unlimited: unlimited[j],
-                    std_error: own.and_then(|c| c.std_error),
-                    bias_bound: own.map(|c| c.bias_bound),
+                    std_error,
+                    response_std_error,
+                    bias_bound: own.map(|(_, coefficient)| coefficient.bias_bound),
                     limited: at[j],
                 }
             })

@@ -7,7 +7,7 @@ use crate::{
         Faults, FitError,
         spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme},
     },
-    gear::correction::{self, Answer, Comparison, Correction, Damping, Solution, compare},
+    gear::correction::{self, Answer, Correction, Damping, Noise, Solution, compare},
 };
 
 /// A way to correct.
@@ -94,6 +94,10 @@ pub fn asked(
     }
 }
 
+fn changes(solution: &Solution) -> Vec<f64> {
+    solution.settings.iter().map(|setting| setting.change).collect()
+}
+
 /// Most corrections of a run: settings that run away are still numbers then.
 pub const MOST_CORRECTIONS: usize = 20;
 
@@ -110,26 +114,25 @@ pub fn run(
     }
     let mut simulation = Simulation::new(machine.clone())?;
     let mut rounds: Vec<Round> = Vec::with_capacity(corrections + 1);
+    let mut last: Option<Correction> = None;
     for number in 0..=corrections {
         cancel::checkpoint();
         let (measured, true_rms) = (simulation.measure(), simulation.true_rms());
-        let answer = match rounds.last() {
-            Some(Round { measured: before, solution: Some(solution), .. }) => Some(compare(&Comparison {
-                before: before.clone(),
-                predicted: solution.predicted.deviation.clone(),
-                measured: measured.clone(),
-                noise_sigma: machine.probe_noise,
-                uncertainty: Some(solution.predicted.uncertainty.clone()),
-                response_uncertainty,
-            })?),
+        let answer = match (rounds.last().and_then(|round| round.solution.as_ref()), last.take()) {
+            (Some(solution), Some(correction)) => {
+                let noise = Noise { sigma: machine.probe_noise, freedom: None };
+                let leverage = solution.leverage.clone();
+                Some(compare(&correction.comparison(&changes(solution), leverage, noise, measured.clone()))?)
+            }
             _ => None,
         };
         let solution = match number < corrections {
             true => {
                 let asked = asked(&simulation, measured.clone(), strategy, response_uncertainty);
-                let solution = Correction::new(asked)?.solve()?;
-                let change: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
-                simulation.apply(&change)?;
+                let correction = Correction::new(asked)?;
+                let solution = correction.solve()?;
+                last = Some(correction);
+                simulation.apply(&changes(&solution))?;
                 Some(solution)
             }
             false => None,
