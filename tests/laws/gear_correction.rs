@@ -372,7 +372,24 @@ fn faults_are_named_by_their_place() {
     assert_eq!(pointers(twice), ["/sensitivity/settings/1"]);
     let mut crossed = good.clone();
     (crossed.settings[0].min, crossed.settings[0].max) = (Some(1.0), Some(0.0));
-    assert_eq!(pointers(crossed), ["/limits/0/min"]);
+    assert_eq!(pointers(crossed), ["/limits/s0/min"]);
+    let setting = |change: fn(&mut Setting)| {
+        let mut asked = good.clone();
+        asked.settings[1].name = "a/b~".into();
+        change(&mut asked.settings[1]);
+        pointers(asked)
+    };
+    assert_eq!(setting(|s| s.increment = Some(0.0)), ["/limits/a~1b~0/increment"]);
+    assert_eq!(setting(|s| s.increment = Some(f64::INFINITY)), ["/limits/a~1b~0/increment"]);
+    assert_eq!(
+        setting(|s| (s.min, s.max, s.increment) = (Some(0.1), Some(0.9), Some(1.0))),
+        ["/limits/a~1b~0/increment"]
+    );
+    assert_eq!(setting(|s| (s.fixed, s.min) = (true, Some(0.0))), ["/limits/a~1b~0/min"]);
+    let mut still = good.clone();
+    still.settings.iter_mut().for_each(|setting| setting.fixed = true);
+    assert_eq!(pointers(still), ["/limits"]);
+    assert_eq!(pointers(Asked { absolute: false, ..good.clone() }), ["/absolute"]);
     let idle = Asked { sensitivity: [1.0, 0.0].repeat(4), ..good.clone() };
     assert_eq!(pointers(idle), ["/sensitivity/settings/1"]);
     let infinite = Asked { sensitivity: [1.0, f64::INFINITY].repeat(4), ..good };
@@ -387,4 +404,126 @@ fn the_services_refusals_come_through() {
     let damping = Damping::Asked(Regularization::TruncatedSvd { rank: 7 });
     let error = Correction::new(Asked { damping, ..asked }).unwrap().solve().unwrap_err();
     assert!(matches!(error, FitError::Invalid(_)));
+}
+
+/// A setting that is fixed is as good as none: the others make up for it.
+#[test]
+fn fixed_settings_stay_as_they_are() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0, (f64::from(k) - 4.0).powi(2)]).collect();
+    let d: Vec<f64> = (0..9).map(|k| (1.3 * f64::from(k)).sin() + 2.0).collect();
+    let mut asked = plain(d.clone(), j.clone(), settings(3));
+    asked.settings[1].fixed = true;
+    let with = solve(asked);
+    let left: Vec<f64> = j.chunks_exact(3).flat_map(|row| [row[0], row[2]]).collect();
+    let without = solve(plain(d, left, settings(2)));
+    assert_eq!((with.settings[1].change, with.settings[1].std_error, with.settings[1].fixed), (0.0, None, true));
+    for (a, b) in [0, 2].map(|j| &with.settings[j]).into_iter().zip(&without.settings) {
+        assert!(
+            (a.change - b.change).abs() < 1e-12 && (a.std_error.unwrap() / b.std_error.unwrap() - 1.0).abs() < 1e-9
+        );
+    }
+    assert_eq!(with.predicted.rms, without.predicted.rms);
+}
+
+/// Deviations without a datum: what they have in common changes nothing, and a setting that changes all nodes alike is left alone.
+#[test]
+fn what_all_nodes_have_in_common_is_no_deviation_without_a_datum() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k), (f64::from(k) - 4.0).powi(2)]).collect();
+    let d: Vec<f64> = (0..9).map(|k| 0.7 * f64::from(k) + (1.3 * f64::from(k)).sin()).collect();
+    let of = |level: f64| {
+        let deviation = d.iter().map(|d| d + level).collect();
+        let asked = Asked {
+            weight: Some((0..9).map(|k| f64::from(k % 3 + 1)).collect()),
+            response_uncertainty: 0.0,
+            ..plain(deviation, j.clone(), settings(3))
+        };
+        solve(Asked { absolute: false, ..asked })
+    };
+    let (one, other) = (of(0.0), of(50.0));
+    assert!(one.settings[0].undetermined && one.settings[0].change == 0.0 && one.settings[0].std_error.is_none());
+    assert!(one.warnings.iter().any(|w| w.code == "undetermined_settings" && w.message.contains("`s0`")));
+    // the same as with a constant of its own, which is what is left aside
+    let asked = Asked {
+        weight: Some((0..9).map(|k| f64::from(k % 3 + 1)).collect()),
+        response_uncertainty: 0.0,
+        ..plain(d.clone(), j.clone(), settings(3))
+    };
+    let whole = solve(asked);
+    for k in [1, 2] {
+        let (a, b, c) = (&one.settings[k], &other.settings[k], &whole.settings[k]);
+        assert!((a.change - b.change).abs() < 1e-9 && (a.change - c.change).abs() < 1e-9);
+        assert!((a.std_error.unwrap() / c.std_error.unwrap() - 1.0).abs() < 1e-6, "{a:?} {c:?}");
+    }
+    assert!(
+        (one.predicted.rms - whole.predicted.rms).abs() < 1e-9
+            && (one.predicted.rms - other.predicted.rms).abs() < 1e-9
+    );
+    assert_eq!(one.noise.unwrap().freedom, Some(6));
+}
+
+/// All pairs of multiples within reach, by trying them: rounding with a new fit of the rest leaves hardly more, rounding each by itself far more.
+#[test]
+fn rounded_changes_are_nearly_the_best_there_are() {
+    let (mut sum, mut best_sum, mut naive_sum) = (0.0, 0.0, 0.0);
+    for seed in 0..60u64 {
+        let mut random = crate::oracle::random::Random::new(seed);
+        // two settings that nearly undo each other, one that is free
+        let j: Vec<f64> = (0..20)
+            .flat_map(|_| {
+                let (a, b) = (random.normal(), random.normal());
+                [a, a + 0.3 * b, random.normal()]
+            })
+            .collect();
+        let d: Vec<f64> = times(&j, &[3.0 * random.normal(), 3.0 * random.normal(), 2.0]);
+        let steps = [0.5, 0.25];
+        let mut asked = plain(d.clone(), j.clone(), settings(3));
+        for (setting, step) in asked.settings.iter_mut().zip(steps) {
+            (setting.increment, setting.min, setting.max) = (Some(step), Some(-20.0), Some(20.0));
+        }
+        let solution = solve(asked);
+        let x = changes(&solution);
+        for (setting, step) in solution.settings.iter().zip(steps) {
+            assert!((setting.change / step).fract() == 0.0 && setting.unrounded.is_some());
+            assert!(setting.limited.is_some() || setting.std_error.is_some());
+        }
+        assert!(solution.settings[2].unrounded.is_none());
+        let left = |x: &[f64]| times(&j, x).iter().zip(&d).map(|(a, b)| (a + b).powi(2)).sum::<f64>();
+        // the third by its own least squares
+        let with = |a: f64, b: f64| {
+            let rest: Vec<f64> = times(&j, &[a, b, 0.0]).iter().zip(&d).map(|(a, b)| a + b).collect();
+            let (mut over, mut under) = (0.0, 0.0);
+            for (row, rest) in j.chunks_exact(3).zip(&rest) {
+                (over, under) = (over + row[2] * rest, under + row[2] * row[2]);
+            }
+            left(&[a, b, -over / under])
+        };
+        let of = |k: usize| (solution.settings[k].unrounded.unwrap() / steps[k]).round();
+        let mut best = f64::INFINITY;
+        for p in -8..=8 {
+            for q in -8..=8 {
+                let (a, b) = ((of(0) + f64::from(p)) * steps[0], (of(1) + f64::from(q)) * steps[1]);
+                if a.abs() <= 20.0 && b.abs() <= 20.0 {
+                    best = best.min(with(a, b));
+                }
+            }
+        }
+        let predicted = solution.predicted.rms.powi(2) * 20.0;
+        assert!((predicted - left(&x)).abs() < 1e-9 * (1.0 + predicted), "predicted is what the rounded changes leave");
+        assert!(left(&x) >= best * (1.0 - 1e-9));
+        (sum, best_sum, naive_sum) =
+            (sum + left(&x), best_sum + best, naive_sum + with(of(0) * steps[0], of(1) * steps[1]));
+    }
+    assert!(sum <= 1.1 * best_sum && naive_sum > 1.3 * best_sum, "{sum} {best_sum} {naive_sum}");
+}
+
+/// Steps with decimals come back with their decimals, and limits that are multiples can be reached.
+#[test]
+fn multiples_have_the_digits_of_their_step() {
+    let j: Vec<f64> = (0..9).map(|k| f64::from(k) - 4.0).collect();
+    let mut asked = plain(times(&j, &[-0.7]), j, settings(1));
+    asked.settings[0].increment = Some(0.1);
+    assert_eq!(changes(&solve(asked.clone())), [0.7]);
+    asked.settings[0].max = Some(0.3);
+    let limited = solve(asked);
+    assert_eq!((changes(&limited)[0], limited.settings[0].limited), (0.3, Some(Limit::Max)));
 }

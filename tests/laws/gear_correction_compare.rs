@@ -77,6 +77,7 @@ fn one_setting(sigma: f64, response_uncertainty: f64, came: f64) -> Answer {
         before,
         noise: Noise { sigma, freedom: None },
         response_uncertainty,
+        absolute: true,
     })
     .unwrap()
 }
@@ -119,6 +120,7 @@ fn the_noise_of_the_first_measurement_is_taken_out() {
             leverage,
             noise: Noise { sigma: 0.2, freedom: None },
             response_uncertainty: 0.0,
+            absolute: true,
         })
         .unwrap()
     };
@@ -147,6 +149,7 @@ fn a_column_that_is_off_within_the_uncertainty_is_no_other_machine() {
             leverage: None,
             noise: Noise { sigma: 0.1, freedom: None },
             response_uncertainty: 0.05,
+            absolute: true,
         })
         .unwrap()
     };
@@ -175,6 +178,7 @@ fn numbers_are_those_of_their_definitions() {
         leverage: None,
         noise: Noise { sigma: 1.0, freedom: None },
         response_uncertainty: 0.0,
+        absolute: true,
     })
     .unwrap();
     let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-9, "{got} is not {want}");
@@ -204,6 +208,7 @@ fn nothing_predicted_has_no_ratio_and_faults_have_their_places() {
         leverage: None,
         noise: Noise { sigma: 0.1, freedom: None },
         response_uncertainty: 0.02,
+        absolute: true,
     };
     let told = compare(&still).unwrap();
     assert_eq!((told.verdict, told.response_ratio), (Verdict::Different, None));
@@ -217,4 +222,30 @@ fn nothing_predicted_has_no_ratio_and_faults_have_their_places() {
     assert_eq!(pointer(Comparison { leverage: Some(vec![-1.0; 5]), ..still.clone() }), "/leverage/0");
     assert_eq!(pointer(Comparison { contributions: vec![f64::INFINITY; 5], ..still.clone() }), "/contributions/0");
     assert_eq!(pointer(Comparison { settings: 2, ..still }), "/contributions");
+}
+
+/// Without a datum both measurements may have any mean of their own.
+#[test]
+fn without_a_datum_means_do_not_matter() {
+    let of = |before: f64, after: f64, factor: f64| {
+        let c = |k: usize| 5.0 * ((k as f64) * 0.7).sin();
+        compare(&Comparison {
+            before: (0..40).map(|k| before - c(k)).collect(),
+            measured: (0..40).map(|k| after - c(k) + factor * c(k) + 0.05 * f64::from(k as i32 % 3 - 1)).collect(),
+            weight: None,
+            settings: 1,
+            contributions: (0..40).map(c).collect(),
+            leverage: None,
+            noise: Noise { sigma: 0.1, freedom: None },
+            response_uncertainty: 0.02,
+            absolute: false,
+        })
+        .unwrap()
+    };
+    for factor in [0.5, 1.0] {
+        let (one, other) = (of(0.0, 0.0, factor), of(30.0, -70.0, factor));
+        assert_eq!((one.verdict, other.verdict == Verdict::AsPredicted), (other.verdict, factor == 1.0));
+        assert!((one.response_ratio.unwrap() - other.response_ratio.unwrap()).abs() < 1e-9);
+        assert!((one.difference_rms - other.difference_rms).abs() < 1e-9);
+    }
 }

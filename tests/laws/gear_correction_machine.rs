@@ -99,7 +99,9 @@ fn made(machine: Machine, name: &str, gear: &Gear, node: FlankNode, ranges: Rang
             }
             (_, "helix_angle") => {
                 let middle = 0.5 * (ranges.helix[0] + ranges.helix[1]);
-                let more = gear.hand() * ((beta + unit * MINUTE).tan() - beta.tan()) / r;
+                // the signed angle of the gear, above 0 for a right hand
+                let signed = gear.hand() * beta;
+                let more = ((signed + unit * MINUTE).tan() - signed.tan()) / r;
                 distance(gear, node, &|l, z| turned(nominal.at(l, z).point, more * (z - middle)))
             }
             (_, "tooth_thickness") => {
@@ -140,6 +142,101 @@ fn columns_are_those_of_made_flanks() {
                         (entry - want).abs() < 2e-6 + 2e-5 * want.abs(),
                         "{machine:?} {name} {node:?}: {entry} is {want}"
                     );
+                }
+            }
+        }
+    }
+}
+
+/// Mean, f_Hα, f_Hβ by DIN, C_α, C_β and 4c_uv of deviations over 5 × 5 nodes: second-order surface by a solve of the test's own.
+fn figures(deviations: &[f64], side: Side) -> [f64; 6] {
+    let along = |k: usize| k as f64 / 2.0 - 1.0;
+    let x = nalgebra::DMatrix::from_fn(25, 6, |k, c| {
+        let (u, v) = (along(k / 5), along(k % 5));
+        [1.0, u, v, u * u, v * v, u * v][c]
+    });
+    let y = nalgebra::DVector::from_row_slice(deviations);
+    let c = x.svd(true, true).solve(&y, 1e-12).unwrap();
+    let s = if side == Side::Left { 1.0 } else { -1.0 };
+    [c[0], 2.0 * c[1], s * 2.0 * c[2], -c[3], -c[4], 4.0 * c[5]]
+}
+
+/// docs/machine-settings.md: what a positive change of every setting of both machines is called on either flank, hand and kind of gear, by
+/// flanks that are made anew where they can be.
+#[test]
+fn every_setting_has_the_sense_that_its_page_says() {
+    for gear in gears() {
+        let (nodes, ranges) = nodes(&gear);
+        for machine in [Machine::GeneratingGrinding, Machine::FormGrinding] {
+            let sensitivity = machine.sensitivity(&gear, &nodes, ranges).unwrap();
+            for setting in machine.settings() {
+                let name = setting.name.as_str();
+                for (side, part) in [(Side::Left, 0..25), (Side::Right, 25..50)] {
+                    let s = if side == Side::Left { 1.0 } else { -1.0 };
+                    let there = nodes[part.clone()].iter();
+                    let anew: Vec<f64> = match name {
+                        "profile_crowning" | "helix_crowning" | "twist" => {
+                            column(&sensitivity, name).skip(part.start).take(25).collect()
+                        }
+                        _ => there.map(|node| made(machine, name, &gear, *node, ranges)).collect(),
+                    };
+                    for (entry, want) in column(&sensitivity, name).skip(part.start).zip(&anew) {
+                        assert!(
+                            (entry - want).abs() < 2e-6 + 2e-5 * want.abs(),
+                            "{machine:?} {name}: {entry} is {want}"
+                        );
+                    }
+                    let [mean, f_alpha, f_beta, c_alpha, c_beta, twist] = figures(&anew, side);
+                    let told = format!("{machine:?} {name} {side:?}: {:?}", figures(&anew, side));
+                    let none = |x: f64| x.abs() < 1e-4;
+                    let one = |x: f64| (x - 1.0).abs() < 1e-9;
+                    let beta = gear.data().helix_angle;
+                    let normal = gear.data().pressure_angle.cos();
+                    let good = match (machine, name) {
+                        (_, "profile_angle") => {
+                            f_alpha < -0.1 && none(f_beta) && none(c_alpha) && none(c_beta) && none(twist)
+                        }
+                        (_, "helix_angle") => {
+                            let want = 1e3 * MINUTE * 21.0 * normal / beta.cos();
+                            (f_beta / want - 1.0).abs() < 1e-4
+                                && none(mean)
+                                && none(f_alpha)
+                                && none(c_alpha)
+                                && none(twist)
+                        }
+                        (_, "profile_crowning") => {
+                            one(c_alpha) && none(f_alpha) && none(f_beta) && none(c_beta) && none(twist)
+                        }
+                        (Machine::FormGrinding, "helix_crowning") => {
+                            one(c_beta) && none(f_alpha) && none(f_beta) && none(c_alpha) && none(twist)
+                        }
+                        // the natural twist: 4 c_uv of −v_t², of either sign with the hand and the flank, none on spur gears
+                        (_, "helix_crowning") => {
+                            let sense = -s * gear.hand() * gear.outward() * (ranges.profile[1] - ranges.profile[0]);
+                            one(c_beta) && if beta == 0.0 { none(twist) } else { twist * sense > 0.0 }
+                        }
+                        (_, "twist") => one(twist) && none(f_alpha) && none(f_beta) && none(c_alpha) && none(c_beta),
+                        (_, "tooth_thickness") => (mean - 0.5 * normal).abs() < 1e-4 && none(f_alpha) && none(f_beta),
+                        (Machine::GeneratingGrinding, "tool_axis_offset") => {
+                            (mean - s * normal).abs() < 1e-4 && none(f_alpha) && none(f_beta)
+                        }
+                        (_, "infeed") => {
+                            gear.outward() * mean > 0.2
+                                && f_alpha > 0.05
+                                && none(f_beta)
+                                && none(twist)
+                                && c_alpha.abs() < 0.05
+                        }
+                        (_, "tool_axis_offset") => {
+                            s * mean > 0.5
+                                && gear.outward() * s * f_alpha < -0.02
+                                && none(f_beta)
+                                && none(twist)
+                                && c_alpha.abs() < 0.05
+                        }
+                        _ => false,
+                    };
+                    assert!(good, "{told}");
                 }
             }
         }

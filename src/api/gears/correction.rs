@@ -35,7 +35,7 @@ pub struct CorrectionBody {
     /// How λ* came about; left out where the request says how to regularise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trust: Option<TrustBody>,
-    /// The fit of all settings without limits, as `POST /v1/fits` answers it: the sensitivity matrix is the measurement matrix, the wanted
+    /// The fit of all settings that may be changed, without limits, as `POST /v1/fits` answers it: the sensitivity matrix is the measurement matrix, the wanted
     /// change of each deviation the height. Present when `result` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<FitResultBody>,
@@ -57,6 +57,9 @@ pub struct SettingChangeBody {
     pub unit: String,
     /// To be added to the setting.
     pub change: f64,
+    /// What it would be without increments; left out without one. Errors are of this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unrounded: Option<f64>,
     /// What is asked for without limits; left out where it is the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unlimited: Option<f64>,
@@ -74,6 +77,12 @@ pub struct SettingChangeBody {
     pub bias_bound: Option<f64>,
     /// Whether it stands at a limit.
     pub limited: bool,
+    /// Whether the change was rounded to a multiple of the increment.
+    pub rounded: bool,
+    /// Whether it was to stay as it is.
+    pub fixed: bool,
+    /// Whether the deviations say nothing about the setting (see `absolute`), so that it stays as it is.
+    pub undetermined: bool,
 }
 
 /// The flank after the correction, if the machine answers as the sensitivity says. Of the nodes that take part.
@@ -242,11 +251,16 @@ impl From<&Change> for SettingChangeBody {
             name: change.name.clone(),
             unit: change.unit.clone(),
             change: change.change,
-            unlimited: Some(change.unlimited).filter(|unlimited| *unlimited != change.change),
+            unrounded: change.unrounded,
+            unlimited: Some(change.unlimited)
+                .filter(|unlimited| *unlimited != change.unrounded.unwrap_or(change.change)),
             std_error: change.std_error,
             response_std_error: change.response_std_error,
             bias_bound: change.bias_bound,
             limited: matches!(change.limited, Some(Limit::Min | Limit::Max)),
+            rounded: change.unrounded.is_some(),
+            fixed: change.fixed,
+            undetermined: change.undetermined,
         }
     }
 }

@@ -1,6 +1,8 @@
 //! A kept correction as CSV under the names of OPC UA for Geometrical Measuring Systems.
 
-use serde::Deserialize;
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, de::IgnoredAny};
 
 use super::correction_request::LimitsBody;
 use crate::{
@@ -13,7 +15,17 @@ use crate::{
 #[derive(Deserialize)]
 struct Request {
     #[serde(default)]
-    limits: Option<Vec<Option<LimitsBody>>>,
+    limits: Limits,
+}
+
+/// By names; corrections of older versions had a list, which does not say names.
+#[derive(Default, Deserialize)]
+#[serde(untagged)]
+enum Limits {
+    Named(BTreeMap<String, LimitsBody>),
+    Other(IgnoredAny),
+    #[default]
+    None,
 }
 
 /// What of the result is written.
@@ -30,16 +42,25 @@ struct Change {
     change: f64,
     std_error: Option<f64>,
     limited: bool,
+    #[serde(default)]
+    fixed: bool,
+    #[serde(default)]
+    undetermined: bool,
 }
 
 /// A line for each setting: its change as the relative value, limits of the change as control limits.
 pub fn write(record: &Record) -> Result<Vec<u8>, Problem> {
     let request: Request = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
     let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
-    let limits = request.limits.unwrap_or_default();
-    let each = told.settings.into_iter().enumerate().map(|(j, change)| {
-        let LimitsBody { min, max } = limits.get(j).copied().flatten().unwrap_or_default();
+    let limits = match request.limits {
+        Limits::Named(limits) => limits,
+        Limits::Other(_) | Limits::None => BTreeMap::new(),
+    };
+    let each = told.settings.into_iter().map(|change| {
+        let LimitsBody { min, max, .. } = limits.get(&change.name).copied().unwrap_or_default();
         let description = match change.std_error {
+            _ if change.fixed => "fixed".to_owned(),
+            _ if change.undetermined => "not determined by this measurement".to_owned(),
             _ if change.limited => "at its limit".to_owned(),
             Some(error) => format!("standard error {error:.3e}"),
             None => String::new(),

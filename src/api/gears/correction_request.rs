@@ -1,5 +1,7 @@
 //! What a correction of machine settings is asked for.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -12,9 +14,9 @@ use super::{
 use crate::{
     api::{
         fit_fields,
-        fit_spec::{RegularizationBody, ScalingName},
+        fit_spec::{RegularizationBody, ScalingName, present},
         measurand::AxesBody,
-        reader::{Fields, ReadError, read_part, read_rows},
+        reader::{Fields, ReadError, escape, read_part, read_rows},
     },
     estimation::{Faults, Nodes, spec::Scaling, words::entries},
     gear::{
@@ -33,9 +35,14 @@ use crate::{
 #[schema(as = CorrectionRequest)]
 pub struct CorrectionRequestBody {
     pub sensitivity: SensitivityBody,
-    /// For each setting, in their order; `null` where it may go anywhere.
+    /// By the names of the settings; a setting that is not named may go anywhere.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub limits: Option<Vec<Option<LimitsBody>>>,
+    pub limits: Option<BTreeMap<String, LimitsBody>>,
+    /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that were laid into the nominal one have no such datum:
+    /// then what all nodes have in common is left aside, and settings that change all nodes alike come back `undetermined`. Default true
+    /// with `matrix`, false with `machine`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absolute: Option<bool>,
     /// For each node. By default the weights of the iteration.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
@@ -98,17 +105,24 @@ pub struct SensitivityBody {
     pub helix_range_mm: Option<[f64; 2]>,
 }
 
-/// How far a setting may be changed.
+/// How a setting may be changed, in its unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = SettingLimits)]
 pub struct LimitsBody {
-    /// The least change, in the setting's unit, 0 or less.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Least change, usually below 0.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
-    /// The greatest change, in the setting's unit, 0 or more.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Greatest change.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
+    /// Step of the control: the change is a multiple of it, and predicted figures are those of the rounded changes.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub increment: Option<f64>,
+    /// Whether the setting stays as it is; without the others then.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub fixed: Option<bool>,
 }
 
 /// How errors of a sensitivity matrix hang together, for the standard errors of the changes.
@@ -131,7 +145,19 @@ impl From<ResponseErrorsName> for ResponseErrors {
     }
 }
 
-/// A machine that grinds cylindrical gears.
+/// A machine that grinds cylindrical gears. Deviations are along the normal, + = material left standing; s is +1 on left and −1 on right flanks,
+/// u and v run from −1 to 1 over the ranges from root to tip and along z. docs/machine-settings.md has a figure of each setting.
+///
+/// | setting | unit | a positive change | what the flank gets |
+/// |---|---|---|---|
+/// | `profile_angle` | arcmin | greater normal pressure angle of the tool | less material at the tip on both flanks: f_Hα falls |
+/// | `helix_angle` | arcmin | signed helix angle grows (as `helix_angle_deg`, right hand above 0) | f_Hβ (DIN) grows on both flanks of gears of either hand |
+/// | `profile_crowning` | µm | more removed at root and tip | −u²: C_α grows by as much |
+/// | `helix_crowning` | µm | more removed at both ends | −v² (form), −v_t² at the place of the worm (generating, with a natural twist on helical gears): C_β grows |
+/// | `twist` | µm | generating only: worm shifted along a dressed profile | uv/4 on both flanks: 4c_uv grows by as much |
+/// | `tooth_thickness` | µm | thicker tooth | ½ cos α_n on both flanks: no slope, no crowning |
+/// | `infeed` | µm | form only: wheel away from the gear's axis | material on both flanks, more towards the tip |
+/// | `tool_axis_offset` | µm | tool to the left (−x) in its gap | material on left flanks, the same off right flanks |
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = Machine)]
@@ -151,9 +177,10 @@ impl From<MachineName> for Machine {
     }
 }
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 12] = [
     "sensitivity",
     "limits",
+    "absolute",
     "weight",
     "target_um",
     "noise_sigma_um",
@@ -189,7 +216,8 @@ pub fn read(
     let spec = fit_fields::read(&fields.without("include"), None, &mut faults);
     let include: Option<Vec<CorrectionIncludeName>> = part(&fields, "include", &mut faults);
     let include = CorrectionInclude::of(&include.unwrap_or_default());
-    let limits: Option<Vec<Option<LimitsBody>>> = part(&fields, "limits", &mut faults);
+    let limits: Option<BTreeMap<String, LimitsBody>> = part(&fields, "limits", &mut faults);
+    let absolute: Option<bool> = part(&fields, "absolute", &mut faults);
     let weight: Option<Vec<f64>> = part(&fields, "weight", &mut faults);
     let target: Option<Vec<f64>> = part(&fields, "target_um", &mut faults);
     let noise_sigma: Option<f64> = part(&fields, "noise_sigma_um", &mut faults);
@@ -201,13 +229,18 @@ pub fn read(
         .required("sensitivity", "", &mut faults)
         .and_then(|slice| sensitivity(slice, nodes, measurand, gear, &mut faults).or_else(|| none(&mut faults)));
     let (Some(spec), Some(mut known)) = (spec, known) else { return Ok(Err(faults)) };
-    if let Some(limits) = limits {
-        if limits.len() != known.settings.len() {
-            faults.push("/limits", format!("{} for {} settings", entries(limits.len()), known.settings.len()));
-        }
-        for (setting, limits) in known.settings.iter_mut().zip(limits) {
-            let LimitsBody { min, max } = limits.unwrap_or_default();
-            (setting.min, setting.max) = (min, max);
+    for (name, limits) in limits.iter().flatten() {
+        let LimitsBody { min, max, increment, fixed } = *limits;
+        match known.settings.iter_mut().find(|setting| setting.name == *name) {
+            Some(setting) => {
+                (setting.min, setting.max, setting.increment) = (min, max, increment);
+                setting.fixed = fixed.unwrap_or(false);
+            }
+            None => {
+                let names: Vec<String> = known.settings.iter().map(|setting| format!("`{}`", setting.name)).collect();
+                let detail = format!("there is no such setting; there are {}", names.join(", "));
+                faults.push(format!("/limits/{}", escape(name)), detail);
+            }
         }
     }
     let damping =
@@ -220,6 +253,7 @@ pub fn read(
         noise_sigma,
         coefficient_norm_limit: spec.coefficient_norm_limit,
         response_uncertainty: response.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
+        absolute: absolute.unwrap_or(known.flank.is_none()),
         response_errors: errors.map_or_else(ResponseErrors::default, Into::into),
         include: include.fit,
         ..Asked::new(iteration_nodes::deviations(nodes, factor), known.matrix, known.settings)

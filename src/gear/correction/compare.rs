@@ -61,13 +61,15 @@ pub struct Comparison {
     pub weight: Option<Vec<f64>>,
     /// How many settings there are.
     pub settings: usize,
-    /// What each setting does to each node, J_kj Δ_j, row by row; their sum is the predicted change c.
+    /// What each setting does to each node, J_kj Δ_j, row by row; their sum is the predicted change c (about its mean, without a datum).
     pub contributions: Vec<f64>,
     /// −∂c_k/∂d_k, as [`super::Solution::leverage`] has it; none where c was not computed from d.
     pub leverage: Option<Vec<f64>>,
     pub noise: Noise,
     /// η.
     pub response_uncertainty: f64,
+    /// Whether deviations have a datum; if not, all lists are compared about their means.
+    pub absolute: bool,
 }
 
 impl Correction {
@@ -79,14 +81,13 @@ impl Correction {
             measured,
             weight: asked.weight.clone(),
             settings: change.len(),
-            contributions: asked
-                .sensitivity
-                .chunks(change.len().max(1))
-                .flat_map(|row| row.iter().zip(change).map(|(j, c)| j * c))
+            contributions: (0..asked.deviation.len())
+                .flat_map(|k| self.told_row(k).iter().zip(change).map(|(j, c)| j * c))
                 .collect(),
             leverage: Some(leverage),
             noise,
             response_uncertainty: asked.response_uncertainty,
+            absolute: asked.absolute,
         }
     }
 }
@@ -107,7 +108,7 @@ pub enum Verdict {
 pub struct Answer {
     /// Nodes compared.
     pub nodes: usize,
-    /// Root mean squares, µm, each node counting alike.
+    /// Root mean squares, µm, each node counting alike; about the means where deviations have no datum.
     pub before_rms: f64,
     pub predicted_rms: f64,
     pub measured_rms: f64,
@@ -144,14 +145,16 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
     let covariance = Covariance::of(&nodes, eta, eta).ok_or(NOT_DEFINITE)?;
     let chi_squared = covariance.square(&left(1.0));
     let alone = |r: &[f64]| r.iter().zip(&nodes.variance).map(|(r, s)| r * r / s).sum::<f64>();
-    let chi_squared_limit = quantile(m, freedom);
+    // what all nodes have in common is left aside
+    let free = if comparison.absolute { m } else { m.max(2) - 1 };
+    let chi_squared_limit = quantile(free, freedom);
     let scaled = Scaled::of(&nodes, comparison);
     let within = chi_squared <= chi_squared_limit;
     let multiple = |scaled: &Scaled| {
         let rest = left(scaled.ratio);
         // a machine that answers more strongly has greater errors too
         let greater = Covariance::of(&nodes, eta, eta * scaled.ratio.abs().max(1.0));
-        greater.is_some_and(|greater| greater.square(&rest) <= quantile(m.max(2) - 1, freedom))
+        greater.is_some_and(|greater| greater.square(&rest) <= quantile(free.max(2) - 1, freedom))
             || alone(&rest) <= (1.0 - EXPLAINED) * alone(&left(1.0))
     };
     let explained = within || scaled.as_ref().is_some_and(multiple);
@@ -183,7 +186,7 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
 const NOT_DEFINITE: FitError = FitError::NotConverged("the changes of the settings are too great to be compared");
 
 /// The nodes that are compared.
-struct Counted<'a> {
+struct Counted {
     before: Vec<f64>,
     /// d' − d.
     came: Vec<f64>,
@@ -191,7 +194,7 @@ struct Counted<'a> {
     change: Vec<f64>,
     weight: Vec<f64>,
     /// C, a row for each node.
-    contributions: Vec<&'a [f64]>,
+    contributions: Vec<Vec<f64>>,
     /// 2σ²/w + u², and what rounding leaves.
     variance: Vec<f64>,
     /// u²/η².
@@ -200,14 +203,23 @@ struct Counted<'a> {
     leverage: f64,
 }
 
-impl<'a> Counted<'a> {
-    fn of(comparison: &'a Comparison) -> Self {
+impl Counted {
+    fn of(comparison: &Comparison) -> Self {
         let Comparison { before, measured, contributions, settings, noise, .. } = comparison;
-        let row = |k: usize| &contributions[k * settings..(k + 1) * settings];
         let weight = |k: usize| comparison.weight.as_ref().map_or(1.0, |weight| weight[k]);
         let counted: Vec<usize> =
             (0..before.len()).filter(|&k| !(before[k].is_nan() || measured[k].is_nan()) && weight(k) > 0.0).collect();
         let list = |of: &dyn Fn(usize) -> f64| counted.iter().map(|&k| of(k)).collect::<Vec<f64>>();
+        let whole: f64 = counted.iter().map(|&k| weight(k)).sum();
+        let mean = |of: &dyn Fn(usize) -> f64| match comparison.absolute {
+            true => 0.0,
+            false => counted.iter().map(|&k| weight(k) * of(k)).sum::<f64>() / whole,
+        };
+        let means: Vec<f64> = (0..*settings).map(|j| mean(&|k| contributions[k * settings + j])).collect();
+        let row = |k: usize| -> Vec<f64> {
+            contributions[k * settings..(k + 1) * settings].iter().zip(&means).map(|(c, mean)| c - mean).collect()
+        };
+        let (level, moved) = (mean(&|k| before[k]), mean(&|k| measured[k] - before[k]));
         let change = list(&|k| row(k).iter().sum());
         let largest = counted
             .iter()
@@ -215,15 +227,15 @@ impl<'a> Counted<'a> {
             .fold(0.0f64, |most, (&k, c)| most.max(before[k].abs()).max(measured[k].abs()).max((before[k] + c).abs()));
         let floor = (ARITHMETIC * largest).max(f64::MIN_POSITIVE.sqrt());
         let eta = comparison.response_uncertainty;
-        let single = list(&|k| row(k).iter().map(|c| c * c).sum());
+        let single = list(&|k| contributions[k * settings..(k + 1) * settings].iter().map(|c| c * c).sum());
         let variance = counted
             .iter()
             .zip(&single)
             .map(|(&k, u)| 2.0 * noise.sigma * noise.sigma / weight(k) + eta * eta * u + floor * floor)
             .collect();
         Counted {
-            before: list(&|k| before[k]),
-            came: list(&|k| measured[k] - before[k]),
+            before: list(&|k| before[k] - level),
+            came: list(&|k| measured[k] - before[k] - moved),
             change,
             weight: list(&weight),
             contributions: counted.iter().map(|&k| row(k)).collect(),
@@ -244,7 +256,7 @@ struct Covariance {
 }
 
 impl Covariance {
-    fn of(nodes: &Counted<'_>, told: f64, eta: f64) -> Option<Self> {
+    fn of(nodes: &Counted, told: f64, eta: f64) -> Option<Self> {
         let settings = nodes.contributions.first()?.len();
         let more = eta * eta - told * told;
         let diagonal: Vec<f64> = nodes.variance.iter().zip(&nodes.single).map(|(s, u)| s + more * u).collect();
@@ -276,7 +288,7 @@ struct Scaled {
 
 impl Scaled {
     /// `None` where no change was predicted.
-    fn of(nodes: &Counted<'_>, comparison: &Comparison) -> Option<Self> {
+    fn of(nodes: &Counted, comparison: &Comparison) -> Option<Self> {
         let Comparison { noise: Noise { sigma, freedom }, response_uncertainty: eta, settings, .. } = comparison;
         let m = nodes.change.len();
         // relative to the largest change, which squares of small ones would not be

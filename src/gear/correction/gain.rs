@@ -17,7 +17,7 @@ use nalgebra::DMatrix;
 use super::problem::{Correction, ResponseErrors};
 use crate::{
     estimation::{FitResult, result::RegularizationKind, spec::Scaling},
-    numerics::{qr_with_rhs, svd},
+    numerics::{cancel::Asking, qr_with_rhs, svd},
 };
 
 /// The map from whitened deviations to the free settings.
@@ -102,7 +102,7 @@ impl<'a> Gain<'a> {
     /// h of each node, 0 where it takes no part.
     pub fn leverage(&self) -> Vec<f64> {
         let mut leverage = vec![0.0; self.correction.asked().deviation.len()];
-        for &k in self.correction.counted() {
+        for &k in self.correction.counted().iter().asking(2 * self.free.len() * self.free.len()) {
             let row = self.row(k);
             let h: f64 = self.back(&self.along(&row)).iter().zip(&row).map(|(a, x)| a * x).sum();
             leverage[k] = h.clamp(0.0, 1.0);
@@ -118,7 +118,8 @@ impl<'a> Gain<'a> {
         }
         let eta = asked.response_uncertainty;
         let of = |&k: &usize| {
-            let u: f64 = self.correction.row(k).iter().zip(change).map(|(j, c)| (eta * j * c) * (eta * j * c)).sum();
+            let u: f64 =
+                self.correction.told_row(k).iter().zip(change).map(|(j, c)| (eta * j * c) * (eta * j * c)).sum();
             (1.0 - leverage[k]) * self.correction.weight(k) * u
         };
         self.correction.counted().iter().map(of).sum()
@@ -137,21 +138,22 @@ impl<'a> Gain<'a> {
         let inverse: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|l| entry(i, l)).collect()).collect();
         let (mut noise, mut response) = (vec![0.0; n], vec![0.0; n]);
         let mut whole = vec![0.0; n * all];
-        for &k in self.correction.counted() {
+        for &k in self.correction.counted().iter().asking(n * (n + all)) {
             let (w, jacobian, row) = (self.correction.weight(k), self.correction.row(k), self.row(k));
+            let told = self.correction.told_row(k);
             let root = w.sqrt();
             let gain = self.back(&self.along(&row));
             let left = root * misfit.sqrt() * self.correction.left_at(k, change);
             for i in 0..n {
                 noise[i] += gain[i] * gain[i];
                 for j in 0..all {
-                    let x = root * jacobian[j];
                     match asked.response_errors {
                         ResponseErrors::Independent => {
+                            let x = root * told[j];
                             let turned = place[j].map_or(0.0, |l| inverse[i][l] / self.scale[l] * left);
                             response[i] += (eta * x * (gain[i] * change[j] + turned)).powi(2);
                         }
-                        ResponseErrors::PerSetting => whole[i * all + j] += gain[i] * x,
+                        ResponseErrors::PerSetting => whole[i * all + j] += gain[i] * root * jacobian[j],
                     }
                 }
             }

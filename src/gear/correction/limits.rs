@@ -40,16 +40,32 @@ pub(super) struct Standing {
     pub settled: bool,
 }
 
+/// Where the settings stand when those that are `pinned` are changed by that much. `unlimited`
+/// is the fit of the others without limits; no fit is answered where that is within them.
+pub(super) fn stand(correction: &Correction, unlimited: &[f64], pinned: &[Option<f64>]) -> Result<Standing, FitError> {
+    let settings = &correction.asked().settings;
+    let inside = (0..unlimited.len()).all(|j| {
+        pinned[j].is_some()
+            || settings[j].min.is_none_or(|min| min <= unlimited[j])
+                && settings[j].max.is_none_or(|max| unlimited[j] <= max)
+    });
+    match inside {
+        true => {
+            Ok(Standing { change: unlimited.to_vec(), at: vec![None; unlimited.len()], fitted: None, settled: true })
+        }
+        false => within(correction, unlimited, pinned),
+    }
+}
+
 /// Fits the settings `free` to what the others, changed by `change`, leave over.
 pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) -> Result<Fitted, FitError> {
     let asked = correction.asked();
-    let fixed: Vec<usize> = (0..change.len()).filter(|j| !free.contains(j)).collect();
+    let held: Vec<f64> = (0..change.len()).map(|j| if free.contains(&j) { 0.0 } else { change[j] }).collect();
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for &k in correction.counted() {
         let row = correction.row(k);
         x.extend(free.iter().map(|&j| row[j]));
-        let moved: f64 = fixed.iter().map(|&j| row[j] * change[j]).sum();
-        y.push(correction.target(k) - asked.deviation[k] - moved);
+        y.push(-correction.left_at(k, &held));
     }
     let weight = asked.weight.as_ref().map(|w| correction.counted().iter().map(|&k| w[k]).collect::<Vec<f64>>());
     let square: f64 = y.iter().enumerate().map(|(i, y)| weight.as_ref().map_or(1.0, |w| w[i]) * y * y).sum();
@@ -120,11 +136,11 @@ fn among(regularization: &Regularization, free: &[usize], all: usize) -> Regular
 }
 
 /// From the fit without limits to settings within them.
-pub(super) fn within(correction: &Correction, unlimited: &[f64]) -> Result<Standing, FitError> {
+fn within(correction: &Correction, unlimited: &[f64], pinned: &[Option<f64>]) -> Result<Standing, FitError> {
     let settings = &correction.asked().settings;
     let n = settings.len();
-    let low = |j: usize| settings[j].min.unwrap_or(f64::NEG_INFINITY);
-    let high = |j: usize| settings[j].max.unwrap_or(f64::INFINITY);
+    let low = |j: usize| pinned[j].or(settings[j].min).unwrap_or(f64::NEG_INFINITY);
+    let high = |j: usize| pinned[j].or(settings[j].max).unwrap_or(f64::INFINITY);
     // nothing changed is where to start from, or as near to it as the limits allow
     let mut point: Vec<f64> = (0..n).map(|j| 0f64.max(low(j)).min(high(j))).collect();
     let mut at: Vec<Option<Limit>> = vec![None; n];
@@ -135,7 +151,7 @@ pub(super) fn within(correction: &Correction, unlimited: &[f64]) -> Result<Stand
     for _ in 0..ROUNDS * n + ROUNDS {
         cancel::checkpoint();
         let first = (0..n)
-            .filter(|&j| at[j].is_none())
+            .filter(|&j| at[j].is_none() && pinned[j].is_none())
             .filter_map(|j| {
                 let (limit, end) = match goal[j] {
                     x if x < low(j) => (Limit::Min, low(j)),
@@ -155,7 +171,7 @@ pub(super) fn within(correction: &Correction, unlimited: &[f64]) -> Result<Stand
             (point[j], at[j]) = (end, Some(limit));
         } else {
             point.clone_from(&goal);
-            let freed = coming_back(correction, &at, &point)?;
+            let freed = coming_back(correction, &at, &point, pinned)?;
             let repeated = seen.contains(&at);
             let standing = Standing { change: point.clone(), at: at.clone(), fitted: fitted.take(), settled: true };
             let Some(j) = freed else { return Ok(standing) };
@@ -169,7 +185,7 @@ pub(super) fn within(correction: &Correction, unlimited: &[f64]) -> Result<Stand
             seen.push(at.clone());
             at[j] = None;
         }
-        let free: Vec<usize> = (0..n).filter(|&j| at[j].is_none()).collect();
+        let free: Vec<usize> = (0..n).filter(|&j| at[j].is_none() && pinned[j].is_none()).collect();
         goal.clone_from(&point);
         fitted = match free.is_empty() {
             true => None,
@@ -190,7 +206,12 @@ pub(super) fn within(correction: &Correction, unlimited: &[f64]) -> Result<Stand
 
 /// A setting at a limit that, freed, would come back inside. Those that the remaining deviations pull inwards most are asked first; for plain
 /// least squares the first of them does come back.
-fn coming_back(correction: &Correction, at: &[Option<Limit>], point: &[f64]) -> Result<Option<usize>, FitError> {
+fn coming_back(
+    correction: &Correction,
+    at: &[Option<Limit>],
+    point: &[f64],
+    pinned: &[Option<f64>],
+) -> Result<Option<usize>, FitError> {
     let mut pulls: Vec<(f64, usize, Limit)> = pull(correction, point)
         .into_iter()
         .enumerate()
@@ -202,7 +223,7 @@ fn coming_back(correction: &Correction, at: &[Option<Limit>], point: &[f64]) -> 
     pulls.sort_by(|a, b| b.0.total_cmp(&a.0));
     for (_, j, limit) in pulls {
         cancel::checkpoint();
-        let free: Vec<usize> = (0..at.len()).filter(|&i| i == j || at[i].is_none()).collect();
+        let free: Vec<usize> = (0..at.len()).filter(|&i| i == j || (at[i].is_none() && pinned[i].is_none())).collect();
         let fitted = fit_free(correction, &free, point)?;
         let value =
             free.iter().zip(&fitted.result.coefficients).find(|(i, _)| **i == j).map_or(point[j], |(_, c)| c.value);

@@ -4,12 +4,14 @@
 //! the setting: the derivative of the nominal generator by that setting at a fixed node. All of them are exact: a flank that moves with
 //! the velocity w at the node stands out by `w · n`, and a flank of other gear data turns about the axis by what ψ, inv and r_b change.
 //!
+//! docs/machine-settings.md shows each setting on both flanks.
+//!
 //! With `u = −1…1` over the evaluated roll lengths and `v = −1…1` over the evaluated z, s = ±1 on left and right flanks:
 //!
 //! | setting | unit | machine | deviation for one unit more |
 //! |---|---|---|---|
 //! | `profile_angle` | ′ | both | tool's normal pressure angle, for each rad `cos β_b (2 x r_b / (z cos² α_n) − τ tan α_t (dα_t/dα_n) (L − L_0))`: about −0.106 µm for each ′ and mm of roll length at 20° |
-//! | `helix_angle` | ′ | both | helix angle made, turning about the middle of the evaluated z: `s h (z − z_m) cos α_n / cos β` for each rad, h = ±1 for right and left hand |
+//! | `helix_angle` | ′ | both | signed helix angle made (right hand above 0), turning about the middle of the evaluated z: `s (z − z_m) cos α_n / cos β` for each rad, whatever the hand |
 //! | `profile_crowning` | µm | both | `−u²` |
 //! | `helix_crowning` | µm | both | form grinding `−v²`; generating grinding `−v_t²`, see below |
 //! | `twist` | µm | generating | `uv/4`: the twist 4c_uv of the second-order surface grows by 1 µm |
@@ -162,8 +164,8 @@ impl Made<'_> {
         match kind {
             Kind::ProfileAngle => MICRO * MINUTE * self.pressure_angle(node),
             Kind::HelixAngle => {
-                // d(tan β)/dβ = 1/cos²β; a turn by θ moves the flank by s θ r_b cos β_b along its normal
-                let turn = gear.hand() * MINUTE / (gear.data().helix_angle.cos().powi(2) * gear.reference_radius());
+                // d(tan β)/dβ = 1/cos²β of the signed angle, which turns counterclockwise on the way to the viewer; a turn by θ moves the flank by s θ r_b cos β_b along its normal
+                let turn = MINUTE / (gear.data().helix_angle.cos().powi(2) * gear.reference_radius());
                 let lever = gear.base_radius() * gear.base_helix_angle().cos();
                 MICRO * sign * lever * turn * (node.z - middle(self.ranges.helix))
             }

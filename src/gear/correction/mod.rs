@@ -9,6 +9,7 @@
 //! * [`damping`]: how far J is trusted, which is how λ* is chosen unless the caller says otherwise;
 //! * `gain`: how noise and errors of J come back in the changes;
 //! * `limits`: settings that may not go as far as they should;
+//! * `rounding`: settings that the control sets in steps;
 //! * [`solution`]: the answer;
 //! * [`mod@compare`]: predicted beside measured;
 //! * [`machine`]: J of cylindrical gear grinding.
@@ -19,6 +20,7 @@ mod gain;
 mod limits;
 pub mod machine;
 pub mod problem;
+mod rounding;
 pub mod solution;
 
 pub use compare::{Answer, Comparison, Verdict, compare};

@@ -22,12 +22,35 @@ pub struct Setting {
     pub min: Option<f64>,
     /// Greatest change allowed.
     pub max: Option<f64>,
+    /// Whether it stays as it is.
+    pub fixed: bool,
+    /// Step of the control: changes are multiples of it.
+    pub increment: Option<f64>,
 }
 
 impl Setting {
     /// A setting that may go anywhere.
     pub fn free(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Setting { name: name.into(), unit: unit.into(), min: None, max: None }
+        Setting { name: name.into(), unit: unit.into(), min: None, max: None, fixed: false, increment: None }
+    }
+}
+
+impl Setting {
+    /// Least and greatest multiple of the increment within the limits; `None` without an increment.
+    pub(super) fn steps(&self) -> Option<[f64; 2]> {
+        // a limit that is a multiple but for rounding is one
+        const ROUNDING: f64 = 1e-9;
+        let increment = self.increment?;
+        let least = self.min.map_or(f64::NEG_INFINITY, |min| (min / increment - ROUNDING).ceil());
+        let most = self.max.map_or(f64::INFINITY, |max| (max / increment + ROUNDING).floor());
+        Some([least, most])
+    }
+
+    /// `count` increments, with the digits that the increment has where it is a simple fraction.
+    pub(super) fn multiple(count: f64, increment: f64) -> f64 {
+        let parts = (1.0 / increment).round();
+        // + 0.0: no negative zero
+        if (increment * parts - 1.0).abs() < 1e-12 { count / parts + 0.0 } else { count * increment + 0.0 }
     }
 }
 
@@ -64,6 +87,9 @@ pub struct Asked {
     /// η, standard uncertainty of an entry of J relative to the entry.
     pub response_uncertainty: f64,
     pub response_errors: ResponseErrors,
+    /// Whether the deviations have a datum, so that their mean says something. Where they have none, as traces and flanks laid into the nominal
+    /// one, what all nodes have in common is left aside, and settings that change all nodes alike are undetermined.
+    pub absolute: bool,
     pub include: Include,
 }
 
@@ -82,6 +108,7 @@ impl Asked {
             coefficient_norm_limit: None,
             response_uncertainty: DEFAULT_RESPONSE_UNCERTAINTY,
             response_errors: ResponseErrors::default(),
+            absolute: true,
             include: Include::default(),
         }
     }
@@ -93,12 +120,22 @@ pub struct Correction {
     pub(super) asked: Asked,
     /// The nodes that take part, ascending.
     pub(super) counted: Vec<usize>,
+    /// J less the means of its columns, where deviations have no datum.
+    centred: Option<Vec<f64>>,
+    /// Mean of d − t, where deviations have no datum.
+    level: f64,
+    /// Settings that may be changed, ascending.
+    pub(super) open: Vec<usize>,
+    /// Settings that are not fixed, but that the deviations say nothing about.
+    pub(super) undetermined: Vec<usize>,
 }
 
+/// A column that is shorter than this against what it was before its mean was taken off is a constant.
+const CONSTANT: f64 = 1e-9;
+
 impl Correction {
-    /// Checks everything. Faults point into an object `{deviation_um, weight, target_um, sensitivity: {settings, matrix}, limits,
-    /// noise_sigma_um,
-    /// coefficient_norm_limit, response_uncertainty}`.
+    /// Checks everything. Faults point into an object `{deviation_um, weight, target_um, sensitivity: {settings, matrix}, limits (by
+    /// names), noise_sigma_um, coefficient_norm_limit, response_uncertainty, absolute}`.
     pub fn new(asked: Asked) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         check_settings(&asked.settings, &mut faults);
@@ -151,24 +188,56 @@ impl Correction {
         let defined: Vec<usize> = (0..rows).filter(|&k| !asked.deviation[k].is_nan()).collect();
         let weighs = |k: &usize| asked.weight.as_ref().is_none_or(|w| w[*k] > 0.0);
         let counted_nodes: Vec<usize> = defined.iter().copied().filter(weighs).collect();
-        if counted_nodes.len() < columns {
+        let open: Vec<usize> = (0..columns).filter(|&j| !asked.settings[j].fixed).collect();
+        if open.is_empty() {
+            return Err(Faults::one("/limits", "every setting is fixed: there is nothing to correct"));
+        }
+        let columns_open = open.len() + usize::from(!asked.absolute);
+        if counted_nodes.len() < columns_open {
             // at the place that can be changed: what leaves too few nodes, or asks too much of those that there are
             let (pointer, left) = match defined.len() {
                 0 => ("/deviation_um", "defined"),
-                there if there >= columns => ("/weight", "with a weight above 0"),
+                there if there >= columns_open => ("/weight", "with a weight above 0"),
                 _ => ("/sensitivity/settings", "defined"),
             };
-            let settings = counted(columns, "setting", "settings");
+            let settings = counted(open.len(), "setting", "settings");
             let nodes = counted(counted_nodes.len(), "node", "nodes");
             return Err(Faults::one(pointer, format!("{settings} cannot be told from {nodes} {left}")));
         }
         for (j, setting) in asked.settings.iter().enumerate() {
-            if counted_nodes.iter().all(|&k| asked.sensitivity[k * columns + j] == 0.0) {
+            if !setting.fixed && counted_nodes.iter().all(|&k| asked.sensitivity[k * columns + j] == 0.0) {
                 let detail = format!("`{}` changes none of the defined nodes: leave it out", setting.name);
                 faults.push(format!("/sensitivity/settings/{j}"), detail);
             }
         }
-        faults.into_result(Correction { asked, counted: counted_nodes })
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let plain =
+            Correction { asked, counted: counted_nodes, centred: None, level: 0.0, open, undetermined: Vec::new() };
+        if plain.asked.absolute { Ok(plain) } else { plain.without_datum() }
+    }
+
+    /// The same for deviations of which nobody knows what they have in common.
+    fn without_datum(self) -> Result<Self, Faults> {
+        let columns = self.asked.settings.len();
+        let whole: f64 = self.counted.iter().map(|&k| self.weight(k)).sum();
+        let mean =
+            |of: &dyn Fn(usize) -> f64| self.counted.iter().map(|&k| self.weight(k) * of(k)).sum::<f64>() / whole;
+        let means: Vec<f64> = (0..columns).map(|j| mean(&|k| self.row(k)[j])).collect();
+        let level = mean(&|k| self.asked.deviation[k] - self.target(k));
+        let centred: Vec<f64> =
+            self.asked.sensitivity.iter().enumerate().map(|(at, x)| x - means[at % columns]).collect();
+        let square = |matrix: &[f64], j: usize| -> f64 {
+            self.counted.iter().map(|&k| self.weight(k) * matrix[k * columns + j].powi(2)).sum()
+        };
+        let constant = |j: &usize| square(&centred, *j) <= CONSTANT * CONSTANT * square(&self.asked.sensitivity, *j);
+        let (undetermined, open): (Vec<usize>, Vec<usize>) = self.open.iter().copied().partition(|j| constant(j));
+        if open.is_empty() {
+            let detail = "the deviations have no datum, and every setting changes all nodes alike: nothing can be told";
+            return Err(Faults::one("/absolute", detail));
+        }
+        Ok(Correction { centred: Some(centred), level, open, undetermined, ..self })
     }
 
     /// What was asked for.
@@ -181,6 +250,11 @@ impl Correction {
         &self.counted
     }
 
+    /// Mean of d − t where deviations have no datum, else 0.
+    pub(super) fn level(&self) -> f64 {
+        self.level
+    }
+
     pub(super) fn target(&self, k: usize) -> f64 {
         self.asked.target.as_ref().map_or(0.0, |target| target[k])
     }
@@ -189,16 +263,22 @@ impl Correction {
         self.asked.weight.as_ref().map_or(1.0, |weight| weight[k])
     }
 
-    /// d + JΔ − t at a node.
+    /// d + JΔ − t at a node, less what all have in common where they have no datum.
     pub(super) fn left_at(&self, k: usize, change: &[f64]) -> f64 {
         let moved: f64 = self.row(k).iter().zip(change).map(|(j, c)| j * c).sum();
-        self.asked.deviation[k] + moved - self.target(k)
+        self.asked.deviation[k] + moved - self.target(k) - self.level
     }
 
-    /// Row k of J.
-    pub(super) fn row(&self, k: usize) -> &[f64] {
+    /// Row k of J as it was told, of which errors are shares.
+    pub(super) fn told_row(&self, k: usize) -> &[f64] {
         let columns = self.asked.settings.len();
         &self.asked.sensitivity[k * columns..(k + 1) * columns]
+    }
+
+    /// Row k of J, less the means of the columns where deviations have no datum.
+    pub(super) fn row(&self, k: usize) -> &[f64] {
+        let columns = self.asked.settings.len();
+        &self.centred.as_ref().unwrap_or(&self.asked.sensitivity)[k * columns..(k + 1) * columns]
     }
 }
 
@@ -213,17 +293,42 @@ fn check_settings(settings: &[Setting], faults: &mut Faults) {
         } else if settings[..j].iter().any(|other| other.name == setting.name) {
             faults.push(format!("/sensitivity/settings/{j}"), format!("`{}` is there twice", setting.name));
         }
-        for (end, limit) in [("min", setting.min), ("max", setting.max)] {
-            if limit.is_some_and(|limit| !limit.is_finite()) {
-                faults.push(format!("/limits/{j}/{end}"), "the limit is not finite; leave it out for none");
-            }
+        check_limits(setting, faults);
+    }
+}
+
+/// Faults stand at the setting's name.
+fn check_limits(setting: &Setting, faults: &mut Faults) {
+    let Setting { min, max, fixed, increment, .. } = setting;
+    let at = format!("/limits/{}", setting.name.replace('~', "~0").replace('/', "~1"));
+    let ends = [("min", min), ("max", max), ("increment", increment)];
+    for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some_and(|limit| !limit.is_finite())) {
+        faults.push(format!("{at}/{end}"), "the number is not finite; leave it out for none");
+    }
+    if *fixed {
+        for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some()) {
+            faults.push(
+                format!("{at}/{end}"),
+                "a setting that is fixed is not changed: it has no limits and no increment",
+            );
         }
-        if let (Some(min), Some(max)) = (setting.min, setting.max)
-            && min > max
-        {
-            let detail = format!("the least change {} is above the greatest, {}", Shown(min), Shown(max));
-            faults.push(format!("/limits/{j}/min"), detail);
-        }
+        return;
+    }
+    if let (Some(min), Some(max)) = (min, max)
+        && min > max
+    {
+        let detail = format!("the least change {} is above the greatest, {}", Shown(*min), Shown(*max));
+        faults.push(format!("{at}/min"), detail);
+        return;
+    }
+    let Some(increment) = increment.filter(|increment| increment.is_finite()) else { return };
+    if !(increment > 0.0) {
+        faults.push(format!("{at}/increment"), format!("{} is not a step above 0", Shown(increment)));
+    } else if let Some([least, most]) = setting.steps()
+        && least > most
+    {
+        let detail = format!("no multiple of {} lies within the limits", Shown(increment));
+        faults.push(format!("{at}/increment"), detail);
     }
 }
 

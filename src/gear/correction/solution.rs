@@ -3,8 +3,9 @@
 use super::{
     damping::{Damping, Trust},
     gain::Gain,
-    limits::{Fitted, Standing, fit_free, unsettled, within},
+    limits::{Fitted, fit_free, stand, unsettled},
     problem::Correction,
+    rounding::rounded,
 };
 use crate::estimation::{
     FitError, FitResult,
@@ -27,8 +28,10 @@ pub struct Change {
     pub unit: String,
     /// Δ, to be added to the setting.
     pub change: f64,
-    /// What the fit without limits asks for.
+    /// What the fit without limits asks for; 0 where it is fixed or undetermined.
     pub unlimited: f64,
+    /// What it would be if every setting could be set to any number; `None` where it has no increment. Errors are of this.
+    pub unrounded: Option<f64>,
     /// Of a free setting, given those at limits: of noise and of errors of J together, about what the regularised correction is on average.
     /// What regularisation takes away is not in it, but in the bias bound. `None` at a limit and where the noise is not known.
     pub std_error: Option<f64>,
@@ -38,6 +41,10 @@ pub struct Change {
     /// [`crate::estimation::result::BiasReport`] in the scaled columns; `None` at a limit.
     pub bias_bound: Option<f64>,
     pub limited: Option<Limit>,
+    /// Whether it was to stay as it is.
+    pub fixed: bool,
+    /// Whether the deviations say nothing about it, so that it stays as it is.
+    pub undetermined: bool,
 }
 
 /// Settings whose effects nearly cancel on these nodes.
@@ -54,7 +61,8 @@ pub struct Indistinguishable {
 /// The flank after the correction, if the machine answers as J says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Predicted {
-    /// d + JΔ, µm for each node; NaN where d is.
+    /// d + JΔ, µm for each node; NaN where d is. Where deviations have no datum, JΔ is what it does to them about their mean, and the figures
+    /// below are about the mean.
     pub deviation: Vec<f64>,
     /// Standard uncertainty of JΔ at each node, µm, entries of J being uncertain by η independently: η √Σ (J_kj Δ_j)².
     pub uncertainty: Vec<f64>,
@@ -102,25 +110,18 @@ impl Correction {
     /// Computes the changes of the settings. Pure; the same input gives the same bits.
     pub fn solve(&self) -> Result<Solution, FitError> {
         let n = self.asked.settings.len();
-        let all: Vec<usize> = (0..n).collect();
-        let Fitted { result: fit, trust } = fit_free(self, &all, &vec![0.0; n])?;
-        let unlimited: Vec<f64> = fit.coefficients.iter().map(|c| c.value).collect();
-        let inside = self
-            .asked
-            .settings
-            .iter()
-            .zip(&unlimited)
-            .all(|(setting, x)| setting.min.is_none_or(|min| min <= *x) && setting.max.is_none_or(|max| *x <= max));
-        let standing = match inside {
-            true => Standing { change: unlimited.clone(), at: vec![None; n], fitted: None, settled: true },
-            false => within(self, &unlimited)?,
-        };
+        let Fitted { result: fit, trust } = fit_free(self, &self.open, &vec![0.0; n])?;
+        let mut unlimited = vec![0.0; n];
+        self.open.iter().zip(&fit.coefficients).for_each(|(&j, coefficient)| unlimited[j] = coefficient.value);
+        let pinned: Vec<Option<f64>> = (0..n).map(|j| (!self.open.contains(&j)).then_some(0.0)).collect();
+        let standing = stand(self, &unlimited, &pinned)?;
         let mut warnings = Vec::new();
         if !standing.settled {
             warnings.push(unsettled());
         }
+        let change = rounded(self, &standing.change)?;
         let limited_fit = standing.fitted.map(|fitted| fitted.result);
-        let free: Vec<usize> = all.iter().copied().filter(|&j| standing.at[j].is_none()).collect();
+        let free: Vec<usize> = self.open.iter().copied().filter(|&j| standing.at[j].is_none()).collect();
         let of_free = limited_fit.as_ref().unwrap_or(&fit);
         let noise = self.noise(of_free);
         let gain = match free.is_empty() {
@@ -130,8 +131,11 @@ impl Correction {
         let leverage = gain.as_ref().map_or_else(|| vec![0.0; self.asked.deviation.len()], Gain::leverage);
         let errors =
             noise.zip(gain).map(|(noise, gain)| self.errors(of_free, noise, &gain, &standing.change, &leverage));
-        let settings = self.changes(of_free, errors.as_deref(), &standing.change, &standing.at, &unlimited);
-        let predicted = self.predict(&standing.change);
+        let mut settings = self.changes(of_free, errors.as_deref(), &standing.change, &standing.at, &unlimited);
+        for (setting, change) in settings.iter_mut().zip(change.iter().flatten()) {
+            setting.change = *change;
+        }
+        let predicted = self.predict(change.as_ref().unwrap_or(&standing.change));
         self.warn(&settings, &fit, &mut warnings);
         Ok(Solution {
             settings,
@@ -147,8 +151,12 @@ impl Correction {
     }
 
     fn noise(&self, fit: &FitResult) -> Option<Noise> {
-        let freedom = fit.residuals.degrees_of_freedom;
-        let estimated = || fit.residuals.sigma.map(|sigma| Noise { sigma, freedom: Some(freedom) });
+        // a mean that was taken off is a degree of freedom less than the fit knows
+        let (fitted, lost) = (fit.residuals.degrees_of_freedom, usize::from(!self.asked.absolute));
+        let estimated = || {
+            let (sigma, freedom) = (fit.residuals.sigma?, fitted.checked_sub(lost).filter(|freedom| *freedom > 0)?);
+            Some(Noise { sigma: sigma * (fitted as f64 / freedom as f64).sqrt(), freedom: Some(freedom) })
+        };
         self.asked.noise_sigma.map(|sigma| Noise { sigma, freedom: None }).or_else(estimated)
     }
 
@@ -192,7 +200,8 @@ impl Correction {
             .iter()
             .enumerate()
             .map(|(j, setting)| {
-                let own = if at[j].is_none() { of_free.next() } else { None };
+                let open = self.open.contains(&j);
+                let own = if at[j].is_none() && open { of_free.next() } else { None };
                 let [std_error, response_std_error] = match own.zip(errors) {
                     Some(((place, _), errors)) => errors[place].map(Some),
                     None => [None; 2],
@@ -206,6 +215,9 @@ impl Correction {
                     response_std_error,
                     bias_bound: own.map(|(_, coefficient)| coefficient.bias_bound),
                     limited: at[j],
+                    unrounded: setting.increment.filter(|_| open).map(|_| change[j]),
+                    fixed: setting.fixed,
+                    undetermined: self.undetermined.contains(&j),
                 }
             })
             .collect()
@@ -218,9 +230,9 @@ impl Correction {
         let (mut deviation, mut uncertainty) = (Vec::new(), Vec::new());
         for (k, d) in asked.deviation.iter().enumerate().asking(2 * change.len()) {
             let (mut moved, mut square) = (0.0, 0.0);
-            for (j, c) in self.row(k).iter().zip(change) {
+            for ((j, told), c) in self.row(k).iter().zip(self.told_row(k)).zip(change) {
                 moved += j * c;
-                square += (j * c) * (j * c);
+                square += (told * c) * (told * c);
             }
             deviation.push(d + moved);
             uncertainty.push(eta * square.sqrt());
@@ -234,7 +246,7 @@ impl Correction {
     fn size(&self, deviation: &[f64]) -> [f64; 2] {
         let (mut sum, mut weight, mut max) = (0.0, 0.0, 0.0f64);
         for &k in &self.counted {
-            let left = deviation[k] - self.target(k);
+            let left = deviation[k] - self.target(k) - self.level();
             sum += self.weight(k) * left * left;
             weight += self.weight(k);
             max = max.max(left.abs());
@@ -265,6 +277,18 @@ impl Correction {
                 message: format!(
                     "{} would go further than allowed; the others make up for it as far as they can",
                     limited.join(", ")
+                ),
+            });
+        }
+        let names = |places: &[usize]| {
+            places.iter().map(|&j| format!("`{}`", self.asked.settings[j].name)).collect::<Vec<_>>().join(", ")
+        };
+        if !self.undetermined.is_empty() {
+            warnings.push(Warning {
+                code: "undetermined_settings",
+                message: format!(
+                    "{}: it would change all nodes alike, and deviations without a datum do not tell what all nodes have in common; it stays as it is",
+                    names(&self.undetermined)
                 ),
             });
         }

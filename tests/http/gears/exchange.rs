@@ -59,7 +59,7 @@ async fn a_correction_goes_out_under_the_names_of_the_standard() {
     let nodes = json!({"nodes": {"type": "grid", "u": u, "v": v, "z": rows}, "model": {"type": "polynomial", "degree": 2, "terms": "total"}});
     assert_eq!(send(app.post(&place, nodes.to_string())).await.status, 201);
     let mut request = examples("create_iteration_correction")[0].1.clone();
-    request["limits"] = json!([{"min": -1.0, "max": 1.0}, null, null, null, null, null, null]);
+    request["limits"] = json!({"profile_angle": {"min": -1.0, "max": 1.0}});
     let kept = send(app.post(&format!("{place}/1/correction"), request.to_string())).await;
     assert_eq!(kept.status, 201, "{}", kept.text);
     let csv = send(app.get(&format!("{place}/1/correction")).header("accept", "text/csv")).await;
