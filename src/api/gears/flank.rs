@@ -87,7 +87,9 @@ impl ProfileBody {
 }
 
 /// What a node takes until it is written: point and normal, twice, and their text.
-const NODE: usize = 2 * 6 * size_of::<f64>() + 6 * 22;
+const NODE: usize = 2 * 6 * size_of::<f64>() + 6 * TEXT_OF_NUMBER;
+/// A number in the text, with its comma.
+const TEXT_OF_NUMBER: usize = 24;
 
 /// A request, computed.
 struct Computed {
@@ -137,7 +139,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
             nodes.chunks(columns.max(1)).map(row).collect()
         };
     let (points, normals): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (flat(&grid.points), flat(&grid.normals));
-    let mut json = Json::with_capacity(1024 + 6 * 20 * grid.points.len());
+    let mut json = Json::with_capacity(1024 + 6 * TEXT_OF_NUMBER * grid.points.len());
     let mut object = json.object();
     let diameters: Vec<f64> = grid.roll_lengths.iter().map(|roll| gear.diameter(*roll)).collect();
     object

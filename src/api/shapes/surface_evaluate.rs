@@ -22,7 +22,7 @@ const AREA_TOLERANCE: f64 = 1e-10;
 const MOST_NUMBERS: usize = 20_000_000;
 
 /// A number in the text of an answer, with its comma.
-const TEXT_OF_NUMBER: usize = 22;
+const TEXT_OF_NUMBER: usize = 24;
 /// What a place takes while it is evaluated: the surface with its derivatives there.
 const PLACE: usize = size_of::<SurfaceJet>();
 
