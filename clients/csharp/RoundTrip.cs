@@ -39,8 +39,10 @@ public static class RoundTrip
         var request = Read<CorrectionRequest>(text("iteration_correction"));
         var correction = iterations.CreateIterationCorrection(job.Id, made.Number, request);
         var kept = iterations.GetIterationCorrection(job.Id, made.Number);
-        held(kept.Result.Settings.Select(s => s.Change).SequenceEqual(correction.Settings.Select(s => s.Change)), "another correction");
-        Console.WriteLine("correction: " + string.Join(", ", correction.Settings.Select(s => s.Name + " " + s.Change.ToString("G3") + " " + s.Unit)));
+        var changes = correction.Settings.Select(one => one.Change);
+        held(kept.Result.Settings.Select(one => one.Change).SequenceEqual(changes), "another correction");
+        var told = correction.Settings.Select(one => one.Name + " " + one.Change.ToString("G3") + " " + one.Unit);
+        Console.WriteLine("correction: " + string.Join(", ", told));
         Console.WriteLine("round trip: ok");
         return 0;
     }

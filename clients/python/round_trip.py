@@ -2,8 +2,8 @@
 
     python round_trip.py URL EXAMPLES
 
-EXAMPLES is the folder examples/requests. Every answer is asked for as plain JSON too, and the model must hold all of it:
-a client that loses or mistakes a value fails here.
+EXAMPLES is the folder examples/requests. Each model must hold every value of the JSON that it was read from: a client
+that loses or mistakes one fails here.
 """
 
 import json

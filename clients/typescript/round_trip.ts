@@ -50,7 +50,8 @@ async function main(url: string, examples: string): Promise<void> {
   const kept = (await iterations.getIterationCorrection(at)).data;
   const changes = (settings: { change: number }[]): string => JSON.stringify(settings.map((one) => one.change));
   held(changes(kept.result.settings) === changes(correction.settings), "another correction");
-  console.log("correction: " + correction.settings.map((s) => `${s.name} ${s.change.toPrecision(3)} ${s.unit}`).join(", "));
+  const told = correction.settings.map((one) => `${one.name} ${one.change.toPrecision(3)} ${one.unit}`);
+  console.log("correction: " + told.join(", "));
 
   try {
     await jobs.createJob({ newJob: { name: "" } });

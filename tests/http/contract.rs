@@ -68,6 +68,29 @@ fn no_two_names_differ_by_case_only() {
     assert_eq!(alike(ids), [[""; 0]; 0]);
 }
 
+/// Of two schemas of one name the document would hold one, without a word.
+#[test]
+fn no_two_schemas_are_declared_by_one_name() {
+    fn read(folder: &std::path::Path, found: &mut Vec<String>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                read(&path, found);
+            } else {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let names = text.split("schema(as = ").skip(1).filter_map(|rest| rest.split([',', ')']).next());
+                found.extend(names.map(str::to_owned));
+            }
+        }
+    }
+    let mut names = Vec::new();
+    read(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut names);
+    assert!(names.len() > 100);
+    names.sort();
+    let twice: Vec<_> = names.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| &pair[0]).collect();
+    assert!(twice.is_empty(), "{twice:?}");
+}
+
 #[test]
 fn everything_is_described() {
     let document = document();

@@ -143,7 +143,7 @@ pub struct JointBody {
 /// One of the two parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-#[schema(as = Axis)]
+#[schema(as = SurfaceAxis)]
 pub enum AxisName {
     U,
     V,
