@@ -67,7 +67,16 @@ async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload
 #[utoipa::path(
     post, path = "/v1/curves/export", operation_id = "export_curve", tag = "curves",
     request_body(content = ExportCurveBody, description = "A curve and the form of the file."),
-    responses((status = 200, description = "The file.", body = String, content_type = "application/octet-stream"))
+    responses((
+        status = 200, description = "The file.",
+        content(
+            (String = "model/step"),
+            (String = "model/iges"),
+            (String = "model/obj"),
+            (String = "text/plain"),
+            (String = "text/csv")
+        )
+    ))
 )]
 async fn export_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let now = state.jobs.now();

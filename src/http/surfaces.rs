@@ -76,7 +76,17 @@ async fn closest_points_of_surface(State(state): State<AppState>, payload: Paylo
 #[utoipa::path(
     post, path = "/v1/surfaces/export", operation_id = "export_surface", tag = "surfaces",
     request_body(content = ExportSurfaceBody, description = "A surface and the form of the file."),
-    responses((status = 200, description = "The file.", body = String, content_type = "application/octet-stream"))
+    responses((
+        status = 200, description = "The file.",
+        content(
+            (String = "model/step"),
+            (String = "model/iges"),
+            (String = "model/obj"),
+            (String = "model/stl"),
+            (String = "text/plain"),
+            (String = "text/csv")
+        )
+    ))
 )]
 async fn export_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let now = state.jobs.now();

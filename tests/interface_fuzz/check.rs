@@ -86,8 +86,9 @@ fn stands(sent: &Value, pointer: &str) -> bool {
                 (_, None) => true,
                 (Value::Object(_), Some(_)) => true,
                 // one more than there are
-                (Value::Array(items), Some(name)) => name.parse() == Ok(items.len()),
-                _ => false,
+                (Value::Array(items), Some(name)) if name.parse::<usize>().is_ok() => name.parse() == Ok(items.len()),
+                // a field of what is no object: it is missing there
+                (_, Some(name)) => end + 1 + name.len() == pointer.len(),
             };
         }
         let Some(shorter) = pointer[..end].rfind('/') else { return false };

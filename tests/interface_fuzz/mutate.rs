@@ -182,7 +182,8 @@ fn word(text: &str, stock: &Stock, rng: &mut Rng) -> String {
             rng.pick(&words).cloned().unwrap_or_default()
         }
         5 => text.to_uppercase(),
-        6 => text.repeat(rng.one([2, 10, 300, 5000])),
+        // a text that is repeated again and again must not fill the memory of the fuzzer itself
+        6 => text.repeat(rng.one([2, 10, 300, 5000]).min(100_000 / text.len().max(1))),
         7 => format!("{text}{}", rng.one(TEXTS)),
         _ => rng.one(TEXTS).to_owned(),
     }

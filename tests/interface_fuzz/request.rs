@@ -12,7 +12,7 @@ use super::{
 };
 
 /// An unpacked bomb; more would only take longer.
-const BOMB: usize = 48 << 20;
+const BOMB: usize = 24 << 20;
 
 #[derive(Clone, Debug)]
 pub struct Request {

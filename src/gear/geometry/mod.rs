@@ -159,7 +159,9 @@ impl Geometry {
             involute: inv_of_roll(gear.transverse_pressure_angle().tan()),
             transverse_pitch: pitch,
             normal_pitch: PI * data.normal_module,
-            axial_pitch: helical.then(|| PI * data.normal_module / data.helix_angle.sin()),
+            axial_pitch: helical
+                .then(|| PI * data.normal_module / data.helix_angle.sin())
+                .filter(|pitch| pitch.is_finite()),
             lead: helical.then(|| PI * reference / data.helix_angle.tan()),
             transverse_base_pitch: gear.base_pitch(),
             normal_base_pitch: PI * data.normal_module * data.pressure_angle.cos(),
