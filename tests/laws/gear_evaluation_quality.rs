@@ -1,5 +1,5 @@
-//! What an evaluation says about how good its traces are: standard errors that hold, sampling that does not matter, holes, dust, a range that
-//! begins at the base circle.
+//! What an evaluation says about how good its traces are: standard errors that hold, sampling that does not matter,
+//! holes, dust, a range that begins at the base circle.
 
 use crate::gear_evaluation::{data, gear, near, one, range, settings, trace};
 use crate::oracle::random::Random;

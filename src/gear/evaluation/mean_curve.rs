@@ -1,9 +1,9 @@
 //! Mean line and mean parabola of a trace, and what noise of its samples makes of their coefficients.
 //!
 //! Weighted least squares in polynomials p₀, p₁, p₂ that are perpendicular over the samples (Forsythe's recurrence):
-//! `p₁ = u − α₀`, `p₂ = (u − α₁) p₁ − β`, each with its coefficient `cₖ = Σ w pₖ δ / Σ w pₖ²`. Coefficients are sums of the deviations with
-//! known factors, so noise of variance σ² per sample has in them the variance σ² times the sum of the squared factors: weights say how long
-//! the range is that a sample stands for, not how well it was measured.
+//! `p₁ = u − α₀`, `p₂ = (u − α₁) p₁ − β`, each with its coefficient `cₖ = Σ w pₖ δ / Σ w pₖ²`. Coefficients are sums of
+//! the deviations with known factors, so noise of variance σ² per sample has in them the variance σ² times the sum of
+//! the squared factors: weights say how long the range is that a sample stands for, not how well it was measured.
 
 use crate::numerics::cancel::Asking;
 

@@ -1,13 +1,14 @@
 //! How much of a trace is noise, told from what is systematic.
 //!
-//! Crowning, reliefs and waviness are the flank's: measured again they come again. So the noise is not the scatter about a mean line but
-//! that of contrasts which no smooth curve moves: third differences `(1, −3, 3, −1)/√20` of neighbouring samples, and of means over blocks of
-//! neighbouring samples. For independent noise both have the variance σ² (that of blocks times their length); noise whose neighbours go
-//! together, as filters leave it, shows in the blocks, and the greater of the two counts. Contrasts beyond four times what is usual are
-//! corners and outliers of the flank, not noise, and are left out.
+//! Crowning, reliefs and waviness are the flank's: measured again they come again. So the noise is not the scatter
+//! about a mean line but that of contrasts which no smooth curve moves: third differences `(1, −3, 3, −1)/√20` of
+//! neighbouring samples, and of means over blocks of neighbouring samples. For independent noise both have the variance
+//! σ² (that of blocks times their length); noise whose neighbours go together, as filters leave it, shows in the
+//! blocks, and the greater of the two counts. Contrasts beyond four times what is usual are corners and outliers of the
+//! flank, not noise, and are left out.
 //!
-//! What goes together over more than 1/64 of the samples, and every error that is the same all along a trace (alignment, drift,
-//! temperature), cannot be told from the flank and is not in this number.
+//! What goes together over more than 1/64 of the samples, and every error that is the same all along a trace
+//! (alignment, drift, temperature), cannot be told from the flank and is not in this number.
 
 use super::spacing::Spacing;
 use crate::numerics::{cancel::Asking, quantiles::median};

@@ -1,10 +1,11 @@
 //! Samples that stand out of their neighbours: dust, chips, a probe that lifted off.
 //!
-//! A smooth curve through medians (the mean parabola taken away, then medians of blocks with straight lines between them) leaves
-//! residuals. A sample is suspected where its residual is more than [`THRESHOLD`] times the scale (1.4826 × median absolute deviation) of the whole
-//! trace *and* of its own neighbourhood, about the neighbourhood's median (Hampel's rule with a window), and where the trace comes back
-//! behind it: what goes on to the end of the trace is a relief or a break of the edge. The standard counts such samples, and so does the
-//! evaluation unless they are asked to be left out; but it says so.
+//! A smooth curve through medians (the mean parabola taken away, then medians of blocks with straight lines between
+//! them) leaves residuals. A sample is suspected where its residual is more than [`THRESHOLD`] times the scale (1.4826
+//! × median absolute deviation) of the whole trace *and* of its own neighbourhood, about the neighbourhood's median
+//! (Hampel's rule with a window), and where the trace comes back behind it: what goes on to the end of the trace is a
+//! relief or a break of the edge. The standard counts such samples, and so does the evaluation unless they are asked to
+//! be left out; but it says so.
 
 use crate::numerics::{cancel::Asking, quantiles::median};
 

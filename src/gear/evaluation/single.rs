@@ -1,16 +1,16 @@
 //! One trace: slope, form, total deviation and crowning.
 //!
-//! With `u` the coordinate mapped to [-1, 1] over the evaluation range, δ the deviation about the design (material positive), `δ ≈ p + q u` its
-//! least-squares line and `δ ≈ a + b u + c u²` its least-squares parabola over the range, to which every defined sample contributes by
-//! the length that it stands for ([`super::spacing`]):
+//! With `u` the coordinate mapped to [-1, 1] over the evaluation range, δ the deviation about the design (material
+//! positive), `δ ≈ p + q u` its least-squares line and `δ ≈ a + b u + c u²` its least-squares parabola over the range,
+//! to which every defined sample contributes by the length that it stands for ([`super::spacing`]):
 //!
 //! * slope `f_H = q · 2 reference / range` (`b` in place of `q` about the mean parabola, whose chord it is),
 //! * form `f_f` = peak to valley of δ about the line or about the parabola,
 //! * total `F` = peak to valley of δ,
 //! * crowning `C = −c`, the height of the parabola over the middle of its chord; positive where material stands out in the middle.
 //!
-//! `F` may be smaller than `f_f`, since a least-squares line is not the line of least peak to valley. Standard errors are those of the
-//! samples' noise ([`super::noise`]).
+//! `F` may be smaller than `f_f`, since a least-squares line is not the line of least peak to valley. Standard errors
+//! are those of the samples' noise ([`super::noise`]).
 
 use super::{
     Notice,
@@ -61,7 +61,8 @@ pub struct Values {
     /// C.
     pub crowning: f64,
     pub crowning_std_error: Option<f64>,
-    /// By how much plus material outside the evaluation range raised the form and the total deviation; 0 where the rule leaves it out.
+    /// By how much plus material outside the evaluation range raised the form and the total deviation; 0 where the rule
+    /// leaves it out.
     pub form_plus_material: f64,
     pub total_plus_material: f64,
 }
@@ -263,8 +264,8 @@ impl Subject<'_> {
         }
     }
 
-    /// What the samples tell: whether they reach both ends of the range to one distance of neighbouring samples (they are discrete), and leave
-    /// no hole in it.
+    /// What the samples tell: whether they reach both ends of the range to one distance of neighbouring samples (they
+    /// are discrete), and leave no hole in it.
     fn told(&self, all: &[Sample], spacing: &Spacing, notices: &mut Vec<Notice>) -> Told {
         let window = self.window;
         let (least, most) = all.first().zip(all.last()).map_or((f64::NAN, f64::NAN), |(a, b)| (a.at, b.at));

@@ -1,14 +1,17 @@
-//! How samples lie along the evaluation range: what length each stands for, holes between them, how much of the range they cover.
+//! How samples lie along the evaluation range: what length each stands for, holes between them, how much of the range
+//! they cover.
 //!
-//! Positions are mapped to [-1, 1] and ascend. A mean curve is that of the deviation as a function of its place, not of the samples
-//! that happen to have been taken: each sample stands for the length up to half-way to its neighbours, and the outermost two beyond
-//! their ends for half the usual distance, so that equidistant samples count alike. Over a hole nothing is known: a sample at its edge
-//! stands for no more than it would beside the longest distance that is not a hole.
+//! Positions are mapped to [-1, 1] and ascend. A mean curve is that of the deviation as a function of its place, not of
+//! the samples that happen to have been taken: each sample stands for the length up to half-way to its neighbours, and
+//! the outermost two beyond their ends for half the usual distance, so that equidistant samples count alike. Over a
+//! hole nothing is known: a sample at its edge stands for no more than it would beside the longest distance that is not
+//! a hole.
 
 use crate::numerics::{cancel::Asking, quantiles::median};
 
-/// Share of the evaluation range that the distance of two samples may be: no form deviation is told where it is longer. ISO 1328-1:2013 filters
-/// profiles and helices with a cut-off of 1/30 of the range, so that a wave of 1/20 is still there by three quarters and could hide in it.
+/// Share of the evaluation range that the distance of two samples may be: no form deviation is told where it is longer.
+/// ISO 1328-1:2013 filters profiles and helices with a cut-off of 1/30 of the range, so that a wave of 1/20 is still
+/// there by three quarters and could hide in it.
 pub const LONGEST_DISTANCE: f64 = 0.05;
 /// Where samples are sparse all along, a hole is a distance of so many usual ones.
 pub const HOLE_DISTANCES: f64 = 2.5;

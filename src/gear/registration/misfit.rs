@@ -1,4 +1,5 @@
-//! What a registration that converged may still have wrong: teeth and flanks that were assumed, deviations that no flank has.
+//! What a registration that converged may still have wrong: teeth and flanks that were assumed, deviations that no
+//! flank has.
 
 use super::Start;
 use crate::{
@@ -10,7 +11,8 @@ use crate::{
     numerics::quantiles::median,
 };
 
-/// Deviations of a flank are below this many µm and this many µm per mm of module: about what class 11 of ISO 1328-1 allows.
+/// Deviations of a flank are below this many µm and this many µm per mm of module: about what class 11 of ISO 1328-1
+/// allows.
 pub const MISFIT: f64 = 10.0;
 pub const MISFIT_PER_MODULE: f64 = 10.0;
 /// Multiples of the scale (1.4826 × median absolute deviation) beyond which a point belongs to no flank of the others.

@@ -12,6 +12,7 @@
 pub mod columns;
 mod misfit;
 pub mod pose;
+mod search;
 mod solve;
 pub mod start;
 
