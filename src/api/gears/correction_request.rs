@@ -39,7 +39,7 @@ pub struct CorrectionRequestBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<BTreeMap<String, LimitsBody>>,
     /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that were laid into the nominal one have no such datum:
-    /// then what all nodes have in common is left aside, and settings that change all nodes alike come back `undetermined`. Default true
+    /// then what all nodes have in common is left aside, and settings that change all nodes nearly alike come back `undetermined`. Default true
     /// with `matrix`, false with `machine`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absolute: Option<bool>,

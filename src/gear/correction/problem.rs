@@ -88,7 +88,7 @@ pub struct Asked {
     pub response_uncertainty: f64,
     pub response_errors: ResponseErrors,
     /// Whether the deviations have a datum, so that their mean says something. Where they have none, as traces and flanks laid into the nominal
-    /// one, what all nodes have in common is left aside, and settings that change all nodes alike are undetermined.
+    /// one, what all nodes have in common is left aside, and settings that change all nodes nearly alike are undetermined.
     pub absolute: bool,
     pub include: Include,
 }
@@ -130,8 +130,9 @@ pub struct Correction {
     pub(super) undetermined: Vec<usize>,
 }
 
-/// A column that is shorter than this against what it was before its mean was taken off is a constant.
-const CONSTANT: f64 = 1e-9;
+/// A column of which less than this is left when its mean is taken off moves the flank as a whole, by what nobody measures: using the rest of it
+/// would shift the flank by a multiple of what it mends.
+const CONSTANT: f64 = 0.3;
 
 impl Correction {
     /// Checks everything. Faults point into an object `{deviation_um, weight, target_um, sensitivity: {settings, matrix}, limits (by
@@ -234,7 +235,8 @@ impl Correction {
         let constant = |j: &usize| square(&centred, *j) <= CONSTANT * CONSTANT * square(&self.asked.sensitivity, *j);
         let (undetermined, open): (Vec<usize>, Vec<usize>) = self.open.iter().copied().partition(|j| constant(j));
         if open.is_empty() {
-            let detail = "the deviations have no datum, and every setting changes all nodes alike: nothing can be told";
+            let detail =
+                "the deviations have no datum, and every setting changes all nodes nearly alike: nothing can be told";
             return Err(Faults::one("/absolute", detail));
         }
         Ok(Correction { centred: Some(centred), level, open, undetermined, ..self })

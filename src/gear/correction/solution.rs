@@ -287,7 +287,7 @@ impl Correction {
             warnings.push(Warning {
                 code: "undetermined_settings",
                 message: format!(
-                    "{}: it would change all nodes alike, and deviations without a datum do not tell what all nodes have in common; it stays as it is",
+                    "{}: it would change all nodes nearly alike, and deviations without a datum do not tell what all nodes have in common; it stays as it is",
                     names(&self.undetermined)
                 ),
             });

@@ -94,8 +94,10 @@ async fn limits_hold_and_machines_are_known() {
     assert_eq!(ground.status, 201, "{}", ground.text);
     let ground = ground.json();
     assert_eq!(ground["settings"].as_array().unwrap().len(), 7);
-    assert!(ground["predicted"]["rms_um"].as_f64().unwrap() < 0.5, "{}", ground["predicted"]["rms_um"]);
-    assert!(!ground["indistinguishable"].as_array().unwrap().is_empty());
+    // 25′ would be wanted of the profile angle, 20′ are allowed
+    assert!(ground["predicted"]["rms_um"].as_f64().unwrap() < 1.5, "{}", ground["predicted"]["rms_um"]);
+    let apart = ground["settings"].as_array().unwrap().iter().filter(|s| s["undetermined"] == true).count();
+    assert_eq!(apart, 2, "thickness and offset move the flank as a whole, the infeed is fixed");
     // seven settings on one flank depend on each other: the default is not measured by the estimate that it is there to avoid
     let bias = &ground["result"]["bias"];
     assert_eq!(bias["coefficient_norm_limit_source"], "heights", "{bias}");
@@ -179,7 +181,7 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     assert!(answer["predicted"]["rms_um"].as_f64().unwrap() < 0.3, "{}", answer["predicted"]["rms_um"]);
     // rounded to something else, the predicted figures are other ones
     let coarse = json!({
-        "sensitivity": {"machine": "form_grinding", "flank": "right"}, "limits": {"helix_angle": {"increment": 3.0}}, "noise_sigma_um": 0.2,
+        "sensitivity": {"machine": "form_grinding", "flank": "right"}, "limits": {"helix_angle": {"increment": 5.0}}, "noise_sigma_um": 0.2,
     });
     let coarse = send(app.post(&path, coarse.to_string())).await.json();
     let slope = |answer: &Value| answer["predicted"]["figures"]["after"]["helix_slope_um"].as_f64().unwrap().abs();
