@@ -32,11 +32,11 @@ impl Server {
         Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), database, arguments)
     }
 
-    /// The same where its files cannot become longer than a megabyte (of 512 or 1024 times as many bytes).
+    /// The same within a limit of the shell.
     #[cfg(unix)]
-    pub fn start_on_a_small_disk(database: &std::path::Path) -> Self {
+    pub fn start_within(limit: &str, database: &std::path::Path) -> Self {
         let mut shell = Command::new("/bin/sh");
-        shell.args(["-c", "ulimit -f 2048; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_flankfit")]);
+        shell.args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_flankfit")]);
         Self::start_by(shell, database, &[])
     }
 
@@ -94,7 +94,8 @@ impl Server {
 #[tokio::test]
 async fn a_full_disk_is_not_the_end() {
     let directory = tempfile::tempdir().unwrap();
-    let server = Server::start_on_a_small_disk(&directory.path().join("jobs.db"));
+    // its files cannot become longer than 2,048 blocks of the shell
+    let server = Server::start_within("ulimit -f 2048", &directory.path().join("jobs.db"));
     let client = Client::new();
     let status = |path: &'static str| {
         let request = client.get(format!("{}{path}", server.base));
@@ -115,6 +116,25 @@ async fn a_full_disk_is_not_the_end() {
         tokio::task::yield_now().await;
     }
     assert_eq!((status("/healthz").await, status("/v1/jobs").await), (200, 200), "what is stored can be read");
+    server.kill();
+}
+
+/// With fewer handles than there are idle clients, an honest one is served, and the store has its files.
+#[cfg(unix)]
+#[tokio::test]
+async fn idle_clients_do_not_take_all_handles() {
+    let directory = tempfile::tempdir().unwrap();
+    let server = Server::start_within("ulimit -n 256", &directory.path().join("jobs.db"));
+    let address = server.base.trim_start_matches("http://").to_owned();
+    let mut idle = Vec::new();
+    for _ in 0..300 {
+        idle.push(tokio::net::TcpStream::connect(&address).await.unwrap());
+    }
+    for _ in 0..3 {
+        let client = Client::new();
+        let job = client.post(format!("{}/v1/jobs", server.base)).json(&json!({"name": "w"})).send().await.unwrap();
+        assert_eq!(job.status(), 201);
+    }
     server.kill();
 }
 
