@@ -363,7 +363,7 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
         .field("created_at", &Moment(iteration.created_at))
         .field("node_count", &iteration.node_count)
         .maybe("decision", iteration.ruling.as_ref().map(|ruling| ruling.decision.name()))
-        .list("fits", &iteration.fits, |object, fit| fit_summary(object, fit))
+        .list("fits", &iteration.fits, fit_summary)
         .maybe("earlier_fits", Some(iteration.earlier_fits).filter(|count| *count > 0))
         .end();
     json.into_bytes()
@@ -413,10 +413,7 @@ pub fn stored_fit(fit: &FitRecord, result: &str) -> Vec<u8> {
 /// Some fits of an iteration.
 pub fn fits(page: &Page<FitSummary>) -> Vec<u8> {
     let mut json = Json::with_capacity(64 + 512 * page.items.len());
-    json.object()
-        .list("items", &page.items, |object, fit| fit_summary(object, fit))
-        .maybe("next_cursor", page.next.map(Cursor::encode))
-        .end();
+    json.object().list("items", &page.items, fit_summary).maybe("next_cursor", page.next.map(Cursor::encode)).end();
     json.into_bytes()
 }
 

@@ -67,7 +67,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<ListedPoint>, FileError> {
     };
     let mut marks = Marks { separator, seen: None };
     let mut points = Vec::new();
-    for line in lines.into_iter().asking(1000) {
+    for line in lines.asking(1000) {
         points.push(point_of(line, &columns, &mut marks)?);
     }
     Ok(points)

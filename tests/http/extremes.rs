@@ -108,7 +108,7 @@ async fn reliefs_over_no_length() {
 async fn an_envelope_of_a_gear_that_spins() {
     let app = TestApp::start().await;
     let tool = json!({
-        "points": [[-1.5708, -1.25], [-1.240_360_956_2, -1.25], [-0.421_427_929_1, 1]], "steps": 40, "through": "polyline"
+        "points": [[-1.57, -1.25], [-1.240_360_956_2, -1.25], [-0.421_427_929_1, 1]], "steps": 40, "through": "polyline"
     });
     for radius in [1e-6, 1e-4] {
         let motion = json!({"type": "rack", "pitch_radius_mm": radius});

@@ -264,7 +264,8 @@ fn dust_is_suspected_and_left_out_where_asked() {
 fn sound_traces_have_no_suspects() {
     let gear = gear();
     let mut random = Random::new(9);
-    let shapes: [(&str, fn(f64) -> f64); 8] = [
+    type Shape = fn(f64) -> f64;
+    let shapes: [(&str, Shape); 8] = [
         ("crowned", |u| -20.0 * u * u),
         ("end reliefs", |u| -100.0 * (u.abs() - 0.8).max(0.0)),
         ("short tip relief", |u| -400.0 * (u - 0.9).max(0.0)),

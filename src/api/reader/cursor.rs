@@ -54,7 +54,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Another one, over the same text.
-    pub fn from_the_start(&self) -> Self {
+    pub fn rewound(&self) -> Self {
         Cursor::new(self.text)
     }
 

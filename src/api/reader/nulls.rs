@@ -23,7 +23,7 @@ enum Step {
 pub fn refuse(cursor: &Cursor, faults: &mut Faults) {
     if cursor.met_null_field() {
         // The text has been walked over before, so that nothing can be wrong with it.
-        let _ = look(&mut cursor.from_the_start(), &mut Vec::new(), faults);
+        let _ = look(&mut cursor.rewound(), &mut Vec::new(), faults);
     }
 }
 
