@@ -62,7 +62,7 @@ pub struct ServeSettings {
         hide_default_value = true
     )]
     pub api_keys_sha256: Digests,
-    /// Origins (such as https://cell.example, separated by commas) whose web pages may call this server; none: no other than its own.
+    /// Origins (such as `https://cell.example`, separated by commas) whose web pages may call this server; none: no other than its own.
     #[arg(
         long,
         env = "FLANKFIT_CORS_ORIGINS",

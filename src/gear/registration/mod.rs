@@ -7,7 +7,7 @@
 //! regularised however often this is repeated). Columns have the normals of the unmodified flank.
 //!
 //! Motions are those *of the part*: a part that was moved by p on purpose is answered with p. A part that may lie anywhere begins where
-//! [`start`] finds it.
+//! [`mod@start`] finds it.
 
 pub mod columns;
 mod misfit;
