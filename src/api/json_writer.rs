@@ -4,15 +4,24 @@
 //! everything that is written, and would read finished JSON again; here numbers go from the domain types to their text at once.
 //! The text is the one that serde writes: no white space, shortest numbers that read back as the same double.
 
-use std::sync::OnceLock;
+use std::{io, sync::OnceLock};
+
+use serde::Serialize;
+use serde_json::ser::{Formatter, Serializer};
 
 use crate::numerics::cancel::Asking;
-use serde::Serialize;
 
 /// An answer has a number that JSON cannot hold; its field, or the field that it stands in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` of the answer leaves the range of double precision: check the request's magnitudes and units")]
-pub struct NotFinite(pub &'static str);
+pub struct NotFinite(pub String);
+
+/// The text that serde writes of an answer, if every number in it is finite.
+pub fn whole(answer: &impl Serialize) -> Result<Vec<u8>, NotFinite> {
+    let mut json = Json::with_capacity(1024);
+    json.serde(answer);
+    json.finish()
+}
 
 /// Numbers formatted before the first of them is copied.
 const TOGETHER: usize = 8;
@@ -27,7 +36,50 @@ pub struct Json {
     finite: bool,
     /// The field that was begun last, and the first that had a number that is not finite.
     field: &'static str,
-    culprit: Option<&'static str>,
+    culprit: Option<String>,
+}
+
+/// Looks at what serde writes: a field that does not exist is left out, so a `null` in its place is a number that is not finite.
+struct Fields {
+    /// The field that was begun last.
+    key: String,
+    in_key: bool,
+    in_field: bool,
+    culprit: Option<String>,
+}
+
+impl Formatter for &mut Fields {
+    fn begin_object_key<W: ?Sized + io::Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
+        self.key.clear();
+        self.in_key = true;
+        if first { Ok(()) } else { writer.write_all(b",") }
+    }
+
+    fn write_string_fragment<W: ?Sized + io::Write>(&mut self, writer: &mut W, fragment: &str) -> io::Result<()> {
+        if self.in_key {
+            self.key.push_str(fragment);
+        }
+        writer.write_all(fragment.as_bytes())
+    }
+
+    fn begin_object_value<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.in_key = false;
+        self.in_field = true;
+        writer.write_all(b":")
+    }
+
+    /// A list has a `null` where nothing was measured.
+    fn begin_array_value<W: ?Sized + io::Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
+        self.in_field = false;
+        if first { Ok(()) } else { writer.write_all(b",") }
+    }
+
+    fn write_null<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        if self.in_field {
+            self.culprit.get_or_insert_with(|| self.key.clone());
+        }
+        writer.write_all(b"null")
+    }
 }
 
 /// An object being written.
@@ -53,7 +105,7 @@ impl Json {
 
     /// The text, if every number in it was finite.
     pub fn finish(self) -> Result<Vec<u8>, NotFinite> {
-        if self.finite { Ok(self.text) } else { Err(NotFinite(self.culprit.unwrap_or(self.field))) }
+        if self.finite { Ok(self.text) } else { Err(NotFinite(self.culprit.unwrap_or_else(|| self.field.to_owned()))) }
     }
 
     fn number(&mut self, value: f64) {
@@ -102,8 +154,13 @@ impl Json {
     }
 
     fn serde(&mut self, value: &impl Serialize) {
+        let mut fields = Fields { key: String::new(), in_key: false, in_field: true, culprit: None };
         // Only maps with keys that are not texts cannot be written; there are none.
-        let _written = serde_json::to_writer(&mut self.text, value);
+        let _written = value.serialize(&mut Serializer::with_formatter(&mut self.text, &mut fields));
+        if let Some(culprit) = fields.culprit {
+            self.finite = false;
+            self.culprit.get_or_insert_with(|| if culprit.is_empty() { self.field.to_owned() } else { culprit });
+        }
     }
 
     fn entries<T>(&mut self, items: impl IntoIterator<Item = T>, mut write: impl FnMut(&mut Self, T)) {
@@ -291,7 +348,7 @@ impl Object<'_> {
     fn key(&mut self, name: &'static str) -> &mut Json {
         let out = &mut *self.out;
         if !out.finite {
-            out.culprit.get_or_insert(out.field);
+            out.culprit.get_or_insert_with(|| out.field.to_owned());
         }
         out.field = name;
         if !std::mem::take(&mut self.first) {
@@ -330,6 +387,20 @@ mod tests {
         write(&mut object);
         object.end();
         String::from_utf8(json.finish().unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_field_of_serde_that_is_not_finite_is_named() {
+        let body = |x: f64| std::collections::BTreeMap::from([("a", 1.0), ("b", x)]);
+        assert_eq!(whole(&body(2.5)).unwrap(), br#"{"a":1.0,"b":2.5}"#);
+        assert_eq!(whole(&body(f64::NAN)), Err(NotFinite("b".to_owned())));
+        assert_eq!(whole(&[None, Some(1.5)]).unwrap(), b"[null,1.5]", "a place of a list may be empty");
+        let mut json = Json::with_capacity(0);
+        json.object().field("list", &[body(1.0), body(f64::INFINITY)]).field("x", &1.0).end();
+        assert_eq!(json.finish(), Err(NotFinite("b".to_owned())));
+        let mut json = Json::with_capacity(0);
+        json.object().field("x", &f64::NAN).end();
+        assert_eq!(json.finish(), Err(NotFinite("x".to_owned())));
     }
 
     #[test]

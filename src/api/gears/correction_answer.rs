@@ -12,7 +12,7 @@ use super::{
     iteration_nodes::deviations,
 };
 use crate::{
-    api::{measurand::AxesBody, problem::Problem, text::Moment},
+    api::{json_writer, measurand::AxesBody, problem::Problem, text::Moment},
     estimation::{FitError, Nodes},
     gear::{
         Gear,
@@ -200,7 +200,7 @@ pub fn write(
         answer,
         not_compared,
     };
-    serde_json::to_vec(&written).map_err(Problem::internal)
+    json_writer::whole(&written).map_err(Problem::not_finite)
 }
 
 /// Figures of the flank that a machine made; `None` for a matrix, whose nodes may lie anywhere.

@@ -11,7 +11,7 @@ use super::{
     trace::{KindName, SideName},
 };
 use crate::{
-    api::{measurand::refuse_other_flanks, problem::Problem, reader::read_json, records::Built},
+    api::{json_writer, measurand::refuse_other_flanks, problem::Problem, reader::read_json, records::Built},
     estimation::Faults,
     gear::{
         Gear,
@@ -256,7 +256,7 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
     let explicit = body.evaluation.explicit(&evaluation);
     let mut answer = EvaluationBody::new(evaluation, explicit);
     answer.warnings.extend(body.gear.as_ref().and_then(GearBody::hand_assumed));
-    let result = serde_json::to_vec(&answer).map_err(Problem::internal)?;
+    let result = json_writer::whole(&answer).map_err(Problem::not_finite)?;
     Ok(Built { method: "iso_1328_1".to_owned(), result })
 }
 

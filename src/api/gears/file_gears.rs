@@ -9,7 +9,7 @@ use super::{
     notice::NoticeBody,
 };
 use crate::{
-    api::problem::Problem,
+    api::{json_writer, problem::Problem},
     estimation::Faults,
     formats::{
         Difference, GearFacts,
@@ -66,7 +66,7 @@ pub struct GearOfFileBody {
 
 /// Answers the gears of a file. Processor work.
 pub fn answer(content: &[u8], name: Option<&str>) -> Result<Vec<u8>, Problem> {
-    serde_json::to_vec(&read(content, name)?).map_err(Problem::internal)
+    json_writer::whole(&read(content, name)?).map_err(Problem::not_finite)
 }
 
 /// Reads the gears of a file.

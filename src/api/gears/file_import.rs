@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     api::{
-        job_fits,
+        job_fits, json_writer,
         problem::Problem,
         reader::read_json,
         records::{self, Built},
@@ -50,7 +50,7 @@ pub fn draft(
     let request = serde_json::json!({"file": name, "spec": spec}).to_string();
     let mut records = Vec::new();
     if let Some(evaluation) = &read.evaluation {
-        let result = serde_json::to_vec(evaluation).map_err(Problem::internal)?;
+        let result = json_writer::whole(evaluation).map_err(Problem::not_finite)?;
         let built = Built { method: "import".to_owned(), result };
         records.push(records::draft(RecordKind::Evaluation, request.as_bytes(), built)?);
     }

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::{gear::GearBody, notice::NoticeBody};
 use crate::{
-    api::{problem::Problem, reader::read_json},
+    api::{json_writer, problem::Problem, reader::read_json},
     gear::{
         Geometry,
         geometry::{Arc, Balls, Span, Usable},
@@ -154,7 +154,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
     let geometry = Geometry::of(&gear);
     let warnings = warnings(&body.gear, &geometry);
-    serde_json::to_vec(&GeometryBody::new(geometry, warnings)).map_err(Problem::internal)
+    json_writer::whole(&GeometryBody::new(geometry, warnings)).map_err(Problem::not_finite)
 }
 
 /// What is unusual about a gear, and what its data leave open.

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::{evaluate_request::RoundingName, gear::GearBody, notice::NoticeBody, trace::SideName};
 use crate::{
-    api::{problem::Problem, reader::read_json},
+    api::{json_writer, problem::Problem, reader::read_json},
     estimation::Faults,
     gear::{
         Side,
@@ -241,7 +241,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         warnings,
     };
     let answer = faults.into_result(answer).map_err(Problem::invalid)?;
-    serde_json::to_vec(&answer).map_err(Problem::internal)
+    json_writer::whole(&answer).map_err(Problem::not_finite)
 }
 
 fn numbers(list: &[Option<f64>]) -> Vec<f64> {

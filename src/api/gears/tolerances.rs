@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::gear::GearBody;
 use crate::{
-    api::{problem::Problem, reader::read_json},
+    api::{json_writer, problem::Problem, reader::read_json},
     estimation::Faults,
     gear::tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Tolerances},
 };
@@ -82,7 +82,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         Some(TolerancesBody { class: body.class, unrounded, rounded })
     });
     let values = values.ok_or_else(|| Problem::internal("tolerances without a value"))?;
-    serde_json::to_vec(&values).map_err(Problem::internal)
+    json_writer::whole(&values).map_err(Problem::not_finite)
 }
 
 /// Where what lies outside the scope can be changed.

@@ -207,7 +207,7 @@ pub fn registered_points() -> Body {
     };
     of(&json!({
         "gear": gear(), "points": (0..40_000).map(point).collect::<Value>(), "strays": "undefined",
-        "registration": {"motions": ["rotation", "shift_x", "shift_y"]}
+        "registration": {"motions": ["rotation", "x_shift", "y_shift"]}
     }))
 }
 
