@@ -426,10 +426,10 @@ mod tests {
         for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let mut json = Json::with_capacity(0);
             json.object().numbers("a", &[1.0, wrong, 2.0]).end();
-            assert_eq!(json.finish(), Err(NotFinite("a")));
+            assert_eq!(json.finish(), Err(NotFinite("a".to_owned())));
             let mut json = Json::with_capacity(0);
             json.object().number("a", 1.0).number("b", wrong).number("c", wrong).number("d", 2.0).end();
-            assert_eq!(json.finish(), Err(NotFinite("b")));
+            assert_eq!(json.finish(), Err(NotFinite("b".to_owned())));
         }
     }
 
