@@ -55,8 +55,9 @@ fn precondition(headers: &HeaderMap) -> Precondition {
             if tag == "*" {
                 return Precondition::None;
             }
-            let inside = tag.strip_prefix('"').and_then(|tag| tag.strip_suffix('"')).unwrap_or(tag);
-            seen.extend(inside.parse::<u64>());
+            let inside = tag.strip_prefix('"').and_then(|tag| tag.strip_suffix('"'));
+            // A tag is compared as a text: `"01"` was never given.
+            seen.extend(inside.and_then(|tag| tag.parse().ok()).filter(|version| etag(*version) == tag));
         }
     }
     if given { Precondition::AnyOf(seen) } else { Precondition::None }
@@ -71,6 +72,8 @@ pub async fn not_modified(request: Request, next: Next) -> Response {
         return response;
     }
     *response.status_mut() = StatusCode::NOT_MODIFIED;
+    // What the answer itself would say; an empty one is not compressed, so nobody else says it (RFC 9110, 15.4.5).
+    response.headers_mut().append(header::VARY, HeaderValue::from_static("accept-encoding"));
     *response.body_mut() = Body::empty();
     for name in [header::CONTENT_TYPE, header::CONTENT_LENGTH, header::CONTENT_ENCODING, header::CONTENT_DISPOSITION] {
         response.headers_mut().remove(name);
@@ -122,6 +125,7 @@ mod tests {
         assert_eq!(of(&["\"3\", \"4\"", "\"5\""]), Precondition::AnyOf(vec![3, 4, 5]));
         assert_eq!(of(&["W/\"3\""]), Precondition::AnyOf(vec![]));
         assert_eq!(of(&["\"something\""]), Precondition::AnyOf(vec![]));
+        assert_eq!(of(&["\"01\"", "\"+1\"", "1"]), Precondition::AnyOf(vec![]), "these were never given");
     }
 
     #[test]

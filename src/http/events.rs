@@ -29,6 +29,7 @@ use crate::{
         events::{self, JobEventBody},
         problem::{Problem, ProblemCode},
     },
+    estimation::Faults,
     jobs::RepositoryError,
 };
 
@@ -42,6 +43,15 @@ static LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(get_job_events))
+}
+
+/// What is said of an id of another form.
+fn misread(from_header: bool) -> Problem {
+    const FORM: &str = "the last event id is the `id` of an event of this job, or `latest`";
+    match from_header {
+        true => Problem::new(ProblemCode::MalformedRequest, format!("Last-Event-ID: {FORM}.")),
+        false => Problem::invalid(Faults::one("/last_event_id", FORM)),
+    }
 }
 
 #[derive(Clone, Debug, Deserialize, IntoParams)]
@@ -65,8 +75,8 @@ struct EventsQuery {
     ),
     responses(
         (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.", body = JobEventBody, content_type = "text/event-stream"),
-        (status = 400, description = "The last event id is not one.", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The query has something else in it.", body = Problem, content_type = "application/problem+json")
+        (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The query has something else in it, or `last_event_id` is not the id of an event.", body = Problem, content_type = "application/problem+json")
     )
 )]
 async fn get_job_events(
@@ -77,6 +87,7 @@ async fn get_job_events(
 ) -> Result<Response, Problem> {
     let last = state.jobs.last_event(job).await?;
     // the header is newer than the address it came back to
+    let from_header = headers.contains_key(&LAST_EVENT_ID);
     let given = match headers.get(&LAST_EVENT_ID) {
         Some(value) => Some(value.to_str().unwrap_or("?").trim().to_owned()),
         None => query.last_event_id,
@@ -84,12 +95,8 @@ async fn get_job_events(
     let after = match given.as_deref() {
         None | Some("") => 0,
         Some("latest") => last,
-        Some(text) => text.parse().map_err(|_| {
-            Problem::new(
-                ProblemCode::MalformedRequest,
-                "The last event id is the `id` of an event of this job, or `latest`.",
-            )
-        })?,
+        // An id beyond the last event is of another database, say of one before a backup was restored: everything is sent anew.
+        Some(text) => text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| misread(from_header))?,
     };
     let listener = Listener {
         job,

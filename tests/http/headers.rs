@@ -86,6 +86,7 @@ async fn a_read_whose_tag_is_known_is_304() {
             assert_eq!((answer.header("etag"), answer.text.as_str()), (tag.as_str(), ""), "{path}");
             assert_eq!(answer.header("content-type"), "", "{path}");
             assert_eq!(answer.header("cache-control"), "private, no-cache", "{path}");
+            assert!(answer.headers.get_all("vary").iter().any(|named| named == "accept-encoding"), "{path}");
         }
         let answer = send(app.get(&path).header("if-none-match", "\"other\"")).await;
         assert_eq!((answer.status.as_u16(), &answer.text), (200, &whole.text), "{path}");
