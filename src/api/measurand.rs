@@ -16,8 +16,11 @@ use super::{
 };
 use crate::{
     estimation::{Faults, Nodes},
-    gear::{Gear, Side, evaluation::Position},
-    jobs::{Measurand, side_name},
+    gear::{
+        Gear,
+        tooth::{Position, check_name},
+    },
+    jobs::Measurand,
 };
 
 /// What the nodes are of. A fit does not depend on it; whatever is made of a stored iteration does.
@@ -27,7 +30,8 @@ pub struct MeasurandBody {
     /// The flank that was measured.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
-    /// The tooth that was measured, as on traces: its number from 1, or a name.
+    /// The tooth that was measured, as on traces: its number from 1 without zeros before it, or a
+    /// name.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
     pub tooth: Option<ShortText>,
@@ -109,6 +113,9 @@ impl MeasurandBody {
         if let Some(axes) = &self.axes {
             axes.check(nodes, &mut faults);
         }
+        if let Some(fault) = self.tooth.as_ref().and_then(|tooth| check_name(tooth.as_str()).err()) {
+            faults.push("/tooth", fault.to_string());
+        }
         // Texts only, which can always be written.
         let axes = self.axes.as_ref().and_then(|axes| serde_json::to_string(axes).ok()).map(Arc::from);
         let tooth = self.tooth.clone().map(String::from);
@@ -122,7 +129,8 @@ impl AxesBody {
         measurand.axes.as_deref().and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default()
     }
 
-    fn named(&self) -> [(&'static str, Option<&AxisBody>); 5] {
+    /// By their names.
+    pub fn named(&self) -> [(&'static str, Option<&AxisBody>); 5] {
         let AxesBody { u, v, z, x, y } = self;
         [("u", u.as_ref()), ("v", v.as_ref()), ("z", z.as_ref()), ("x", x.as_ref()), ("y", y.as_ref())]
     }
@@ -212,17 +220,6 @@ pub fn check_tooth(measurand: &Measurand, gear: Option<&Gear>) -> Result<(), Fau
         }
         _ => Ok(()),
     }
-}
-
-/// Refuses what is said to be of other flanks than the iteration's, all of it: a record may hold more than its iteration, not something else.
-pub fn refuse_other_flanks(of: &Measurand, mut sides: impl Iterator<Item = Side>, at: &str) -> Result<(), Faults> {
-    let Some(measured) = of.flank else { return Ok(()) };
-    let Some(first) = sides.next() else { return Ok(()) };
-    if first == measured || sides.any(|side| side == measured) {
-        return Ok(());
-    }
-    let detail = format!("the iteration is of {}, not of a {} one", of.words(), side_name(first));
-    Err(Faults::one(at, detail))
 }
 
 /// Refuses nodes of a stream that its axes are not those of.

@@ -21,6 +21,7 @@ pub mod profile_axis;
 pub mod registration;
 pub mod simulation;
 pub mod tolerance;
+pub mod tooth;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};

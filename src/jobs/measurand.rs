@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::gear::Side;
+use crate::gear::{Side, tooth};
 
 /// What was measured. What nobody told is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -26,6 +26,13 @@ impl Measurand {
             None => None,
         };
         Some(Measurand { flank, tooth, axes })
+    }
+
+    /// Whether both are of the same flank and tooth: what neither tells is the same, what one of
+    /// them tells is not.
+    pub fn is_alike(&self, other: &Measurand) -> bool {
+        let name = |of: &Measurand| of.tooth.as_ref().map(|tooth| tooth::canonical(tooth).unwrap_or(tooth.clone()));
+        self.flank == other.flank && name(self) == name(other)
     }
 
     /// In words: `the left flank of tooth 3`.

@@ -171,23 +171,35 @@ pub async fn measurand(db: &SqlitePool, job: Uuid, number: u32) -> Read<Measuran
     }
 }
 
-/// The first iteration after one, and the first that is of the same flank and tooth. (`IS` takes two that are not told for equal.)
+/// The first iteration after one, and the first that is of the same flank and tooth.
 pub async fn later(db: &SqlitePool, job: Uuid, number: u32) -> Read<Later> {
-    let row = sqlx::query(
-        "SELECT (SELECT min(l.number) FROM iterations l WHERE l.job = i.job AND l.number > i.number),
-                (SELECT l.number FROM iterations l WHERE l.job = i.job AND l.number > i.number AND l.flank IS i.flank
-                 AND l.tooth IS i.tooth ORDER BY l.number LIMIT 1)
-         FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = ?",
+    let mut db = db.acquire().await.map_err(sql)?;
+    let mut rows = sqlx::query(
+        "SELECT i.number, i.flank, i.tooth, NULL FROM jobs j JOIN iterations i ON i.job = j.seq
+         WHERE j.id = ? AND i.number >= ? ORDER BY i.number",
     )
     .bind(job)
     .bind(number)
-    .fetch_optional(db)
-    .await
-    .map_err(sql)?;
-    match row {
-        Some(row) => Ok(Later { any: get(&row, 0)?, alike: get(&row, 1)? }),
-        None => Ok(Later::default()),
+    .fetch(&mut *db);
+    // names of teeth may be older than the rule how they are written, so they are compared here;
+    // the rows are short
+    let mut later = Later::default();
+    let mut own = None;
+    while let Some(row) = rows.try_next().await.map_err(sql)? {
+        let (at, measurand) = (rows::unsigned(&row, 0)?, rows::measurand(&row, 1)?);
+        match &own {
+            None if at == number => own = Some(measurand),
+            None => break,
+            Some(own) => {
+                later.any = later.any.or(Some(at));
+                if measurand.is_alike(own) {
+                    later.alike = Some(at);
+                    break;
+                }
+            }
+        }
     }
+    Ok(later)
 }
 
 pub async fn fit(db: &SqlitePool, job: Uuid, number: u32, fit: Uuid) -> Read<FitRecord> {

@@ -10,5 +10,6 @@ mod records;
 mod schema;
 mod streams;
 mod support;
+mod teeth;
 mod trace;
 mod upkeep;

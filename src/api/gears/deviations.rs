@@ -5,10 +5,11 @@ use utoipa::ToSchema;
 
 use super::{
     borders::BordersBody,
-    deviations_request::{self, Given},
+    deviations_request::{self, Asked, Given},
     evaluate_request::DirectionName,
     modification,
     notice::NoticeBody,
+    of_iteration::{ToothOf, refuse_others, tooth_number},
     registration::{self, RegistrationBody},
     trace::SideName,
 };
@@ -16,7 +17,6 @@ use crate::{
     api::{
         canonical,
         json_writer::{Json, Object},
-        measurand::refuse_other_flanks,
         problem::Problem,
         records::Built,
     },
@@ -90,15 +90,6 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
     let mut faults = Faults::default();
     let asked = deviations_request::read(text, &mut faults)?;
     let Some(asked) = asked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
-    if let Some(of) = of {
-        match &asked.given {
-            Given::Points { touches, .. } => {
-                refuse_other_flanks(of, touches.iter().filter_map(|touch| touch.side), "/flanks")
-            }
-            Given::Grid(grid) => refuse_other_flanks(of, [grid.flank.into()].into_iter(), "/grid/flank"),
-        }
-        .map_err(Problem::invalid)?;
-    }
     let Some(gear) = asked.gear.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
@@ -125,7 +116,8 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
             ("points", deviation::measure(&reference, touches, measurement))
         }
         Given::Grid(grid) => {
-            let topography = grid.topography(gear, asked.direction).map_err(Problem::invalid)?;
+            let own = of.and_then(tooth_number);
+            let topography = grid.topography(gear, asked.direction, own).map_err(Problem::invalid)?;
             ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults)))
         }
     };
@@ -134,20 +126,21 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
         let borders = body.borders(gear).map_err(Problem::invalid)?;
         deviations.set_borders(&borders).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
     }
-    let mut json = Json::with_capacity(1024 + 160 * deviations.nodes.len());
+    let found = registering.as_ref().map(|registering| match &begun {
+        Some(begun) => register_from(&reference, &deviations, registering, begun),
+        None => register(&reference, &deviations, registering),
+    });
+    let found = found.transpose().map_err(registration::refused)?;
+    let lying = found.as_ref().map_or(&deviations, |found| &found.deviations);
+    if let Some(of) = of {
+        refuse_other_nodes(of, &asked, lying).map_err(Problem::invalid)?;
+    }
+    let mut json = Json::with_capacity(1024 + 160 * lying.nodes.len());
     let mut object = json.object();
-    match &registering {
-        None => write(&mut object, gear, &deviations, asked.borders),
-        Some(registering) => {
-            let found = match &begun {
-                Some(begun) => register_from(&reference, &deviations, registering, begun),
-                None => register(&reference, &deviations, registering),
-            };
-            let found = found.map_err(registration::refused)?;
-            write(&mut object, gear, &found.deviations, asked.borders);
-            let found = registration::text(&found, &canonical::request_sha256(text), asked.spec.include)?;
-            object.raw("registration", &found);
-        }
+    write(&mut object, gear, lying, asked.borders);
+    if let Some(found) = &found {
+        let found = registration::text(found, &canonical::request_sha256(text), asked.spec.include)?;
+        object.raw("registration", &found);
     }
     if let Some(assumed) = &asked.hand_assumed {
         object.field("warnings", &[assumed]);
@@ -155,6 +148,31 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
     object.end();
     let result = json.finish().map_err(Problem::not_finite)?;
     Ok(Built { method: method.to_owned(), result })
+}
+
+/// Refuses points that lie on other flanks than the one that the iteration measured: told flanks
+/// and teeth, and those that were found.
+fn refuse_other_nodes(of: &Measurand, asked: &Asked, deviations: &Deviations) -> Result<(), Faults> {
+    let (told_flanks, told_teeth, places) = match &asked.given {
+        Given::Points { touches, .. } => {
+            let flanks = touches.iter().any(|touch| touch.side.is_some());
+            let teeth = touches.iter().any(|touch| touch.tooth.is_some());
+            (
+                flanks,
+                teeth,
+                [("/flanks", flanks), ("/teeth", teeth)].map(|(at, told)| if told { at } else { "/points" }),
+            )
+        }
+        // a tooth that is not told is the iteration's, if the gear has so many
+        Given::Grid(grid) => (true, true, ["/grid/flank", if grid.tooth.is_some() { "/grid/tooth" } else { "/gear" }]),
+    };
+    // without told teeth a registration knows the rotation up to whole pitches only
+    let teeth_known = told_teeth || asked.registration.is_none();
+    let flanks = deviations.nodes.iter().filter(|node| told_flanks || node.deviation.is_finite()).map(|node| {
+        let tooth = if teeth_known && node.tooth > 0 { ToothOf::Counted(node.tooth) } else { ToothOf::Unknown };
+        (tooth, node.side)
+    });
+    refuse_others(of, flanks, places)
 }
 
 /// What was imported, as a record keeps it.

@@ -89,7 +89,8 @@ pub struct DeviationsRequestBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = DeviationGrid)]
 pub struct DeviationGridBody {
-    /// Counted clockwise from 1, the tooth at the top. Default 1.
+    /// Counted clockwise from 1, the tooth at the top. By default that of the iteration that the
+    /// deviations are kept with, else 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tooth: Option<u32>,
     pub flank: SideName,
@@ -279,8 +280,9 @@ impl DeviationGridBody {
         })
     }
 
-    /// The topography, once its gear is known.
-    pub fn topography(&self, gear: &Gear, direction: Direction) -> Result<Topography, Faults> {
+    /// The topography, once its gear is known; `own` is the tooth of the iteration that it is kept
+    /// with.
+    pub fn topography(&self, gear: &Gear, direction: Direction, own: Option<u32>) -> Result<Topography, Faults> {
         let mut faults = Faults::default();
         let roll_length = match (&self.roll_length_mm, &self.diameter_mm) {
             (Some(lengths), None) => lengths.clone(),
@@ -304,7 +306,7 @@ impl DeviationGridBody {
         };
         let number = |deviation: &Option<f64>| deviation.unwrap_or(f64::NAN);
         faults.into_result(Topography {
-            tooth: self.tooth.unwrap_or(1),
+            tooth: self.tooth.or(own.filter(|own| *own <= gear.data().teeth)).unwrap_or(1),
             side: self.flank.into(),
             roll_length,
             z: self.z_mm.clone(),

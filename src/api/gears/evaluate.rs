@@ -8,10 +8,11 @@ use super::{
     figures::FiguresBody,
     gear::GearBody,
     notice::NoticeBody,
+    of_iteration::{ToothOf, refuse_others},
     trace::{KindName, SideName},
 };
 use crate::{
-    api::{json_writer, measurand::refuse_other_flanks, problem::Problem, reader::read_json, records::Built},
+    api::{json_writer, problem::Problem, reader::read_json, records::Built},
     estimation::Faults,
     gear::{
         Gear,
@@ -237,15 +238,15 @@ pub struct TraceSurfaceBody {
 /// Evaluates the traces of a request; `own` is the gear of the job and `of` what the iteration that they belong to measured. Processor work.
 pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
     let body: EvaluateBody = read_json(text)?;
-    if let Some(of) = of {
-        let sides = body.traces.iter().map(|trace| trace.flank.into());
-        refuse_other_flanks(of, sides, "/traces").map_err(Problem::invalid)?;
-    }
     let asked = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
     let Some(gear) = asked.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
     let read = body.traces(gear).map_err(Problem::invalid)?;
+    if let Some(of) = of {
+        let flanks = read.traces.iter().map(|trace| (ToothOf::Named(&trace.tooth), trace.side));
+        refuse_others(of, flanks, ["/traces"; 2]).map_err(Problem::invalid)?;
+    }
     let posted: Vec<Posted<'_>> = read
         .traces
         .iter()

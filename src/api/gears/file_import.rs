@@ -38,7 +38,7 @@ pub fn draft(
     let read = file::read(content, name, &spec, gear)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
-    let measurand = flank.measurand().map_err(Problem::invalid)?;
+    let measurand = flank.measurand().map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))?;
     let (computed, told) = surface(&nodes, plans)?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let mut of = format!("{} flank of tooth {}{told}, imported from {name}", file::word(flank.side), flank.tooth);

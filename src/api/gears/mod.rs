@@ -24,6 +24,7 @@ pub mod geometry;
 pub mod iteration_nodes;
 pub mod modification;
 pub mod notice;
+pub mod of_iteration;
 pub mod pitch;
 pub mod profile;
 pub mod profile_axis;

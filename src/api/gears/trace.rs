@@ -8,7 +8,10 @@ use crate::{
         Faults,
         words::{Shown, entries},
     },
-    gear::{Gear, Kind, Side, Trace, evaluation::Position},
+    gear::{
+        Gear, Kind, Side, Trace,
+        tooth::{Position, check_name},
+    },
 };
 
 /// A flank of a tooth that points up, seen with the axis towards the viewer; on internal gears too, where the tooth at the top points down and
@@ -38,7 +41,8 @@ pub enum KindName {
 #[schema(as = GearTrace)]
 pub struct TraceBody {
     /// Its number from 1, behind it a letter for traces beside the middle: `1k` and `1f` are helices near the tip and near the root, `1u` and
-    /// `1o` profiles at the lower and at the upper end. These count for the twist, not in the means.
+    /// `1o` profiles at the lower and at the upper end. These count for the twist, not in the
+    /// means. A number is written in one way: `01` is refused.
     pub tooth: String,
     pub flank: SideName,
     pub kind: KindName,
@@ -113,10 +117,9 @@ impl TraceBody {
             faults.push(format!("{at}/{name}"), format!("a {kind} has none"));
         }
         let teeth = gear.data().teeth;
-        if self.tooth.is_empty() {
-            faults.push(format!("{at}/tooth"), "a tooth has a number or a name");
-        }
-        if Position::number(&self.tooth).is_some_and(|number| !(1..=u64::from(teeth)).contains(&number)) {
+        if let Err(fault) = check_name(&self.tooth) {
+            faults.push(format!("{at}/tooth"), fault.to_string());
+        } else if Position::number(&self.tooth).is_some_and(|number| !(1..=u64::from(teeth)).contains(&number)) {
             let shown: String = self.tooth.chars().take(20).collect();
             let detail = format!("`{shown}` is not within 1 and {teeth}, the number of teeth");
             faults.push(format!("{at}/tooth"), detail);

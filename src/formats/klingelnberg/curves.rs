@@ -10,7 +10,7 @@ use super::{
     tables::{Contact, Diameters, PitchTable},
     trace_head::{self, TraceHead},
 };
-use crate::gear::{Kind, Side};
+use crate::gear::{Kind, Side, tooth};
 use crate::numerics::cancel;
 
 pub use super::trace_head::Section;
@@ -191,7 +191,8 @@ impl Body {
         let undefined = values.iter().filter(|value| value.is_nan()).count();
         self.file.curves.push(Curve {
             block,
-            tooth: head.tooth.into(),
+            // a file may write `01`
+            tooth: tooth::canonical(head.tooth).unwrap_or_else(|_| head.tooth.to_owned()),
             index: head.group.and_then(|(_, index)| index),
             side: head.side,
             kind,

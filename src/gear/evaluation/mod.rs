@@ -24,8 +24,9 @@ use settings::{Outliers, Settings, Window};
 pub use single::{EDGE, FEWEST_SAMPLES, Samples, Suspect, Suspects, Told, Values};
 use single::{Outcome, Subject};
 pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
-pub use summary::{Position, Spread, Summary, Twist};
+pub use summary::{Spread, Summary, Twist};
 
+pub use super::tooth::Position;
 use super::{
     Gear, Kind, Side, Trace,
     data::MOST_LENGTH,

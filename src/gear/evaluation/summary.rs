@@ -1,53 +1,10 @@
 //! Over the teeth: mean, variation and the worst tooth of every figure, and the twist of teeth with several traces.
 
 use super::{
-    super::{Kind, Side},
+    super::{Kind, Side, tooth::Position},
     Evaluated,
     settings::Settings,
 };
-
-/// Where on its flank a trace lies, as the letter behind the tooth's number says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Position {
-    /// No letter of the four below: the trace that counts in means.
-    Middle,
-    /// `f`: a helix near the root.
-    Root,
-    /// `k`: a helix near the tip.
-    Tip,
-    /// `u`: a profile at the lower end, of small z.
-    Lower,
-    /// `o`: a profile at the upper end, of great z.
-    Upper,
-}
-
-impl Position {
-    /// Of `44`, `1k`, `1u`; names that are not a number with one letter lie in the middle.
-    pub fn of(tooth: &str) -> Self {
-        Self::split(tooth).1
-    }
-
-    /// The number that a tooth's name begins with; `None` for names of another kind.
-    pub fn number(tooth: &str) -> Option<u64> {
-        let digits = tooth.len() - tooth.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-        // more digits than a number takes are of no gear either
-        (digits > 0).then(|| tooth[..digits].parse().unwrap_or(u64::MAX))
-    }
-
-    /// The tooth's own name and the position.
-    pub fn split(tooth: &str) -> (&str, Self) {
-        let number = tooth.trim_end_matches(['f', 'k', 'u', 'o']);
-        let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit());
-        let position = match &tooth[number.len()..] {
-            "f" => Position::Root,
-            "k" => Position::Tip,
-            "u" => Position::Lower,
-            "o" => Position::Upper,
-            _ => Position::Middle,
-        };
-        if digits && position != Position::Middle { (number, position) } else { (tooth, Position::Middle) }
-    }
-}
 
 /// A figure over the teeth, µm.
 #[derive(Clone, Debug, PartialEq)]

@@ -29,20 +29,29 @@ fn file_of(undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
 
 /// The same of either flank.
 pub fn file_of_flank(left: bool, undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
+    file_with("1", left, undefined, wanted)
+}
+
+/// The same of a tooth of another name.
+pub fn file_of_tooth(tooth: &str) -> Vec<u8> {
+    file_with(tooth, true, false, |_| true)
+}
+
+fn file_with(tooth: &str, left: bool, undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
     let base = 52.0 * 20f64.to_radians().cos();
     let roll = |d: f64| 0.5 * (d * d - base * base).sqrt();
     let (from, to) = (roll(50.156), roll(54.2));
     let tilt = |l: f64, z: f64| 10.0 * (l - roll(50.3)) / (roll(54.022) - roll(50.3)) + 6.0 * z / 15.0;
     let at = |k: usize, low: f64, high: f64| low + (high - low) * k as f64 / (SAMPLES - 1) as f64;
     let mut traces = Vec::new();
-    for (tooth, index, d) in [("1f", 1, 51.0), ("1", 2, 51.898), ("1k", 3, 53.0)] {
+    for (letter, index, d) in [("f", 1, 51.0), ("", 2, 51.898), ("k", 3, 53.0)] {
         let values = (0..SAMPLES).map(|k| Some(-tilt(roll(d), at(k, 0.0, 15.0)))).collect();
         let section = (roll(d) * 1000.0).round() / 1000.0;
-        traces.push(Trace { tooth: tooth.into(), left, profile: false, index, section, values });
+        traces.push(Trace { tooth: format!("{tooth}{letter}").into(), left, profile: false, index, section, values });
     }
-    for (tooth, index, z) in [("1u", 1, 1.0), ("1", 2, 7.5), ("1o", 3, 14.0)] {
+    for (letter, index, z) in [("u", 1, 1.0), ("", 2, 7.5), ("o", 3, 14.0)] {
         let values = (0..SAMPLES).map(|k| (!(undefined && k % 17 == 5)).then(|| -tilt(at(k, from, to), z))).collect();
-        traces.push(Trace { tooth: tooth.into(), left, profile: true, index, section: z, values });
+        traces.push(Trace { tooth: format!("{tooth}{letter}").into(), left, profile: true, index, section: z, values });
     }
     traces.retain(|trace| wanted(trace));
     let mut lines = Lines::new(&Style::default(), "MK");

@@ -14,6 +14,7 @@ mod refusals;
 #[path = "../../formats/rexs_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
 mod rexs_file;
+mod teeth;
 
 use serde_json::{Value, json};
 

@@ -1,0 +1,135 @@
+//! Teeth by their names, and what is said to be of another tooth or flank than it is.
+
+use serde_json::{Value, json};
+
+use super::{
+    import::{file_of_tooth, import, job},
+    pointers, spur,
+};
+use crate::{
+    harness::{TestApp, send},
+    shapes::examples,
+};
+
+const U: [f64; 4] = [6.0, 8.0, 10.0, 12.0];
+const V: [f64; 5] = [1.0, 4.0, 7.5, 11.0, 14.0];
+
+fn iteration(flank: Option<&str>, tooth: Option<&str>) -> Value {
+    let z: Vec<Vec<f64>> = U.iter().map(|u| V.iter().map(|v| 0.3 * u - 0.1 * v).collect()).collect();
+    let mut body =
+        json!({"nodes": {"type": "grid", "u": U, "v": V, "z": z}, "model": {"type": "polynomial", "degree": 1}});
+    for (key, value) in [("flank", flank), ("tooth", tooth)] {
+        if let Some(value) = value {
+            body[key] = json!(value);
+        }
+    }
+    body
+}
+
+async fn measured(app: &TestApp, job: &str, flank: Option<&str>, tooth: Option<&str>) -> String {
+    let made = send(app.post(&format!("{job}/iterations"), iteration(flank, tooth).to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    made.header("location").to_owned()
+}
+
+/// Profiles of both flanks, as `create_iteration_evaluation` has them, of the teeth named.
+fn traces(teeth: &[&str], flank: &str) -> Value {
+    let mut body = examples("create_iteration_evaluation")[0].1.clone();
+    let trace = body["traces"][0].clone();
+    let each = teeth.iter().map(|tooth| {
+        let mut trace = trace.clone();
+        (trace["tooth"], trace["flank"]) = (json!(tooth), json!(flank));
+        trace
+    });
+    body["traces"] = each.collect();
+    body
+}
+
+#[tokio::test]
+async fn a_tooth_has_one_name_wherever_it_is_named() {
+    let app = TestApp::start().await;
+    let job = job(&app, Some(spur())).await;
+    let place = measured(&app, &job, None, None).await;
+    for name in ["01", " 1", "1 ", "+1", "-1", "1.5", "0", "01k", "1e0", " B"] {
+        let body = iteration(Some("left"), Some(name));
+        assert_eq!(pointers(&app, &format!("{job}/iterations"), &body).await, ["/tooth"], "{name}");
+        let stream = json!({"model": {"type": "polynomial", "degree": 1}, "tooth": name});
+        assert_eq!(pointers(&app, &format!("{job}/streams"), &stream).await, ["/tooth"], "{name}");
+        let evaluated = traces(&["1", name], "left");
+        assert_eq!(pointers(&app, &format!("{place}/evaluations"), &evaluated).await, ["/traces/1/tooth"], "{name}");
+    }
+    let refused = send(app.post(&format!("{job}/iterations"), iteration(None, Some("007")).to_string())).await;
+    assert!(refused.text.contains("write `7`"), "{}", refused.text);
+    for name in ["1", "52", "1a", "44k", "B", "dedendum side"] {
+        measured(&app, &job, None, Some(name)).await;
+    }
+    // a file cannot be written again: its `01` is tooth 1
+    let made = import(&app, &job, file_of_tooth("01"), "1.mka", None).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    assert_eq!(made.json()["tooth"], "1");
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn a_record_is_of_the_tooth_and_flank_of_its_iteration() {
+    let app = TestApp::start().await;
+    let job = job(&app, Some(spur())).await;
+    let of = measured(&app, &job, Some("left"), Some("3")).await;
+    let kept = async |route: &str, body: &Value| send(app.post(&format!("{of}/{route}"), body.to_string())).await;
+    let path = |route: &str| format!("{of}/{route}");
+
+    // evaluations: traces beside the middle are of their tooth, and others may stand beside it
+    for (teeth, flank) in [(&["4"][..], "left"), (&["30", "1"], "left"), (&["B"], "left"), (&["3"], "right")] {
+        assert_eq!(pointers(&app, &path("evaluations"), &traces(teeth, flank)).await, ["/traces"], "{teeth:?} {flank}");
+    }
+    let told = kept("evaluations", &traces(&["4", "5"], "left")).await;
+    assert!(told.text.contains("of the left flank of tooth 3, not of the left flank of tooth 4"), "{}", told.text);
+    for teeth in [&["3"][..], &["3k"], &["4", "3"]] {
+        assert_eq!(kept("evaluations", &traces(teeth, "left")).await.status, 201, "{teeth:?}");
+    }
+
+    // grids: a tooth that is not told is the iteration's
+    let grid = |flank: &str, tooth: Option<u32>| {
+        let mut grid = json!({"flank": flank, "roll_length_mm": U, "z_mm": V, "deviation_um": vec![[0.5; 5]; 4]});
+        if let Some(tooth) = tooth {
+            grid["tooth"] = json!(tooth);
+        }
+        json!({"grid": grid})
+    };
+    assert_eq!(pointers(&app, &path("deviations"), &grid("right", None)).await, ["/grid/flank"]);
+    assert_eq!(pointers(&app, &path("deviations"), &grid("left", Some(1))).await, ["/grid/tooth"]);
+    for tooth in [None, Some(3)] {
+        let made = kept("deviations", &grid("left", tooth)).await;
+        assert_eq!((made.status.as_u16(), &made.json()["result"]["tooth"][0]), (201, &json!(3)), "{}", made.text);
+    }
+
+    // points: by the flank that they lie on, told or found
+    let points = async |flank: &str, tooth: u32| {
+        let body = json!({"gear": spur(), "flank": flank, "tooth": tooth, "profile": {"axis": "roll_length", "values": U},
+                          "face_width_positions_mm": V});
+        let found = send(app.post("/v1/gears/flank", body.to_string())).await;
+        assert_eq!(found.status, 200, "{}", found.text);
+        let rows = found.json()["points"].clone();
+        rows.as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap().clone()).collect::<Vec<Value>>()
+    };
+    for (flank, tooth, refused) in [("left", 3, false), ("right", 3, true), ("left", 4, true)] {
+        let mut body = json!({"points": points(flank, tooth).await});
+        let untold = kept("deviations", &body).await;
+        let count = body["points"].as_array().unwrap().len();
+        (body["flanks"], body["teeth"]) = (json!(vec![flank; count]), json!(vec![tooth; count]));
+        let told = kept("deviations", &body).await;
+        if refused {
+            assert_eq!(untold.pointers(), ["/points"], "{flank} {tooth}");
+            assert_eq!(told.pointers(), [if tooth == 3 { "/flanks" } else { "/teeth" }], "{flank} {tooth}");
+        } else {
+            assert_eq!((untold.status.as_u16(), told.status.as_u16()), (201, 201), "{} {}", untold.text, told.text);
+        }
+    }
+    // laid in place by whole pitches, a part does not tell its teeth, but its flanks
+    let laid = json!({"motions": ["rotation"]});
+    let other = json!({"points": points("left", 4).await, "registration": laid});
+    assert_eq!(kept("deviations", &other).await.status, 201);
+    let wrong = json!({"points": points("right", 4).await, "registration": laid});
+    assert_eq!(pointers(&app, &path("deviations"), &wrong).await, ["/points"]);
+    app.stop().await;
+}
