@@ -30,6 +30,18 @@ impl From<RepositoryError> for Problem {
                 ProblemCode::Conflict,
                 format!("The job has {}, which must be deleted first.", counted(count as usize, "stream", "streams")),
             ),
+            RepositoryError::NoSuchTooth { tooth, teeth } => {
+                Problem::new(ProblemCode::Conflict, format!("Tooth {}.", no_such_tooth(&tooth, teeth)))
+            }
+            RepositoryError::ToothMeasured { tooth, teeth, iteration } => {
+                let of = iteration.map_or("an open stream".to_owned(), |number| format!("iteration {number}"));
+                let detail = format!(
+                    "A gear of {} has no tooth `{}`, which {of} is of; a job of its own can have the other gear.",
+                    counted(teeth as usize, "tooth", "teeth"),
+                    shown(&tooth)
+                );
+                Problem::new(ProblemCode::Conflict, detail)
+            }
             RepositoryError::StreamFinished { iteration } => Problem::new(
                 ProblemCode::Conflict,
                 format!("The stream is finished: it has become iteration {iteration} of its job."),
@@ -64,4 +76,24 @@ impl From<RepositoryError> for Problem {
             RepositoryError::Failed(cause) => Problem::internal(cause),
         }
     }
+}
+
+/// What the store refuses of an iteration or a stream whose tooth stands in the request, at the
+/// place `at`.
+pub fn of_measured(error: RepositoryError, at: &str) -> Problem {
+    match error {
+        RepositoryError::NoSuchTooth { tooth, teeth } => {
+            Problem::invalid(Faults::one(at, no_such_tooth(&tooth, teeth)))
+        }
+        other => other.into(),
+    }
+}
+
+fn no_such_tooth(tooth: &str, teeth: u32) -> String {
+    format!("`{}` is not within 1 and {teeth}, the number of teeth of the job's gear", shown(tooth))
+}
+
+/// As much of a name as a message repeats.
+fn shown(name: &str) -> String {
+    name.chars().take(20).collect()
 }

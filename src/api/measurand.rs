@@ -16,10 +16,7 @@ use super::{
 };
 use crate::{
     estimation::{Faults, Nodes},
-    gear::{
-        Gear,
-        tooth::{Position, check_name},
-    },
+    gear::tooth::check_name,
     jobs::Measurand,
 };
 
@@ -205,20 +202,6 @@ fn to_mm(axis: &str, unit: &str) -> Result<f64, String> {
         "mm" => Ok(1.0),
         "um" => Ok(1e-3),
         other => Err(format!("{axis} of the iteration is in `{other}`; `mm` and `um` are known")),
-    }
-}
-
-/// Refuses a tooth that the gear has not got.
-pub fn check_tooth(measurand: &Measurand, gear: Option<&Gear>) -> Result<(), Faults> {
-    let (Some(tooth), Some(gear)) = (&measurand.tooth, gear) else { return Ok(()) };
-    let teeth = gear.data().teeth;
-    match Position::number(tooth) {
-        Some(number) if !(1..=u64::from(teeth)).contains(&number) => {
-            let shown: String = tooth.chars().take(20).collect();
-            let detail = format!("`{shown}` is not within 1 and {teeth}, the number of teeth of the job's gear");
-            Err(Faults::one("/tooth", detail))
-        }
-        _ => Ok(()),
     }
 }
 

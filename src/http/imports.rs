@@ -17,6 +17,7 @@ use super::{
 use crate::api::{
     gears::{file::ImportSpecBody, file_import, gear::of_job},
     job_iterations::NewIterationBody,
+    job_problem::of_measured,
     problem::Problem,
 };
 
@@ -62,16 +63,17 @@ async fn import_iteration(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/jobs/{job}/import");
     once(state, key, scope, payload, move |state, payload, known| async move {
-        let gear = state.jobs.job(job).await?;
+        let own = state.jobs.job(job).await?;
         let (limit, plans) = (state.settings.body_limit, state.plans.clone());
         let work = move || {
             let form = read_file(payload, limit)?;
             let FileForm { file, name, spec } = &*form;
-            file_import::draft(file, name.as_deref(), spec.as_deref(), of_job(&gear)?.as_ref(), &plans)
+            file_import::draft(file, name.as_deref(), spec.as_deref(), of_job(&own)?.as_ref(), &plans)
         };
         let draft = state.pool.run(work).await??;
         let keyed = known.map(|known| known.answered_by(created));
-        let (iteration, stored) = state.jobs.add_iteration(job, draft, keyed).await?;
+        let (iteration, stored) =
+            state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/file"))?;
         Ok(created(&iteration, stored))
     })
     .await

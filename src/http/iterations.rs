@@ -24,18 +24,17 @@ use super::{
 };
 use crate::{
     api::{
-        gears::gear::of_job,
         job_fits,
         job_iterations::{
             self, IterationBody, IterationForm, IterationPatchBody, IterationRequest, Measurement, NewIterationBody,
         },
-        measurand,
+        job_problem::of_measured,
         nodes_schema::NodesBody,
         nodes_text,
         problem::Problem,
     },
     estimation::{FitSpec, Nodes, Plans},
-    jobs::{Answer, Iteration, IterationDraft, Measurand, NewIteration, Stored},
+    jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -80,9 +79,9 @@ async fn create_iteration(
         let work = move |nodes, spec, measurement| draft(nodes, &spec, measurement, &plans);
         // the permit for the nodes is held until they are stored
         let (draft, _permit) = read_and(&state, payload, work).await?.into_parts();
-        check_tooth(&state, job, &draft.measurand).await?;
         let keyed = known.map(|known| known.answered_by(created));
-        let (iteration, stored) = state.jobs.add_iteration(job, draft, keyed).await?;
+        let (iteration, stored) =
+            state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
         Ok(created(&iteration, stored))
     })
     .await
@@ -102,15 +101,6 @@ fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) 
         note: measurement.note.map(String::from),
         records: Vec::new(),
     })
-}
-
-/// Refuses a tooth that the job's gear has not got.
-pub async fn check_tooth(state: &AppState, job: Uuid, measurand: &Measurand) -> Result<(), Problem> {
-    if measurand.tooth.is_some() {
-        let gear = of_job(&state.jobs.job(job).await?)?;
-        measurand::check_tooth(measurand, gear.as_ref()).map_err(Problem::invalid)?;
-    }
-    Ok(())
 }
 
 /// A new iteration as it is answered.

@@ -100,7 +100,8 @@ async fn get_job(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Res
 
 /// Changes a job. What is left out stays.
 ///
-/// Fields that are named in `clear` are taken away; `gear` and `tags` are replaced as a whole.
+/// Fields that are named in `clear` are taken away; `gear` and `tags` are replaced as a whole. A
+/// gear without a tooth that the job's iterations are of is refused.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}", operation_id = "update_job", tag = "jobs",
     params(
@@ -110,6 +111,7 @@ async fn get_job(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Res
     request_body(content = JobPatchBody, description = "What is to be changed."),
     responses(
         (status = 200, description = "The job after the change.", body = JobBody, headers(("ETag" = String, description = "Version of the job."))),
+        (status = 409, description = "An iteration or an open stream is of a tooth that the new gear has not got.", body = Problem, content_type = "application/problem+json"),
         (status = 412, description = "The job has changed meanwhile.", body = Problem, content_type = "application/problem+json")
     )
 )]

@@ -19,6 +19,7 @@ use crate::{
     api::{
         fit_spec_json, job_fits,
         job_iterations::NewIterationBody,
+        job_problem::of_measured,
         problem::Problem,
         reader,
         streams::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
@@ -63,9 +64,9 @@ async fn create_stream(
     once(state, key, scope, payload, move |state, payload, known| async move {
         state.jobs.admit(job).await?;
         let draft = read_json(&state, payload, streams::read_stream).await?;
-        iterations::check_tooth(&state, job, &draft.measurand).await?;
         let keyed = known.map(|known| known.answered_by(opened));
-        let (stream, stored) = state.jobs.open_stream(job, draft, keyed).await?;
+        let (stream, stored) =
+            state.jobs.open_stream(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
         Ok(opened(&stream, stored))
     })
     .await

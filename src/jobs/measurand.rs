@@ -2,7 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::gear::{Side, tooth};
+use super::repository::RepositoryError;
+use crate::gear::{
+    Side,
+    tooth::{self, Position},
+};
 
 /// What was measured. What nobody told is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -28,6 +32,16 @@ impl Measurand {
         Some(Measurand { flank, tooth, axes })
     }
 
+    /// Refuses a tooth that a gear with so many teeth has not got. A name that is no number is of
+    /// any gear.
+    pub fn check_tooth(&self, teeth: Option<u32>) -> Result<(), RepositoryError> {
+        let (Some(tooth), Some(teeth)) = (&self.tooth, teeth) else { return Ok(()) };
+        match beyond(tooth, teeth) {
+            true => Err(RepositoryError::NoSuchTooth { tooth: tooth.clone(), teeth }),
+            false => Ok(()),
+        }
+    }
+
     /// Whether both are of the same flank and tooth: what neither tells is the same, what one of
     /// them tells is not.
     pub fn is_alike(&self, other: &Measurand) -> bool {
@@ -43,6 +57,11 @@ impl Measurand {
             None => flank,
         }
     }
+}
+
+/// Whether the name of a tooth has a number that a gear with so many teeth has not got.
+pub fn beyond(tooth: &str, teeth: u32) -> bool {
+    Position::number(tooth).is_some_and(|number| !(1..=u64::from(teeth)).contains(&number))
 }
 
 /// Iterations after one, by their numbers.

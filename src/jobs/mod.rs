@@ -39,7 +39,7 @@ pub use iteration::{
 };
 pub use job::{Job, JobPatch, Update};
 pub use live::{LiveStream, LiveStreams, Slot};
-pub use measurand::{Later, Measurand, side_name};
+pub use measurand::{Later, Measurand, beyond, side_name};
 pub use page::{Cursor, Page, PageRequest};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};

@@ -39,6 +39,12 @@ pub enum RepositoryError {
     /// Nor is a job with streams.
     #[error("the job has {0} stream(s)")]
     HasStreams(u64),
+    /// What is to be stored is of a tooth that the job's gear has not got.
+    #[error("the job's gear has {teeth} teeth, not tooth {tooth}")]
+    NoSuchTooth { tooth: String, teeth: u32 },
+    /// The job's gear would lose a tooth that was measured: by an iteration, or by an open stream.
+    #[error("a gear of {teeth} teeth has no tooth {tooth}")]
+    ToothMeasured { tooth: String, teeth: u32, iteration: Option<u32> },
     /// A finished stream takes nothing more.
     #[error("the stream has become iteration {iteration}")]
     StreamFinished { iteration: u32 },

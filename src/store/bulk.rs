@@ -17,7 +17,10 @@ use super::{
     records, rows, time,
     write::{WriteError, keep_answer},
 };
-use crate::jobs::{NewIteration, Receipt, RepositoryError, Stored, What};
+use crate::{
+    api::gears::gear::stored_teeth,
+    jobs::{NewIteration, Receipt, RepositoryError, Stored, What},
+};
 
 /// An iteration on its way in.
 pub struct Incoming {
@@ -47,6 +50,10 @@ pub async fn insert_iterations(
                 Err(RepositoryError::KeyTaken)
             }
             Some(job) => {
+                if let Err(refused) = new.iteration.measurand.check_tooth(job.teeth) {
+                    answers.push(Err(refused));
+                    continue;
+                }
                 job.last_number += 1;
                 places.last_iteration += 1;
                 places.last_fit += 1;
@@ -94,6 +101,8 @@ struct Places {
 struct JobPlace {
     seq: i64,
     last_number: u32,
+    /// Of its gear, where it has one.
+    teeth: Option<u32>,
 }
 
 /// The jobs named, their last numbers, and the last row of each table.
@@ -105,7 +114,7 @@ async fn look_up(db: &mut SqliteConnection, incoming: &[&Incoming]) -> Result<Pl
     for ids in ids.chunks(MOST_ROWS) {
         let sql = format!(
             "SELECT j.id, j.seq, coalesce((SELECT max(number) FROM iterations WHERE job = j.seq), 0),
-                    coalesce((SELECT max(seq) FROM iterations), 0), coalesce((SELECT max(seq) FROM fits), 0)
+                    coalesce((SELECT max(seq) FROM iterations), 0), coalesce((SELECT max(seq) FROM fits), 0), j.gear
              FROM jobs j WHERE j.id IN ({})",
             marks(ids.len())
         );
@@ -114,7 +123,8 @@ async fn look_up(db: &mut SqliteConnection, incoming: &[&Incoming]) -> Result<Pl
             query = query.bind(*id);
         }
         for row in query.fetch_all(&mut *db).await? {
-            let place = JobPlace { seq: row.try_get(1)?, last_number: rows::unsigned(&row, 2)? };
+            let teeth = row.try_get::<Option<&str>, _>(5)?.and_then(stored_teeth);
+            let place = JobPlace { seq: row.try_get(1)?, last_number: rows::unsigned(&row, 2)?, teeth };
             places.jobs.insert(row.try_get(0)?, place);
             places.last_iteration = row.try_get(3)?;
             places.last_fit = row.try_get(4)?;

@@ -12,7 +12,7 @@ use super::{
     write::{WriteError, keep_answer, refuse_taken_key, signed},
 };
 use crate::{
-    api::nodes_codec,
+    api::{gears::gear::stored_teeth, nodes_codec},
     jobs::{
         Block, Happening, JobEvent, NewBlock, NewStream, Precondition, Receipt, RepositoryError, Stored, Stream,
         StreamEvent, StreamState, What,
@@ -90,13 +90,14 @@ pub async fn insert_stream(
     stream: &NewStream,
     receipt: Option<&Receipt>,
 ) -> Written<Stored> {
-    let job: i64 = sqlx::query("SELECT seq FROM jobs WHERE id = ?")
+    let row = sqlx::query("SELECT seq, gear FROM jobs WHERE id = ?")
         .bind(stream.job_id)
         .fetch_optional(&mut *db)
         .await?
-        .ok_or(RepositoryError::NotFound(What::Job))?
-        .try_get(0)?;
+        .ok_or(RepositoryError::NotFound(What::Job))?;
+    let job: i64 = row.try_get(0)?;
     refuse_taken_key(db, receipt).await?;
+    stream.measurand.check_tooth(row.try_get::<Option<&str>, _>(1)?.and_then(stored_teeth))?;
     let at = time::to_text(stream.created_at);
     sqlx::query(
         "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version, created_at, updated_at,

@@ -12,7 +12,10 @@ use super::{
     rows::{self, job_columns},
     streams, time,
 };
-use crate::jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored, What};
+use crate::{
+    api::gears::gear::stored_teeth,
+    jobs::{Choice, Job, JobPatch, NewFit, Precondition, Receipt, RepositoryError, Ruling, Stored, What, beyond},
+};
 
 /// Why a write did not happen.
 #[derive(Debug)]
@@ -67,9 +70,12 @@ pub async fn patch_job(
     precondition: &Precondition,
     now: Timestamp,
 ) -> Written<Job> {
-    let (_, before) = job(db, id).await?;
+    let (seq, before) = job(db, id).await?;
     precondition.check(before.version)?;
     let after = before.patched(patch, now);
+    if after.gear != before.gear {
+        refuse_fewer_teeth(db, seq, after.gear.as_deref()).await?;
+    }
     if after.version != before.version {
         sqlx::query(
             "UPDATE jobs SET name = ?, part_number = ?, serial_number = ?, machine = ?, gear = ?, tags = ?, version = ?,
@@ -88,6 +94,27 @@ pub async fn patch_job(
         .await?;
     }
     Ok(after)
+}
+
+/// Refuses a gear without a tooth that the job's iterations, or streams that may become some, are
+/// of.
+async fn refuse_fewer_teeth(db: &mut SqliteConnection, job: i64, gear: Option<&str>) -> Written<()> {
+    let Some(teeth) = gear.and_then(stored_teeth) else { return Ok(()) };
+    let rows = sqlx::query(
+        "SELECT tooth, min(number) FROM iterations WHERE job = ?1 AND tooth IS NOT NULL GROUP BY tooth
+         UNION ALL
+         SELECT DISTINCT tooth, NULL FROM streams WHERE job = ?1 AND tooth IS NOT NULL AND iteration IS NULL",
+    )
+    .bind(job)
+    .fetch_all(&mut *db)
+    .await?;
+    for row in &rows {
+        let (tooth, iteration): (&str, Option<u32>) = (row.try_get(0)?, row.try_get(1)?);
+        if beyond(tooth, teeth) {
+            return Err(RepositoryError::ToothMeasured { tooth: tooth.to_owned(), teeth, iteration }.into());
+        }
+    }
+    Ok(())
 }
 
 pub async fn delete_job(db: &mut SqliteConnection, id: Uuid, precondition: &Precondition) -> Written<()> {

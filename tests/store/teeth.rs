@@ -1,8 +1,11 @@
-//! Teeth by the names that were stored.
+//! The gear of a job and what was measured are held against each other where they are written.
 
 use std::sync::Arc;
 
-use flankfit::jobs::{Later, Measurand, NewIteration, Repository};
+use flankfit::{
+    jobs::{JobPatch, Later, Measurand, NewIteration, NewStream, Precondition, Repository, RepositoryError, Update},
+    store::Store,
+};
 use uuid::Uuid;
 
 use crate::support::Place;
@@ -13,6 +16,39 @@ fn of(tooth: &str) -> Measurand {
 
 fn iteration(place: &Place, job: Uuid, tooth: &str) -> Arc<NewIteration> {
     Arc::new(NewIteration { measurand: of(tooth), ..NewIteration::clone(&place.iteration(job)) })
+}
+
+async fn patched(place: &Place, store: &Store, job: Uuid, teeth: u32) -> Result<(), RepositoryError> {
+    let gear = Update::Set(format!(r#"{{"teeth":{teeth},"normal_module_mm":1.0}}"#));
+    let patch = JobPatch { gear, ..JobPatch::default() };
+    store.patch_job(job, patch, Precondition::None, place.now()).await.map(drop)
+}
+
+/// No check before the write can know what another request writes meanwhile: here the write itself
+/// is asked.
+#[tokio::test]
+async fn a_tooth_that_the_gear_has_not_got_is_not_written() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await.id;
+    patched(&place, &store, job, 30).await.unwrap();
+    let refused = store.insert_iteration(iteration(&place, job, "40"), None).await;
+    assert!(matches!(refused, Err(RepositoryError::NoSuchTooth { teeth: 30, .. })), "{refused:?}");
+    let stream = NewStream { measurand: of("31"), ..place.stream(job) };
+    let refused = store.insert_stream(Arc::new(stream), None).await;
+    assert!(matches!(refused, Err(RepositoryError::NoSuchTooth { .. })), "{refused:?}");
+    assert!(matches!(store.iteration(job, 1).await, Err(RepositoryError::NotFound(_))), "nothing was stored");
+    // in one group with others, that are stored and numbered without a gap
+    let each = ["30", "40", "master", "1"].map(|tooth| store.insert_iteration(iteration(&place, job, tooth), None));
+    let answers = futures_util::future::join_all(each).await;
+    let numbers: Vec<Option<u32>> = answers.into_iter().map(|answer| answer.ok().map(|stored| stored.number)).collect();
+    assert_eq!(numbers, [Some(1), None, Some(2), Some(3)]);
+    let refused = patched(&place, &store, job, 29).await;
+    assert!(
+        matches!(&refused, Err(RepositoryError::ToothMeasured { tooth, iteration: Some(1), .. }) if tooth == "30"),
+        "{refused:?}"
+    );
+    assert_eq!(store.job(job).await.unwrap().version, 2);
 }
 
 /// Names of teeth that were stored before there was one way to write them.

@@ -65,9 +65,18 @@ pub struct GearBody {
 
 /// The gear of a job, which was checked when the job was given it.
 pub fn of_job(job: &Job) -> Result<Option<Gear>, Problem> {
-    let Some(text) = &job.gear else { return Ok(None) };
+    job.gear.as_deref().map(of_text).transpose()
+}
+
+/// A gear as it was stored.
+pub fn of_text(text: &str) -> Result<Gear, Problem> {
     let body: GearBody = serde_json::from_str(text).map_err(Problem::internal)?;
-    body.checked("/gear").map(Some).map_err(Problem::invalid)
+    body.checked("/gear").map_err(Problem::invalid)
+}
+
+/// How many teeth a gear has that was stored with a job.
+pub fn stored_teeth(text: &str) -> Option<u32> {
+    serde_json::from_str::<GearBody>(text).ok().map(|gear| gear.teeth)
 }
 
 impl GearBody {

@@ -1,6 +1,8 @@
 //! Teeth by their names, and what is said to be of another tooth or flank than it is.
 
+use reqwest::Method;
 use serde_json::{Value, json};
+use tokio::task::JoinSet;
 
 use super::{
     import::{file_of_tooth, import, job},
@@ -30,6 +32,12 @@ async fn measured(app: &TestApp, job: &str, flank: Option<&str>, tooth: Option<&
     let made = send(app.post(&format!("{job}/iterations"), iteration(flank, tooth).to_string())).await;
     assert_eq!(made.status, 201, "{}", made.text);
     made.header("location").to_owned()
+}
+
+fn gear_of(teeth: u32) -> Value {
+    let mut gear = json!({"teeth": teeth, "normal_module_mm": 1.0});
+    gear["face_width_mm"] = json!(15.0);
+    gear
 }
 
 /// Profiles of both flanks, as `create_iteration_evaluation` has them, of the teeth named.
@@ -131,5 +139,62 @@ async fn a_record_is_of_the_tooth_and_flank_of_its_iteration() {
     assert_eq!(kept("deviations", &other).await.status, 201);
     let wrong = json!({"points": points("right", 4).await, "registration": laid});
     assert_eq!(pointers(&app, &path("deviations"), &wrong).await, ["/points"]);
+    app.stop().await;
+}
+
+/// A job's gear keeps the teeth that were measured.
+#[tokio::test]
+async fn a_gear_does_not_lose_a_tooth_that_was_measured() {
+    let app = TestApp::start().await;
+    let job = job(&app, None).await;
+    let patch = async |body: Value| send(app.client.request(Method::PATCH, app.url(&job)).json(&body)).await;
+    measured(&app, &job, None, Some("40k")).await;
+    measured(&app, &job, None, Some("master")).await;
+    let stream = json!({"model": {"type": "polynomial", "degree": 1}, "tooth": "45"});
+    let opened = send(app.post(&format!("{job}/streams"), stream.to_string())).await;
+    assert_eq!(opened.status, 201, "{}", opened.text);
+    let version = send(app.get(&job)).await.header("etag").to_owned();
+    for (teeth, of) in [(39, "iteration 1"), (44, "an open stream")] {
+        let refused = patch(json!({"gear": gear_of(teeth), "machine": "m"})).await.problem(409, "conflict");
+        assert!(refused["detail"].as_str().unwrap().contains(of), "{refused}");
+    }
+    let same = send(app.get(&job)).await;
+    assert_eq!((same.header("etag"), same.json().get("machine")), (version.as_str(), None), "nothing is half stored");
+    assert_eq!(patch(json!({"gear": gear_of(45)})).await.status, 200);
+    // a stream that is gone holds nothing any more
+    let stream = opened.header("location").to_owned();
+    send(app.client.request(Method::DELETE, app.url(&stream))).await;
+    assert_eq!(patch(json!({"gear": gear_of(40)})).await.status, 200);
+    assert_eq!(patch(json!({"clear": ["gear"]})).await.status, 200);
+    app.stop().await;
+}
+
+/// Whatever comes first: no job ends with a gear that lacks a tooth of one of its iterations.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_gear_and_an_iteration_that_contradict_each_other_do_not_both_pass() {
+    let app = TestApp::start().await;
+    let (mut patched, mut posted) = (0, 0);
+    for round in 0..24 {
+        let job = job(&app, Some(gear_of(52))).await;
+        let mut requests = JoinSet::new();
+        let patch = || app.client.request(Method::PATCH, app.url(&job)).json(&json!({"gear": gear_of(30)}));
+        let post = || app.post(&format!("{job}/iterations"), iteration(Some("left"), Some("40")).to_string());
+        for k in 0..4 {
+            requests.spawn(send(if k == round % 4 { patch() } else { post() }));
+        }
+        for answer in requests.join_all().await {
+            assert!([200, 201, 409, 422].contains(&answer.status.as_u16()), "{}", answer.text);
+            if answer.status == 422 {
+                assert_eq!(answer.pointers(), ["/tooth"]);
+            }
+        }
+        let teeth = send(app.get(&job)).await.json()["gear"]["teeth"].as_u64().unwrap();
+        let trace = send(app.get(&format!("{job}/trace"))).await.json();
+        let count = trace["iterations"].as_array().unwrap().len();
+        assert!(teeth == 52 || count == 0, "a gear of {teeth} teeth with {count} iterations of tooth 40");
+        assert!(teeth == 30 || count == 3, "{teeth} {count}");
+        (patched, posted) = (patched + u32::from(teeth == 30), posted + u32::from(count > 0));
+    }
+    assert_eq!(patched + posted, 24);
     app.stop().await;
 }
