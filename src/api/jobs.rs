@@ -123,6 +123,17 @@ pub enum ClearableName {
     Gear,
 }
 
+impl ClearableName {
+    fn name(self) -> &'static str {
+        match self {
+            ClearableName::PartNumber => "part_number",
+            ClearableName::SerialNumber => "serial_number",
+            ClearableName::Machine => "machine",
+            ClearableName::Gear => "gear",
+        }
+    }
+}
+
 /// Some jobs, newest first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobPage)]
@@ -159,15 +170,19 @@ impl TryFrom<JobPatchBody> for JobPatch {
             faults.append(found);
         }
         let mut update = |name: ClearableName, value: Option<String>| {
-            let cleared = body.clear.iter().position(|cleared| *cleared == name);
-            match (value, cleared) {
-                (None, None) => Update::Keep,
-                (Some(value), None) => Update::Set(value),
-                (None, Some(_)) => Update::Clear,
-                (Some(value), Some(i)) => {
-                    faults.push(format!("/clear/{i}"), "the field is given a value at the same time");
+            let cleared: Vec<usize> =
+                body.clear.iter().enumerate().filter(|(_, cleared)| **cleared == name).map(|(i, _)| i).collect();
+            match value {
+                Some(value) => {
+                    for i in cleared {
+                        let detail =
+                            format!("`{}` is given a value at the same time; leave one of the two out", name.name());
+                        faults.push(format!("/clear/{i}"), detail);
+                    }
                     Update::Set(value)
                 }
+                None if cleared.is_empty() => Update::Keep,
+                None => Update::Clear,
             }
         };
         let patch = JobPatch {
@@ -225,6 +240,10 @@ mod tests {
         assert_eq!(patch.part_number, Update::Set("P".to_owned()));
         let both: Result<JobPatch, Faults> = read(r#"{"clear":["gear","machine"],"machine":"M"}"#);
         assert_eq!(both.unwrap_err().list()[0].pointer, "/clear/1");
+        let twice: Result<JobPatch, Faults> =
+            read(r#"{"clear":["machine","gear","machine","part_number"],"machine":"M","part_number":"P"}"#);
+        let pointers: Vec<String> = twice.unwrap_err().list().iter().map(|fault| fault.pointer.clone()).collect();
+        assert_eq!(pointers, ["/clear/3", "/clear/0", "/clear/2"]);
         assert!(serde_json::from_str::<JobPatchBody>(r#"{"name":null}"#).is_err());
         assert!(serde_json::from_str::<JobPatchBody>(r#"{"id":"x"}"#).is_err());
     }

@@ -124,6 +124,14 @@ async fn null_clears_nothing() {
     assert_eq!(refused.pointers(), ["/gear", "/machine"]);
     let refused = sent(&app, &place, &json!({"gear": {"teeth": 20, "normal_module_mm": 2}, "clear": ["gear"]})).await;
     assert_eq!(refused.pointers(), ["/clear/0"]);
+    // every entry that cannot be, and what else is wrong
+    let body = json!({"machine": "n", "serial_number": "s", "gear": {"teeth": 20, "normal_module_mm": 1, "hand": "right", "helix_angle_deg": -5},
+                      "clear": ["machine", "serial_number", "part_number", "machine"]});
+    let refused = sent(&app, &place, &body).await;
+    let mut pointers = refused.pointers();
+    pointers.sort_unstable();
+    assert_eq!(pointers, ["/clear/0", "/clear/1", "/clear/3", "/gear/hand"]);
+    assert!(refused.text.contains("`machine` is given a value at the same time"), "{}", refused.text);
     let cleared = sent(&app, &place, &json!({"clear": ["gear", "machine"]})).await;
     assert_eq!((cleared.json().get("gear"), cleared.json().get("machine")), (None, None));
     app.stop().await;
