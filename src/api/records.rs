@@ -5,7 +5,7 @@ use serde_json::Value;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::{json_writer::Json, problem::Problem, text::Moment};
+use super::{gears::gear::GearBody, json_writer::Json, problem::Problem, text::Moment};
 use crate::jobs::{Cursor, Page, Record, RecordDraft, RecordKind, RecordSummary};
 
 /// What was made of a request: the contract's name of the method, and the answer.
@@ -40,6 +40,10 @@ pub struct RecordBody {
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// Of deviations, evaluations and corrections: the gear that the job had then. It may be
+    /// changed later, and a `gear` of the request goes before it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
     /// The request as it was posted. Where it has no points or nodes of its own, those of the iteration were taken.
     #[schema(value_type = Object)]
     pub request: Value,
@@ -100,21 +104,23 @@ impl From<Page<RecordSummary>> for RecordPageBody {
 /// What is kept of a request and its answer, both as they are.
 pub fn draft(kind: RecordKind, request: &[u8], built: Built) -> Result<RecordDraft, Problem> {
     let text = |bytes: &[u8]| std::str::from_utf8(bytes).map(Into::into).map_err(Problem::internal);
-    Ok(RecordDraft { kind, method: built.method, request: text(request)?, result: text(&built.result)? })
+    Ok(RecordDraft { kind, method: built.method, request: text(request)?, result: text(&built.result)?, gear: None })
 }
 
 /// A kept record as it is answered.
 pub fn record(record: &Record) -> Vec<u8> {
-    let RecordDraft { kind, method, request, result } = &record.draft;
+    let RecordDraft { kind, method, request, result, gear } = &record.draft;
     let mut json = Json::with_capacity(256 + request.len() + result.len());
     let mut object = json.object();
     object
         .field("id", &record.id)
         .string("kind", kind.name())
         .string("method", method)
-        .field("created_at", &Moment(record.created_at))
-        .raw("request", request)
-        .raw("result", result);
+        .field("created_at", &Moment(record.created_at));
+    if let Some(gear) = gear {
+        object.raw("gear", gear);
+    }
+    object.raw("request", request).raw("result", result);
     object.end();
     json.into_bytes()
 }

@@ -67,7 +67,7 @@ async fn create_iteration_deviations(
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
         let built = deviations::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?;
-        Ok(records::draft(RecordKind::Deviations, text, built)?.into())
+        Ok(about.of_gear(records::draft(RecordKind::Deviations, text, built)?).into())
     };
     keep(state, place, "deviations", key, payload, build).await
 }
@@ -97,7 +97,7 @@ async fn create_iteration_evaluation(
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
         let built = evaluate::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?;
-        Ok(records::draft(RecordKind::Evaluation, text, built)?.into())
+        Ok(about.of_gear(records::draft(RecordKind::Evaluation, text, built)?).into())
     };
     keep(state, place, "evaluations", key, payload, build).await
 }
@@ -127,7 +127,7 @@ async fn create_iteration_correction(
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
         let (built, include) = correction::build(text, &about.nodes, &about.measurand, of_job(&about.job)?.as_ref())?;
-        let draft = records::draft(RecordKind::Correction, text, built)?;
+        let draft = about.of_gear(records::draft(RecordKind::Correction, text, built)?);
         let answer = include.of_result(&draft.result)?.into_bytes();
         Ok(Made { draft, answer: Some(answer.into()) })
     };
@@ -136,7 +136,9 @@ async fn create_iteration_correction(
 
 /// The correction of an iteration that was made last, with what was measured of it.
 ///
-/// Predicted and measured are compared with the next iteration of the same flank and tooth; `not_compared` says why where they cannot be.
+/// Predicted and measured are compared with the next iteration of the same flank and tooth, by the
+/// gear that the job had when the correction was made; `not_compared` says why where they cannot
+/// be.
 /// What is told node by node, and the fits of the settings, come with `include`.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction", tag = "iterations",
@@ -174,9 +176,9 @@ async fn get_iteration_correction(
         Later { any: Some(next), .. } => (After::Others(next), None),
         Later { .. } => (After::Nothing, None),
     };
-    let gear = of_job(&state.jobs.job(job).await?)?;
+    let today = of_job(&state.jobs.job(job).await?)?;
     let body =
-        state.pool.run(move || correction_answer::write(&record, &before, &after, gear.as_ref(), include)).await??;
+        state.pool.run(move || correction_answer::write(&record, &before, &after, today.as_ref(), include)).await??;
     Ok(form.response(body))
 }
 

@@ -68,7 +68,10 @@ async fn import_iteration(
         let work = move || {
             let form = read_file(payload, limit)?;
             let FileForm { file, name, spec } = &*form;
-            file_import::draft(file, name.as_deref(), spec.as_deref(), of_job(&own)?.as_ref(), &plans)
+            let gear = of_job(&own)?;
+            let mut draft = file_import::draft(file, name.as_deref(), spec.as_deref(), gear.as_ref(), &plans)?;
+            draft.records.iter_mut().for_each(|record| record.gear = own.gear.as_deref().map(Into::into));
+            Ok::<_, Problem>(draft)
         };
         let draft = state.pool.run(work).await??;
         let keyed = known.map(|known| known.answered_by(created));

@@ -41,6 +41,13 @@ pub struct About {
     pub plans: Plans,
 }
 
+impl About {
+    /// A record that refers to the gear of the job keeps it, since the job's may be changed.
+    pub fn of_gear(&self, draft: RecordDraft) -> RecordDraft {
+        RecordDraft { gear: self.job.gear.as_deref().map(Into::into), ..draft }
+    }
+}
+
 /// A record made of a request.
 pub struct Made {
     pub draft: RecordDraft,

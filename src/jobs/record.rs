@@ -54,6 +54,9 @@ pub struct RecordDraft {
     pub request: Arc<str>,
     /// What was answered: a JSON document.
     pub result: Arc<str>,
+    /// The gear of the job, of records that refer to one: a JSON document. (The job's may be
+    /// changed later.)
+    pub gear: Option<Arc<str>>,
 }
 
 /// A record with its id and time.

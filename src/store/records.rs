@@ -32,9 +32,9 @@ pub async fn insert(
 
 /// The row of a record of the iteration that is row `iteration`.
 pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, record: &Record) -> Written<()> {
-    let RecordDraft { kind, method, request, result } = &record.draft;
+    let RecordDraft { kind, method, request, result, gear } = &record.draft;
     sqlx::query(
-        "INSERT INTO records (id, iteration, kind, method, created_at, request, result) VALUES (?, ?, ?, ?, ?, ?, ?)",
+        "INSERT INTO records (id, iteration, kind, method, created_at, request, result, gear) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(record.id)
     .bind(iteration)
@@ -43,6 +43,7 @@ pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, record: &Reco
     .bind(time::to_text(record.created_at))
     .bind(request.clone())
     .bind(result.clone())
+    .bind(gear.clone())
     .execute(db)
     .await?;
     Ok(())
@@ -51,14 +52,15 @@ pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, record: &Reco
 pub async fn record(db: &SqlitePool, job: Uuid, number: u32, id: Uuid) -> Result<Record, RepositoryError> {
     let mut db = db.begin().await.map_err(sql)?;
     let iteration = read::iteration_seq(&mut db, job, number).await?;
-    let row =
-        sqlx::query("SELECT id, kind, method, created_at, request, result FROM records WHERE iteration = ? AND id = ?")
-            .bind(iteration)
-            .bind(id)
-            .fetch_optional(&mut *db)
-            .await
-            .map_err(sql)?
-            .ok_or(RepositoryError::NotFound(What::Record))?;
+    let row = sqlx::query(
+        "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND id = ?",
+    )
+    .bind(iteration)
+    .bind(id)
+    .fetch_optional(&mut *db)
+    .await
+    .map_err(sql)?
+    .ok_or(RepositoryError::NotFound(What::Record))?;
     whole(&row)
 }
 
@@ -111,7 +113,7 @@ pub async fn latest(
     let mut db = db.begin().await.map_err(sql)?;
     let iteration = read::iteration_seq(&mut db, job, number).await?;
     let row = sqlx::query(
-        "SELECT id, kind, method, created_at, request, result FROM records WHERE iteration = ? AND kind = ?
+        "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND kind = ?
          ORDER BY id DESC LIMIT 1",
     )
     .bind(iteration)
@@ -126,7 +128,8 @@ pub async fn latest(
 fn whole(row: &SqliteRow) -> Result<Record, RepositoryError> {
     let RecordSummary { id, kind, method, created_at } = summary(row)?;
     let text = |at| get::<&str>(row, at).map(Into::into);
-    Ok(Record { id, created_at, draft: RecordDraft { kind, method, request: text(4)?, result: text(5)? } })
+    let gear = get::<Option<&str>>(row, 6)?.map(Into::into);
+    Ok(Record { id, created_at, draft: RecordDraft { kind, method, request: text(4)?, result: text(5)?, gear } })
 }
 
 fn summary(row: &SqliteRow) -> Result<RecordSummary, RepositoryError> {

@@ -20,6 +20,7 @@ const RELEASED: &[(i64, &str)] = &[
     (7, "c999530a59e8244e36cabdf414b202a5"),
     (8, "a62ee7e7e83f58a9b79d45b5df032fbf"),
     (9, "4f8faf8859177de0c69d524013a19f1a"),
+    (10, "617996c25b4a66fdb51262767b542099"),
 ];
 
 fn hex(bytes: &[u8]) -> String {
@@ -78,7 +79,7 @@ async fn shapes_become_records() {
     place.stored_iteration(&store, job.id).await;
     store.close().await;
     let mut own = place.connect().await;
-    sqlx::raw_sql("DROP TABLE records; DELETE FROM _sqlx_migrations WHERE version = 8")
+    sqlx::raw_sql("DROP TABLE records; DELETE FROM _sqlx_migrations WHERE version IN (8, 10)")
         .execute(&mut own)
         .await
         .unwrap();

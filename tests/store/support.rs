@@ -118,6 +118,7 @@ impl Place {
             method: method.to_owned(),
             request: Arc::from(format!(r#"{{"method":{{"type":"{method}"}}}}"#)),
             result: Arc::from(r#"{"domain":[0,1]}"#),
+            gear: None,
         };
         Arc::new(Record { id: self.id(), created_at: self.now(), draft })
     }

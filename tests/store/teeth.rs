@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use flankfit::{
-    jobs::{JobPatch, Later, Measurand, NewIteration, NewStream, Precondition, Repository, RepositoryError, Update},
+    jobs::{
+        JobPatch, Later, Measurand, NewIteration, NewStream, Precondition, Record, RecordKind, Repository,
+        RepositoryError, Update,
+    },
     store::Store,
 };
 use uuid::Uuid;
@@ -63,4 +66,18 @@ async fn an_older_name_of_a_tooth_is_that_tooth() {
     assert_eq!(store.later(job, 1).await.unwrap(), Later { alike: Some(4), any: Some(2) });
     assert_eq!(store.later(job, 2).await.unwrap(), Later { alike: None, any: Some(3) });
     assert_eq!(store.later(job, 4).await.unwrap(), Later::default());
+}
+
+#[tokio::test]
+async fn a_record_keeps_the_gear_that_it_is_of() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await;
+    place.stored_iteration(&store, job.id).await;
+    let mut record = Record::clone(&place.record(RecordKind::Correction, "form_grinding"));
+    record.draft.gear = job.gear.as_deref().map(Into::into);
+    store.insert_record(job.id, 1, Arc::new(record.clone()), None).await.unwrap();
+    patched(&place, &store, job.id, 60).await.unwrap();
+    assert_eq!(store.latest_record(job.id, 1, RecordKind::Correction).await.unwrap(), Some(record.clone()));
+    assert_eq!(store.record(job.id, 1, record.id).await.unwrap(), record);
 }

@@ -9,10 +9,11 @@ use super::{
     correction::{CorrectionBody, FlankFiguresBody},
     correction_include::CorrectionInclude,
     correction_request,
-    iteration_nodes::deviations,
+    gear::{GearBody, of_text},
+    same_nodes::same_nodes,
 };
 use crate::{
-    api::{json_writer, measurand::AxesBody, problem::Problem, text::Moment},
+    api::{json_writer, problem::Problem, text::Moment},
     estimation::{FitError, Nodes},
     gear::{
         Gear,
@@ -32,6 +33,10 @@ pub struct KeptCorrectionBody {
     /// When the correction was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// The gear that the job had then, of which `result` and `answer` are; left out where it had
+    /// none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
     /// As it was posted; what it says node by node when `nodes` was included.
     #[schema(value_type = Object)]
     pub request: serde_json::Value,
@@ -134,6 +139,8 @@ struct Written<'a> {
     id: Uuid,
     method: &'a str,
     created_at: Moment,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gear: Option<Box<RawValue>>,
     request: Box<RawValue>,
     result: Box<RawValue>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -157,19 +164,13 @@ pub enum After {
     Same(u32, Measured),
 }
 
-impl Measured {
-    /// µm, positive where material stands out; or why nobody can say.
-    fn deviations(&self) -> Result<Vec<f64>, String> {
-        Ok(deviations(&self.nodes, AxesBody::of(&self.measurand).deviation_factor()?))
-    }
-}
-
-/// The answer to who asks for a kept correction; `gear` is that of the job. Processor work.
+/// The answer to who asks for a kept correction. `today` is the gear of the job, for corrections
+/// that were kept without the gear that they were made for. Processor work.
 pub fn write(
     record: &Record,
     before: &Measured,
     after: &After,
-    gear: Option<&Gear>,
+    today: Option<&Gear>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
     let raw = |text| RawValue::from_string(text).map_err(Problem::internal);
@@ -180,9 +181,8 @@ pub fn write(
             let why = format!("no later iteration says that it is of {of}; the next is iteration {number}");
             (None, Some(why))
         }
-        After::Same(number, measured) => match answer(record, before, *number, measured, gear)? {
+        After::Same(number, measured) => match answer(record, before, *number, measured, today)? {
             Ok(mut answer) => {
-                answer.figures = figures(record, measured, gear);
                 if !include.nodes {
                     (answer.predicted_um, answer.measured_um) = (None, None);
                 }
@@ -195,6 +195,7 @@ pub fn write(
         id: record.id,
         method: &record.draft.method,
         created_at: Moment(record.created_at),
+        gear: record.draft.gear.as_ref().map(|gear| raw(gear.to_string())).transpose()?,
         request: raw(include.of_request(&record.draft.request)?)?,
         result: raw(include.of_result(&record.draft.result)?)?,
         answer,
@@ -203,49 +204,66 @@ pub fn write(
     json_writer::whole(&written).map_err(Problem::not_finite)
 }
 
-/// Figures of the flank that a machine made; `None` for a matrix, whose nodes may lie anywhere.
-fn figures(record: &Record, after: &Measured, gear: Option<&Gear>) -> Option<FlankFiguresBody> {
-    let Measured { nodes, measurand } = after;
-    let read = correction_request::read(record.draft.request.as_bytes(), nodes, measurand, gear).ok()?.ok()?;
-    read.flank?.figures(&read.asked.deviation, read.asked.weight.as_deref()).map(Into::into)
-}
-
 fn answer(
     record: &Record,
     before: &Measured,
     number: u32,
     after: &Measured,
-    gear: Option<&Gear>,
+    today: Option<&Gear>,
 ) -> Result<Result<MachineAnswerBody, String>, Problem> {
-    if !same_places(&before.nodes, &after.nodes) {
+    if before.nodes.posted() != after.nodes.posted() {
         return Ok(Err(format!("iteration {number} has its nodes at other places")));
+    }
+    let kept = record.draft.gear.as_deref().map(of_text).transpose()?;
+    let gear = kept.as_ref().or(today);
+    let read = |of: &Measured| {
+        correction_request::read(record.draft.request.as_bytes(), &of.nodes, &of.measurand, gear)
+            .map(|read| read.map_err(|faults| why(FitError::Invalid(faults))))
+    };
+    let (earlier, later) = match (read(before)?, read(after)?) {
+        (Ok(earlier), Ok(later)) => (earlier, later),
+        (Err(why), _) | (_, Err(why)) => return Ok(Err(why)),
+    };
+    let flanks = earlier.flank.as_ref().zip(later.flank.as_ref()).map(|(a, b)| [a, b]);
+    if let Err(why) = same_nodes(before, after, flanks, number) {
+        return Ok(Err(why));
     }
     let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
     let change: Vec<f64> = told.settings.iter().map(|setting| setting.change).collect();
     // the request says what the sensitivity is, and how the changes follow the noise of the deviations
-    let again = correction_request::read(record.draft.request.as_bytes(), &before.nodes, &before.measurand, gear)?
+    let of_gear = earlier.flank.is_some();
+    let again = Correction::new(earlier.asked)
         .map_err(FitError::Invalid)
-        .and_then(|read| Ok(Correction::new(read.asked)?))
         .and_then(|correction| Ok((correction.solve()?, correction)));
     let (solution, correction) = match again {
         Ok(again) => again,
         Err(error) => return Ok(Err(why(error))),
     };
-    if solution.settings.len() != change.len() {
-        return Ok(Err("the gear of the job has changed since: its machine has other settings".to_owned()));
+    let changes = solution.settings.iter().map(|setting| setting.change);
+    if change.len() != changes.len() || (of_gear && kept.is_none() && !same_changes(&change, changes)) {
+        return Ok(Err(
+            "the gear of the job has changed since, and the one before was not kept with the correction".to_owned()
+        ));
     }
     let Some(noise) = solution.noise else {
         return Ok(Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned()));
     };
-    let measured = match after.deviations() {
-        Ok(measured) => measured,
-        Err(why) => return Ok(Err(why)),
-    };
+    let measured = later.asked.deviation;
     let predicted = correction.predict(&change).deviation;
     match compare(&correction.comparison(&change, solution.leverage, noise, measured.clone())) {
-        Ok(answer) => Ok(Ok(MachineAnswerBody::new(answer, number, &predicted, &measured))),
+        Ok(answer) => {
+            let figures = later.flank.and_then(|flank| flank.figures(&measured, later.asked.weight.as_deref()));
+            let body = MachineAnswerBody::new(answer, number, &predicted, &measured);
+            Ok(Ok(MachineAnswerBody { figures: figures.map(Into::into), ..body }))
+        }
         Err(error) => Ok(Err(why(error))),
     }
+}
+
+/// Whether a correction comes out as it was told, but for rounding.
+fn same_changes(told: &[f64], again: impl Iterator<Item = f64>) -> bool {
+    let size = told.iter().fold(0.0f64, |size, change| size.max(change.abs()));
+    told.iter().zip(again).all(|(told, again)| (told - again).abs() <= 1e-6 * size)
 }
 
 /// The first thing that stands in the way.
@@ -253,17 +271,6 @@ fn why(error: FitError) -> String {
     match error {
         FitError::Invalid(faults) => faults.list().first().map_or_else(String::new, |fault| fault.detail.clone()),
         other => other.to_string(),
-    }
-}
-
-/// Whether two iterations measured the same nodes.
-fn same_places(a: &Nodes, b: &Nodes) -> bool {
-    match (a, b) {
-        (Nodes::Curve(a), Nodes::Curve(b)) => a.x == b.x,
-        (Nodes::Scattered(a), Nodes::Scattered(b)) => a.u == b.u && a.v == b.v,
-        (Nodes::Grid(a), Nodes::Grid(b)) => a.u == b.u && a.v == b.v,
-        (Nodes::Matrix(a), Nodes::Matrix(b)) => a.x == b.x,
-        _ => false,
     }
 }
 

@@ -29,5 +29,6 @@ pub mod pitch;
 pub mod profile;
 pub mod profile_axis;
 pub mod registration;
+pub mod same_nodes;
 pub mod tolerances;
 pub mod trace;

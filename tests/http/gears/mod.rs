@@ -2,6 +2,7 @@
 
 mod correction;
 mod correction_flank;
+mod correction_kept;
 mod evaluation;
 mod exchange;
 mod import;
