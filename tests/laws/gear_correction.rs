@@ -144,9 +144,10 @@ proptest! {
             row[4] = row[0] - 0.5 * row[1] + 10f64.powf(apart) * row[4];
         }
         let mut settings = settings(5);
-        for (setting, wanted) in settings.iter_mut().zip(&wanted) {
-            let most = limits.map(|factor| factor * wanted.abs() + 0.1);
-            (setting.min, setting.max) = (most.map(|x| -x), most);
+        let most: Vec<Option<f64>> =
+            wanted.iter().map(|wanted| limits.map(|factor| factor * wanted.abs() + 0.1)).collect();
+        for (setting, most) in settings.iter_mut().zip(&most) {
+            (setting.min, setting.max) = (most.map(|x| -x), *most);
         }
         let deviation = times(&j, &wanted).iter().map(|d| -d).collect();
         let solution = solve(Asked { noise_sigma: Some(1e-6), ..Asked::new(deviation, j.clone(), settings) });
@@ -526,4 +527,55 @@ fn multiples_have_the_digits_of_their_step() {
     asked.settings[0].max = Some(0.3);
     let limited = solve(asked);
     assert_eq!((changes(&limited)[0], limited.settings[0].limited), (0.3, Some(Limit::Max)));
+}
+
+/// A setting that the deviations say nothing about keeps to its limits all the same, and the answer
+/// says what became of them.
+#[test]
+fn limits_of_a_setting_that_nothing_is_said_about_are_kept() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0 + 0.01 * f64::from(k % 3), f64::from(k), f64::from(k * k)]).collect();
+    let d: Vec<f64> =
+        (0..9).map(|k| 0.7 * f64::from(k) + 0.1 * f64::from(k * k) + (1.3 * f64::from(k)).sin()).collect();
+    let with = |min: Option<f64>, max: Option<f64>, increment: Option<f64>| {
+        let mut settings = settings(3);
+        (settings[0].min, settings[0].max, settings[0].increment) = (min, max, increment);
+        settings[1].increment = increment;
+        solve(Asked { absolute: false, ..plain(d.clone(), j.clone(), settings) })
+    };
+    let codes = |s: &Solution| s.warnings.iter().map(|w| w.code).collect::<Vec<_>>();
+    let free = with(None, None, None);
+    assert_eq!(codes(&free), ["undetermined_settings"]);
+    for (min, max, increment) in [(Some(-1.0), Some(2.0), None), (None, Some(3.0), None), (None, None, Some(0.25))] {
+        let unused = with(min, max, increment);
+        assert_eq!(unused.settings[0].change, 0.0);
+        assert_eq!(codes(&unused), ["undetermined_settings", "limits_without_effect"]);
+        assert!(unused.warnings[1].message.contains("`s0`") && !unused.warnings[1].message.contains("`s1`"));
+    }
+    for (min, max, increment, want, limit) in [
+        (Some(2.0), None, None, 2.0, Limit::Min),
+        (Some(2.0), Some(7.0), Some(1.5), 3.0, Limit::Min),
+        (Some(-9.0), Some(-4.0), None, -4.0, Limit::Max),
+    ] {
+        let moved = with(min, max, increment);
+        let setting = &moved.settings[0];
+        assert_eq!((setting.change, setting.limited, setting.undetermined), (want, Some(limit), true));
+        assert_eq!((setting.unlimited, setting.std_error, setting.bias_bound), (0.0, None, None));
+        assert_eq!(codes(&moved), ["undetermined_settings_moved"]);
+        // what it does to the nodes is reckoned with: the others are the least squares of what it
+        // leaves
+        if increment.is_none() {
+            let level: Vec<f64> = times(&j, &changes(&moved)).iter().zip(&d).map(|(c, d)| c + d).collect();
+            let mean = level.iter().sum::<f64>() / 9.0;
+            for c in [1, 2] {
+                let middle = (0..9).map(|k| j[3 * k + c]).sum::<f64>() / 9.0;
+                let slope: f64 = (0..9).map(|k| (j[3 * k + c] - middle) * (level[k] - mean)).sum();
+                assert!(slope.abs() < 1e-9, "{c}: {slope}");
+            }
+            let rms = (level.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 9.0).sqrt();
+            assert!((moved.predicted.rms - rms).abs() < 1e-9);
+        } else {
+            let steps = moved.settings[1].change / 1.5;
+            assert!((steps - steps.round()).abs() < 1e-12, "{steps}");
+        }
+    }
 }

@@ -81,7 +81,8 @@ pub struct SettingChangeBody {
     pub rounded: bool,
     /// Whether it was to stay as it is.
     pub fixed: bool,
-    /// Whether the deviations say nothing about the setting (see `absolute`), so that it stays as it is.
+    /// Whether the deviations say nothing about the setting (see `absolute`), so that it stays as
+    /// it is, or goes no further than its limits ask for.
     pub undetermined: bool,
 }
 

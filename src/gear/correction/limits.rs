@@ -57,6 +57,16 @@ pub(super) fn stand(correction: &Correction, unlimited: &[f64], pinned: &[Option
     }
 }
 
+/// The change of a setting that the deviations say nothing about: none, or the least that its
+/// limits and its increment allow.
+pub(super) fn least_change(setting: &Setting) -> f64 {
+    let nearest = |least: f64, most: f64| 0f64.max(least).min(most);
+    match (setting.increment, setting.steps()) {
+        (Some(increment), Some([least, most])) => Setting::multiple(nearest(least, most), increment),
+        _ => nearest(setting.min.unwrap_or(f64::NEG_INFINITY), setting.max.unwrap_or(f64::INFINITY)),
+    }
+}
+
 /// Fits the settings `free` to what the others, changed by `change`, leave over.
 pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) -> Result<Fitted, FitError> {
     let asked = correction.asked();

@@ -10,7 +10,7 @@
 //! * `gain`: how noise and errors of J come back in the changes;
 //! * `limits`: settings that may not go as far as they should;
 //! * `rounding`: settings that the control sets in steps;
-//! * [`solution`]: the answer;
+//! * [`solution`]: the answer, `notices`: what is to be said of it;
 //! * [`mod@compare`]: predicted beside measured;
 //! * [`machine`]: J of cylindrical gear grinding.
 
@@ -19,6 +19,7 @@ pub mod damping;
 mod gain;
 mod limits;
 pub mod machine;
+mod notices;
 pub mod problem;
 mod rounding;
 pub mod solution;

@@ -18,7 +18,7 @@ use crate::{
 pub(super) fn rounded(correction: &Correction, change: &[f64]) -> Result<Option<Vec<f64>>, FitError> {
     let settings = &correction.asked().settings;
     let n = change.len();
-    let mut pinned: Vec<Option<f64>> = (0..n).map(|j| (!correction.open.contains(&j)).then_some(0.0)).collect();
+    let mut pinned: Vec<Option<f64>> = (0..n).map(|j| (!correction.open.contains(&j)).then_some(change[j])).collect();
     let mut stepped: Vec<(usize, f64)> =
         correction.open.iter().filter_map(|&j| Some((j, settings[j].increment?))).collect();
     if stepped.is_empty() {

@@ -1,17 +1,13 @@
 //! The answer to a correction.
 
 use super::{
-    damping::{Damping, Trust},
+    damping::Trust,
     gain::Gain,
-    limits::{Fitted, fit_free, stand, unsettled},
+    limits::{Fitted, fit_free, least_change, stand, unsettled},
     problem::Correction,
     rounding::rounded,
 };
-use crate::estimation::{
-    FitError, FitResult,
-    result::{RegularizationKind, Warning},
-    spec::Regularization,
-};
+use crate::estimation::{FitError, FitResult, result::Warning};
 use crate::numerics::cancel::Asking;
 
 /// Which limit a setting stands at.
@@ -43,7 +39,8 @@ pub struct Change {
     pub limited: Option<Limit>,
     /// Whether it was to stay as it is.
     pub fixed: bool,
-    /// Whether the deviations say nothing about it, so that it stays as it is.
+    /// Whether the deviations say nothing about it, so that it stays as it is, or goes no further
+    /// than its limits ask for.
     pub undetermined: bool,
 }
 
@@ -110,10 +107,12 @@ impl Correction {
     /// Computes the changes of the settings. Pure; the same input gives the same bits.
     pub fn solve(&self) -> Result<Solution, FitError> {
         let n = self.asked.settings.len();
-        let Fitted { result: fit, trust } = fit_free(self, &self.open, &vec![0.0; n])?;
+        // fixed settings stay, and those that nothing is said about go no further than they must
         let mut unlimited = vec![0.0; n];
+        self.undetermined.iter().for_each(|&j| unlimited[j] = least_change(&self.asked.settings[j]));
+        let Fitted { result: fit, trust } = fit_free(self, &self.open, &unlimited)?;
         self.open.iter().zip(&fit.coefficients).for_each(|(&j, coefficient)| unlimited[j] = coefficient.value);
-        let pinned: Vec<Option<f64>> = (0..n).map(|j| (!self.open.contains(&j)).then_some(0.0)).collect();
+        let pinned: Vec<Option<f64>> = (0..n).map(|j| (!self.open.contains(&j)).then_some(unlimited[j])).collect();
         let standing = stand(self, &unlimited, &pinned)?;
         let mut warnings = Vec::new();
         if !standing.settled {
@@ -206,18 +205,21 @@ impl Correction {
                     Some(((place, _), errors)) => errors[place].map(Some),
                     None => [None; 2],
                 };
+                let undetermined = self.undetermined.contains(&j);
+                let moved = undetermined && change[j] != 0.0;
+                let held = if change[j] > 0.0 { Limit::Min } else { Limit::Max };
                 Change {
                     name: setting.name.clone(),
                     unit: setting.unit.clone(),
                     change: change[j],
-                    unlimited: unlimited[j],
+                    unlimited: if undetermined { 0.0 } else { unlimited[j] },
                     std_error,
                     response_std_error,
                     bias_bound: own.map(|(_, coefficient)| coefficient.bias_bound),
-                    limited: at[j],
+                    limited: at[j].or(moved.then_some(held)),
                     unrounded: setting.increment.filter(|_| open).map(|_| change[j]),
                     fixed: setting.fixed,
-                    undetermined: self.undetermined.contains(&j),
+                    undetermined,
                 }
             })
             .collect()
@@ -252,63 +254,5 @@ impl Correction {
             max = max.max(left.abs());
         }
         [(sum / weight).sqrt(), max]
-    }
-
-    fn indistinguishable(&self, fit: &FitResult) -> Vec<Indistinguishable> {
-        let place = |name: &String| self.asked.settings.iter().position(|setting| setting.name == *name);
-        fit.collinearity
-            .near_dependencies
-            .iter()
-            .map(|dependency| Indistinguishable {
-                settings: dependency.terms.iter().filter_map(place).collect(),
-                names: dependency.terms.clone(),
-                condition_index: dependency.condition_index,
-                sentence: dependency.sentence.clone(),
-            })
-            .collect()
-    }
-
-    fn warn(&self, settings: &[Change], fit: &FitResult, warnings: &mut Vec<Warning>) {
-        let limited: Vec<String> =
-            settings.iter().filter(|s| s.limited.is_some()).map(|s| format!("`{}`", s.name)).collect();
-        if !limited.is_empty() {
-            warnings.push(Warning {
-                code: "settings_limited",
-                message: format!(
-                    "{} would go further than allowed; the others make up for it as far as they can",
-                    limited.join(", ")
-                ),
-            });
-        }
-        let names = |places: &[usize]| {
-            places.iter().map(|&j| format!("`{}`", self.asked.settings[j].name)).collect::<Vec<_>>().join(", ")
-        };
-        if !self.undetermined.is_empty() {
-            warnings.push(Warning {
-                code: "undetermined_settings",
-                message: format!(
-                    "{}: it would change all nodes nearly alike, and deviations without a datum do not tell what all nodes have in common; it stays as it is",
-                    names(&self.undetermined)
-                ),
-            });
-        }
-        let plain = matches!(self.asked.damping, Damping::Asked(Regularization::None));
-        if plain && let Some(worst) = fit.collinearity.near_dependencies.first() {
-            warnings.push(Warning {
-                code: "undamped_correction",
-                message: format!(
-                    "plain least squares divides by what the sensitivity hardly knows ({}): repeated, such a correction can drive the settings away",
-                    worst.sentence
-                ),
-            });
-        }
-        if fit.regularization.kind == RegularizationKind::TruncatedSvd
-            && matches!(self.asked.damping, Damping::Uncertainty)
-        {
-            warnings.push(Warning {
-                code: "dependent_settings",
-                message: "some settings depend on each other exactly on these nodes: the smallest changes that do the same are answered".into(),
-            });
-        }
     }
 }

@@ -178,6 +178,24 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     assert_eq!((thickness.get("std_error"), thickness.get("bias_bound")), (None, None));
     let warnings = answer["warnings"].to_string();
     assert!(warnings.contains("undetermined_settings") && warnings.contains("tooth_thickness"), "{warnings}");
+    assert!(!warnings.contains("limits_without_effect"), "{warnings}");
+    // limits of what nothing is said about are kept where they ask for something, and told where
+    // they do not
+    let limited = json!({
+        "sensitivity": {"machine": "form_grinding", "flank": "right"}, "noise_sigma_um": 0.2,
+        "limits": {"tooth_thickness": {"min": 2.0, "increment": 0.75}, "tool_axis_offset": {"min": -3.0, "max": 3.0}},
+    });
+    let limited = send(app.post(&path, limited.to_string())).await.json();
+    let thickness = setting(&limited, "tooth_thickness");
+    assert_eq!((&thickness["change"], &thickness["limited"]), (&json!(2.25), &json!(true)), "{thickness}");
+    assert_eq!((&thickness["undetermined"], &thickness["fixed"]), (&json!(true), &json!(false)));
+    assert_eq!(setting(&limited, "tool_axis_offset")["change"], 0.0);
+    let named = |code: &str| {
+        let warnings = limited["warnings"].as_array().unwrap();
+        warnings.iter().find(|w| w["code"] == code).map_or(String::new(), |w| w["message"].to_string())
+    };
+    assert!(named("undetermined_settings_moved").contains("`tooth_thickness`"), "{}", limited["warnings"]);
+    assert!(named("limits_without_effect").contains("`tool_axis_offset`"), "{}", limited["warnings"]);
     assert!(answer["predicted"]["rms_um"].as_f64().unwrap() < 0.3, "{}", answer["predicted"]["rms_um"]);
     // rounded to something else, the predicted figures are other ones
     let coarse = json!({
