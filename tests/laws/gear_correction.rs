@@ -160,7 +160,11 @@ proptest! {
             prop_assert!(norm <= bias.coefficient_norm_limit);
         }
         if norm <= bias.coefficient_norm_limit {
-            for (setting, wanted) in solution.settings.iter().zip(&wanted) {
+            for ((setting, wanted), most) in solution.settings.iter().zip(&wanted).zip(&most) {
+                if let Some(most) = most {
+                    let farther = setting.change.abs() + most;
+                    prop_assert!(setting.bias_bound.unwrap() <= farther * (1.0 + 1e-12), "{setting:?} within {most}");
+                }
                 let missed = (setting.change - wanted).abs();
                 prop_assert!(missed <= setting.bias_bound.unwrap() * (1.0 + 1e-6) + 1e-6, "{missed} {:?}", setting.bias_bound);
             }
@@ -527,6 +531,31 @@ fn multiples_have_the_digits_of_their_step() {
     asked.settings[0].max = Some(0.3);
     let limited = solve(asked);
     assert_eq!((changes(&limited)[0], limited.settings[0].limited), (0.3, Some(Limit::Max)));
+}
+
+/// A bound that comes from limits is not beyond them: two settings that can hardly be told apart,
+/// one of which may go far and the other may not.
+#[test]
+fn a_bound_that_comes_from_limits_does_not_lie_beyond_them() {
+    let j: Vec<f64> = (0..12).flat_map(|k| [f64::from(k), f64::from(k) + 1e-4 * f64::from(k * k % 7)]).collect();
+    let deviation = times(&j, &[-3.0, 2.0]);
+    let with = |limits: [[f64; 2]; 2], given: Option<f64>| {
+        let mut settings = settings(2);
+        for (setting, [min, max]) in settings.iter_mut().zip(limits) {
+            (setting.min, setting.max) = (Some(min), Some(max));
+        }
+        let asked = Asked::new(deviation.clone(), j.clone(), settings);
+        solve(Asked { noise_sigma: Some(0.1), coefficient_norm_limit: given, ..asked })
+    };
+    let solution = with([[-10.0, 10.0], [-200.0, 300.0]], None);
+    let [narrow, wide] = &solution.settings[..] else { panic!("two settings") };
+    assert_eq!(solution.fit.bias.coefficient_norm_limit_source, NormLimitSource::Limits);
+    assert!(solution.fit.coefficients[0].bias_bound > 100.0, "the ball alone: {:?}", solution.fit.coefficients[0]);
+    assert_eq!(narrow.bias_bound, Some(10.0 + narrow.change.abs()));
+    assert!(wide.bias_bound.unwrap() <= 300.0 - wide.change);
+    // a norm that the caller gives says nothing of the limits
+    let given = with([[-10.0, 10.0], [-200.0, 300.0]], Some(1e4));
+    assert_eq!(given.settings[0].bias_bound, Some(given.fit.coefficients[0].bias_bound));
 }
 
 /// A setting that the deviations say nothing about keeps to its limits all the same, and the answer

@@ -72,7 +72,8 @@ pub struct SettingChangeBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_std_error: Option<f64>,
     /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most the norm
-    /// `result.bias.coefficient_norm_limit` (its source stands beside it); left out at a limit.
+    /// `result.bias.coefficient_norm_limit` (its source stands beside it); where that is `limits`,
+    /// no more than the way from the change to its farther limit. Left out at a limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
     /// Whether it stands at a limit.

@@ -4,10 +4,13 @@ use super::{
     damping::Trust,
     gain::Gain,
     limits::{Fitted, fit_free, least_change, stand, unsettled},
-    problem::Correction,
+    problem::{Correction, Setting},
     rounding::rounded,
 };
-use crate::estimation::{FitError, FitResult, result::Warning};
+use crate::estimation::{
+    FitError, FitResult,
+    result::{NormLimitSource, Warning},
+};
 use crate::numerics::cancel::Asking;
 
 /// Which limit a setting stands at.
@@ -34,7 +37,9 @@ pub struct Change {
     /// The part of errors of J in it.
     pub response_std_error: Option<f64>,
     /// Sharp bound on what regularisation takes away, if all changes that are wanted have at most the norm r of the fit's
-    /// [`crate::estimation::result::BiasReport`] in the scaled columns; `None` at a limit.
+    /// [`crate::estimation::result::BiasReport`] in the scaled columns; where r is that of the
+    /// limits, no more than the way from the unrounded change to its farther limit. `None` at a
+    /// limit.
     pub bias_bound: Option<f64>,
     pub limited: Option<Limit>,
     /// Whether it was to stay as it is.
@@ -98,6 +103,23 @@ pub struct Solution {
     pub limited_fit: Option<FitResult>,
     /// What the fits do not say.
     pub warnings: Vec<Warning>,
+}
+
+/// How far what is wanted of a setting can lie from the change Δ, where the bounds of `fit` take
+/// all that is wanted to be within the limits.
+///
+/// The ball of radius r holds the box of the limits and more: settings that can hardly be told
+/// apart may be far out of the box in it, and their sharp bound b with them. *Capping b loses
+/// nothing.* Let w be wanted, `min ≤ w ≤ max`, and Δ the change of a free setting, which is within
+/// the limits as well. Then `|w − Δ| ≤ c = max(Δ − min, max − Δ)`. With s the random error, w is in
+/// `Δ ± (s + min(b, c))` whenever it is in `Δ ± (s + b)`: for b ≤ c the two are one, else the
+/// former has every w that the limits allow. ∎ Where r comes from elsewhere, nobody has said that w
+/// keeps to the limits, and there is no such c.
+fn furthest_wanted(setting: &Setting, change: f64, fit: &FitResult) -> f64 {
+    match (fit.bias.coefficient_norm_limit_source, setting.min, setting.max) {
+        (NormLimitSource::Limits, Some(min), Some(max)) => (change - min).max(max - change),
+        _ => f64::INFINITY,
+    }
 }
 
 const NOT_CONVERGED: FitError =
@@ -215,7 +237,7 @@ impl Correction {
                     unlimited: if undetermined { 0.0 } else { unlimited[j] },
                     std_error,
                     response_std_error,
-                    bias_bound: own.map(|(_, coefficient)| coefficient.bias_bound),
+                    bias_bound: own.map(|(_, found)| found.bias_bound.min(furthest_wanted(setting, change[j], fit))),
                     limited: at[j].or(moved.then_some(held)),
                     unrounded: setting.increment.filter(|_| open).map(|_| change[j]),
                     fixed: setting.fixed,

@@ -214,6 +214,33 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     app.stop().await;
 }
 
+/// What regularisation may take away of a setting is no more than its limits leave.
+#[tokio::test]
+async fn a_bias_bound_of_limits_stays_within_them() {
+    let app = TestApp::start().await;
+    let place = job(&app).await;
+    let first = flank(|u, v| 3.0 * (u - 9.0) / 3.0 + 0.1 * (3.0 * u + v).sin());
+    assert_eq!(send(app.post(&place, first.to_string())).await.status, 201);
+    let tilt = |u: f64, v: f64| [(u - 9.0) / 3.0, (u - 9.0) / 3.0 + 1e-4 * (v - 7.5)];
+    let rows: Vec<[f64; 2]> = U.iter().flat_map(|u| V.iter().map(move |v| tilt(*u, *v))).collect();
+    let request = json!({
+        "sensitivity": {"settings": ["a", "b"], "matrix": rows}, "noise_sigma_um": 0.2, "include": ["result"],
+        "limits": {"a": {"min": -10.0, "max": 10.0}, "b": {"min": -30.0, "max": 30.0}},
+    });
+    let made = send(app.post(&format!("{place}/1/correction"), request.to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let answer = made.json();
+    assert_eq!(answer["result"]["bias"]["coefficient_norm_limit_source"], "limits");
+    for (k, most) in [(0, 10.0), (1, 30.0)] {
+        let setting = &answer["settings"][k];
+        let [change, bound] = ["change", "bias_bound"].map(|key| setting[key].as_f64().unwrap());
+        assert!(bound <= most + change.abs(), "{setting}");
+    }
+    let sharp = answer["result"]["coefficients"][0]["bias_bound"].as_f64().unwrap();
+    assert!(sharp > 20.0, "the ball alone would say {sharp}");
+    app.stop().await;
+}
+
 /// What the evaluation calls the flank: as it is, as it should become, and as it became.
 #[tokio::test]
 async fn a_correction_by_a_machine_predicts_figures_by_name() {
