@@ -3,8 +3,9 @@
 
 use crate::machines::{Machine, Plant, each, times};
 use crate::oracle::random::Random;
+use flankfit::estimation::result::Coefficient;
 use flankfit::estimation::spec::Regularization;
-use flankfit::gear::correction::{Asked, Correction, Damping, ResponseErrors, Solution};
+use flankfit::gear::correction::{Asked, Change, Correction, Damping, ResponseErrors, Solution};
 use nalgebra::{DMatrix, DVector};
 
 const DRAWS: u64 = 1000;
@@ -67,9 +68,7 @@ fn coverage(way: &Way) -> Vec<f64> {
         let measured = machine.measure().iter().zip(&form).map(|(d, f)| d + f).collect();
         let solution = solve(way.asked(&machine, measured));
         let wanted = wanted(&machine, &form, &solution);
-        let within = |(s, w): (&flankfit::gear::correction::Change, &Option<f64>)| {
-            w.map(|w| (s.change - w).abs() <= s.std_error.unwrap())
-        };
+        let within = |(s, w): (&Change, &Option<f64>)| w.map(|w| (s.change - w).abs() <= s.std_error.unwrap());
         solution.settings.iter().zip(&wanted).map(within).collect::<Vec<Option<bool>>>()
     });
     (0..way.plant.settings)
@@ -144,5 +143,51 @@ fn regularised_errors_are_about_their_average_and_bounds_do_the_rest() {
         println!("{name}: about the average {own:.2?}, with the bias bound {whole:.2?}");
         assert!(own.iter().all(|c| (0.60..=0.76).contains(c)), "{name}: {own:?}");
         assert!(whole.iter().all(|c| *c >= 0.64), "{name}: {whole:?}");
+    }
+}
+
+/// Bounds that limits cap cover what is wanted within the limits as often as the sharp ones would.
+#[test]
+fn bounds_capped_by_limits_cover_what_is_wanted() {
+    for (name, plant) in [
+        ("near mixture", Plant { apart: 1e-3, eta: 0.02, ..BASE }),
+        ("collinear, noisy", Plant { apart: 0.03, eta: 0.01, sigma: 1.0, off: 5.0, ..BASE }),
+    ] {
+        let n = plant.settings;
+        let draws = each(DRAWS, |seed| {
+            let mut machine = plant.machine(seed);
+            let mut random = Random::new(seed + 1_000_000);
+            let measured = machine.measure();
+            let mut asked = plant.asked(&machine, measured);
+            for (c, setting) in asked.settings.iter_mut().enumerate() {
+                // wide for some and narrow for others; what is wanted is anywhere between
+                let width = if c % 2 == 0 { 10.0 } else { 1.0 } * plant.off;
+                let below = width * random.normal().abs();
+                setting.min = Some(-machine.off[c] - below);
+                setting.max = Some(-machine.off[c] + width * random.normal().abs());
+            }
+            let solution = solve(asked);
+            // with settings at their limits the others make up for them, and want something else
+            let whole = solution.limited_fit.is_none() && solution.settings.iter().all(|s| s.limited.is_none());
+            let each = solution.settings.iter().zip(&solution.fit.coefficients).zip(&machine.off);
+            let of = |((s, sharp), off): ((&Change, &Coefficient), &f64)| {
+                let (bound, missed) = (s.bias_bound.unwrap(), (s.change + off).abs());
+                (missed <= s.std_error.unwrap() + bound, bound < sharp.bias_bound)
+            };
+            whole.then(|| each.map(of).collect::<Vec<(bool, bool)>>())
+        });
+        let draws: Vec<Vec<(bool, bool)>> = draws.into_iter().flatten().collect();
+        let mut all_capped = 0.0;
+        for c in 0..n {
+            let share = |of: &dyn Fn(&(bool, bool)) -> bool| {
+                draws.iter().filter(|draw| of(&draw[c])).count() as f64 / draws.len() as f64
+            };
+            let (covered, capped) = (share(&|found| found.0), share(&|found| found.1));
+            println!("{name}, setting {c}: {} draws, {covered:.2} covered, {capped:.2} capped", draws.len());
+            assert!(covered >= 0.60, "{name}, setting {c}: {covered}");
+            assert!(draws.iter().all(|draw| draw[c].0 || !draw[c].1), "a cap leaves nothing out");
+            all_capped += capped;
+        }
+        assert!(draws.len() > 200 && all_capped > 0.2, "{name}: {} draws, {all_capped}", draws.len());
     }
 }
