@@ -252,9 +252,12 @@ fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::E
         let mut table =
             Table::new(["tooth", "flank", "traces", "f_Hα", "f_Hβ", "C_α", "C_β", "twist", "left over (rms)"], 2);
         for surface in &found.surfaces {
-            let figure = |figure: &FigureBody| match figure.std_error {
-                Some(error) => format!("{} ± {}", tenths(figure.value), tenths(error)),
-                None => tenths(figure.value),
+            let figure = |figure: &Option<FigureBody>| match figure {
+                Some(FigureBody { value, std_error: Some(error), .. }) => {
+                    format!("{} ± {}", tenths(*value), tenths(*error))
+                }
+                Some(figure) => tenths(figure.value),
+                None => "–".to_owned(),
             };
             let of = &surface.figures;
             table.row([

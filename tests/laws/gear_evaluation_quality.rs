@@ -359,8 +359,10 @@ fn standard_errors_of_surfaces_are_those_of_the_noise() {
         vec![helix(-0.8, "1f"), helix(0.0, "1"), helix(0.8, "1k"), profile(-0.5), profile(0.4)]
     };
     let figures = |traces: &[Trace]| {
-        let surface = all(&gear, traces, &plain()).surfaces.remove(0).surface;
+        let shared = Settings { traces_share_zero: true, ..plain() };
+        let surface = all(&gear, traces, &shared).surfaces.remove(0).figures;
         [surface.twist, surface.profile_slope, surface.helix_slope, surface.helix_crowning, surface.mean]
+            .map(|figure| figure.expect("the traces tell it"))
     };
     let truth = figures(&clean());
     let mut hits = [0usize; 5];

@@ -24,6 +24,7 @@ mod gear_evaluation_classes;
 mod gear_evaluation_quality;
 mod gear_evaluation_signs;
 mod gear_evaluation_surface;
+mod gear_evaluation_traces;
 mod gear_geometry;
 mod gear_geometry_grid;
 mod gear_geometry_tool;

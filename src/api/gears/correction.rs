@@ -123,15 +123,19 @@ pub struct FiguresBeforeAfterBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionFigures)]
 pub struct FlankFiguresBody {
-    /// f_Hα: from root to tip; positive where material grows towards the tip.
-    pub profile_slope_um: f64,
+    /// f_Hα: from root to tip; positive where material grows towards the tip. Like every figure left out where the nodes do not tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_slope_um: Option<f64>,
     /// f_Hβ over the width, by DIN: positive where the helix deviates towards the right hand.
-    pub helix_slope_um: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_slope_um: Option<f64>,
     /// C_α: positive where material stands out half-way between root and tip.
-    pub profile_crowning_um: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_crowning_um: Option<f64>,
     /// C_β.
-    pub helix_crowning_um: f64,
-    /// 4 c_uv with the sign of f_Hβ; left out where the nodes do not tell it, as crossed traces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_crowning_um: Option<f64>,
+    /// 4 c_uv of the surface, over the whole ranges, with the sign of f_Hβ; crossed traces do not tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist_um: Option<f64>,
 }

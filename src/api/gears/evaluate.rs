@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::{
     evaluate_request::{EvaluateBody, EvaluationSettingsBody},
-    figures::FiguresBody,
+    figures::TraceFiguresBody,
     gear::GearBody,
     notice::NoticeBody,
     of_iteration::{ToothOf, refuse_others},
@@ -34,8 +34,7 @@ pub struct EvaluationBody {
     pub means: Vec<MeanBody>,
     /// Of teeth with helices near root and tip or with profiles at both ends.
     pub twists: Vec<TwistBody>,
-    /// Second-order surfaces of the tooth flanks whose traces tell one: profiles and helices, more than a plain cross of two, with their sections
-    /// (or three of a kind).
+    /// Second-order surfaces of the tooth flanks with two traces or more whose sections are known, each figure where the traces tell it.
     pub surfaces: Vec<TraceSurfaceBody>,
     /// The coarsest class of all traces, 1 to 11; left out where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -194,8 +193,9 @@ pub struct SpreadBody {
     pub worst_tooth: String,
 }
 
-/// Twist of a tooth flank: slope near the tip minus slope near the root (helices), slope at the upper end minus slope at the lower one
-/// (profiles), between the sections that were measured.
+/// Twist of a tooth flank from two single traces: f_Hβ near the tip minus f_Hβ near the root (helices), f_Hα at the upper end minus f_Hα at the
+/// lower one (profiles), in the sign of helix slopes, between the sections that were measured. It is not extended: sections half the range apart show
+/// half of the `twist_um` of a surface, which is that over the whole ranges; and helix slopes here are extended to the reference length.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceTwist)]
 pub struct TwistBody {
@@ -204,7 +204,7 @@ pub struct TwistBody {
     pub flank: SideName,
     /// Of which traces it is.
     pub kind: KindName,
-    /// Difference of the two slopes over the evaluation range.
+    /// Difference of the two `slope_um`, between the two sections; not the figure of the same name of a surface.
     pub twist_um: f64,
     /// From the standard errors of the two slopes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -215,7 +215,8 @@ pub struct TwistBody {
 }
 
 /// The second-order surface through all traces of a tooth flank, over the evaluation ranges (not extended to reference lengths), transverse; by
-/// plain least squares. Standard errors are what noise of the samples makes of the figures, as for traces: form that the surface leaves is no noise.
+/// plain least squares, every sample counting by the length that it stands for. Each trace has a zero of its own, unless `traces_share_zero`. Standard
+/// errors are what noise of the samples makes of the figures, as for traces: form that the surface leaves is no noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceSurface)]
 pub struct TraceSurfaceBody {
@@ -228,8 +229,12 @@ pub struct TraceSurfaceBody {
     pub samples: usize,
     #[serde(flatten)]
     #[schema(inline)]
-    pub figures: FiguresBody,
-    /// What the surface leaves.
+    pub figures: TraceFiguresBody,
+    /// Roll lengths that the figures are over: the evaluation range, or what was measured where no range of profiles is told.
+    pub roll_length_range_mm: [f64; 2],
+    /// The same along the width.
+    pub z_range_mm: [f64; 2],
+    /// What the surface (with the zeros of the traces) leaves.
     pub rms_um: f64,
     /// Greatest minus least of what the surface leaves.
     pub peak_to_valley_um: f64,
@@ -377,10 +382,12 @@ impl From<TraceSurface> for TraceSurfaceBody {
             tooth: of.tooth,
             flank: of.side.into(),
             traces: of.traces,
-            samples: of.surface.nodes.used,
-            figures: FiguresBody::from(&of.surface),
-            rms_um: of.surface.remainder.rms,
-            peak_to_valley_um: of.surface.remainder.peak_to_valley,
+            samples: of.samples,
+            figures: of.figures.into(),
+            roll_length_range_mm: of.roll_lengths,
+            z_range_mm: of.z,
+            rms_um: of.remainder.rms,
+            peak_to_valley_um: of.remainder.peak_to_valley,
         }
     }
 }

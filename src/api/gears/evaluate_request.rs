@@ -91,6 +91,11 @@ pub struct EvaluationSettingsBody {
     /// What becomes of samples that stand far out of their neighbours, as dust does. Default `keep`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outliers: Option<OutliersName>,
+    /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero each profile and each helix by itself; then
+    /// the levels of traces say nothing, and surfaces tell only what follows from slopes and shapes. Set it where traces were cut out of one
+    /// measurement of the flank. Default false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traces_share_zero: Option<bool>,
 }
 
 /// Declares an enum of the wire that stands for one of the domain.
@@ -236,6 +241,7 @@ impl EvaluationSettingsBody {
             helix_plus_material: helix.then(|| self.helix_plus_material.unwrap_or(PlusMaterialName::Ignored)),
             tolerances: Some(self.tolerances.unwrap_or(RoundingName::Rounded)),
             outliers: Some(self.outliers.unwrap_or(OutliersName::Keep)),
+            traces_share_zero: Some(self.traces_share_zero()),
             ..self.clone()
         }
     }
@@ -270,7 +276,13 @@ impl EvaluationSettingsBody {
             sign: sign.into(),
             rounding: self.tolerances.map_or(Rounding::Rounded, Into::into),
             outliers: self.outliers.map_or(Outliers::Keep, Into::into),
+            traces_share_zero: self.traces_share_zero(),
         }
+    }
+
+    /// Whether all traces count from one zero.
+    pub fn traces_share_zero(&self) -> bool {
+        self.traces_share_zero.unwrap_or(false)
     }
 }
 

@@ -3,7 +3,10 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::gear::evaluation::flank_surface::{Figure, FlankSurface};
+use crate::gear::evaluation::{
+    TraceFigures,
+    flank_surface::{Figure, FlankSurface},
+};
 
 /// What the deviations of a flank have in common, in µm over the evaluation range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -18,8 +21,35 @@ pub struct FiguresBody {
     /// Positive where material stands out half-way between root and tip.
     pub profile_crowning_um: FigureBody,
     pub helix_crowning_um: FigureBody,
-    /// 4 c_uv, by the sign asked for.
+    /// 4 c_uv of the surface: how much more the profile slope is at the end of great z than at that of small z, over the whole evaluation
+    /// ranges, by the sign asked for. On traces `twists` hold another figure of that name, between the sections that were measured.
     pub twist_um: FigureBody,
+}
+
+/// What the traces of a flank have in common, in µm over the evaluation range. A figure that they do not tell is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceSurfaceFigures)]
+pub struct TraceFiguresBody {
+    /// In the middle of the flank; only with `traces_share_zero`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_um: Option<FigureBody>,
+    /// From root to tip in the middle of the width (without `twist_um` in the sections of the profiles); positive where material grows towards
+    /// the tip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_slope_um: Option<FigureBody>,
+    /// Over the width half-way between root and tip (without `twist_um` on the diameters of the helices), by the sign asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_slope_um: Option<FigureBody>,
+    /// Positive where material stands out half-way between root and tip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_crowning_um: Option<FigureBody>,
+    /// Positive where material stands out half-way between the ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_crowning_um: Option<FigureBody>,
+    /// 4 c_uv of the surface: slope at the tip minus slope at the root of helices over the **whole** evaluation ranges, from all traces together, with
+    /// the sign of helix slopes. `twists` hold another figure of that name: the difference of two traces, between the sections that were measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twist_um: Option<FigureBody>,
 }
 
 /// A figure with what is known of its error.
@@ -41,6 +71,19 @@ impl From<Figure> for FigureBody {
     fn from(figure: Figure) -> Self {
         let Figure { value, std_error, bias_bound, least_squares } = figure;
         FigureBody { value, std_error, bias_bound, least_squares }
+    }
+}
+
+impl From<TraceFigures> for TraceFiguresBody {
+    fn from(figures: TraceFigures) -> Self {
+        TraceFiguresBody {
+            mean_um: figures.mean.map(Into::into),
+            profile_slope_um: figures.profile_slope.map(Into::into),
+            helix_slope_um: figures.helix_slope.map(Into::into),
+            profile_crowning_um: figures.profile_crowning.map(Into::into),
+            helix_crowning_um: figures.helix_crowning.map(Into::into),
+            twist_um: figures.twist.map(Into::into),
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! Deviations are µm along the base tangent of the transverse plane (asked in [`crate::gear::trace::Direction`], answered so). Surfaces are fits of
 //! [`crate::estimation`]. Conventions of sign stand in [`settings`].
 
+mod contradiction;
 mod design;
 pub mod flank_surface;
 mod flank_traces;
@@ -16,15 +17,17 @@ pub mod settings;
 mod single;
 mod spacing;
 pub mod summary;
+mod trace_surface;
 
 pub use design::design;
-pub use flank_traces::{FlankTraces, TraceSurface, flank_traces};
+pub use flank_traces::{FlankTraces, flank_traces};
 pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
 use settings::{Outliers, Settings, Window};
 pub use single::{EDGE, FEWEST_SAMPLES, Samples, Suspect, Suspects, Told, Values};
 use single::{Outcome, Subject};
 pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
 pub use summary::{Spread, Summary, Twist};
+pub use trace_surface::{Levelled, TraceFigures, TraceSurface, figures_of_traces};
 
 pub use super::tooth::Position;
 use super::{
@@ -92,7 +95,7 @@ pub struct Evaluation {
     /// Over the teeth, for every kind and flank that there are.
     pub summaries: Vec<Summary>,
     pub twists: Vec<Twist>,
-    /// Of the flanks whose traces tell one.
+    /// Of the flanks with several traces.
     pub surfaces: Vec<TraceSurface>,
     /// The coarsest class of all.
     pub overall: Option<Class>,
@@ -160,7 +163,8 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             .collect(),
         None => posted.to_vec(),
     };
-    let surfaces = flank_traces::surfaces(gear, &each, [profile.as_ref(), helix.as_ref()], settings);
+    let (surfaces, said) = trace_surface::surfaces(gear, &each, settings);
+    notices.extend(said);
     let classified = traces.iter().filter_map(|t| t.classes);
     let overall = super::tolerance::overall(classified.flat_map(|c| [Some(c.slope), c.form, c.total]).flatten());
     Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, notices })

@@ -171,6 +171,8 @@ pub struct Settings {
     pub sign: SlopeSign,
     pub rounding: super::super::tolerance::Rounding,
     pub outliers: Outliers,
+    /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero each trace by itself.
+    pub traces_share_zero: bool,
 }
 
 /// What traces of one kind are evaluated with, in the coordinate of their samples (roll length or z, mm); answered as it is.

@@ -213,12 +213,21 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
         let request = json!({"gear": spur(), "traces": traces, "evaluation": evaluation});
         let answer = taken(&app, "/v1/gears/evaluate", &request).await;
         let surfaces = answer["surfaces"].as_array().unwrap();
-        // tooth 9 has a plain cross
-        assert_eq!(surfaces.len(), 1, "{surfaces:?}");
+        // tooth 9 has a plain cross: slopes and crownings, no twist
+        assert_eq!(surfaces.len(), 2, "{surfaces:?}");
+        let cross = &surfaces[1];
+        assert_eq!((&cross["tooth"], cross.get("twist_um"), cross.get("mean_um")), (&json!("9"), None, None));
+        assert!((cross["profile_slope_um"]["value"].as_f64().unwrap() - 10.0).abs() < 1e-6, "{cross}");
+        assert!((cross["helix_crowning_um"]["value"].as_f64().unwrap() - 7.0).abs() < 1e-6, "{cross}");
+        assert_eq!(answer["warnings"][0]["code"], "figures_not_told");
+        let says = answer["warnings"][0]["message"].as_str().unwrap();
+        assert!(says.contains("twist_um") && says.contains(&format!("tooth 9 {flank}")), "{says}");
+        assert_eq!(answer["evaluation"]["traces_share_zero"], false);
         let found = &surfaces[0];
+        assert_eq!(found.get("mean_um"), None);
+        close(found["z_range_mm"][1].as_f64().unwrap(), 14.0, 1e-12);
         assert_eq!((&found["tooth"], &found["flank"], &found["traces"]), (&json!("4"), &json!(flank), &json!(3)));
         for (name, truth) in [
-            ("mean_um", 1.0),
             ("profile_slope_um", 10.0),
             ("helix_slope_um", turned * -6.0),
             ("profile_crowning_um", 4.0),
@@ -229,6 +238,23 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
         }
         assert!(found["peak_to_valley_um"].as_f64().unwrap() < 1e-9);
         assert_eq!(found["samples"], 2 * 27 + 27);
+        // traces as a machine zeroes them, each by itself: the same figures
+        let mut zeroed = request.clone();
+        for (k, trace) in zeroed["traces"].as_array_mut().unwrap().iter_mut().enumerate() {
+            for deviation in trace["deviation_um"].as_array_mut().unwrap() {
+                *deviation = json!(deviation.as_f64().unwrap() + 40.0 * (k as f64 - 1.3));
+            }
+        }
+        let again = taken(&app, "/v1/gears/evaluate", &zeroed).await;
+        for name in ["profile_slope_um", "helix_slope_um", "profile_crowning_um", "helix_crowning_um", "twist_um"] {
+            let [a, b] = [found, &again["surfaces"][0]].map(|surface| surface[name]["value"].as_f64().unwrap());
+            assert!((a - b).abs() < 1e-9, "{name}: {a} {b}");
+        }
+        // one zero for all: it is told then
+        let mut shared = request.clone();
+        shared["evaluation"]["traces_share_zero"] = json!(true);
+        let answer = taken(&app, "/v1/gears/evaluate", &shared).await;
+        assert!((answer["surfaces"][0]["mean_um"]["value"].as_f64().unwrap() - 1.0).abs() < 1e-6);
         // as given: the signs of the traces themselves
         let mut as_given = request.clone();
         as_given["evaluation"]["sign"] = json!("as_given");
@@ -243,7 +269,10 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
             let traces = json!([profile("4", 7.5), helix("4", 8.0), third]);
             let request = json!({"gear": spur(), "traces": traces, "evaluation": request["evaluation"]});
             let answer = taken(&app, "/v1/gears/evaluate", &request).await;
-            assert_eq!(answer["surfaces"], json!([]));
+            assert_eq!(
+                (answer["surfaces"].as_array().unwrap().len(), answer["surfaces"][0].get("twist_um")),
+                (1, None)
+            );
         }
     }
     app.stop().await;

@@ -13,14 +13,13 @@ use crate::{
     gear::Gear,
 };
 
-/// Figures in µm over the trimmed range, signs as asked for.
+/// Figures in µm over the trimmed range, signs as asked for; `None` where the nodes do not tell one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlankFigures {
-    pub profile_slope: f64,
-    pub helix_slope: f64,
-    pub profile_crowning: f64,
-    pub helix_crowning: f64,
-    /// `None` where the nodes do not tell.
+    pub profile_slope: Option<f64>,
+    pub helix_slope: Option<f64>,
+    pub profile_crowning: Option<f64>,
+    pub helix_crowning: Option<f64>,
     pub twist: Option<f64>,
 }
 
@@ -33,10 +32,10 @@ pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
         && told(&surface.result)
     {
         return Some(FlankFigures {
-            profile_slope: surface.profile_slope.value,
-            helix_slope: surface.helix_slope.value,
-            profile_crowning: surface.profile_crowning.value,
-            helix_crowning: surface.helix_crowning.value,
+            profile_slope: Some(surface.profile_slope.value),
+            helix_slope: Some(surface.helix_slope.value),
+            profile_crowning: Some(surface.profile_crowning.value),
+            helix_crowning: Some(surface.helix_crowning.value),
             twist: Some(surface.twist.value),
         });
     }
@@ -44,16 +43,16 @@ pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
     let value = |column: usize| result.coefficients.get(column).map(|coefficient| coefficient.value);
     let [profile, helix] = settings.signs();
     Some(FlankFigures {
-        profile_slope: 2.0 * profile * value(1)?,
-        helix_slope: 2.0 * helix * value(2)?,
-        profile_crowning: -value(3)?,
-        helix_crowning: -value(4)?,
+        profile_slope: Some(2.0 * profile * value(1)?),
+        helix_slope: Some(2.0 * helix * value(2)?),
+        profile_crowning: Some(-value(3)?),
+        helix_crowning: Some(-value(4)?),
         twist: None,
     })
 }
 
 /// Whether the nodes of a fit without scaling tell its terms apart and how large each is: over [-1, 1] a short column is one that hardly is there.
-pub(in crate::gear) fn told(result: &FitResult) -> bool {
+fn told(result: &FitResult) -> bool {
     result.spectrum.condition.is_some_and(|condition| condition < DEFAULT_CONDITION_LIMIT)
 }
 

@@ -17,6 +17,7 @@
 
 mod figures;
 mod nodes;
+mod own_zeros;
 
 use super::settings::{DeviationSign, SlopeSign};
 use crate::{
@@ -27,10 +28,10 @@ use crate::{
     },
     gear::{Gear, Kind, Side},
 };
-pub(in crate::gear) use figures::told;
 pub use figures::{FlankFigures, flank_figures};
 use nodes::Trimmed;
 pub use nodes::{Border, FlankNodes, NodeCounts};
+pub(in crate::gear) use own_zeros::{Sample, TERMS, Through, through};
 
 /// What is asked for beside the nodes.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,16 +139,6 @@ pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
 }
 
 impl Figure {
-    /// With another sign, or in another unit.
-    pub(in crate::gear) fn times(self, factor: f64) -> Self {
-        Figure {
-            value: factor * self.value,
-            std_error: self.std_error.map(|error| error * factor.abs()),
-            bias_bound: self.bias_bound * factor.abs(),
-            least_squares: factor * self.least_squares,
-        }
-    }
-
     fn new(coefficient: &Coefficient, factor: f64) -> Self {
         Figure {
             value: factor * coefficient.value,

@@ -1,0 +1,326 @@
+//! The second-order surface of each flank with several traces: the figures of [`super::flank_surface`] as
+//! far as the traces tell them.
+//!
+//! A trace has a zero of its own unless the caller says that all share one. Samples count by the length
+//! that they stand for, as in the evaluation of a single trace: the mean curve is that over the place.
+
+use std::collections::BTreeMap;
+
+use super::{
+    Notice, Position, Posted,
+    contradiction::{Contradiction, contradiction},
+    flank_surface::{Figure, FlankFigures, Remainder, Sample, TERMS, through},
+    flank_traces::{FlankTraces, flank_traces, ranges},
+    settings::Settings,
+    spacing::Spacing,
+};
+use crate::{
+    gear::{Gear, Kind, Side},
+    numerics::cancel::{self, Asking},
+};
+
+/// The second-order surface of a tooth flank's traces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TraceSurface {
+    pub tooth: String,
+    pub side: Side,
+    pub traces: usize,
+    /// Samples within the evaluation ranges.
+    pub samples: usize,
+    pub figures: TraceFigures,
+    pub remainder: Remainder,
+    /// Roll lengths and z that u = v = ∓1 stand for, mm: the evaluation ranges, or what was measured
+    /// where there is none.
+    pub roll_lengths: [f64; 2],
+    pub z: [f64; 2],
+}
+
+/// Figures in µm; `None` where the traces do not tell them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TraceFigures {
+    /// Only where all traces share one zero.
+    pub mean: Option<Figure>,
+    pub profile_slope: Option<Figure>,
+    pub helix_slope: Option<Figure>,
+    pub profile_crowning: Option<Figure>,
+    pub helix_crowning: Option<Figure>,
+    pub twist: Option<Figure>,
+}
+
+impl TraceFigures {
+    /// What is not told, by the names of the answer; the mean of traces with zeros of their own is none of it.
+    fn missing(&self, share_zero: bool) -> Vec<&'static str> {
+        let mean = self.mean.is_some() || !share_zero;
+        let told = [
+            ("mean_um", mean),
+            ("profile_slope_um", self.profile_slope.is_some()),
+            ("helix_slope_um", self.helix_slope.is_some()),
+            ("profile_crowning_um", self.profile_crowning.is_some()),
+            ("helix_crowning_um", self.helix_crowning.is_some()),
+            ("twist_um", self.twist.is_some()),
+        ];
+        told.into_iter().filter(|(_, told)| !told).map(|(name, _)| name).collect()
+    }
+}
+
+/// Where u and v of a flank lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Frame {
+    roll: [f64; 2],
+    z: [f64; 2],
+    /// +1 where the tip lies at greater roll lengths.
+    outward: f64,
+}
+
+impl Frame {
+    /// Over the evaluation ranges; where there is none over what the samples span.
+    fn new(gear: &Gear, flank: &FlankTraces, settings: &Settings) -> Self {
+        let span = |c: usize| {
+            let ends = [f64::INFINITY, f64::NEG_INFINITY];
+            flank.places.iter().fold(ends, |[low, high], place| [low.min(place[c]), high.max(place[c])])
+        };
+        let [rolls, helix] = ranges(gear, settings);
+        let ascending = |range: Option<[f64; 2]>| range.filter(|[low, high]| high > low);
+        Frame {
+            roll: ascending(rolls).unwrap_or_else(|| span(0)),
+            z: ascending(helix).unwrap_or_else(|| span(1)),
+            outward: gear.outward(),
+        }
+    }
+
+    fn at(&self, [roll, z, _]: [f64; 3]) -> [f64; 2] {
+        [self.outward * mapped(roll, self.roll), mapped(z, self.z)]
+    }
+}
+
+/// 0 where all lie at one place.
+fn mapped(x: f64, [low, high]: [f64; 2]) -> f64 {
+    if high > low { (2.0 * x - low - high) / (high - low) } else { 0.0 }
+}
+
+/// The samples of each trace, every one with the length that it stands for.
+fn samples(flank: &FlankTraces, frame: &Frame) -> Vec<Vec<Sample>> {
+    let each = flank.split().map(|(trace, places)| {
+        cancel::checkpoint();
+        let along = usize::from(trace.kind == Kind::Helix);
+        let mut samples: Vec<Sample> = places
+            .iter()
+            .map(|place| {
+                let [u, v] = frame.at(*place);
+                Sample { u, v, deviation: place[2], weight: 1.0 }
+            })
+            .collect();
+        let at = |sample: &Sample| if along == 0 { sample.u } else { sample.v };
+        samples.sort_by(cancel::comparing(|a: &Sample, b: &Sample| {
+            at(a).total_cmp(&at(b)).then(a.deviation.total_cmp(&b.deviation))
+        }));
+        let places: Vec<f64> = samples.iter().map(at).collect();
+        // a lone place stands for no length
+        let spacing = Spacing::of(&places);
+        if spacing.places > 1 {
+            samples.iter_mut().zip(spacing.weight).for_each(|(sample, weight)| sample.weight = weight);
+        }
+        samples
+    });
+    each.collect()
+}
+
+/// A flank's surface with what its residuals say.
+struct Found {
+    surface: TraceSurface,
+    contradiction: Option<Contradiction>,
+}
+
+impl FlankTraces {
+    /// `None` where a single trace is all there is: what it tells is its own.
+    fn surface(&self, gear: &Gear, settings: &Settings) -> Option<Found> {
+        if self.each.len() < 2 {
+            return None;
+        }
+        let frame = Frame::new(gear, self, settings);
+        let traces = samples(self, &frame);
+        let found = through(&traces, settings.traces_share_zero)?;
+        let variances = self.noise().map(|pooled| {
+            found.variances(&traces, |t| self.each.get(t).and_then(|trace| trace.variance).unwrap_or(pooled))
+        });
+        let [profile, helix] =
+            [Kind::Profile, Kind::Helix].map(|kind| settings.sign.of_material(settings.given, kind, self.side));
+        let figure = |term: usize, factor: f64| {
+            let value = factor * found.coefficients[term]?;
+            let variance = variances.and_then(|variances| variances[term]);
+            let std_error = variance.map(|variance| factor.abs() * variance.sqrt());
+            Some(Figure { value, std_error, bias_bound: 0.0, least_squares: value })
+        };
+        let figures = TraceFigures {
+            mean: figure(0, 1.0),
+            profile_slope: figure(1, 2.0 * profile),
+            helix_slope: figure(2, 2.0 * helix),
+            profile_crowning: figure(3, -1.0),
+            helix_crowning: figure(5, -1.0),
+            twist: figure(4, 4.0 * helix),
+        };
+        let left = traces.iter().enumerate().flat_map(|(t, trace)| trace.iter().map(move |sample| (t, sample)));
+        let (mut lowest, mut highest, mut sum) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+        for (t, sample) in left.asking(20) {
+            let left = found.left(t, sample);
+            (lowest, highest, sum) = (lowest.min(left), highest.max(left), sum + left * left);
+        }
+        let remainder = Remainder {
+            peak_to_valley: highest - lowest,
+            rms: (sum / self.places.len() as f64).sqrt(),
+            max_abs: highest.max(-lowest),
+        };
+        let kinds: Vec<Kind> = self.each.iter().map(|trace| trace.kind).collect();
+        let surface = TraceSurface {
+            tooth: self.tooth.clone(),
+            side: self.side,
+            traces: self.each.len(),
+            samples: self.places.len(),
+            figures,
+            remainder,
+            roll_lengths: frame.roll,
+            z: frame.z,
+        };
+        let contradiction = contradiction(&traces, &kinds, &found, settings.traces_share_zero);
+        Some(Found { surface, contradiction })
+    }
+
+    /// Variance of the noise over the traces that tell it, µm².
+    fn noise(&self) -> Option<f64> {
+        let told = self.each.iter().filter_map(|trace| Some((trace.samples as f64, trace.variance?)));
+        let (count, sum) = told.fold((0.0, 0.0), |(count, sum), (n, variance)| (count + n, sum + n * variance));
+        (count > 0.0).then(|| sum / count)
+    }
+
+    /// The places with the zeros of the traces taken off, so that the traces meet in their surface.
+    pub fn levelled(&self, gear: &Gear, settings: &Settings) -> Levelled {
+        let frame = Frame::new(gear, self, settings);
+        let traces = samples(self, &frame);
+        let Some(found) = through(&traces, false).filter(|_| self.each.len() > 1) else {
+            return Levelled { places: self.places.clone(), along: [true; 2], whole: true };
+        };
+        let levels = self.each.iter().zip(&found.zeros).flat_map(|(trace, zero)| [*zero].repeat(trace.samples));
+        let places = self.places.iter().zip(levels).map(|([roll, z, deviation], zero)| [*roll, *z, deviation - zero]);
+        let told = |term: usize| found.coefficients[term].is_some();
+        Levelled { places: places.collect(), along: [told(1), told(2)], whole: (1..TERMS).all(told) }
+    }
+}
+
+/// Places of traces that fit together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Levelled {
+    /// Roll length, z, deviation.
+    pub places: Vec<[f64; 3]>,
+    /// Whether the traces tell a slope along the profile and one along the helix.
+    pub along: [bool; 2],
+    /// Whether they tell all terms of second order but the constant.
+    pub whole: bool,
+}
+
+/// The surfaces of the flanks with several traces, in the order of teeth, left flanks first; and what is to
+/// be said of them.
+pub(super) fn surfaces(gear: &Gear, posted: &[Posted], settings: &Settings) -> (Vec<TraceSurface>, Vec<Notice>) {
+    let flanks = flank_traces(gear, posted, settings);
+    let mut found: Vec<Found> = flanks.iter().filter_map(|flank| flank.surface(gear, settings)).collect();
+    let number = |tooth: &str| Position::number(tooth).unwrap_or(u64::MAX);
+    found.sort_by(|a, b| {
+        let (a, b) = (&a.surface, &b.surface);
+        (number(&a.tooth), &a.tooth, a.side).cmp(&(number(&b.tooth), &b.tooth, b.side))
+    });
+    let notices = notices(&found, settings);
+    (found.into_iter().map(|found| found.surface).collect(), notices)
+}
+
+fn notices(found: &[Found], settings: &Settings) -> Vec<Notice> {
+    const NAMED: usize = 5;
+    let name = |surface: &TraceSurface| {
+        let flank = if surface.side == Side::Left { "left" } else { "right" };
+        let tooth: String = surface.tooth.chars().take(20).collect();
+        format!("tooth {tooth} {flank}")
+    };
+    let listed = |flanks: &[&TraceSurface]| {
+        let mut names: Vec<String> = flanks.iter().take(NAMED).map(|surface| name(surface)).collect();
+        if flanks.len() > NAMED {
+            names.push(format!("{} more", flanks.len() - NAMED));
+        }
+        names.join(", ")
+    };
+    let mut missing: BTreeMap<Vec<&str>, Vec<&TraceSurface>> = BTreeMap::new();
+    for surface in found.iter().map(|found| &found.surface) {
+        let names = surface.figures.missing(settings.traces_share_zero);
+        if !names.is_empty() {
+            missing.entry(names).or_default().push(surface);
+        }
+    }
+    let why = if settings.traces_share_zero {
+        "too few traces, or all along one line"
+    } else {
+        "each trace has a zero of its own (`traces_share_zero` is false), so that only its slope and shape count"
+    };
+    let mut notices: Vec<Notice> = missing
+        .into_iter()
+        .map(|(names, flanks)| Notice {
+            code: "figures_not_told",
+            pointer: None,
+            message: format!(
+                "the traces do not tell {} of the surface: {why}; slopes without a twist are those in the sections \
+                 of the traces ({})",
+                names.join(", "),
+                listed(&flanks)
+            ),
+        })
+        .collect();
+    for Found { surface, contradiction } in found {
+        let Some(Contradiction { apart, own, turned }) = contradiction else { continue };
+        let of = name(surface);
+        notices.push(Notice {
+            code: "surface_misfit",
+            pointer: None,
+            message: format!(
+                "{of}: the traces contradict a common surface of second order by {apart:.2} µm rms, while each \
+                 leaves {own:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces before \
+                 its figures are used"
+            ),
+        });
+        if let Some(turned) = turned {
+            notices.push(Notice {
+                code: "helix_sign_doubtful",
+                pointer: Some("/evaluation/deviation_sign".to_owned()),
+                message: format!(
+                    "{of}: with the helices turned the contradiction falls from {apart:.2} to {turned:.2} µm rms; \
+                     check `deviation_sign`, which says what a positive deviation of a helix means"
+                ),
+            });
+        }
+    }
+    notices
+}
+
+/// The figures over the ranges, slopes by DIN, of nodes that belong to traces with zeros of their own: roll
+/// length, z, deviation (µm, NaN where it takes no part) and the number of the trace. `None` where they tell none.
+pub fn figures_of_traces(
+    nodes: &[([f64; 3], usize)],
+    ranges: [[f64; 2]; 2],
+    gear: &Gear,
+    side: Side,
+) -> Option<FlankFigures> {
+    let frame = Frame { roll: ranges[0], z: ranges[1], outward: gear.outward() };
+    let inside = |x: f64, [low, high]: [f64; 2]| x >= low - super::EDGE && x <= high + super::EDGE;
+    let mut traces: BTreeMap<usize, Vec<Sample>> = BTreeMap::new();
+    for (place, trace) in nodes.iter().asking(20) {
+        if !place[2].is_nan() && inside(place[0], frame.roll) && inside(place[1], frame.z) {
+            let [u, v] = frame.at(*place);
+            traces.entry(*trace).or_default().push(Sample { u, v, deviation: place[2], weight: 1.0 });
+        }
+    }
+    let traces: Vec<Vec<Sample>> = traces.into_values().collect();
+    let found = through(&traces, false)?;
+    let of = |term: usize, factor: f64| found.coefficients[term].map(|value| factor * value);
+    Some(FlankFigures {
+        profile_slope: of(1, 2.0),
+        helix_slope: of(2, 2.0 * side.sign()),
+        profile_crowning: of(3, -1.0),
+        helix_crowning: of(5, -1.0),
+        twist: of(4, 4.0 * side.sign()),
+    })
+}
