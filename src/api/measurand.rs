@@ -81,6 +81,11 @@ pub struct AxisBody {
     /// Of heights: what a positive one means. Default `material_out`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub positive: Option<PositiveName>,
+    /// Of heights that were measured as traces, each with a zero of its own: how many nodes each trace has, in the order of the nodes. A
+    /// correction then leaves aside what the nodes of a trace have in common. Left out where all heights count from one zero.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(example = json!([480, 480, 240]))]
+    pub trace_lengths: Option<Vec<u32>>,
 }
 
 /// What a positive height means.
@@ -149,6 +154,9 @@ impl AxesBody {
             if axis.positive.is_some() && !["z", "y"].contains(&name) {
                 faults.push(format!("{at}/positive"), "it belongs to heights, `z` or `y`");
             }
+            if let Some(lengths) = &axis.trace_lengths {
+                check_lengths(lengths, name, nodes, faults);
+            }
             let (quantity, unit) = (axis.quantity.as_str(), axis.unit.as_str());
             if let Some((right, _)) = SPELLED.iter().find(|(_, others)| others.contains(&unit)) {
                 faults.push(format!("{at}/unit"), format!("write `{right}`, by which this unit is known"));
@@ -157,6 +165,13 @@ impl AxesBody {
                 faults.push(format!("{at}/unit"), format!("`{quantity}` is a length; write `mm` or `um`"));
             }
         }
+    }
+
+    /// The trace that each node belongs to, by numbers from 0; `None` where all heights count from one zero.
+    pub fn traces(&self) -> Option<Vec<usize>> {
+        let lengths = self.z.as_ref().or(self.y.as_ref())?.trace_lengths.as_ref()?;
+        let each = lengths.iter().enumerate();
+        Some(each.flat_map(|(trace, length)| std::iter::repeat_n(trace, *length as usize)).collect())
     }
 
     /// What a height is multiplied with to be a deviation in µm, positive where material stands out: 1 where nothing is told.
@@ -197,6 +212,29 @@ impl AxesBody {
     }
 }
 
+/// Lengths of traces belong to heights and add up to the nodes.
+fn check_lengths(lengths: &[u32], name: &str, nodes: Option<&Nodes>, faults: &mut Faults) {
+    let at = format!("/axes/{name}/trace_lengths");
+    if !["z", "y"].contains(&name) {
+        faults.push(at, "it belongs to heights, `z` or `y`");
+        return;
+    }
+    let Some(nodes) = nodes else {
+        faults.push(
+            at,
+            "nodes that come block by block have no traces yet; leave it out, and name them as `trace` of a correction",
+        );
+        return;
+    };
+    let count = nodes.posted();
+    let whole: u64 = lengths.iter().map(|length| u64::from(*length)).sum();
+    if let Some(k) = lengths.iter().position(|length| *length == 0) {
+        faults.push(format!("{at}/{k}"), "a trace has a node at least; leave empty ones out");
+    } else if whole != count as u64 {
+        faults.push(at, format!("the traces have {whole} nodes together, but there are {count}"));
+    }
+}
+
 fn to_mm(axis: &str, unit: &str) -> Result<f64, String> {
     match unit {
         "mm" => Ok(1.0),
@@ -219,7 +257,7 @@ pub fn check_block(of: &Measurand, nodes: &Nodes) -> Result<(), Faults> {
 
 /// An axis whose quantity and unit are known here.
 pub fn known_axis(quantity: &str, unit: &str, positive: Option<PositiveName>) -> Option<AxisBody> {
-    Some(AxisBody { quantity: ShortText::new(quantity)?, unit: ShortText::new(unit)?, positive })
+    Some(AxisBody { quantity: ShortText::new(quantity)?, unit: ShortText::new(unit)?, positive, trace_lengths: None })
 }
 
 #[cfg(test)]

@@ -78,6 +78,7 @@ fn one_setting(sigma: f64, response_uncertainty: f64, came: f64) -> Answer {
         noise: Noise { sigma, freedom: None },
         response_uncertainty,
         absolute: true,
+        traces: None,
     })
     .unwrap()
 }
@@ -121,6 +122,7 @@ fn the_noise_of_the_first_measurement_is_taken_out() {
             noise: Noise { sigma: 0.2, freedom: None },
             response_uncertainty: 0.0,
             absolute: true,
+            traces: None,
         })
         .unwrap()
     };
@@ -150,6 +152,7 @@ fn a_column_that_is_off_within_the_uncertainty_is_no_other_machine() {
             noise: Noise { sigma: 0.1, freedom: None },
             response_uncertainty: 0.05,
             absolute: true,
+            traces: None,
         })
         .unwrap()
     };
@@ -179,6 +182,7 @@ fn numbers_are_those_of_their_definitions() {
         noise: Noise { sigma: 1.0, freedom: None },
         response_uncertainty: 0.0,
         absolute: true,
+        traces: None,
     })
     .unwrap();
     let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-9, "{got} is not {want}");
@@ -209,6 +213,7 @@ fn nothing_predicted_has_no_ratio_and_faults_have_their_places() {
         noise: Noise { sigma: 0.1, freedom: None },
         response_uncertainty: 0.02,
         absolute: true,
+        traces: None,
     };
     let told = compare(&still).unwrap();
     assert_eq!((told.verdict, told.response_ratio), (Verdict::Different, None));
@@ -239,6 +244,7 @@ fn without_a_datum_means_do_not_matter() {
             noise: Noise { sigma: 0.1, freedom: None },
             response_uncertainty: 0.02,
             absolute: false,
+            traces: None,
         })
         .unwrap()
     };

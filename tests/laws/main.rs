@@ -18,6 +18,7 @@ mod gear_correction_compare;
 mod gear_correction_errors;
 mod gear_correction_loop;
 mod gear_correction_machine;
+mod gear_correction_traces;
 mod gear_correction_verdict;
 mod gear_evaluation;
 mod gear_evaluation_classes;

@@ -228,6 +228,11 @@ fn answer(
     if let Err(why) = same_nodes(before, after, flanks, number) {
         return Ok(Err(why));
     }
+    if earlier.asked.traces.is_none() && later.asked.traces.is_some() {
+        return Ok(Err(format!(
+            "the traces of iteration {number} have a zero each, the heights of the corrected one have not"
+        )));
+    }
     let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
     let change: Vec<f64> = told.settings.iter().map(|setting| setting.change).collect();
     // the request says what the sensitivity is, and how the changes follow the noise of the deviations

@@ -86,7 +86,7 @@ impl CorrectionInclude {
     /// Of a whole request what is answered.
     pub fn of_request(self, whole: &str) -> Result<String, Problem> {
         let paths: &[&[&str]] =
-            if self.nodes { &[] } else { &[&["sensitivity", "matrix"], &["weight"], &["target_um"]] };
+            if self.nodes { &[] } else { &[&["sensitivity", "matrix"], &["trace"], &["weight"], &["target_um"]] };
         without(whole, paths).map_err(Problem::internal)
     }
 }

@@ -40,9 +40,14 @@ pub struct CorrectionRequestBody {
     pub limits: Option<BTreeMap<String, LimitsBody>>,
     /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that were laid into the nominal one have no such datum:
     /// then what all nodes have in common is left aside, and settings that change all nodes nearly alike come back `undetermined`. Default true
-    /// with `matrix`, false with `machine`.
+    /// with `matrix`, false with `machine` and wherever traces have a zero each.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absolute: Option<bool>,
+    /// For each node the number of the trace that it belongs to, where profiles and helices were measured that have a zero each: what the nodes of
+    /// a trace have in common is left aside then, and a setting that changes the nodes of every trace nearly alike comes back `undetermined`. By
+    /// default what `trace_lengths` of the iteration's heights say, as after an import. Without `absolute`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trace: Option<Vec<u32>>,
     /// For each node. By default the weights of the iteration.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
@@ -177,10 +182,11 @@ impl From<MachineName> for Machine {
     }
 }
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "sensitivity",
     "limits",
     "absolute",
+    "trace",
     "weight",
     "target_um",
     "noise_sigma_um",
@@ -218,6 +224,7 @@ pub fn read(
     let include = CorrectionInclude::of(&include.unwrap_or_default());
     let limits: Option<BTreeMap<String, LimitsBody>> = part(&fields, "limits", &mut faults);
     let absolute: Option<bool> = part(&fields, "absolute", &mut faults);
+    let trace: Option<Vec<u32>> = part(&fields, "trace", &mut faults);
     let weight: Option<Vec<f64>> = part(&fields, "weight", &mut faults);
     let target: Option<Vec<f64>> = part(&fields, "target_um", &mut faults);
     let noise_sigma: Option<f64> = part(&fields, "noise_sigma_um", &mut faults);
@@ -243,6 +250,13 @@ pub fn read(
             }
         }
     }
+    let traces = match trace {
+        Some(trace) => Some(trace.into_iter().map(|trace| trace as usize).collect()),
+        None => AxesBody::of(measurand).traces(),
+    };
+    if let Some(flank) = &mut known.flank {
+        flank.traces.clone_from(&traces);
+    }
     let damping =
         if fields.get("regularization").is_some() { Damping::Asked(spec.regularization) } else { Damping::default() };
     let asked = Asked {
@@ -253,7 +267,8 @@ pub fn read(
         noise_sigma,
         coefficient_norm_limit: spec.coefficient_norm_limit,
         response_uncertainty: response.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
-        absolute: absolute.unwrap_or(known.flank.is_none()),
+        absolute: absolute.unwrap_or(known.flank.is_none() && traces.is_none()),
+        traces,
         response_errors: errors.map_or_else(ResponseErrors::default, Into::into),
         include: include.fit,
         ..Asked::new(iteration_nodes::deviations(nodes, factor), known.matrix, known.settings)
@@ -388,7 +403,7 @@ fn of_machine(
     ranges.helix = helix.unwrap_or(ranges.helix);
     let asked = [diameters.is_some(), helix.is_some()];
     let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, asked)));
-    let flank = Some(Flank { gear: gear.clone(), side, places, ranges });
+    let flank = Some(Flank { gear: gear.clone(), side, places, ranges, traces: None });
     let found = found.ok()?;
     Some(Known { name: machine.name(), settings: found.settings, matrix: found.matrix, flank, flank_assumed })
 }

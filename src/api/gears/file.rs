@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     api::{
-        measurand::{AxesBody, MeasurandBody, PositiveName, known_axis},
+        measurand::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis},
         problem::Problem,
         text::{SHORT, ShortText},
     },
@@ -103,8 +103,20 @@ pub struct FlankNodes {
     pub side: Side,
     /// Traces, or 0 for points.
     pub traces: usize,
-    /// (roll length, z, deviation); undefined ones are left out.
+    /// (roll length, z, deviation); undefined ones are left out. Of traces with a zero each one after the other.
     pub places: Vec<[f64; 3]>,
+    /// Of traces with a zero each.
+    pub own_zeros: Option<OwnZeros>,
+}
+
+/// What is known of traces with a zero each.
+pub struct OwnZeros {
+    /// How many nodes each trace has.
+    pub lengths: Vec<usize>,
+    /// Whether they tell a slope along the profile and one along the helix.
+    pub along: [bool; 2],
+    /// Whether they tell all terms of a second-order surface but the constant.
+    pub whole: bool,
 }
 
 /// Reads a file; `own` is the gear of the job that it belongs to. Processor work.
@@ -177,17 +189,22 @@ impl FlankNodes {
     }
 
     /// What these nodes are of: the file says it.
-    pub fn measurand(&self) -> Result<Measurand, Faults> {
+    pub fn measurand(&self, nodes: &Nodes) -> Result<Measurand, Faults> {
         let along_profile = known_axis("roll_length", "mm", None);
         let along_helix = known_axis("face_width", "mm", None);
-        let height = known_axis("deviation", "um", Some(PositiveName::MaterialOut));
+        let lengths =
+            |own: &OwnZeros| own.lengths.iter().map(|length| u32::try_from(*length).unwrap_or(u32::MAX)).collect();
+        let trace_lengths = self.own_zeros.as_ref().map(lengths);
+        let height = known_axis("deviation", "um", Some(PositiveName::MaterialOut))
+            .map(|axis| AxisBody { trace_lengths, ..axis });
         let axes = match (self.varies(0), self.varies(1)) {
             (true, false) => AxesBody { x: along_profile, y: height, ..AxesBody::default() },
             (false, true) => AxesBody { x: along_helix, y: height, ..AxesBody::default() },
             _ => AxesBody { u: along_profile, v: along_helix, z: height, ..AxesBody::default() },
         };
         let tooth: String = self.tooth.chars().filter(|c| !c.is_control()).take(SHORT).collect();
-        MeasurandBody { flank: Some(self.side.into()), tooth: ShortText::new(&tooth), axes: Some(axes) }.checked(None)
+        MeasurandBody { flank: Some(self.side.into()), tooth: ShortText::new(&tooth), axes: Some(axes) }
+            .checked(Some(nodes))
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{
     evaluate::EvaluationBody,
     evaluate_request::{DeviationSignName, DirectionName, EvaluationSettingsBody, SignName},
-    file::{FileRead, FlankNodes, ImportSpecBody, told},
+    file::{FileRead, FlankNodes, ImportSpecBody, OwnZeros, told},
     file_gears,
     notice::NoticeBody,
 };
@@ -15,7 +15,7 @@ use crate::{
     formats::klingelnberg::{Curves, ProfileAxis, Range, Sense, SliceOf},
     gear::{
         Gear, Kind, Trace,
-        evaluation::{self, FlankTraces, Position, Posted},
+        evaluation::{self, FlankTraces, Levelled, Position, Posted},
     },
 };
 
@@ -124,16 +124,28 @@ fn evaluated(
     }
 }
 
-/// The flanks with their samples as nodes, along the normal.
+/// The flanks with their samples as nodes, along the normal. Zeros that traces have by themselves are set so that the traces meet in the
+/// second-order surface that they tell.
 fn nodes_of(gear: &Gear, traces: &[Trace], settings: &EvaluationSettingsBody) -> Vec<FlankNodes> {
     let to_normal = gear.base_helix_angle().cos();
-    let nodes = |flank: FlankTraces| FlankNodes {
-        traces: flank.traces(),
-        places: flank.places.iter().map(|[roll, z, deviation]| [*roll, *z, deviation * to_normal]).collect(),
-        tooth: flank.tooth,
-        side: flank.side,
+    let settings = settings.settings();
+    let nodes = |flank: FlankTraces| {
+        let (places, own_zeros) = match settings.traces_share_zero {
+            true => (flank.places.clone(), None),
+            false => {
+                let Levelled { places, along, whole } = flank.levelled(gear, &settings);
+                (places, Some(OwnZeros { lengths: flank.lengths(), along, whole }))
+            }
+        };
+        FlankNodes {
+            traces: flank.traces(),
+            places: places.iter().map(|[roll, z, deviation]| [*roll, *z, deviation * to_normal]).collect(),
+            own_zeros,
+            tooth: flank.tooth,
+            side: flank.side,
+        }
     };
-    evaluation::flank_traces(gear, &posted(traces), &settings.settings()).into_iter().map(nodes).collect()
+    evaluation::flank_traces(gear, &posted(traces), &settings).into_iter().map(nodes).collect()
 }
 
 fn posted(traces: &[Trace]) -> Vec<Posted<'_>> {

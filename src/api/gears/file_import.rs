@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, sync::Arc};
 
 use super::{
     deviations,
-    file::{self, ImportSpecBody},
+    file::{self, ImportSpecBody, OwnZeros},
 };
 use crate::{
     api::{
@@ -38,10 +38,13 @@ pub fn draft(
     let read = file::read(content, name, &spec, gear)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
-    let measurand = flank.measurand().map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))?;
-    let (computed, told) = surface(&nodes, plans)?;
+    let measurand = flank.measurand(&nodes).map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))?;
+    let (computed, told) = surface(&nodes, flank.own_zeros.as_ref(), plans)?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let mut of = format!("{} flank of tooth {}{told}, imported from {name}", file::word(flank.side), flank.tooth);
+    if flank.own_zeros.is_some() && flank.traces > 1 {
+        of.push_str("; zeros of its traces are set so that they meet in one surface");
+    }
     if !read.warnings.is_empty() {
         let codes: BTreeSet<&str> = read.warnings.iter().map(|warning| warning.code.as_str()).collect();
         let codes: Vec<&str> = codes.into_iter().take(10).collect();
@@ -71,16 +74,30 @@ pub fn draft(
 }
 
 /// The surface of the nodes with the most terms that they tell: of second order, without the squares across two parallel traces, or a plane; and
-/// what is to be said of it.
-fn surface(nodes: &Nodes, plans: &Plans) -> Result<(Computed, &'static str), Problem> {
+/// what is to be said of it. Where traces have a zero each, what lies across parallel ones is not measured, and a plain cross tells no twist.
+fn surface(nodes: &Nodes, own: Option<&OwnZeros>, plans: &Plans) -> Result<(Computed, &'static str), Problem> {
     let of = |degree, terms| FitSpec::new(Model::Polynomial { degree, terms, basis: PolynomialBasis::Monomial });
-    let mut told: Vec<(FitSpec, &'static str)> = vec![(of(Degree::Both(2), Terms::Total), "")];
-    if !matches!(nodes, Nodes::Curve(_)) {
-        const TWO: &str = " (without the square across its two parallel traces)";
-        told.push((of(Degree::Each(2, 1), Terms::Tensor), TWO));
-        told.push((of(Degree::Each(1, 2), Terms::Tensor), TWO));
-        told.push((of(Degree::Both(1), Terms::Total), " (a plane: its nodes tell no twist)"));
-    }
+    let whole = (of(Degree::Both(2), Terms::Total), "");
+    let plane = (of(Degree::Both(1), Terms::Total), " (a plane: its nodes tell no twist)");
+    let along = |degree| {
+        const ALONG: &str =
+            " (along its parallel traces only: each has a zero of its own, so nothing across them is measured)";
+        (of(degree, Terms::Tensor), ALONG)
+    };
+    const TWO: &str = " (without the square across its two parallel traces)";
+    let told: Vec<(FitSpec, &'static str)> = match own {
+        _ if matches!(nodes, Nodes::Curve(_)) => vec![whole],
+        None => vec![
+            whole,
+            (of(Degree::Each(2, 1), Terms::Tensor), TWO),
+            (of(Degree::Each(1, 2), Terms::Tensor), TWO),
+            plane,
+        ],
+        Some(OwnZeros { whole: true, .. }) => vec![whole, plane],
+        Some(OwnZeros { along: [true, false], .. }) => vec![along(Degree::Each(2, 0)), along(Degree::Each(1, 0))],
+        Some(OwnZeros { along: [false, true], .. }) => vec![along(Degree::Each(0, 2)), along(Degree::Each(0, 1))],
+        Some(_) => vec![plane],
+    };
     let mut refused = None;
     for (spec, said) in told {
         match job_fits::compute(nodes, &spec, plans) {

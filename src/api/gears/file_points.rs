@@ -90,6 +90,7 @@ fn of_deviations(gear: Gear, deviations: Deviations, warnings: Vec<NoticeBody>) 
             tooth: flank.tooth.to_string(),
             side: flank.side,
             traces: 0,
+            own_zeros: None,
             places: (0..flank.z.len()).map(|k| [flank.roll_length[k], flank.z[k], flank.deviation[k]]).collect(),
         })
         .collect();

@@ -7,6 +7,7 @@ use crate::{
         Gear, ProfileAxis, Side,
         correction::machine::{FlankNode, Ranges},
         evaluation::{
+            figures_of_traces,
             flank_surface::{Border, FlankFigures, FlankNodes, SurfaceSettings, flank_figures},
             settings::{DeviationSign, SlopeSign},
         },
@@ -87,6 +88,8 @@ pub struct Flank {
     pub side: Side,
     pub places: Vec<FlankNode>,
     pub ranges: Ranges,
+    /// The trace of each node, where every trace has a zero of its own.
+    pub traces: Option<Vec<usize>>,
 }
 
 impl Flank {
@@ -94,6 +97,20 @@ impl Flank {
     /// signs of ISO 1328-1 with DIN's for slopes. `None` where the nodes do not tell them.
     pub fn figures(&self, deviation: &[f64], weight: Option<&[f64]>) -> Option<FlankFigures> {
         let [root, tip] = self.ranges.profile;
+        if let Some(traces) = self.traces.as_ref().filter(|traces| traces.len() == deviation.len()) {
+            let counts = |k: usize| weight.is_none_or(|weight| weight[k] > 0.0);
+            let node = |(k, place): (usize, &FlankNode)| {
+                let height = if counts(k) { deviation[k] } else { f64::NAN };
+                ([place.roll_length, place.z, height], traces[k])
+            };
+            let nodes: Vec<_> = self.places.iter().enumerate().map(node).collect();
+            return figures_of_traces(
+                &nodes,
+                [[root.min(tip), root.max(tip)], self.ranges.helix],
+                &self.gear,
+                self.side,
+            );
+        }
         let valid: Vec<bool> = (0..deviation.len()).map(|k| weight.is_none_or(|weight| weight[k] > 0.0)).collect();
         let of = |coordinate: fn(&FlankNode) -> f64| self.places.iter().map(coordinate).collect::<Vec<f64>>();
         let (profile, z) = (of(|place| place.roll_length), of(|place| place.z));

@@ -29,6 +29,8 @@
 //! without the correction by σ² h as well: such a σ holds form that both measurements share, and which biases nothing. A ratio that is not told
 //! from 0 is not answered.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::{problem::Correction, solution::Noise};
@@ -70,6 +72,8 @@ pub struct Comparison {
     pub response_uncertainty: f64,
     /// Whether deviations have a datum; if not, all lists are compared about their means.
     pub absolute: bool,
+    /// Without a datum: the trace of each node, where every trace has a zero of its own.
+    pub traces: Option<Vec<usize>>,
 }
 
 impl Correction {
@@ -88,6 +92,7 @@ impl Correction {
             noise,
             response_uncertainty: asked.response_uncertainty,
             absolute: asked.absolute,
+            traces: asked.traces.clone(),
         }
     }
 }
@@ -145,8 +150,8 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
     let covariance = Covariance::of(&nodes, eta, eta).ok_or(NOT_DEFINITE)?;
     let chi_squared = covariance.square(&left(1.0));
     let alone = |r: &[f64]| r.iter().zip(&nodes.variance).map(|(r, s)| r * r / s).sum::<f64>();
-    // what all nodes have in common is left aside
-    let free = if comparison.absolute { m } else { m.max(2) - 1 };
+    // what all nodes (of a trace) have in common is left aside
+    let free = m.saturating_sub(nodes.means).max(1);
     let chi_squared_limit = quantile(free, freedom);
     let scaled = Scaled::of(&nodes, comparison);
     let within = chi_squared <= chi_squared_limit;
@@ -201,6 +206,8 @@ struct Counted {
     single: Vec<f64>,
     /// Σ of the leverages.
     leverage: f64,
+    /// How many means were taken off.
+    means: usize,
 }
 
 impl Counted {
@@ -210,14 +217,21 @@ impl Counted {
         let counted: Vec<usize> =
             (0..before.len()).filter(|&k| !(before[k].is_nan() || measured[k].is_nan()) && weight(k) > 0.0).collect();
         let list = |of: &dyn Fn(usize) -> f64| counted.iter().map(|&k| of(k)).collect::<Vec<f64>>();
-        let whole: f64 = counted.iter().map(|&k| weight(k)).sum();
-        let mean = |of: &dyn Fn(usize) -> f64| match comparison.absolute {
-            true => 0.0,
-            false => counted.iter().map(|&k| weight(k) * of(k)).sum::<f64>() / whole,
+        let group = |k: usize| comparison.traces.as_ref().map_or(0, |traces| traces[k]);
+        // mean of each trace, or of all nodes
+        let mean = |of: &dyn Fn(usize) -> f64| -> BTreeMap<usize, f64> {
+            let mut sums: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+            for &k in counted.iter().filter(|_| !comparison.absolute) {
+                let [sum, whole] = sums.entry(group(k)).or_default();
+                (*sum, *whole) = (*sum + weight(k) * of(k), *whole + weight(k));
+            }
+            sums.into_iter().map(|(group, [sum, whole])| (group, sum / whole)).collect()
         };
-        let means: Vec<f64> = (0..*settings).map(|j| mean(&|k| contributions[k * settings + j])).collect();
+        let about = |means: &BTreeMap<usize, f64>, k: usize| means.get(&group(k)).copied().unwrap_or(0.0);
+        let means: Vec<_> = (0..*settings).map(|j| mean(&|k| contributions[k * settings + j])).collect();
         let row = |k: usize| -> Vec<f64> {
-            contributions[k * settings..(k + 1) * settings].iter().zip(&means).map(|(c, mean)| c - mean).collect()
+            let row = &contributions[k * settings..(k + 1) * settings];
+            row.iter().zip(&means).map(|(c, means)| c - about(means, k)).collect()
         };
         let (level, moved) = (mean(&|k| before[k]), mean(&|k| measured[k] - before[k]));
         let change = list(&|k| row(k).iter().sum());
@@ -234,8 +248,9 @@ impl Counted {
             .map(|(&k, u)| 2.0 * noise.sigma * noise.sigma / weight(k) + eta * eta * u + floor * floor)
             .collect();
         Counted {
-            before: list(&|k| before[k] - level),
-            came: list(&|k| measured[k] - before[k] - moved),
+            before: list(&|k| before[k] - about(&level, k)),
+            came: list(&|k| measured[k] - before[k] - about(&moved, k)),
+            means: level.len(),
             change,
             weight: list(&weight),
             contributions: counted.iter().map(|&k| row(k)).collect(),
@@ -373,6 +388,9 @@ fn check(comparison: &Comparison) -> Result<(), Faults> {
         ("/weight", comparison.weight.as_ref(), false),
         ("/leverage", comparison.leverage.as_ref(), false),
     ];
+    if let Some(traces) = comparison.traces.as_ref().filter(|traces| traces.len() != nodes) {
+        faults.push("/trace", format!("{} for {}", entries(traces.len()), counted(nodes, "node", "nodes")));
+    }
     for (pointer, list, signed) in lists.into_iter().chain([("/before", Some(&comparison.before), true)]) {
         let Some(list) = list else { continue };
         if list.len() != nodes {

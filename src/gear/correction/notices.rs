@@ -77,11 +77,11 @@ impl Correction {
             [min, max, increment].iter().any(|limit| limit.is_some())
         };
         let unused: Vec<usize> = staying.iter().copied().filter(limited).collect();
-        warn(
-            "undetermined_settings",
-            staying,
-            "it would change all nodes nearly alike, and deviations without a datum do not tell what all nodes have in common; it stays as it is",
+        let all = if self.asked.traces.is_some() { "all nodes of a trace" } else { "all nodes" };
+        let alike = format!(
+            "it would change {all} nearly alike, and deviations without a datum do not tell what {all} have in common; it stays as it is"
         );
+        warn("undetermined_settings", staying, &alike);
         warn(
             "undetermined_settings_moved",
             moved,

@@ -1,5 +1,7 @@
 //! What a correction is asked for, checked once.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping};
 use crate::estimation::{
     Faults,
@@ -90,6 +92,9 @@ pub struct Asked {
     /// Whether the deviations have a datum, so that their mean says something. Where they have none, as traces and flanks laid into the nominal
     /// one, what all nodes have in common is left aside, and settings that change all nodes nearly alike are undetermined.
     pub absolute: bool,
+    /// Without a datum: the trace that each node belongs to, where every trace has a zero of its own. What the nodes of a trace have in
+    /// common is left aside then.
+    pub traces: Option<Vec<usize>>,
     pub include: Include,
 }
 
@@ -109,6 +114,7 @@ impl Asked {
             response_uncertainty: DEFAULT_RESPONSE_UNCERTAINTY,
             response_errors: ResponseErrors::default(),
             absolute: true,
+            traces: None,
             include: Include::default(),
         }
     }
@@ -120,10 +126,10 @@ pub struct Correction {
     pub(super) asked: Asked,
     /// The nodes that take part, ascending.
     pub(super) counted: Vec<usize>,
-    /// J less the means of its columns, where deviations have no datum.
+    /// J less the means of its columns (over each trace), where deviations have no datum.
     centred: Option<Vec<f64>>,
-    /// Mean of d − t, where deviations have no datum.
-    level: f64,
+    /// Mean of d − t (over the trace of each node), where deviations have no datum; NaN of a trace that takes no part.
+    levels: Option<Vec<f64>>,
     /// Settings that may be changed, ascending.
     pub(super) open: Vec<usize>,
     /// Settings that are not fixed, but that the deviations say nothing about.
@@ -131,12 +137,14 @@ pub struct Correction {
 }
 
 /// A column of which less than this is left when its mean is taken off moves the flank as a whole, by what nobody measures: using the rest of it
-/// would shift the flank by a multiple of what it mends.
+/// would shift the flank by a multiple of what it mends. With traces it must be left of one of them at least.
 const CONSTANT: f64 = 0.3;
+/// Share of a column's greatest effect on a trace below which it has none on another.
+const NOTHING: f64 = 1e-3;
 
 impl Correction {
     /// Checks everything. Faults point into an object `{deviation_um, weight, target_um, sensitivity: {settings, matrix}, limits (by
-    /// names), noise_sigma_um, coefficient_norm_limit, response_uncertainty, absolute}`.
+    /// names), noise_sigma_um, coefficient_norm_limit, response_uncertainty, absolute, trace}`.
     pub fn new(asked: Asked) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         check_settings(&asked.settings, &mut faults);
@@ -169,6 +177,13 @@ impl Correction {
         check_list("/target_um", asked.target.as_deref(), rows, f64::is_finite, "a finite number", &mut faults);
         let usable = |w: f64| w.is_finite() && w >= 0.0;
         check_list("/weight", asked.weight.as_deref(), rows, usable, "a finite weight of at least 0", &mut faults);
+        if let Some(traces) = asked.traces.as_ref().filter(|traces| traces.len() != rows) {
+            let detail = format!("{} for {}", entries(traces.len()), counted(rows, "node", "nodes"));
+            faults.push("/trace", detail);
+        }
+        if asked.traces.is_some() && asked.absolute {
+            faults.push("/absolute", "traces that have a zero each have no common one: leave it out, or `trace`");
+        }
         if let Some(sigma) = asked.noise_sigma
             && !(sigma.is_finite() && sigma > 0.0)
         {
@@ -193,7 +208,8 @@ impl Correction {
         if open.is_empty() {
             return Err(Faults::one("/limits", "every setting is fixed: there is nothing to correct"));
         }
-        let columns_open = open.len() + usize::from(!asked.absolute);
+        let lost = lost(&asked, &counted_nodes);
+        let columns_open = open.len() + lost;
         if counted_nodes.len() < columns_open {
             // at the place that can be changed: what leaves too few nodes, or asks too much of those that there are
             let (pointer, left) = match defined.len() {
@@ -203,7 +219,11 @@ impl Correction {
             };
             let settings = counted(open.len(), "setting", "settings");
             let nodes = counted(counted_nodes.len(), "node", "nodes");
-            return Err(Faults::one(pointer, format!("{settings} cannot be told from {nodes} {left}")));
+            let zeros = match asked.traces {
+                Some(_) => format!(" of {} with a zero each", counted(lost, "trace", "traces")),
+                None => String::new(),
+            };
+            return Err(Faults::one(pointer, format!("{settings} cannot be told from {nodes} {left}{zeros}")));
         }
         for (j, setting) in asked.settings.iter().enumerate() {
             if !setting.fixed && counted_nodes.iter().all(|&k| asked.sensitivity[k * columns + j] == 0.0) {
@@ -215,31 +235,42 @@ impl Correction {
             return Err(faults);
         }
         let plain =
-            Correction { asked, counted: counted_nodes, centred: None, level: 0.0, open, undetermined: Vec::new() };
+            Correction { asked, counted: counted_nodes, centred: None, levels: None, open, undetermined: Vec::new() };
         if plain.asked.absolute { Ok(plain) } else { plain.without_datum() }
     }
 
-    /// The same for deviations of which nobody knows what they have in common.
+    /// The same for deviations of which nobody knows what they (or those of a trace) have in common.
     fn without_datum(self) -> Result<Self, Faults> {
         let columns = self.asked.settings.len();
-        let whole: f64 = self.counted.iter().map(|&k| self.weight(k)).sum();
-        let mean =
-            |of: &dyn Fn(usize) -> f64| self.counted.iter().map(|&k| self.weight(k) * of(k)).sum::<f64>() / whole;
-        let means: Vec<f64> = (0..columns).map(|j| mean(&|k| self.row(k)[j])).collect();
-        let level = mean(&|k| self.asked.deviation[k] - self.target(k));
-        let centred: Vec<f64> =
-            self.asked.sensitivity.iter().enumerate().map(|(at, x)| x - means[at % columns]).collect();
-        let square = |matrix: &[f64], j: usize| -> f64 {
-            self.counted.iter().map(|&k| self.weight(k) * matrix[k * columns + j].powi(2)).sum()
+        let groups = Groups::of(&self);
+        let means: Vec<Vec<f64>> = (0..columns).map(|j| groups.means(&self, |k| self.row(k)[j])).collect();
+        let levels = groups.means(&self, |k| self.asked.deviation[k] - self.target(k));
+        let told = self.asked.sensitivity.chunks_exact(columns).zip(&groups.of_node);
+        let about = |(row, &group): (&[f64], &usize)| -> Vec<f64> {
+            // nodes of a trace that takes no part move by what is told of them
+            let mean = |j: usize| Some(means[j][group]).filter(|mean| !mean.is_nan()).unwrap_or(0.0);
+            row.iter().enumerate().map(|(j, x)| x - mean(j)).collect()
         };
-        let constant = |j: &usize| square(&centred, *j) <= CONSTANT * CONSTANT * square(&self.asked.sensitivity, *j);
+        let centred: Vec<f64> = told.flat_map(about).collect();
+        let constant = |j: &usize| {
+            let left = groups.sums(&self, |k| centred[k * columns + j].powi(2));
+            let whole = groups.sums(&self, |k| self.told_row(k)[*j].powi(2));
+            let greatest = whole.iter().fold(0.0f64, |most, square| most.max(*square));
+            let of_trace = |(left, whole): (&f64, &f64)| {
+                *whole > NOTHING * NOTHING * greatest && *left > CONSTANT * CONSTANT * whole
+            };
+            !left.iter().zip(&whole).any(of_trace)
+        };
         let (undetermined, open): (Vec<usize>, Vec<usize>) = self.open.iter().copied().partition(|j| constant(j));
         if open.is_empty() {
-            let detail =
-                "the deviations have no datum, and every setting changes all nodes nearly alike: nothing can be told";
+            let alike = if self.asked.traces.is_some() { "all nodes of a trace" } else { "all nodes" };
+            let detail = format!(
+                "the deviations have no datum, and every setting changes {alike} nearly alike: nothing can be told"
+            );
             return Err(Faults::one("/absolute", detail));
         }
-        Ok(Correction { centred: Some(centred), level, open, undetermined, ..self })
+        let levels = Some(groups.of_node.iter().map(|&group| levels[group]).collect());
+        Ok(Correction { centred: Some(centred), levels, open, undetermined, ..self })
     }
 
     /// What was asked for.
@@ -252,9 +283,14 @@ impl Correction {
         &self.counted
     }
 
-    /// Mean of d − t where deviations have no datum, else 0.
-    pub(super) fn level(&self) -> f64 {
-        self.level
+    /// Mean of d − t (over the trace of node k) where deviations have no datum, else 0.
+    pub(super) fn level(&self, k: usize) -> f64 {
+        self.levels.as_ref().map_or(0.0, |levels| levels[k])
+    }
+
+    /// Degrees of freedom that the means took.
+    pub(super) fn lost(&self) -> usize {
+        lost(&self.asked, &self.counted)
     }
 
     pub(super) fn target(&self, k: usize) -> f64 {
@@ -268,7 +304,7 @@ impl Correction {
     /// d + JΔ − t at a node, less what all have in common where they have no datum.
     pub(super) fn left_at(&self, k: usize, change: &[f64]) -> f64 {
         let moved: f64 = self.row(k).iter().zip(change).map(|(j, c)| j * c).sum();
-        self.asked.deviation[k] + moved - self.target(k) - self.level
+        self.asked.deviation[k] + moved - self.target(k) - self.level(k)
     }
 
     /// Row k of J as it was told, of which errors are shares.
@@ -281,6 +317,44 @@ impl Correction {
     pub(super) fn row(&self, k: usize) -> &[f64] {
         let columns = self.asked.settings.len();
         &self.centred.as_ref().unwrap_or(&self.asked.sensitivity)[k * columns..(k + 1) * columns]
+    }
+}
+
+/// Means that are taken off the nodes `counted`.
+fn lost(asked: &Asked, counted: &[usize]) -> usize {
+    match &asked.traces {
+        _ if asked.absolute => 0,
+        Some(traces) => counted.iter().map(|&k| traces[k]).collect::<BTreeSet<usize>>().len(),
+        None => 1,
+    }
+}
+
+/// Nodes with a zero in common: those of a trace, or all.
+struct Groups {
+    of_node: Vec<usize>,
+    count: usize,
+}
+
+impl Groups {
+    fn of(correction: &Correction) -> Self {
+        let nodes = correction.asked.deviation.len();
+        let Some(traces) = &correction.asked.traces else { return Groups { of_node: vec![0; nodes], count: 1 } };
+        let mut numbers: BTreeMap<usize, usize> = traces.iter().map(|trace| (*trace, 0)).collect();
+        numbers.values_mut().enumerate().for_each(|(number, place)| *place = number);
+        Groups { of_node: traces.iter().map(|trace| numbers[trace]).collect(), count: numbers.len() }
+    }
+
+    /// Σ w x over the nodes of each that take part.
+    fn sums(&self, correction: &Correction, of: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut sums = vec![0.0; self.count];
+        correction.counted.iter().for_each(|&k| sums[self.of_node[k]] += correction.weight(k) * of(k));
+        sums
+    }
+
+    /// NaN where no node takes part.
+    fn means(&self, correction: &Correction, of: impl Fn(usize) -> f64) -> Vec<f64> {
+        let whole = self.sums(correction, |_| 1.0);
+        self.sums(correction, of).iter().zip(whole).map(|(sum, whole)| sum / whole).collect()
     }
 }
 

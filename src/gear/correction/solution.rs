@@ -172,8 +172,8 @@ impl Correction {
     }
 
     fn noise(&self, fit: &FitResult) -> Option<Noise> {
-        // a mean that was taken off is a degree of freedom less than the fit knows
-        let (fitted, lost) = (fit.residuals.degrees_of_freedom, usize::from(!self.asked.absolute));
+        // every mean that was taken off is a degree of freedom less than the fit knows
+        let (fitted, lost) = (fit.residuals.degrees_of_freedom, self.lost());
         let estimated = || {
             let (sigma, freedom) = (fit.residuals.sigma?, fitted.checked_sub(lost).filter(|freedom| *freedom > 0)?);
             Some(Noise { sigma: sigma * (fitted as f64 / freedom as f64).sqrt(), freedom: Some(freedom) })
@@ -270,7 +270,7 @@ impl Correction {
     fn size(&self, deviation: &[f64]) -> [f64; 2] {
         let (mut sum, mut weight, mut max) = (0.0, 0.0, 0.0f64);
         for &k in &self.counted {
-            let left = deviation[k] - self.target(k) - self.level();
+            let left = deviation[k] - self.target(k) - self.level(k);
             sum += self.weight(k) * left * left;
             weight += self.weight(k);
             max = max.max(left.abs());

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{
-    import::{file_of_flank, import, job},
+    import::{file_of_flank, file_with_zeros, import, job},
     pointers, spur,
 };
 use crate::{
@@ -41,7 +41,11 @@ async fn an_imported_flank_is_corrected_as_the_flank_that_it_is() {
         assert_eq!(made.status, 201, "{}", made.text);
         let iteration = made.json();
         assert_eq!((&iteration["flank"], &iteration["tooth"]), (&json!(flank), &json!("1")));
-        let height = json!({"quantity": "deviation", "unit": "um", "positive": "material_out"});
+        let lengths = iteration["axes"]["z"]["trace_lengths"].clone();
+        let height =
+            json!({"quantity": "deviation", "unit": "um", "positive": "material_out", "trace_lengths": lengths});
+        let nodes: u64 = lengths.as_array().unwrap().iter().map(|length| length.as_u64().unwrap()).sum();
+        assert_eq!((lengths.as_array().unwrap().len(), iteration["node_count"].as_u64()), (6, Some(nodes)));
         assert_eq!((&iteration["axes"]["u"]["quantity"], &iteration["axes"]["z"]), (&json!("roll_length"), &height));
         let path = format!("{job}/iterations/1/correction");
         let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
@@ -63,6 +67,104 @@ async fn an_imported_flank_is_corrected_as_the_flank_that_it_is() {
     let [left, right] = [turns[0] / slopes[0], turns[1] / slopes[1]];
     assert!(left * right < 0.0, "{turns:?} {slopes:?}");
     close(left, -right, 1e-3 * left.abs());
+    app.stop().await;
+}
+
+/// Whatever zeros the traces of a file have: the fit, the correction and its figures are the same; nobody takes their mean for measured.
+#[tokio::test]
+async fn zeros_of_imported_traces_are_no_deviations() {
+    let app = TestApp::start().await;
+    let job = job(&app, Some(spur())).await;
+    let zero = |k: usize| [4.0, -11.0, 0.5, 7.0, -3.0, 20.0][k];
+    let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let (mut coefficients, mut corrections) = (Vec::new(), Vec::new());
+    for (number, moved) in [(1, false), (2, true)] {
+        let file = file_with_zeros(|_| true, |k| if moved { zero(k) } else { 0.0 });
+        let made = import(&app, &job, file, "1.mka", None).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        let iteration = made.json();
+        assert!(iteration["note"].as_str().unwrap().contains("zero"), "{}", iteration["note"]);
+        let fit = iteration["fits"][0]["result"]["coefficients"].as_array().unwrap().clone();
+        coefficients.push(fit.iter().map(|c| c["least_squares"].as_f64().unwrap()).collect::<Vec<f64>>());
+        let path = format!("{job}/iterations/{number}/correction");
+        corrections.push(correct(&app, &path, &request).await);
+        // with a matrix too there is no datum, and whoever says that there is one is refused
+        let lengths = iteration["axes"]["z"]["trace_lengths"].as_array().unwrap();
+        let rows: Vec<Value> = lengths
+            .iter()
+            .enumerate()
+            .flat_map(|(t, length)| vec![json!([t as f64]); length.as_u64().unwrap() as usize])
+            .collect();
+        let level = json!({"sensitivity": {"settings": ["level"], "matrix": rows}});
+        assert_eq!(pointers(&app, &path, &level).await, ["/absolute"]);
+        let mut absolute = request.clone();
+        absolute["absolute"] = json!(true);
+        assert_eq!(pointers(&app, &path, &absolute).await, ["/absolute"]);
+        let mut trace = request.clone();
+        trace["trace"] = json!([0, 1]);
+        assert_eq!(pointers(&app, &path, &trace).await, ["/trace"]);
+    }
+    assert!(coefficients[0].iter().zip(&coefficients[1]).all(|(a, b)| (a - b).abs() < 1e-9), "{coefficients:?}");
+    let [one, two] = [&corrections[0], &corrections[1]];
+    for (a, b) in one["settings"].as_array().unwrap().iter().zip(two["settings"].as_array().unwrap()) {
+        assert_eq!(a["undetermined"], b["undetermined"]);
+        assert!((a["change"].as_f64().unwrap() - b["change"].as_f64().unwrap()).abs() < 1e-8, "{a} {b}");
+    }
+    for name in ["profile_slope_um", "helix_slope_um", "twist_um"] {
+        let [a, b] = [one, two].map(|made| made["predicted"]["figures"]["before"][name].as_f64().unwrap());
+        assert!((a - b).abs() < 1e-8, "{name}: {a} {b}");
+    }
+    // 6 µm over 15 mm lie on both helices and profiles
+    assert!(change(one, "helix_angle").abs() > 0.5, "{one}");
+    // profiles alone say nothing of the helix
+    let profiles = file_with_zeros(|trace| trace.profile, zero);
+    assert_eq!(import(&app, &job, profiles, "1.mka", None).await.status, 201);
+    let made = correct(&app, &format!("{job}/iterations/3/correction"), &request).await;
+    let undetermined = |name: &str| {
+        made["settings"].as_array().unwrap().iter().find(|s| s["name"] == name).unwrap()["undetermined"].clone()
+    };
+    assert_eq!((undetermined("helix_angle"), undetermined("profile_angle")), (json!(true), json!(false)));
+    let figures = &made["predicted"]["figures"]["before"];
+    assert!(figures.get("helix_slope_um").is_none() && figures["profile_slope_um"].is_f64(), "{figures}");
+    app.stop().await;
+}
+
+/// Traces are told with the iteration or with the correction, with the same answer.
+#[tokio::test]
+async fn traces_are_told_with_nodes_or_with_the_correction() {
+    let app = TestApp::start().await;
+    let shape = |u: f64, v: f64| 5.0 * (u - 9.0) / 3.0 - 4.0 * (v - 7.5) / 6.5 + 0.3 * (2.0 * u + v).sin();
+    let job = job(&app, Some(spur())).await;
+    let axes = json!({"z": {"quantity": "deviation", "unit": "um", "trace_lengths": [5, 5, 5, 5]}});
+    measure(&app, &job, with(flank(1.0, shape), Some("left"), None, Some(axes))).await;
+    measure(&app, &job, with(flank(1.0, shape), Some("left"), None, None)).await;
+    let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
+    let one = correct(&app, &format!("{job}/iterations/1/correction"), &request).await;
+    let mut told = request.clone();
+    told["trace"] = json!((0..20).map(|k| k / 5).collect::<Vec<_>>());
+    let two = correct(&app, &format!("{job}/iterations/2/correction"), &told).await;
+    assert_eq!(one, two);
+    // rows of this grid run along the helix: nothing is known along the profile
+    let undetermined: Vec<&str> = one["settings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|setting| setting["undetermined"] == true)
+        .map(|setting| setting["name"].as_str().unwrap())
+        .collect();
+    assert!(undetermined.contains(&"profile_angle") && !undetermined.contains(&"helix_angle"), "{undetermined:?}");
+    // of columns that are profiles the lengths cannot speak, the numbers can
+    told["trace"] = json!((0..20).map(|k| k % 5).collect::<Vec<_>>());
+    let three = correct(&app, &format!("{job}/iterations/2/correction"), &told).await;
+    assert!(change(&three, "profile_angle") != 0.0 && change(&three, "helix_angle") == 0.0, "{three}");
+    let empty = json!({"z": {"quantity": "deviation", "unit": "um", "trace_lengths": [20, 0]}});
+    let empty = with(flank(1.0, shape), None, None, Some(empty));
+    assert_eq!(pointers(&app, &format!("{job}/iterations"), &empty).await, ["/axes/z/trace_lengths/1"]);
+    // blocks of a stream have no traces
+    let axes = json!({"z": {"quantity": "deviation", "unit": "um", "trace_lengths": [5]}});
+    let mut stream = examples("create_stream")[0].1.clone();
+    stream["axes"] = axes;
+    assert_eq!(pointers(&app, &format!("{job}/streams"), &stream).await, ["/axes/z/trace_lengths"]);
     app.stop().await;
 }
 

@@ -29,15 +29,26 @@ fn file_of(undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
 
 /// The same of either flank.
 pub fn file_of_flank(left: bool, undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
-    file_with("1", left, undefined, wanted)
+    file_with("1", left, undefined, wanted, |_| 0.0)
 }
 
 /// The same of a tooth of another name.
 pub fn file_of_tooth(tooth: &str) -> Vec<u8> {
-    file_with(tooth, true, false, |_| true)
+    file_with(tooth, true, false, |_| true, |_| 0.0)
 }
 
-fn file_with(tooth: &str, left: bool, undefined: bool, wanted: impl Fn(&Trace) -> bool) -> Vec<u8> {
+/// The same of tooth 1 with a zero of its own for each trace, by its place in the file.
+pub fn file_with_zeros(wanted: impl Fn(&Trace) -> bool, zero: impl Fn(usize) -> f64) -> Vec<u8> {
+    file_with("1", true, false, wanted, zero)
+}
+
+fn file_with(
+    tooth: &str,
+    left: bool,
+    undefined: bool,
+    wanted: impl Fn(&Trace) -> bool,
+    zero: impl Fn(usize) -> f64,
+) -> Vec<u8> {
     let base = 52.0 * 20f64.to_radians().cos();
     let roll = |d: f64| 0.5 * (d * d - base * base).sqrt();
     let (from, to) = (roll(50.156), roll(54.2));
@@ -52,6 +63,9 @@ fn file_with(tooth: &str, left: bool, undefined: bool, wanted: impl Fn(&Trace) -
     for (letter, index, z) in [("u", 1, 1.0), ("", 2, 7.5), ("o", 3, 14.0)] {
         let values = (0..SAMPLES).map(|k| (!(undefined && k % 17 == 5)).then(|| -tilt(at(k, from, to), z))).collect();
         traces.push(Trace { tooth: format!("{tooth}{letter}").into(), left, profile: true, index, section: z, values });
+    }
+    for (k, trace) in traces.iter_mut().enumerate() {
+        trace.values.iter_mut().flatten().for_each(|value| *value += zero(k));
     }
     traces.retain(|trace| wanted(trace));
     let mut lines = Lines::new(&Style::default(), "MK");
@@ -140,13 +154,15 @@ async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
     assert!(terms(&lead).iter().any(|(term, value)| term == "x" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&lead));
     let records = send(app.get(&format!("{job}/iterations/2/records"))).await.json();
     assert_eq!(records["items"][0]["kind"], "evaluation");
-    // two parallel traces tell all but the square across them
-    for (profile, terms_told) in [(true, 6), (false, 6)] {
+    // two parallel traces with one zero tell all but the square across them; with a zero each nothing across
+    for (profile, shared, terms_told) in [(true, true, 6), (false, true, 6), (true, false, 3), (false, false, 3)] {
         let beside = |trace: &Trace| trace.profile == profile && trace.tooth != "1";
-        let made = import(&app, &job, file_of(false, beside), "1.mka", None).await;
+        let spec = json!({"evaluation": {"traces_share_zero": shared}});
+        let made = import(&app, &job, file_of(false, beside), "1.mka", Some(spec)).await;
         assert_eq!(made.status, 201, "{}", made.text);
         assert_eq!(terms(&made).len(), terms_told);
         assert!(made.json()["note"].as_str().unwrap().contains("parallel"), "{}", made.json()["note"]);
+        assert_eq!(made.json()["axes"]["z"].get("trace_lengths").is_none(), shared);
     }
     app.stop().await;
 }
