@@ -63,13 +63,30 @@ fn orthonormal(v: &DMatrix<f64>) -> Vec<DdLanes> {
             defect[(j, i)] = inner.hi;
         }
     }
-    let second = &defect * &defect * 0.375;
+    let second = square(&defect, 0.375);
     for j in 0..n {
         cancel::every(20 * n * n, j);
         for k in 0..n {
             let factor = defect_dd[(k, j)] * -0.5 + second[(k, j)];
             axpy(factor, &v[k * side..(k + 1) * side], &mut result[j * side..(j + 1) * side]);
         }
+    }
+    result
+}
+
+/// A square matrix times itself, times `factor`, some columns at a time: a large product takes long enough to be asked in between.
+fn square(matrix: &DMatrix<f64>, factor: f64) -> DMatrix<f64> {
+    /// Multiplications between two checkpoints: about a millisecond.
+    const STRETCH: usize = 4_000_000;
+    /// Fewer columns would be multiplied one by one.
+    const LEAST: usize = 8;
+    let n = matrix.ncols();
+    let width = (STRETCH / (n * n).max(1)).max(LEAST);
+    let mut result = DMatrix::zeros(n, n);
+    for first in (0..n).step_by(width) {
+        cancel::checkpoint();
+        let width = width.min(n - first);
+        result.columns_mut(first, width).gemm(factor, matrix, &matrix.columns(first, width), 0.0);
     }
     result
 }
@@ -86,4 +103,30 @@ fn lanes_of<T: nalgebra::Scalar + Copy>(matrix: &DMatrix<T>, map: impl Fn(T) -> 
         write::<Dd>(&mut lanes[j * stride..(j + 1) * stride], column.iter().map(|&x| map(x)));
     }
     lanes
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+    use crate::numerics::cancel::{Cancelled, Handle};
+
+    #[test]
+    fn a_product_in_parts_is_the_product() {
+        for n in [0, 1, 7, 9, 700] {
+            let matrix = DMatrix::from_fn(n, n, |i, j| ((3 * i + 7 * j) as f64).sin());
+            let difference = (square(&matrix, 0.375) - &matrix * &matrix * 0.375).amax();
+            assert!(difference < 1e-11, "{n}: {difference:e}");
+        }
+    }
+
+    #[test]
+    fn a_large_product_can_be_given_up() {
+        let matrix = DMatrix::from_fn(700, 700, |i, j| ((3 * i + 7 * j) as f64).sin());
+        let begun = Instant::now();
+        square(&matrix, 1.0);
+        let deadline = Instant::now() + begun.elapsed() / 4;
+        assert_eq!(Handle::with_deadline(deadline).run(|| square(&matrix, 1.0)), Err(Cancelled));
+    }
 }

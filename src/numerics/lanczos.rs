@@ -1,9 +1,7 @@
 //! The largest eigenvalue of a symmetric positive semidefinite operator that can only be applied (Lanczos, with the basis kept
 //! orthogonal throughout).
 
-use nalgebra::{DMatrix, SymmetricEigen};
-
-use super::cancel;
+use super::cancel::{self, Asking};
 
 /// Applications of the operator at most.
 const MOST: usize = 400;
@@ -35,7 +33,7 @@ pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Op
         let mut next = apply(here);
         diagonal.push(here.iter().zip(&next).map(|(a, b)| a * b).sum::<f64>());
         for _ in 0..2 {
-            for q in &basis {
+            for q in basis.iter().asking(2 * size) {
                 let share: f64 = q.iter().zip(&next).map(|(a, b)| a * b).sum();
                 next.iter_mut().zip(q).for_each(|(to, q)| *to -= share * q);
             }
@@ -59,22 +57,101 @@ pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Op
     None
 }
 
-/// The largest eigenvalue of a tridiagonal matrix and the last entry of its eigenvector.
+/// The largest eigenvalue of a symmetric tridiagonal matrix and the last entry of its eigenvector: implicit QL steps, of whose rotations
+/// only the last row is gathered (Golub and Welsch, Math. Comp. 23, 1969), so that the work is of the second order in the size.
 fn top(diagonal: &[f64], beside: &[f64]) -> (f64, f64) {
+    /// Steps for one eigenvalue; two or three are usual.
+    const MOST_STEPS: usize = 60;
     let k = diagonal.len();
-    let matrix = DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
-        0 => diagonal[i],
-        1 => beside[i.min(j)],
-        _ => 0.0,
-    });
-    let Some(eigen) = SymmetricEigen::try_new(matrix, f64::EPSILON, 100 * k) else { return (f64::NAN, 0.0) };
-    let best = eigen.eigenvalues.imax();
-    (eigen.eigenvalues[best], eigen.eigenvectors[(k - 1, best)])
+    let (mut d, mut e, mut last) = (diagonal.to_vec(), beside.to_vec(), vec![0.0; k]);
+    e.truncate(k - 1);
+    e.push(0.0);
+    last[k - 1] = 1.0;
+    for l in 0..k {
+        for step in 0.. {
+            cancel::every(20 * k, l + step);
+            let small = |m: &usize| e[*m].abs() <= f64::EPSILON * (d[*m].abs() + d[*m + 1].abs());
+            let m = (l..k - 1).find(small).unwrap_or(k - 1);
+            if m == l {
+                break;
+            }
+            if step == MOST_STEPS {
+                return (f64::NAN, 0.0);
+            }
+            // Wilkinson's shift
+            let half = (d[l + 1] - d[l]) / (2.0 * e[l]);
+            let mut g = d[m] - d[l] + e[l] / (half + half.hypot(1.0).copysign(half));
+            let (mut s, mut c, mut p) = (1.0, 1.0, 0.0);
+            let mut split = false;
+            for i in (l..m).rev() {
+                let (f, b) = (s * e[i], c * e[i]);
+                let r = f.hypot(g);
+                e[i + 1] = r;
+                if r == 0.0 {
+                    d[i + 1] -= p;
+                    split = true;
+                    break;
+                }
+                (s, c) = (f / r, g / r);
+                let rest = d[i + 1] - p;
+                let turn = (d[i] - rest) * s + 2.0 * c * b;
+                p = s * turn;
+                d[i + 1] = rest + p;
+                g = c * turn - b;
+                (last[i], last[i + 1]) = (c * last[i] - s * last[i + 1], s * last[i] + c * last[i + 1]);
+            }
+            if !split {
+                d[l] -= p;
+                e[l] = g;
+            }
+            e[m] = 0.0;
+        }
+    }
+    let best = (0..k).fold(0, |best, j| if d[j] > d[best] { j } else { best });
+    (d[best], last[best])
 }
 
 #[cfg(test)]
 mod tests {
+    use std::time::Instant;
+
+    use nalgebra::{DMatrix, SymmetricEigen};
+
     use super::*;
+    use crate::numerics::cancel::{Cancelled, Handle};
+
+    fn tridiagonal(k: usize) -> (Vec<f64>, Vec<f64>) {
+        let wave = |i: usize, turn: f64| (turn * i as f64).sin();
+        ((0..k).map(|i| wave(i, 1.3)).collect(), (1..k).map(|i| 0.5 + 0.4 * wave(i, 2.1)).collect())
+    }
+
+    #[test]
+    fn the_top_of_a_tridiagonal_matrix_is_that_of_the_full_one() {
+        for k in [1, 2, 3, 12, 60, 150] {
+            let (diagonal, beside) = tridiagonal(k);
+            let full = DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
+                0 => diagonal[i],
+                1 => beside[i.min(j)],
+                _ => 0.0,
+            });
+            let eigen = SymmetricEigen::new(full);
+            let best = eigen.eigenvalues.imax();
+            let (value, last) = top(&diagonal, &beside);
+            assert!((value - eigen.eigenvalues[best]).abs() < 1e-13, "{k}: {value}");
+            assert!((last.abs() - eigen.eigenvectors[(k - 1, best)].abs()).abs() < 1e-12, "{k}: {last}");
+        }
+        assert_eq!(top(&[1.0, 3.0, 2.0], &[0.0, 0.0]), (3.0, 0.0), "a matrix that falls into parts");
+        assert!(top(&[1.0, f64::NAN, 2.0], &[1.0, 1.0]).0.is_nan());
+    }
+
+    #[test]
+    fn the_small_problem_can_be_given_up() {
+        let (diagonal, beside) = tridiagonal(3000);
+        let begun = Instant::now();
+        top(&diagonal, &beside);
+        let deadline = Instant::now() + begun.elapsed() / 4;
+        assert_eq!(Handle::with_deadline(deadline).run(|| top(&diagonal, &beside)), Err(Cancelled));
+    }
 
     #[test]
     fn the_largest_of_a_second_difference() {
