@@ -15,7 +15,7 @@ use super::{
     text::ShortText,
 };
 use crate::{
-    estimation::{Faults, Nodes},
+    estimation::{Faults, FitSpec, Nodes, Recursive},
     gear::tooth::check_name,
     jobs::Measurand,
 };
@@ -99,6 +99,14 @@ pub enum PositiveName {
     MaterialIn,
 }
 
+/// A type of nodes and the axes it has.
+type Kind = (&'static str, &'static [&'static str]);
+
+const CURVE: Kind = ("curve", &["x", "y"]);
+const MATRIX: Kind = ("matrix", &["y"]);
+const SCATTERED: Kind = ("scattered", &["u", "v", "z"]);
+const GRID: Kind = ("grid", &["u", "v", "z"]);
+
 /// Words that mean a unit known here, and how that is written.
 const SPELLED: [(&str, &[&str]); 3] = [
     ("um", &["µm", "μm", "micron", "microns", "micrometer", "micrometre"]),
@@ -111,9 +119,21 @@ const LENGTHS: [&str; 2] = ["diameter", "face_width"];
 impl MeasurandBody {
     /// The domain's form, after a look at the kind of nodes where it is known.
     pub fn checked(&self, nodes: Option<&Nodes>) -> Result<Measurand, Faults> {
+        self.checked_for(&nodes.map_or(vec![SCATTERED, CURVE, MATRIX], |nodes| vec![kind_of(nodes)]), nodes)
+    }
+
+    /// The same for nodes that are still to come, of the kinds that the spec of their stream takes.
+    pub fn checked_for_stream(&self, spec: &FitSpec) -> Result<Measurand, Faults> {
+        let taken = Recursive::takes(spec);
+        let kinds = [(taken.surfaces, SCATTERED), (taken.curves, CURVE), (taken.matrices, MATRIX)];
+        let kinds: Vec<Kind> = kinds.into_iter().filter_map(|(taken, kind)| taken.then_some(kind)).collect();
+        self.checked_for(&kinds, None)
+    }
+
+    fn checked_for(&self, kinds: &[Kind], nodes: Option<&Nodes>) -> Result<Measurand, Faults> {
         let mut faults = Faults::default();
         if let Some(axes) = &self.axes {
-            axes.check(nodes, &mut faults);
+            axes.check(kinds, nodes, &mut faults);
         }
         if let Some(fault) = self.tooth.as_ref().and_then(|tooth| check_name(tooth.as_str()).err()) {
             faults.push("/tooth", fault.to_string());
@@ -137,14 +157,12 @@ impl AxesBody {
         [("u", u.as_ref()), ("v", v.as_ref()), ("z", z.as_ref()), ("x", x.as_ref()), ("y", y.as_ref())]
     }
 
-    fn check(&self, nodes: Option<&Nodes>, faults: &mut Faults) {
-        let (kind, known): (&str, &[&str]) = match nodes {
-            Some(Nodes::Curve(_)) => ("curve", &["x", "y"]),
-            Some(Nodes::Matrix(_)) => ("matrix", &["y"]),
-            Some(Nodes::Scattered(_)) => ("scattered", &["u", "v", "z"]),
-            Some(Nodes::Grid(_)) => ("grid", &["u", "v", "z"]),
-            None => ("", &["u", "v", "z", "x", "y"]),
+    /// Refuses axes that no nodes of these kinds have, or none have together, and what is not so of the nodes where they are known.
+    fn check(&self, kinds: &[Kind], nodes: Option<&Nodes>, faults: &mut Faults) {
+        let strange = |(_, known): &&Kind| {
+            self.named().iter().filter(|(name, axis)| axis.is_some() && !known.contains(name)).count()
         };
+        let Some((kind, known)) = kinds.iter().min_by_key(strange) else { return };
         for (name, axis) in self.named() {
             let Some(axis) = axis else { continue };
             let at = format!("/axes/{name}");
@@ -235,6 +253,15 @@ fn check_lengths(lengths: &[u32], name: &str, nodes: Option<&Nodes>, faults: &mu
     }
 }
 
+fn kind_of(nodes: &Nodes) -> Kind {
+    match nodes {
+        Nodes::Curve(_) => CURVE,
+        Nodes::Matrix(_) => MATRIX,
+        Nodes::Scattered(_) => SCATTERED,
+        Nodes::Grid(_) => GRID,
+    }
+}
+
 fn to_mm(axis: &str, unit: &str) -> Result<f64, String> {
     match unit {
         "mm" => Ok(1.0),
@@ -247,7 +274,7 @@ fn to_mm(axis: &str, unit: &str) -> Result<f64, String> {
 pub fn check_block(of: &Measurand, nodes: &Nodes) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if of.axes.is_some() {
-        AxesBody::of(of).check(Some(nodes), &mut faults);
+        AxesBody::of(of).check(&[kind_of(nodes)], Some(nodes), &mut faults);
     }
     match faults.list().first() {
         Some(fault) => Err(Faults::one("/nodes/type", format!("the stream has axes of other nodes: {}", fault.detail))),
@@ -294,6 +321,8 @@ mod tests {
         let along = r#"{"u":{"quantity":"roll_length","unit":"mm"}}"#;
         assert_eq!(pointers(along, Some(&curve)), ["/axes/u"]);
         assert!(pointers(along, None).is_empty());
+        let both = r#"{"u":{"quantity":"roll_length","unit":"mm"},"x":{"quantity":"roll_length","unit":"mm"}}"#;
+        assert_eq!(pointers(both, None), ["/axes/x"], "no nodes have both");
         let odd = r#"{"u":{"quantity":"diameter","unit":"deg","positive":"material_in"},"z":{"quantity":"deviation","unit":"µm"}}"#;
         assert_eq!(pointers(odd, None), ["/axes/u/positive", "/axes/u/unit", "/axes/z/unit"]);
     }

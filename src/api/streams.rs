@@ -180,9 +180,11 @@ pub struct FinishBody {
 pub fn read_stream(text: &[u8]) -> Result<StreamDraft, Problem> {
     let (spec, memory) = reader::read_refit::<Memory>(text)?;
     let forgetting_factor = memory.forgetting_factor.unwrap_or(1.0);
-    Recursive::new(&spec, forgetting_factor).map_err(Problem::invalid)?;
+    let mut faults = Recursive::new(&spec, forgetting_factor).err().unwrap_or_default();
     let Memory { flank, tooth, axes, .. } = memory;
-    let measurand = MeasurandBody { flank, tooth, axes }.checked(None).map_err(Problem::invalid)?;
+    let measurand = MeasurandBody { flank, tooth, axes }.checked_for_stream(&spec);
+    let measurand = measurand.map_err(|more| faults.append(more)).unwrap_or_default();
+    faults.into_result(()).map_err(Problem::invalid)?;
     let input_sha256 = canonical::stream_sha256(&spec, forgetting_factor);
     Ok(StreamDraft { spec: fit_spec_json::to_json(&spec).into(), forgetting_factor, input_sha256, measurand })
 }

@@ -18,6 +18,7 @@ mod opening;
 mod sums;
 mod telling;
 
+pub use opening::Taken;
 use sums::Sums;
 
 use super::{
@@ -52,6 +53,11 @@ impl Recursive {
     pub fn new(spec: &FitSpec, forgetting: f64) -> Result<Self, Faults> {
         opening::check(spec, forgetting)?;
         Ok(Recursive { spec: spec.clone(), forgetting, sums: None })
+    }
+
+    /// Which kinds of nodes an estimate of `spec` takes, as far as that can be told before the first.
+    pub fn takes(spec: &FitSpec) -> Taken {
+        opening::taken(spec)
     }
 
     /// What is fitted.

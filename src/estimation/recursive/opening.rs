@@ -78,6 +78,20 @@ fn is_surface(spec: &FitSpec) -> Option<bool> {
     }
 }
 
+/// Which kinds of nodes a spec takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Taken {
+    pub curves: bool,
+    pub surfaces: bool,
+    pub matrices: bool,
+}
+
+pub fn taken(spec: &FitSpec) -> Taken {
+    let matrices = spec.model == Model::Linear;
+    let surface = is_surface(spec);
+    Taken { curves: !matrices && surface != Some(true), surfaces: !matrices && surface != Some(false), matrices }
+}
+
 fn needs_domain(model: &Model) -> bool {
     match model {
         Model::Polynomial { basis, .. } => *basis != PolynomialBasis::Monomial,

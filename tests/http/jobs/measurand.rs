@@ -98,16 +98,31 @@ async fn what_cannot_be_is_refused_with_its_place() {
         body[key] = value.clone();
         let refused = app.post(&format!("{job}/iterations"), &body).await.problem(422, "invalid_request");
         assert_eq!(refused, [pointer], "{key} {value}");
-        if key != "axes" || !pointer.starts_with("/axes/x") {
-            let mut spec = streams::spec();
-            spec[key] = value.clone();
-            let refused = app.post(&format!("{job}/streams"), &spec).await.problem(422, "invalid_request");
-            assert_eq!(refused, [pointer], "{key} {value}");
-        }
+        let mut spec = streams::spec();
+        spec[key] = value.clone();
+        let refused = app.post(&format!("{job}/streams"), &spec).await.problem(422, "invalid_request");
+        assert_eq!(refused, [pointer], "{key} {value}");
     }
-    // a stream does not know its nodes before they come
-    let mut spec = streams::spec();
-    spec["axes"] = json!({"x": {"quantity": "roll_length", "unit": "mm"}});
+    // what no block of a stream can have is refused when it is opened, by what its spec takes …
+    let axis = json!({"quantity": "roll_length", "unit": "mm"});
+    let linear = json!({"model": {"type": "linear"}});
+    let curve = json!({"model": {"type": "b_spline", "degree": 1, "knots": [0.0, 0.0, 1.0, 1.0]}});
+    let either = json!({"model": {"type": "polynomial", "degree": 1}});
+    for (spec, axes, pointers) in [
+        (streams::spec(), json!({"x": axis, "y": axis}), &["/axes/x", "/axes/y"][..]),
+        (linear, json!({"x": axis, "y": axis}), &["/axes/x"]),
+        (curve, json!({"u": axis, "y": axis}), &["/axes/u"]),
+        (either.clone(), json!({"u": axis, "v": axis, "y": axis}), &["/axes/y"]),
+        (either.clone(), json!({"x": axis, "v": axis, "y": axis}), &["/axes/v"]),
+    ] {
+        let mut spec = spec;
+        spec["axes"] = axes;
+        let answer = app.post(&format!("{job}/streams"), &spec).await;
+        assert_eq!(answer.problem(422, "invalid_request"), pointers, "{spec}");
+    }
+    // … and what some could have when the first comes
+    let mut spec = either;
+    spec["axes"] = json!({"x": axis});
     let stream = app.stream(&job, &spec).await;
     let refused = app.post(&format!("{stream}/nodes"), &streams::block(1, 0..5)).await;
     assert_eq!(refused.problem(422, "invalid_request"), ["/nodes/type"]);
