@@ -13,6 +13,11 @@ use crate::{
     telemetry,
 };
 
+/// What a replay is told: nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReplayRequest {}
+
 /// Whether a fit, computed again from what is stored, gives the stored answer bit by bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Replay, example = json!({"identical": true}))]

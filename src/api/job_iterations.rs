@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     estimation::{Faults, Nodes},
-    jobs::{Cursor, Decision, FitRecord, FitSummary, Iteration, Measurand, NewFit, NewIteration, Page, Stored},
+    jobs::{Decision, FitRecord, FitSummary, Iteration, List, Measurand, NewFit, NewIteration, Page, Stored},
 };
 
 /// A fit request with what is known of the measurement.
@@ -413,7 +413,10 @@ pub fn stored_fit(fit: &FitRecord, result: &str) -> Vec<u8> {
 /// Some fits of an iteration.
 pub fn fits(page: &Page<FitSummary>) -> Vec<u8> {
     let mut json = Json::with_capacity(64 + 512 * page.items.len());
-    json.object().list("items", &page.items, fit_summary).maybe("next_cursor", page.next.map(Cursor::encode)).end();
+    json.object()
+        .list("items", &page.items, fit_summary)
+        .maybe("next_cursor", page.next.map(|next| next.encode(List::Fits)))
+        .end();
     json.into_bytes()
 }
 

@@ -14,7 +14,7 @@ use super::{
     records::RecordSummaryBody,
     text::Moment,
 };
-use crate::jobs::{Choice, Cursor, Earlier, RecordSummary, Ruling, Trace, TracedFit, TracedIteration};
+use crate::jobs::{Choice, Earlier, List, RecordSummary, Ruling, Trace, TracedFit, TracedIteration};
 
 /// The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -136,7 +136,7 @@ pub fn trace(trace: Trace) -> Vec<u8> {
     json.object()
         .field("job", &JobBody::from(trace.job))
         .list("iterations", &trace.iterations, iteration)
-        .maybe("next_cursor", trace.next.map(Cursor::encode))
+        .maybe("next_cursor", trace.next.map(|next| next.encode(List::Iterations)))
         .end();
     json.into_bytes()
 }

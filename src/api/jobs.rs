@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     estimation::Faults,
-    jobs::{Cursor, Job, JobDraft, JobPatch, Page, Update},
+    jobs::{Job, JobDraft, JobPatch, List, Page, Update},
 };
 
 /// A job to create.
@@ -218,7 +218,7 @@ impl From<Page<Job>> for JobPageBody {
     fn from(page: Page<Job>) -> Self {
         JobPageBody {
             items: page.items.into_iter().map(JobBody::from).collect(),
-            next_cursor: page.next.map(Cursor::encode),
+            next_cursor: page.next.map(|next| next.encode(List::Jobs)),
         }
     }
 }

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{gears::gear::GearBody, json_writer::Json, problem::Problem, text::Moment};
-use crate::jobs::{Cursor, Page, Record, RecordDraft, RecordKind, RecordSummary};
+use crate::jobs::{List, Page, Record, RecordDraft, RecordKind, RecordSummary};
 
 /// What was made of a request: the contract's name of the method, and the answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -97,7 +97,10 @@ impl From<Page<RecordSummary>> for RecordPageBody {
             method: record.method,
             created_at: Moment(record.created_at),
         };
-        RecordPageBody { items: page.items.into_iter().map(item).collect(), next_cursor: page.next.map(Cursor::encode) }
+        RecordPageBody {
+            items: page.items.into_iter().map(item).collect(),
+            next_cursor: page.next.map(|next| next.encode(List::Records)),
+        }
     }
 }
 

@@ -4,11 +4,18 @@
 //! therefore done at once if the pool has a worker to spare, whose place it takes meanwhile, so that no more fits run than there
 //! are workers. When none is to spare it waits its turn on the pool like all others, or is refused.
 
-use super::{body::Payload, budget::Held, multipart, state::AppState};
+use serde::de::DeserializeOwned;
+
+use super::{
+    body::{Media, Payload, unsupported},
+    budget::Held,
+    multipart,
+    state::AppState,
+};
 use crate::{
     api::{
         problem::{Problem, Room},
-        reader::Extra,
+        reader::{self, Extra},
     },
     estimation::{self, FitSpec, Nodes},
 };
@@ -84,4 +91,23 @@ pub async fn read_small_json<T: Send + 'static>(
         return read(&payload.into_json(limit)?);
     }
     state.pool.run(move || read(&payload.into_json(limit)?)).await?
+}
+
+/// Reads a small JSON body that may be left out, on the pool.
+pub async fn read_optional_json<T>(state: &AppState, payload: Payload) -> Result<T, Problem>
+where
+    T: DeserializeOwned + Default + Send + 'static,
+{
+    let limit = state.settings.body_limit;
+    let read = move || {
+        let (media, text) = (payload.media().clone(), payload.into_bytes(limit)?);
+        if text.trim_ascii().is_empty() {
+            return Ok(T::default());
+        }
+        match media {
+            Media::Json => Ok(reader::read_json(&text)?),
+            Media::Multipart(other) | Media::Other(other) => Err(unsupported(&other, "application/json")),
+        }
+    };
+    state.pool.run(read).await?
 }

@@ -10,7 +10,7 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
-    compute::read_json,
+    compute::{read_json, read_optional_json},
     conditional::{IfMatch, etag},
     extract::{JsonOf, PathOf, QueryOf},
     fits::json,
@@ -25,12 +25,12 @@ use crate::{
     api::{
         fit_spec::IncludeName,
         fit_spec_json,
-        job_fits::{self, ReplayBody},
+        job_fits::{self, ReplayBody, ReplayRequest},
         job_iterations::{self, ChosenFitBody, FitPageBody, IterationBody, IterationFitBody, RefitRequest, Why},
         problem::Problem,
         reader,
     },
-    jobs::{Answer, NewFit, RefitDraft, Stored},
+    jobs::{Answer, List, NewFit, RefitDraft, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -109,7 +109,7 @@ async fn list_iteration_fits(
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Response, Problem> {
-    Ok(json(job_iterations::fits(&state.jobs.fits(job, number, query.check()?).await?)))
+    Ok(json(job_iterations::fits(&state.jobs.fits(job, number, query.check(List::Fits)?).await?)))
 }
 
 /// A fit in full, as it was answered when it was made.
@@ -125,7 +125,7 @@ async fn list_iteration_fits(
         ("include" = Option<Vec<IncludeName>>, Query, style = Form, explode = false, description = "What is answered beside, names with commas between them.")
     ),
     responses(
-        (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody, headers(("ETag" = String, description = "Of these bytes; with `include` there is none."))),
+        (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody, headers(("ETag" = String, description = "Changes when the fit is chosen and when another one is; nothing else of it does. With `include` there is none."))),
         (status = 422, description = "There is nothing of that name to include.", body = Problem, content_type = "application/problem+json")
     )
 )]
@@ -184,7 +184,7 @@ async fn choose_fit(
 
 /// Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores nothing.
 ///
-/// It shows that an answer can be reproduced, with this or a later version of the program.
+/// It shows that an answer can be reproduced, with this or a later version of the program. There is nothing to be said: a body is empty or `{}`.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), ("fit_id" = Uuid, Path)),
@@ -193,7 +193,9 @@ async fn choose_fit(
 async fn replay_fit(
     State(state): State<AppState>,
     PathOf((job, number, fit)): PathOf<(Uuid, u32, Uuid)>,
+    payload: Payload,
 ) -> Result<axum::Json<ReplayBody>, Problem> {
+    let ReplayRequest {} = read_optional_json(&state, payload).await?;
     let stored = state.jobs.fit(job, number, fit).await?;
     let nodes = stored::nodes(&state, job, number).await?;
     let replay = state.pool.run(move || job_fits::replay(&nodes, &stored)).await??;

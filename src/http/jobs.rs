@@ -23,7 +23,7 @@ use crate::{
         problem::Problem,
         reader,
     },
-    jobs::{Answer, Job, Stored},
+    jobs::{Answer, Job, List, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -82,7 +82,7 @@ async fn list_jobs(
     State(state): State<AppState>,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<axum::Json<JobPageBody>, Problem> {
-    let page = state.jobs.list_jobs(query.check()?).await?;
+    let page = state.jobs.list_jobs(query.check(List::Jobs)?).await?;
     Ok(axum::Json(page.into()))
 }
 

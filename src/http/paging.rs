@@ -6,7 +6,7 @@ use utoipa::IntoParams;
 use crate::{
     api::problem::Problem,
     estimation::Faults,
-    jobs::{Cursor, PageRequest},
+    jobs::{Cursor, List, NoCursor, PageRequest},
 };
 
 /// Which part of a list is wanted.
@@ -22,8 +22,8 @@ pub struct PageQuery {
 }
 
 impl PageQuery {
-    /// The request for a page, with its defaults.
-    pub fn check(self) -> Result<PageRequest, Problem> {
+    /// The request for a page of `list`, with its defaults.
+    pub fn check(self, list: List) -> Result<PageRequest, Problem> {
         let mut faults = Faults::default();
         let limit = match self.limit.as_deref() {
             None => PageRequest::DEFAULT_LIMIT,
@@ -33,10 +33,21 @@ impl PageQuery {
         if !(1..=PageRequest::MOST).contains(&limit) {
             faults.push("/limit", format!("it must be a whole number from 1 to {}", PageRequest::MOST));
         }
-        let after = self.cursor.map(|text| Cursor::decode(&text));
-        if after == Some(None) {
-            faults.push("/cursor", "not a cursor that was answered as `next_cursor`");
-        }
-        faults.into_result(PageRequest { limit, after: after.flatten() }).map_err(Problem::invalid)
+        let after = match self.cursor.map(|text| Cursor::decode(&text, list)) {
+            None => None,
+            Some(Ok(cursor)) => Some(cursor),
+            Some(Err(NoCursor::Unknown)) => {
+                faults.push("/cursor", "not a cursor that was answered as `next_cursor`; leave it out to begin anew");
+                None
+            }
+            Some(Err(NoCursor::Of(other))) => {
+                let (this, other) = (list.items(), other.items());
+                let detail =
+                    format!("it is of a list of {other}; take `next_cursor` of the page of {this} before this");
+                faults.push("/cursor", detail);
+                None
+            }
+        };
+        faults.into_result(PageRequest { limit, after }).map_err(Problem::invalid)
     }
 }

@@ -25,7 +25,7 @@ use crate::{
         records::{self, RecordBody, RecordPageBody},
     },
     estimation::{Nodes, Plans},
-    jobs::{Answer, Job, Measurand, Record, RecordDraft, RecordKind, Stored},
+    jobs::{Answer, Job, List, Measurand, Record, RecordDraft, RecordKind, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -107,7 +107,7 @@ async fn list_iteration_records(
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<axum::Json<RecordPageBody>, Problem> {
-    let page = state.jobs.records(job, number, query.check()?).await?;
+    let page = state.jobs.records(job, number, query.check(List::Records)?).await?;
     Ok(axum::Json(page.into()))
 }
 

@@ -5,8 +5,8 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
-    body::{Media, Payload, unsupported},
-    compute::read_json,
+    body::Payload,
+    compute::{read_json, read_optional_json},
     conditional::{IfMatch, etag, set_etag},
     extract::PathOf,
     fits::json,
@@ -21,7 +21,6 @@ use crate::{
         job_iterations::NewIterationBody,
         job_problem::of_measured,
         problem::Problem,
-        reader,
         streams::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
     },
     jobs::{Answer, IterationDraft, NewStream, RepositoryError, Stored},
@@ -155,8 +154,7 @@ async fn finish_stream(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/streams/{id}/finish");
     once(state, key, scope, payload, move |state, payload, known| async move {
-        let limit = state.settings.body_limit;
-        let said = state.pool.run(move || finish_body(payload, limit)).await??;
+        let said: FinishBody = read_optional_json(&state, payload).await?;
         let mut slot = state.jobs.live().slot(id).await;
         let stream = stream_flow::present(&state, id, &mut slot).await?.stream.clone();
         if let Some(iteration) = stream.iteration {
@@ -182,18 +180,6 @@ async fn finish_stream(
         Ok(iterations::created(&iteration, stored))
     })
     .await
-}
-
-/// The body of a finish, which may be left out.
-fn finish_body(payload: Payload, limit: usize) -> Result<FinishBody, Problem> {
-    let (media, text) = (payload.media().clone(), payload.into_bytes(limit)?);
-    if text.trim_ascii().is_empty() {
-        return Ok(FinishBody::default());
-    }
-    match media {
-        Media::Json => Ok(reader::read_json(&text)?),
-        Media::Multipart(other) | Media::Other(other) => Err(unsupported(&other, "application/json")),
-    }
 }
 
 /// Deletes a stream with its nodes. An iteration that it has become stays.

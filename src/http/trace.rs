@@ -10,9 +10,12 @@ use super::{
     paging::PageQuery,
     state::AppState,
 };
-use crate::api::{
-    job_trace::{self, TraceBody},
-    problem::Problem,
+use crate::{
+    api::{
+        job_trace::{self, TraceBody},
+        problem::Problem,
+    },
+    jobs::List,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -36,5 +39,5 @@ async fn get_trace(
     PathOf(job): PathOf<Uuid>,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Response, Problem> {
-    Ok(json(job_trace::trace(state.jobs.trace(job, query.check()?).await?)))
+    Ok(json(job_trace::trace(state.jobs.trace(job, query.check(List::Iterations)?).await?)))
 }

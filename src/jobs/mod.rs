@@ -40,7 +40,7 @@ pub use iteration::{
 pub use job::{Job, JobPatch, Update};
 pub use live::{LiveStream, LiveStreams, Slot};
 pub use measurand::{Later, Measurand, beyond, side_name};
-pub use page::{Cursor, Page, PageRequest};
+pub use page::{Cursor, List, NoCursor, Page, PageRequest};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
 pub use repository::{Precondition, Repository, RepositoryError, RepositoryFuture, Stored, What};

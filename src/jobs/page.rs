@@ -3,6 +3,48 @@
 
 use uuid::Uuid;
 
+/// The lists that come in pages. A cursor of one says nothing of another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum List {
+    Jobs,
+    Iterations,
+    Fits,
+    Records,
+}
+
+impl List {
+    const ALL: [List; 4] = [List::Jobs, List::Iterations, List::Fits, List::Records];
+
+    /// What its cursors begin with.
+    fn kind(self) -> u8 {
+        match self {
+            List::Jobs => 1,
+            List::Iterations => 2,
+            List::Fits => 3,
+            List::Records => 4,
+        }
+    }
+
+    /// What its items are called.
+    pub fn items(self) -> &'static str {
+        match self {
+            List::Jobs => "jobs",
+            List::Iterations => "iterations",
+            List::Fits => "fits",
+            List::Records => "records",
+        }
+    }
+}
+
+/// Why a text is no cursor of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoCursor {
+    /// No list answered it.
+    Unknown,
+    /// It is one of another list.
+    Of(List),
+}
+
 /// Where the next page begins: after the item of this id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cursor(pub Uuid);
@@ -13,22 +55,26 @@ impl Cursor {
         Cursor(Uuid::from_u128(number.into()))
     }
 
-    /// The number of [`Cursor::after_number`]; the greatest for a cursor of another kind, after which nothing comes.
+    /// The number of [`Cursor::after_number`]; the greatest for one that no list answered, after which nothing comes.
     pub fn number(self) -> u64 {
         u64::try_from(self.0.as_u128()).unwrap_or(u64::MAX)
     }
 
-    /// The cursor as it travels.
-    pub fn encode(self) -> String {
-        self.0.simple().to_string()
+    /// The cursor as it travels: two digits for its list, and the id.
+    pub fn encode(self, list: List) -> String {
+        format!("{:02x}{}", list.kind(), self.0.simple())
     }
 
-    /// The cursor of that text.
-    pub fn decode(text: &str) -> Option<Self> {
-        if text.len() != 32 {
-            return None;
+    /// The cursor of that text, if it is one of this list.
+    pub fn decode(text: &str, list: List) -> Result<Self, NoCursor> {
+        let id = |(_, id): (&str, &str)| (id.len() == 32).then(|| Uuid::try_parse(id).ok())?;
+        let parts = text.split_at_checked(2);
+        let of = parts.and_then(|(kind, _)| List::ALL.into_iter().find(|list| format!("{:02x}", list.kind()) == kind));
+        match (of, parts.and_then(id)) {
+            (Some(of), Some(id)) if of == list => Ok(Cursor(id)),
+            (Some(of), Some(_)) => Err(NoCursor::Of(of)),
+            _ => Err(NoCursor::Unknown),
         }
-        Uuid::try_parse(text).ok().map(Cursor)
     }
 }
 
@@ -67,9 +113,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cursor_travels() {
+    fn a_cursor_travels_within_its_list() {
         let cursor = Cursor(Uuid::from_u128(0x0123_4567_89ab));
-        assert_eq!(Cursor::decode(&cursor.encode()), Some(cursor));
-        assert_eq!(Cursor::decode("next"), None);
+        for list in List::ALL {
+            let text = cursor.encode(list);
+            for other in List::ALL {
+                let expected = if other == list { Ok(cursor) } else { Err(NoCursor::Of(list)) };
+                assert_eq!(Cursor::decode(&text, other), expected);
+            }
+        }
+        let bare = cursor.0.simple().to_string();
+        for text in ["", "next", "0é", &bare, &format!("05{bare}"), &format!("01{bare}0"), &format!("01{}", cursor.0)]
+        {
+            assert_eq!(Cursor::decode(text, List::Jobs), Err(NoCursor::Unknown), "{text}");
+        }
     }
 }
