@@ -1,4 +1,4 @@
-//! JSON or CSV, as the `Accept` header prefers.
+//! What the header `Accept` wants: whether an answer may have a media type, and JSON or CSV where there are both.
 
 use axum::{
     http::{HeaderMap, HeaderValue, header},
@@ -15,30 +15,50 @@ pub enum Form {
     Csv,
 }
 
-impl Form {
-    /// What `Accept` prefers; JSON where it has no preference. `what` begins the sentence of a refusal.
-    pub fn wanted(headers: &HeaderMap, what: &str) -> Result<Form, Problem> {
-        let mut given = false;
-        let (mut json, mut csv) = (0.0_f32, 0.0_f32);
-        for range in
-            headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).flat_map(|v| v.split(','))
-        {
-            let mut parts = range.split(';').map(str::trim);
-            let kind = parts.next().unwrap_or_default().to_ascii_lowercase();
-            let weight = parts.find_map(|part| part.strip_prefix("q=")).map_or(Ok(1.0), str::parse).unwrap_or(0.0_f32);
-            given = given || !kind.is_empty();
-            // A wildcard counts a little less, so that a named type wins over it.
-            match kind.as_str() {
-                "application/json" => json = json.max(weight),
-                "text/csv" => csv = csv.max(weight),
-                "*/*" | "application/*" => json = json.max(weight * 0.99),
-                "text/*" => csv = csv.max(weight * 0.98),
-                _ => {}
-            }
+/// How much a client wants a media type.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Wanted {
+    /// From 0, not at all, to 1.
+    pub weight: f32,
+    /// How exactly it was named: 0 by `*/*`, 1 by `text/*`, 2 by its name.
+    exactness: u8,
+}
+
+/// How much `Accept` wants a media type: by the range that names it most exactly (RFC 9110, 12.5.1). Without the header all is wanted.
+pub fn wanted(headers: &HeaderMap, media: &str) -> Wanted {
+    let mut given = false;
+    let mut best: Option<Wanted> = None;
+    let values = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
+    for range in values.flat_map(|value| value.split(',')) {
+        let mut parts = range.split(';').map(str::trim);
+        let kind = parts.next().unwrap_or_default().to_ascii_lowercase();
+        given = given || !kind.is_empty();
+        let exactness = match kind.strip_suffix("/*") {
+            _ if kind == media => 2,
+            Some("*") => 0,
+            Some(all) if media.split('/').next() == Some(all) => 1,
+            _ => continue,
+        };
+        let quality = parts.find_map(|part| part.strip_prefix("q=").or(part.strip_prefix("Q=")));
+        let weight = quality.map_or(Ok(1.0), str::parse).unwrap_or(0.0_f32);
+        let this = Wanted { weight, exactness };
+        let better = |best: Wanted| exactness > best.exactness || (exactness == best.exactness && weight > best.weight);
+        if best.is_none_or(better) {
+            best = Some(this);
         }
-        if !given || (json > 0.0 && json >= csv) {
+    }
+    let none = Wanted { weight: if given { 0.0 } else { 1.0 }, exactness: 0 };
+    best.unwrap_or(none)
+}
+
+impl Form {
+    /// What `Accept` prefers; JSON where it has no preference, and of two that weigh alike the one it names more exactly. `what` begins the
+    /// sentence of a refusal.
+    pub fn wanted(headers: &HeaderMap, what: &str) -> Result<Form, Problem> {
+        let [json, csv] = ["application/json", "text/csv"].map(|media| wanted(headers, media));
+        if json.weight > 0.0 && json >= csv {
             Ok(Form::Json)
-        } else if csv > 0.0 {
+        } else if csv.weight > 0.0 {
             Ok(Form::Csv)
         } else {
             Err(Problem::new(
@@ -79,5 +99,7 @@ mod tests {
         assert_eq!(of(Some("application/json;q=0.1, text/csv;q=0.9")), Ok(Form::Csv));
         assert_eq!(of(Some("image/png")), Err(406));
         assert_eq!(of(Some("text/csv;q=0")), Err(406));
+        assert_eq!(of(Some("application/json;q=0, */*")), Ok(Form::Csv), "what is named is not what a wildcard brings");
+        assert_eq!(of(Some("text/csv;q=0.2, */*;q=0.9")), Ok(Form::Json));
     }
 }

@@ -1,22 +1,15 @@
 //! Extractors whose refusals are problems.
 
 use axum::{
-    extract::{
-        FromRequest, FromRequestParts, Path, Query, Request,
-        path::ErrorKind,
-        rejection::{PathRejection, QueryRejection},
-    },
+    extract::{FromRequest, FromRequestParts, Path, Query, Request, path::ErrorKind, rejection::PathRejection},
     http::request::Parts,
 };
 use serde::de::DeserializeOwned;
 
 use super::{body::Payload, compute::read_small_json, state::AppState};
-use crate::{
-    api::{
-        problem::{Problem, ProblemCode},
-        reader,
-    },
-    estimation::Faults,
+use crate::api::{
+    problem::{Problem, ProblemCode},
+    reader,
 };
 
 /// Path parameters; an id of the wrong form is an id that does not exist (404).
@@ -63,20 +56,8 @@ impl<T: DeserializeOwned> FromRequestParts<AppState> for QueryOf<T> {
         Query::from_request_parts(parts, state)
             .await
             .map(|Query(value)| QueryOf(value))
-            .map_err(|rejection| misread_query(&rejection))
-    }
-}
-
-/// Which query parameter is unknown or stands twice. Their values are texts, which handlers look at.
-fn misread_query(rejection: &QueryRejection) -> Problem {
-    let said = rejection.body_text();
-    let named = ["unknown field `", "duplicate field `"].iter().find_map(|start| said.find(start));
-    match named.map(|at| reader::explain(&said[at..])) {
-        Some((Some(name), detail)) => {
-            let detail = detail.replace("field", "query parameter");
-            Problem::invalid(Faults::one(format!("/{}", reader::escape(&name)), detail))
-        }
-        _ => Problem::new(ProblemCode::MalformedRequest, "The query of the URL cannot be read."),
+            // names are checked before, and values are texts, which handlers look at
+            .map_err(|_| Problem::new(ProblemCode::MalformedRequest, "The query of the URL cannot be read."))
     }
 }
 

@@ -31,6 +31,7 @@ pub mod meta;
 pub mod multipart;
 pub mod observe;
 pub mod openapi;
+mod operations;
 mod paging;
 pub mod problem;
 mod readiness;

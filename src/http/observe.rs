@@ -5,6 +5,7 @@
 use std::{panic::AssertUnwindSafe, task::Poll, time::Instant};
 
 use axum::{
+    Extension,
     extract::{MatchedPath, Request, State},
     http::{HeaderName, HeaderValue, Method, Version, header},
     middleware::Next,
@@ -24,7 +25,7 @@ pub static REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 /// Longest id taken over from a client.
 const LONGEST_ID: usize = 128;
 
-/// The id of the request that is being answered, for handlers (a request extension).
+/// The id of the request that is being answered (a request extension).
 #[derive(Clone, Debug)]
 pub struct RequestId(pub HeaderValue);
 
@@ -34,13 +35,26 @@ impl RequestId {
     }
 }
 
-pub async fn observe(State(state): State<AppState>, mut request: Request, next: Next) -> Response {
-    let begun = Instant::now();
+/// Gives every request an id, the caller's own or a new one, and every answer that of its request: also those that layers give before
+/// [`observe`], such as preflights.
+pub async fn identify(mut request: Request, next: Next) -> Response {
     let id = request.headers().get(&REQUEST_ID).filter(|id| is_sane(id)).cloned().unwrap_or_else(new_id);
+    request.extensions_mut().insert(RequestId(id.clone()));
+    let mut response = next.run(request).await;
+    response.headers_mut().insert(REQUEST_ID.clone(), id);
+    response
+}
+
+pub async fn observe(
+    State(state): State<AppState>,
+    Extension(RequestId(id)): Extension<RequestId>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let begun = Instant::now();
     let method = request.method().clone();
     let path = request.extensions().get::<MatchedPath>().cloned();
     let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
-    request.extensions_mut().insert(RequestId(id.clone()));
 
     let allowed = names_host(&request)
         .and_then(|()| auth::authorize(&state.settings.api_keys_sha256, request.uri().path(), request.headers()));
@@ -70,7 +84,6 @@ pub async fn observe(State(state): State<AppState>, mut request: Request, next: 
         }
         response = named;
     }
-    response.headers_mut().insert(REQUEST_ID.clone(), id.clone());
     report(&method, path.as_ref(), &response, begun, &id, url);
     response
 }

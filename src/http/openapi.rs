@@ -97,6 +97,7 @@ impl Modify for Complete {
                     }
                 }
                 request_id(operation);
+                replayed(operation);
                 shown_problems(operation);
                 examples(operation);
                 form_parts(operation, &forms);
@@ -126,15 +127,19 @@ fn operations(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {
 fn refusals(path: &str, operation: &mut Operation) {
     let versioned = path.starts_with("/v1/");
     let body = operation.request_body.is_some();
+    let good = operation.responses.responses.iter().filter(|(status, _)| status.starts_with('2'));
+    let represented = good.into_iter().any(|(_, r)| matches!(r, RefOr::T(response) if !response.content.is_empty()));
     let known = [
         (versioned && body, "400", "The body or its compression cannot be read; `detail` says where."),
         (versioned, "401", "The server asks for an API key."),
         (versioned, "403", "The API key is not known."),
         (versioned && path.contains('{'), "404", "There is no such resource."),
+        (represented, "406", "The header `Accept` takes none of the media types of the answer."),
         (versioned && body, "408", "The body did not arrive in time."),
         (versioned && body, "413", "The body is too large (counted after decompression)."),
         (versioned && body, "415", "The media type or the compression is not supported."),
         (versioned && body, "422", "The request holds what cannot be accepted; `errors` points to every fault."),
+        (true, "422", "The query has a parameter that this operation has not, or one twice."),
         (true, "500", "The fault is on the server's side; nothing was stored."),
         (true, "503", "Busy, or no answer in time; try again after `Retry-After` seconds."),
     ];
@@ -186,6 +191,24 @@ fn request_id(operation: &mut Operation) {
                 .description(Some("Id of the request: the caller's own, or a new UUIDv7."))
                 .build();
             response.headers.insert("x-request-id".into(), header.into());
+        }
+    }
+}
+
+/// Answers that may be given again say so.
+fn replayed(operation: &mut Operation) {
+    let keyed = |parameter: &RefOr<Parameter>| matches!(parameter, RefOr::T(one) if one.name == "Idempotency-Key");
+    if !operation.parameters.iter().flatten().any(keyed) {
+        return;
+    }
+    for (_, response) in operation.responses.responses.iter_mut().filter(|(status, _)| status.starts_with('2')) {
+        if let RefOr::T(response) = response {
+            let text = ObjectBuilder::new().schema_type(Type::String);
+            let header = HeaderBuilder::new()
+                .schema(Some(text))
+                .description(Some("`true` where this is the first answer to the same key, given again."))
+                .build();
+            response.headers.insert("Idempotency-Replayed".into(), header.into());
         }
     }
 }

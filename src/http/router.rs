@@ -8,8 +8,12 @@ use utoipa_axum::router::OpenApiRouter;
 
 use super::{
     conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations, job_fits, jobs, meta,
-    observe, openapi::Contract, records, shapes, simulations, state::AppState, stream_socket, streams, studies,
-    surfaces, trace, unsent,
+    observe,
+    openapi::Contract,
+    operations::{self, Operations},
+    records, shapes, simulations,
+    state::AppState,
+    stream_socket, streams, studies, surfaces, trace, unsent,
 };
 use crate::api::problem::{Problem, ProblemCode};
 
@@ -38,13 +42,14 @@ pub fn groups() -> OpenApiRouter<AppState> {
 
 /// The service: documented groups, documentation, fallbacks and the layers around every request.
 pub fn router(state: AppState) -> Router {
-    let (documented, _) = groups().split_for_parts();
+    let (documented, document) = groups().split_for_parts();
     documented
         .merge(meta::undocumented(&state))
         .fallback(|| async { Problem::new(ProblemCode::NotFound, "No such path; /docs lists what there is.") })
         .method_not_allowed_fallback(|| async {
             Problem::new(ProblemCode::MethodNotAllowed, "The header `allow` names the methods of this path.")
         })
+        .layer(middleware::from_fn_with_state(Operations::of(&document), operations::check))
         .layer(middleware::from_fn(conditional::not_modified))
         .layer(middleware::from_fn_with_state(state.clone(), unsent::hold))
         .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
@@ -53,5 +58,6 @@ pub fn router(state: AppState) -> Router {
         .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
         .layer(middleware::from_fn(headers::offered_encodings))
         .layer(option_layer(cors::layer(&state.settings.cors_origins)))
+        .layer(middleware::from_fn(observe::identify))
         .with_state(state)
 }

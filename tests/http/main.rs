@@ -9,6 +9,7 @@ mod contract;
 mod cors;
 mod degenerate;
 mod document;
+mod every_operation;
 mod extremes;
 mod filters;
 mod fits;

@@ -34,8 +34,8 @@ pub(in crate::api) use self::{
     request::read_part,
     spec::{RawSpec, SPEC_KEYS, read_tag, unknown_type},
 };
-/// serde's words about a wrong value, and the field they are about.
-pub use self::{request::escape, wording::explain};
+/// For messages about what is not in a body.
+pub use self::{request::escape, wording::alternatives};
 
 use serde::de::DeserializeOwned;
 

@@ -11,6 +11,9 @@ use crate::estimation::words::{Shown, entries};
 /// Characters of the caller's text that a message repeats.
 const REPEATED: usize = 64;
 
+/// What ids are.
+pub const UUID: &str = "a UUID such as 0190b0de-0000-7000-8000-000000000000, in quotes";
+
 /// The message, without the place in the slice (which is not the place in the request), and the field that it speaks of when that
 /// is unknown, missing or twice.
 pub fn explain(message: &str) -> (Option<String>, String) {
@@ -18,7 +21,8 @@ pub fn explain(message: &str) -> (Option<String>, String) {
     // The caller's text may hold anything, so what serde says after it is looked for from the end.
     let named = |prefix: &str| {
         let rest = message.strip_prefix(prefix)?;
-        Some(rest.rsplit_once("`, expected ").unwrap_or((rest.strip_suffix('`').unwrap_or(rest), "")))
+        let bare = rest.strip_suffix("`, there are no fields").or(rest.strip_suffix('`')).unwrap_or(rest);
+        Some(rest.rsplit_once("`, expected ").unwrap_or((bare, "")))
     };
     if let Some((name, known)) = named("unknown field `") {
         // serde lists them as "`a`, `b`", "`a` or `b`" or "one of `a`, `b`": every second piece between the quotes is a name
@@ -39,12 +43,19 @@ pub fn no_such_field(name: &str, known: &[&str]) -> String {
     if let Some(near) = nearest(name, known.iter().copied()) {
         return format!("there is no such field; did you mean `{near}`?");
     }
-    let quoted: Vec<_> = known.iter().map(|key| format!("`{key}`")).collect();
-    match &quoted[..] {
-        [] => "there is no such field; expected none".to_owned(),
-        [only] => format!("there is no such field; expected {only}"),
-        [before @ .., last] => format!("there is no such field; expected {} or {last}", before.join(", ")),
+    match known.is_empty() {
+        true => "there is no such field; expected none".to_owned(),
+        false => {
+            format!("there is no such field; expected {}", alternatives(known.iter().map(|key| format!("`{key}`"))))
+        }
     }
+}
+
+/// One of several, in words: `a`, `a or b`, `a, b or c`.
+pub fn alternatives(names: impl IntoIterator<Item = impl Into<String>>) -> String {
+    let mut names: Vec<String> = names.into_iter().map(Into::into).collect();
+    let last = names.pop().unwrap_or_default();
+    if names.is_empty() { last } else { format!("{} or {last}", names.join(", ")) }
 }
 
 fn reworded(message: &str) -> Option<String> {
@@ -54,6 +65,9 @@ fn reworded(message: &str) -> Option<String> {
     if message == "expected value" {
         // all that serde_json says when one of several names is wanted and no string stands there
         return Some("expected one of the names that are offered here, in quotes".into());
+    }
+    if message.starts_with("UUID parsing failed") {
+        return Some(format!("expected {UUID}"));
     }
     if let Some(rest) = message.strip_prefix("unknown variant `") {
         let (got, known) = rest.split_once("`, expected ")?;
@@ -79,6 +93,7 @@ fn expected(wanted: &str) -> Cow<'_, str> {
         "f64" => "a number".into(),
         "a sequence" => "an array".into(),
         "a map" => "an object".into(),
+        "a formatted UUID string" => UUID.into(),
         // serde calls any type for which it has no words by its Rust name
         other if other.starts_with("struct ") => "an object".into(),
         other => match other.strip_prefix("an array of length ") {
@@ -132,6 +147,10 @@ mod tests {
     }
 
     #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Nothing {}
+
+    #[derive(Debug, Deserialize)]
     #[serde(rename_all = "snake_case")]
     enum Name {
         FirstOrder,
@@ -160,6 +179,8 @@ mod tests {
         assert_eq!(said::<[f64; 2]>("[1]"), "expected an array of 2 entries, found 1 entry");
         assert_eq!(said::<Pair>("1"), "expected an object, found 1");
         assert_eq!(said::<Name>(r#""first""#), "`first` is not known; expected `first_order` or `exact`");
+        assert_eq!(said::<uuid::Uuid>("5"), format!("expected {UUID}, found 5"));
+        assert_eq!(said::<uuid::Uuid>("\"fit 1\""), format!("expected {UUID}"));
         assert_eq!(said::<Name>("5"), "expected one of the names that are offered here, in quotes");
     }
 
@@ -168,6 +189,8 @@ mod tests {
         let said = |text: &str| explain(&serde_json::from_str::<Pair>(text).unwrap_err().to_string());
         assert_eq!(said("{}"), (Some("a".into()), "missing".into()));
         assert_eq!(said(r#"{"a":1,"a":2}"#), (Some("a".into()), "the field stands twice".into()));
+        let nothing = explain(&serde_json::from_str::<Nothing>(r#"{"b":1}"#).unwrap_err().to_string());
+        assert_eq!(nothing, (Some("b".into()), "there is no such field; expected none".into()));
         assert_eq!(said(r#"{"b`c":1}"#), (Some("b`c".into()), "there is no such field; expected `a`".into()));
     }
 

@@ -1,0 +1,120 @@
+//! What the contract says of each operation, held against every request before its handler sees it: which query parameters there are,
+//! and in which media types it answers. Handlers read the values of parameters; where there are several media types they choose.
+
+use std::{collections::HashMap, sync::Arc};
+
+use axum::{
+    extract::{MatchedPath, Query, Request, State},
+    http::{HeaderMap, Method, Uri},
+    middleware::Next,
+    response::{IntoResponse, Response},
+};
+use utoipa::openapi::{
+    OpenApi as Document, RefOr,
+    path::{Operation as Declared, ParameterIn},
+};
+
+use super::accept;
+use crate::{
+    api::{
+        problem::{Problem, ProblemCode},
+        reader,
+    },
+    estimation::Faults,
+};
+
+/// The operations of the contract by their paths.
+#[derive(Clone, Debug)]
+pub struct Operations(Arc<HashMap<String, Vec<(Method, Operation)>>>);
+
+#[derive(Debug)]
+struct Operation {
+    /// Names of its query parameters.
+    parameters: Vec<String>,
+    /// What it answers where nothing is wrong; none where that has no body.
+    media: Vec<String>,
+}
+
+/// Refuses what the operation has not got.
+pub async fn check(State(operations): State<Operations>, request: Request, next: Next) -> Response {
+    let path = request.extensions().get::<MatchedPath>();
+    let operation = path.and_then(|path| operations.get(path.as_str(), request.method()));
+    let checked = operation.map_or(Ok(()), |operation| operation.check(request.uri(), request.headers()));
+    match checked {
+        Ok(()) => next.run(request).await,
+        Err(problem) => problem.into_response(),
+    }
+}
+
+impl Operations {
+    pub fn of(document: &Document) -> Self {
+        let operations = |item: &utoipa::openapi::PathItem| {
+            let declared = [
+                (Method::GET, &item.get),
+                (Method::PUT, &item.put),
+                (Method::POST, &item.post),
+                (Method::DELETE, &item.delete),
+                (Method::PATCH, &item.patch),
+            ];
+            declared.into_iter().filter_map(|(method, one)| Some((method, Operation::of(one.as_ref()?)))).collect()
+        };
+        let paths = document.paths.paths.iter().map(|(path, item)| (path.clone(), operations(item)));
+        Operations(Arc::new(paths.collect()))
+    }
+
+    fn get(&self, path: &str, method: &Method) -> Option<&Operation> {
+        // HEAD is a GET whose body is not sent
+        let method = if method == Method::HEAD { &Method::GET } else { method };
+        self.0.get(path)?.iter().find(|(known, _)| known == method).map(|(_, operation)| operation)
+    }
+}
+
+impl Operation {
+    fn of(declared: &Declared) -> Self {
+        let parameters = declared.parameters.iter().flatten().filter_map(|parameter| match parameter {
+            RefOr::T(parameter) if parameter.parameter_in == ParameterIn::Query => Some(parameter.name.clone()),
+            _ => None,
+        });
+        let good = declared.responses.responses.iter().filter(|(status, _)| status.starts_with('2'));
+        let media = good.flat_map(|(_, response)| match response {
+            RefOr::T(response) => response.content.keys().cloned().collect(),
+            RefOr::Ref(_) => Vec::new(),
+        });
+        Operation { parameters: parameters.collect(), media: media.collect() }
+    }
+
+    fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {
+        self.check_query(uri).map_err(Problem::invalid)?;
+        if self.media.is_empty() || self.media.iter().any(|media| accept::wanted(headers, media).weight > 0.0) {
+            return Ok(());
+        }
+        let media = reader::alternatives(self.media.iter().map(String::as_str));
+        let detail =
+            format!("The answer is {media}, which the header `accept` does not take; leave it out or send */*.");
+        Err(Problem::new(ProblemCode::NotAcceptable, detail))
+    }
+
+    fn check_query(&self, uri: &Uri) -> Result<(), Faults> {
+        let mut faults = Faults::default();
+        let Ok(Query(given)) = Query::<Vec<(String, String)>>::try_from_uri(uri) else { return Ok(()) };
+        for (i, (name, _)) in given.iter().enumerate() {
+            let pointer = || format!("/{}", reader::escape(name));
+            if !self.parameters.contains(name) {
+                faults.push(pointer(), self.unknown());
+            } else if given[..i].iter().any(|(before, _)| before == name) {
+                faults.push(pointer(), "the query parameter stands twice; give it once");
+            }
+        }
+        faults.into_result(())
+    }
+
+    fn unknown(&self) -> String {
+        match self.parameters.is_empty() {
+            true => "there is no such query parameter; this operation has none".to_owned(),
+            false => {
+                let known = reader::alternatives(self.parameters.iter().map(|name| format!("`{name}`")));
+                format!("there is no such query parameter; expected {known}")
+            }
+        }
+    }
+}
