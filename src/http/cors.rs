@@ -5,7 +5,7 @@ use std::time::Duration;
 use axum::http::{HeaderName, HeaderValue, Method, header};
 use tower_http::cors::CorsLayer;
 
-use super::observe::REQUEST_ID;
+use super::{idempotency::REPLAYED, observe::REQUEST_ID};
 use crate::config::Origin;
 
 /// How long a browser may keep what a preflight was told.
@@ -32,8 +32,17 @@ pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
             header::IF_NONE_MATCH,
             name("last-event-id"),
             name("prefer"),
+            REQUEST_ID.clone(),
         ])
-        .expose_headers([header::ETAG, header::LOCATION, header::RETRY_AFTER, REQUEST_ID.clone()])
+        .expose_headers([
+            header::ETAG,
+            header::LOCATION,
+            header::RETRY_AFTER,
+            header::ALLOW,
+            header::CONTENT_DISPOSITION,
+            REPLAYED.clone(),
+            REQUEST_ID.clone(),
+        ])
         .vary([header::ORIGIN])
         .max_age(KEPT);
     Some(layer)

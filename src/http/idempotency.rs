@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// Says that an answer is given again.
-static REPLAYED: HeaderName = HeaderName::from_static("idempotency-replayed");
+pub static REPLAYED: HeaderName = HeaderName::from_static("idempotency-replayed");
 static KEY: HeaderName = HeaderName::from_static("idempotency-key");
 /// Longest key taken.
 const LONGEST: usize = 255;

@@ -1,7 +1,13 @@
 //! Web pages of other origins.
 
-use flankfit::config::{Digest, ServeSettings};
+use std::collections::BTreeSet;
+
+use flankfit::{
+    config::{Digest, ServeSettings},
+    http::openapi::openapi_json,
+};
 use reqwest::Method;
+use serde_json::Value;
 use sha2::Digest as _;
 
 use crate::harness::{Answer, CURVE, TestApp, send};
@@ -11,6 +17,18 @@ const CELL: &str = "https://cell.example";
 /// Settings as the command line reads them.
 fn with_origins(origins: &'static str) -> impl FnOnce(&mut ServeSettings) {
     move |settings| settings.cors_origins = flankfit::config::parse_origins(origins).unwrap()
+}
+
+/// Headers that answers of the contract have, of which a page sees only what it is told that it may.
+fn documented_headers() -> BTreeSet<String> {
+    let document: Value = serde_json::from_str(openapi_json()).unwrap();
+    let operations =
+        document["paths"].as_object().unwrap().values().flat_map(|path| path.as_object().unwrap().values());
+    let responses = operations.flat_map(|operation| operation["responses"].as_object().unwrap().values());
+    let headers = responses.filter_map(|response| response["headers"].as_object());
+    let names: BTreeSet<_> = headers.flat_map(|headers| headers.keys()).map(|name| name.to_lowercase()).collect();
+    assert!(names.contains("idempotency-replayed") && names.contains("etag"), "{names:?}");
+    names
 }
 
 async fn preflight(app: &TestApp, origin: &str, wanted: &str) -> Answer {
@@ -28,7 +46,7 @@ async fn a_named_origin_may_call_and_sees_what_it_needs() {
         assert_eq!(answer.header("access-control-allow-origin"), CELL);
         assert_eq!(answer.header("access-control-allow-credentials"), "", "no cookies");
         let exposed = answer.header("access-control-expose-headers").to_ascii_lowercase();
-        for name in ["etag", "location", "retry-after", "x-request-id"] {
+        for name in documented_headers().iter().map(String::as_str).chain(["allow", "content-disposition"]) {
             assert!(exposed.split(',').any(|exposed| exposed.trim() == name), "{name}: {exposed}");
         }
         let vary: Vec<_> = answer.headers.get_all("vary").iter().map(|value| value.to_str().unwrap()).collect();
@@ -56,10 +74,14 @@ async fn preflights_need_no_key_and_name_what_may_be_sent() {
     })
     .await;
     let wanted = "content-type,content-encoding,authorization,x-api-key,idempotency-key,if-match,if-none-match,\
-                  last-event-id,prefer";
+                  last-event-id,prefer,x-request-id";
     let answer = preflight(&app, CELL, wanted).await;
     assert_eq!(answer.status, 200);
     assert_eq!(answer.header("access-control-allow-origin"), CELL);
+    assert_eq!(answer.header("x-request-id").len(), 36, "what a layer answers has an id too");
+    let request = app.client.request(Method::OPTIONS, app.url("/v1/fits")).header("origin", CELL);
+    let named = send(request.header("access-control-request-method", "POST").header("x-request-id", "mine")).await;
+    assert_eq!(named.header("x-request-id"), "mine");
     let allowed = answer.header("access-control-allow-headers").to_ascii_lowercase();
     for name in wanted.split(',') {
         assert!(allowed.split(',').any(|allowed| allowed.trim() == name), "{name}: {allowed}");
