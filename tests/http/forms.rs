@@ -40,9 +40,15 @@ async fn an_empty_height_is_a_missing_node() {
 #[tokio::test]
 async fn bad_cells_have_line_and_column() {
     let app = TestApp::start().await;
-    let answer = post_table(&app, "x,y\n0,1\n1,\"2,5\"\n2,inf\n").await;
+    let answer = post_table(&app, "x,y\n0,1\n1,\"2,5\"\n2,n/a\n").await;
     assert_eq!(answer.pointers(), ["/nodes/y/1", "/nodes/y/2"]);
     assert!(answer.text.contains("line 3, column 2"), "{}", answer.text);
+    // what is no number in JSON is none in a table
+    let json = r#"{"nodes":{"type":"curve","x":[0,1],"y":[1,NaN]},"model":{"type":"polynomial","degree":1}}"#;
+    for answer in [post_table(&app, "x,y\n0,1\n1,NaN\n").await, app.fit(json).await] {
+        let told = answer.problem(400, "malformed_body");
+        assert!(told["detail"].as_str().unwrap().contains("NaN and Infinity"), "{told}");
+    }
     assert_eq!(post_table(&app, "a,b\n1,2\n").await.pointers(), ["/nodes"]);
     assert_eq!(post_table(&app, "").await.pointers(), ["/nodes"]);
 }

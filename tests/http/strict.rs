@@ -145,3 +145,51 @@ async fn heights_that_were_not_measured_pass() {
     assert_eq!(app.fit(&grid.to_string()).await.status, 200);
     app.stop().await;
 }
+
+/// What is wrong within the first of two fields of a name does not hide that there are two.
+#[tokio::test]
+async fn what_stands_twice_is_said_beside_other_faults() {
+    let app = TestApp::start().await;
+    let trace = r#"{"flank":"left","kind":"helix","tooth":1,"z_mm":[1,2,3],"deviation_um":[]}"#;
+    let gear = r#""gear":{"teeth":20,"normal_module_mm":2,"face_width_mm":20}"#;
+    let body = format!(r#"{{{gear},"traces":[{trace}],"traces":[]}}"#);
+    let answer = send(app.post("/v1/gears/evaluate", body)).await;
+    assert_eq!(answer.pointers(), ["/traces/0/tooth", "/traces", "/evaluation"]);
+    assert!(answer.text.contains("stands twice"), "{}", answer.text);
+    app.stop().await;
+}
+
+/// Of arrays every entry that is wrong is named, by the place that it has.
+#[tokio::test]
+async fn every_entry_is_named() {
+    let app = TestApp::start().await;
+    let fit = |more: &str| {
+        format!(
+            r#"{{"nodes":{{"type":"curve","x":[0,1,2],"y":[1,2,4]}},"model":{{"type":"polynomial","degree":1}},{more}}}"#
+        )
+    };
+    let include = fit(r#""include":["residual","residuals",5,"matrix_b","all"]"#);
+    assert_eq!(app.fit(&include).await.pointers(), ["/include/0", "/include/2", "/include/4"]);
+    let job = send(app.post("/v1/jobs", r#"{"name":"w"}"#)).await.header("location").to_owned();
+    let said = fit(r#""operator":7,"note":"","measured_at":"today","flank":"up","axes":{"x":{"unit":1},"w":{}}"#);
+    let mut pointers = send(app.post(&format!("{job}/iterations"), said)).await.pointers();
+    pointers.sort_unstable();
+    let axes = ["/axes/w", "/axes/x/quantity", "/axes/x/unit"];
+    assert_eq!(pointers, [&axes[..], &["/flank", "/measured_at", "/note", "/operator"]].concat());
+    let surface = r#"{"surface":{"type":"bezier","control_points":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,1]]]},"at":[[0,0]],
+                      "include":["area","all","normals",1]}"#;
+    let pointers = send(app.post("/v1/surfaces/evaluate", surface)).await.pointers();
+    assert!(pointers.contains(&"/include/1".into()) && pointers.contains(&"/include/3".into()), "{pointers:?}");
+    app.stop().await;
+}
+
+/// A field that is not known in a part does not hide what else is wrong there.
+#[tokio::test]
+async fn a_misspelt_field_hides_nothing_beside_it() {
+    let app = TestApp::start().await;
+    let curve = r#"{"points":{"x":[0,1,"2"],"y":[0,null,1],"z":[1]},"method":{"type":"newton"},"regularisation":1}"#;
+    let mut pointers = send(app.post("/v1/curves", curve)).await.pointers();
+    pointers.sort_unstable();
+    assert_eq!(pointers, ["/points/x/2", "/points/y/1", "/points/z", "/regularisation"]);
+    app.stop().await;
+}

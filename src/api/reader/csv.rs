@@ -1,22 +1,30 @@
 //! Nodes as CSV: a header `u,v,z[,weight]` (surface, scattered) or `x,y[,weight]` (curve), one node a line.
 //!
 //! An empty height is a missing node and is left out. Every other cell must hold a finite number with a decimal
-//! point (−0 is 0); faults name line and column and point to the node's number among the lines.
+//! point (−0 is 0); faults name line and column and point to the node's number among the lines. NaN and Infinity are refused as in
+//! JSON: with them the table is none that can be read, whatever else it holds.
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
+use super::ReadError;
 use crate::estimation::{Faults, Nodes, words::counted};
 use crate::numerics::cancel;
 
 const SURFACE: [&str; 3] = ["u", "v", "z"];
 const CURVE: [&str; 2] = ["x", "y"];
 
-pub fn read(text: &[u8]) -> Result<Nodes, Faults> {
+/// A number that is none, by its place.
+struct NoNumber {
+    line: u64,
+    column: usize,
+}
+
+pub fn read(text: &[u8]) -> Result<Nodes, ReadError> {
     let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
     let mut reader = ReaderBuilder::new().trim(Trim::All).flexible(true).from_reader(text);
     let header = match reader.byte_headers() {
         Ok(header) => header.clone(),
-        Err(error) => return Err(Faults::one("/nodes", format!("the CSV cannot be read: {error}"))),
+        Err(error) => return Err(unreadable(&error)),
     };
     let names: Vec<String> = header.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect();
     let (axes, weighted) = columns(&names)?;
@@ -30,26 +38,31 @@ pub fn read(text: &[u8]) -> Result<Nodes, Faults> {
         match reader.read_byte_record(&mut record) {
             Ok(true) => {}
             Ok(false) => break,
-            Err(error) => {
-                faults.push("/nodes", format!("the CSV cannot be read: {error}"));
-                break;
-            }
+            Err(error) => return Err(unreadable(&error)),
         }
         let line = record.position().map_or(0, csv::Position::line);
-        read_line(&record, line, node, &names, axes.len() - 1, &mut arrays, &mut faults);
+        let read = read_line(&record, line, node, &names, axes.len() - 1, &mut arrays, &mut faults);
+        if let Err(NoNumber { line, column }) = read {
+            let detail = format!(
+                "Line {line}, column {column}: NaN and Infinity are no numbers of a table; leave the height empty where a node is missing."
+            );
+            return Err(ReadError::Malformed { detail });
+        }
         node += 1;
     }
-    if !faults.is_empty() {
-        return Err(faults);
-    }
+    faults.into_result(())?;
     let weight = if weighted { arrays.pop() } else { None };
     let mut arrays = arrays.into_iter();
     let mut next = || arrays.next().unwrap_or_default();
-    if axes.len() == SURFACE.len() {
-        Nodes::scattered(next(), next(), next(), weight)
+    Ok(if axes.len() == SURFACE.len() {
+        Nodes::scattered(next(), next(), next(), weight)?
     } else {
-        Nodes::curve(next(), next(), weight)
-    }
+        Nodes::curve(next(), next(), weight)?
+    })
+}
+
+fn unreadable(error: &csv::Error) -> ReadError {
+    ReadError::Malformed { detail: format!("The table of nodes cannot be read: {error}.") }
 }
 
 /// Which of the two forms the header has, and whether there are weights.
@@ -92,13 +105,13 @@ fn read_line(
     height: usize,
     arrays: &mut [Vec<f64>],
     faults: &mut Faults,
-) {
+) -> Result<(), NoNumber> {
     if record.len() != names.len() {
         faults.push(
             "/nodes",
             format!("line {line}: {}, but the header has {}", counted(record.len(), "cell", "cells"), names.len()),
         );
-        return;
+        return Ok(());
     }
     let missing = record[height].is_empty();
     for (column, (cell, name)) in record.iter().zip(names).enumerate() {
@@ -111,6 +124,7 @@ fn read_line(
                     arrays[column].push(value + 0.0);
                 }
             }
+            _ if is_no_number(cell) => return Err(NoNumber { line, column: column + 1 }),
             _ => {
                 let mut text = String::from_utf8_lossy(cell).into_owned();
                 if text.len() > 32 {
@@ -123,4 +137,11 @@ fn read_line(
             }
         }
     }
+    Ok(())
+}
+
+/// Whether a cell is one of the words for what is no number.
+fn is_no_number(cell: &[u8]) -> bool {
+    let word = cell.strip_prefix(b"-").or(cell.strip_prefix(b"+")).unwrap_or(cell);
+    ["nan", "inf", "infinity"].iter().any(|known| word.eq_ignore_ascii_case(known.as_bytes()))
 }

@@ -14,7 +14,7 @@ use super::{
     wording::{explain, no_such_field},
 };
 use crate::{
-    estimation::{Faults, FitSpec, Nodes},
+    estimation::{Fault, Faults, FitSpec, Nodes},
     numerics::cancel,
 };
 
@@ -70,7 +70,10 @@ pub fn read_nodes<E: Extra>(text: &[u8]) -> Result<(Nodes, E), ReadError> {
 
 pub fn read_fit_with_csv<E: Extra>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
     let mut walked = walk::<E>(spec, Wanted::Spec)?;
-    let nodes = keep(csv::read(nodes), &mut walked.faults);
+    let nodes = match csv::read(nodes) {
+        Err(ReadError::Invalid(faults)) => keep(Err(faults), &mut walked.faults),
+        read => Some(read?),
+    };
     finish(nodes, walked)
 }
 
@@ -109,7 +112,9 @@ fn walk_text<'a, E: Extra>(cursor: &mut Cursor<'a>, wanted: Wanted, walked: &mut
             walked.spec.slices[place].replace(cursor.skip_value()?).is_some()
         } else if let Some(known) = E::KEYS.iter().find(|known| **known == key) {
             let twice = walked.extras.iter().any(|(there, _)| there == known);
-            walked.extras.push((known, cursor.skip_value()?));
+            let slice = cursor.skip_value()?;
+            // one of them will do to look at
+            walked.extras.extend((!twice).then_some((*known, slice)));
             twice
         } else {
             let nodes = (wanted != Wanted::Spec).then_some("nodes");
@@ -150,13 +155,7 @@ pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, ReadError> {
     cursor.skip_value().and_then(|_| cursor.end()).map_err(|syntax| malformed(text, &syntax))?;
     let mut faults = Faults::default();
     nulls::refuse(&cursor, &mut faults);
-    let mut others = Faults::default();
-    let value = read_object(text, "", &mut others);
-    if value.is_none() {
-        every::add_further::<T>(text, &mut others);
-        faults.append(others);
-    }
-    match value {
+    match read_object(text, "", &mut faults) {
         Some(value) => Ok(faults.into_result(value)?),
         None => Err(ReadError::Invalid(faults)),
     }
@@ -206,8 +205,26 @@ pub fn read_object<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut
     }
 }
 
-/// Reads well-formed JSON with serde; a fault goes to its pointer below `pointer`.
+/// Reads well-formed JSON with serde; faults go to their pointers below `pointer`.
 pub fn read_part<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut Faults) -> Option<T> {
+    match deserialize(text) {
+        Ok(value) => Some(value),
+        Err(first) => {
+            let further = every::further::<T>(text, &first);
+            for Fault { pointer: place, detail } in [first].into_iter().chain(further) {
+                faults.push(format!("{pointer}{place}"), detail);
+            }
+            None
+        }
+    }
+}
+
+/// The fault that serde meets first, if it meets one.
+pub fn first_fault<T: DeserializeOwned>(text: &[u8]) -> Option<Fault> {
+    deserialize::<T>(text).err()
+}
+
+fn deserialize<T: DeserializeOwned>(text: &[u8]) -> Result<T, Fault> {
     let read = if text.len() <= LONG {
         serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_slice(text))
     } else {
@@ -215,29 +232,25 @@ pub fn read_part<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut F
         let mut deserializer = serde_json::Deserializer::from_reader(BufReader::new(Asking(text)));
         serde_path_to_error::deserialize(&mut deserializer)
     };
-    match read {
-        Ok(value) => Some(value),
-        Err(error) => {
-            let mut place = pointer.to_owned();
-            for segment in error.path() {
-                use serde_path_to_error::Segment;
-                match segment {
-                    Segment::Seq { index } => place.push_str(&format!("/{index}")),
-                    Segment::Map { key } => place.push_str(&format!("/{}", escape(key))),
-                    Segment::Enum { .. } | Segment::Unknown => {}
-                }
+    read.map_err(|error| {
+        let mut pointer = String::new();
+        for segment in error.path() {
+            use serde_path_to_error::Segment;
+            match segment {
+                Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
+                Segment::Map { key } => pointer.push_str(&format!("/{}", escape(key))),
+                Segment::Enum { .. } | Segment::Unknown => {}
             }
-            let (field, detail) = explain(&error.into_inner().to_string());
-            if let Some(field) = field {
-                let end = format!("/{}", escape(&field));
-                if !place.ends_with(&end) {
-                    place.push_str(&end);
-                }
-            }
-            faults.push(place, detail);
-            None
         }
-    }
+        let (field, detail) = explain(&error.into_inner().to_string());
+        if let Some(field) = field {
+            let end = format!("/{}", escape(&field));
+            if !pointer.ends_with(&end) {
+                pointer.push_str(&end);
+            }
+        }
+        Fault { pointer, detail }
+    })
 }
 
 /// A key as a part of a JSON Pointer (RFC 6901).

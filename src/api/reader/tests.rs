@@ -314,11 +314,17 @@ fn tables_are_read_and_their_faults_have_line_and_column() {
     assert_eq!(read("u,v,z\n0,1,-5e-3\r\n1,1,\n 2 , 1 ,7\n").unwrap(), expected);
     let expected = Nodes::curve(vec![1.0], vec![2.0], Some(vec![0.5])).unwrap();
     assert_eq!(read("\u{feff}x,y,weight\n1,2,0.5").unwrap(), expected);
-    let found = faults("u,v,z,weight\n1,2,3,4\nx,2,nan,\n1,2\n");
+    let found = faults("u,v,z,weight\n1,2,3,4\nx,2,n/a,\n1,2\n");
     let pointers: Vec<_> = found.iter().map(|fault| fault.pointer.as_str()).collect();
     assert_eq!(pointers, ["/nodes/u/1", "/nodes/z/1", "/nodes/weight/1", "/nodes"]);
     assert!(found[1].detail.contains("line 3, column 3 (z)"), "{found:?}");
     assert!(found[3].detail.contains("line 4"), "{found:?}");
+    for (word, column) in [("nan", 3), ("NaN", 3), ("-inf", 3), ("+Infinity", 3)] {
+        let Err(ReadError::Malformed { detail }) = read(&format!("u,v,z\n1,x,3\n1,2,{word}\n")) else {
+            panic!("{word}")
+        };
+        assert!(detail.starts_with(&format!("Line 3, column {column}: NaN and Infinity")), "{detail}");
+    }
     for table in ["", "a,b\n1,2\n", "x\n1\n", "u,v,z,w\n", "1,2\n", "x;y\n1;2\n"] {
         assert_eq!(faults(table)[0].pointer, "/nodes", "{table}");
     }

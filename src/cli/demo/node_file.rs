@@ -19,7 +19,7 @@ use crate::{
         gears::file::{self, ImportSpecBody},
         nodes_text,
         problem::Problem,
-        reader::read_csv,
+        reader::{ReadError, read_csv},
     },
     gear::Side,
 };
@@ -193,9 +193,14 @@ fn with_column(path: &Path, text: &str, source: csv::Error) -> NodeFileError {
 
 /// Plain nodes, by the reader of the service.
 fn from_csv(path: &Path, text: &str) -> Result<NodeSet, NodeFileError> {
-    let nodes = read_csv(text.as_bytes()).map_err(|faults| NodeFileError::Nodes {
+    let nodes = read_csv(text.as_bytes()).map_err(|error| NodeFileError::Nodes {
         path: path.into(),
-        faults: faults.list().iter().map(|fault| fault.detail.as_str()).collect::<Vec<_>>().join("; "),
+        faults: match error {
+            ReadError::Malformed { detail } => detail,
+            ReadError::Invalid(faults) => {
+                faults.list().iter().map(|f| f.detail.as_str()).collect::<Vec<_>>().join("; ")
+            }
+        },
     })?;
     let lines = text.lines().skip(1).filter(|line| !line.trim().is_empty()).count();
     let (used, missing) = (nodes.posted(), lines.saturating_sub(nodes.posted()));
