@@ -80,5 +80,5 @@ async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload
 )]
 async fn export_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let now = state.jobs.now();
-    attachment(state, payload, move |text, _| export::curve(text, now)).await
+    attachment(state, payload, move |text, room| export::curve(text, now, room)).await
 }

@@ -9,7 +9,7 @@ use super::{
     accept::Form,
     body::Payload,
     compute::{read_json, read_json_in_room},
-    fits::json,
+    fits::{json, json_held},
     multipart::{FileForm, read_file},
     state::AppState,
     unsent::weighed,
@@ -189,7 +189,7 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
     responses((status = 200, description = "Closed polygons.", body = ProfileAnswerBody))
 )]
 async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, profile::answer).await?))
+    Ok(json_held(read_json_in_room(&state, payload, profile::answer).await?))
 }
 
 /// Envelops the profile of any tool numerically.
@@ -202,5 +202,5 @@ async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result
     responses((status = 200, description = "The envelope, and the flank that is left.", body = EnvelopeBody))
 )]
 async fn gear_envelope(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, profile::envelope).await?))
+    Ok(json_held(read_json_in_room(&state, payload, profile::envelope).await?))
 }

@@ -89,7 +89,7 @@ impl ProfileBody {
 /// What a node takes until it is written: point and normal, twice, and their text.
 const NODE: usize = 2 * 6 * size_of::<f64>() + 6 * TEXT_OF_NUMBER;
 /// A number in the text, with its comma.
-const TEXT_OF_NUMBER: usize = 24;
+pub(super) const TEXT_OF_NUMBER: usize = 24;
 
 /// A request, computed.
 struct Computed {

@@ -3,14 +3,19 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{gear::GearBody, geometry, notice::NoticeBody};
+use super::{flank::TEXT_OF_NUMBER, gear::GearBody, geometry, notice::NoticeBody};
 use crate::{
-    api::{json_writer::Json, problem::Problem, reader::read_json},
+    api::{
+        json_writer::Json,
+        problem::{Problem, Room},
+        reader::read_json,
+    },
     estimation::Faults,
     gear::{
         Geometry,
-        generation::envelope::{Envelope, MOST_RADII, Motion, ToolProfile},
-        generation::tooth::{Steps, Tooth},
+        generation::Polar,
+        generation::envelope::{Envelope, MOST_RADII, Motion, ToolPoint, ToolProfile},
+        generation::tooth::{self, Steps, Tooth},
     },
 };
 
@@ -144,12 +149,23 @@ pub struct EnvelopeBody {
     pub half_angle_deg: Option<Vec<Option<f64>>>,
 }
 
-/// Answers a request for a section. Processor work.
-pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+/// What a point takes until it is written: itself, as it is made and as it is written, and its text.
+const POINT: usize = 3 * 2 * size_of::<f64>() + 2 * TEXT_OF_NUMBER;
+
+/// Answers a request for a section, as far as there is `room` for its points. Processor work.
+pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let body: ProfileRequestBody = read_json(text)?;
     let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
     let StepsBody { involute, fillet, tip, root } = body.steps.unwrap_or_default();
-    let tooth = Tooth::new(&gear, Steps { involute, fillet, tip, root }).map_err(|faults| {
+    let steps = Steps { involute, fillet, tip, root };
+    // a tooth, its left flank once more, and all teeth where they are wanted
+    let teeth = if body.whole_gear == Some(true) { gear.data().teeth as usize } else { 0 };
+    let points = steps.points().saturating_mul(teeth.saturating_add(2));
+    // more are refused in any case
+    if points <= 2 * tooth::MOST_POINTS {
+        room(points * POINT)?;
+    }
+    let tooth = Tooth::new(&gear, steps).map_err(|faults| {
         Problem::invalid(faults.moved(|pointer| match pointer {
             "/steps" => "/steps".to_owned(),
             other => format!("/gear{other}"),
@@ -169,8 +185,8 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     json.finish().map_err(Problem::not_finite)
 }
 
-/// Answers a request for an envelope. Processor work.
-pub fn envelope(text: &[u8]) -> Result<Vec<u8>, Problem> {
+/// Answers a request for an envelope, as far as there is `room` for the tool's points and those that they touch. Processor work.
+pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let body: EnvelopeRequestBody = read_json(text)?;
     let mut faults = Faults::default();
     let positive = |pointer: &str, radius: f64, faults: &mut Faults| {
@@ -216,6 +232,9 @@ pub fn envelope(text: &[u8]) -> Result<Vec<u8>, Problem> {
         faults.push("/tool/steps", "an interval is at least 1 step");
         return Err(Problem::invalid(faults));
     }
+    // each point of the tool may touch one; those tried in between are counted when they are there
+    let points = ToolProfile::most_points(body.tool.points.len(), steps);
+    room(points * (size_of::<ToolPoint>() + size_of::<Polar>()))?;
     let made = match body.tool.through.unwrap_or(ThroughName::Polyline) {
         ThroughName::Polyline => ToolProfile::polyline(&body.tool.points, steps),
         ThroughName::Spline => ToolProfile::spline(&body.tool.points, steps),
@@ -226,6 +245,9 @@ pub fn envelope(text: &[u8]) -> Result<Vec<u8>, Problem> {
     };
     let envelope = Envelope::of(&profile, motion, [least, most])
         .map_err(|fault| Problem::invalid(Faults::one("/motion", fault.to_string())))?;
+    let touched: usize = envelope.branches.iter().map(Vec::len).sum();
+    let radii = body.radii_mm.as_ref().map_or(0, Vec::len);
+    room((touched + radii) * POINT)?;
     let branches: Vec<Vec<f64>> = envelope
         .branches
         .iter()

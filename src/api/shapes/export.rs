@@ -25,6 +25,7 @@ use crate::{
     },
     geometry::{
         curve::{Curve, CurveShape},
+        space::Vector,
         surface::{Surface, SurfaceShape},
     },
 };
@@ -111,8 +112,13 @@ pub enum SurfaceFormatName {
 /// Quadrilaterals on each patch along u and v, where none are asked for.
 const SAMPLES: [usize; 2] = [20, 20];
 
-/// Writes the curve of a request. Processor work.
-pub fn curve(text: &[u8], now: Timestamp) -> Result<File, Problem> {
+/// What a control point takes until a CAD file is sent: four numbers and its knots as values, as texts, on their lines and in the file.
+const CONTROL_POINT: usize = 1000;
+/// What a point of a chain takes: place, parameter, and where the curve was looked at between.
+const CHAIN_POINT: usize = 8 * size_of::<f64>();
+
+/// Writes the curve of a request, as far as there is `room` for it. Processor work.
+pub fn curve(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
     let mut faults = Faults::default();
     let fields = Fields::of_request(text, &["curve", "format", "name", "tolerance"], &mut faults)?;
     let shape = fields.required("curve", "", &mut faults).and_then(|slice| read_curve(slice, "/curve", &mut faults));
@@ -123,7 +129,7 @@ pub fn curve(text: &[u8], now: Timestamp) -> Result<File, Problem> {
     faults.into_result(()).map_err(Problem::invalid)?;
     let name = name.unwrap_or_else(|| "curve".to_owned());
     let label = label(&name, now);
-    let (ending, media, content) = write_curve(&shape, format, &name, tolerance, &label).map_err(refused("/curve"))?;
+    let (ending, media, content) = write_curve(&shape, format, &name, tolerance, &label, room)?;
     Ok(File { name: file_name(&name, ending), media, content })
 }
 
@@ -162,29 +168,41 @@ fn write_curve(
     name: &str,
     tolerance: Option<f64>,
     label: &Label,
+    room: Room,
+) -> Result<Written, Problem> {
+    let refused = |fault| refused("/curve")(fault);
+    if matches!(format, CurveFormatName::Iges | CurveFormatName::Step) {
+        let spline = shape.to_b_spline().map_err(|_| refused(ExportFault::NotFinite { shape: 0 }))?;
+        // of a curve in the plane whose height is rational the degree is raised
+        let raised = if spline.weights().is_some() { 2 } else { 1 };
+        room(raised * spline.control_points().len() * CONTROL_POINT)?;
+        let shapes = [NamedShape { name, shape: CadShape::Curve(&spline) }];
+        return if format == CurveFormatName::Iges {
+            Ok(("igs", "model/iges", Pieces::new().text(iges::write(&shapes, label).map_err(refused)?)))
+        } else {
+            Ok(("stp", "model/step", Pieces::new().text(step::write(&shapes, label).map_err(refused)?)))
+        };
+    }
+    let tolerance = tolerance.unwrap_or_else(|| 1e-3 * curve_extent(shape));
+    let parameters = sampling::curve_parameters(shape, tolerance).map_err(refused)?;
+    room(parameters.len() * CHAIN_POINT)?;
+    let points = sampling::curve_nodes(shape, &parameters).map_err(refused)?;
+    write_chain(points, parameters, format, name, label).map_err(refused)
+}
+
+fn write_chain(
+    points: Vec<Vector>,
+    parameters: Vec<f64>,
+    format: CurveFormatName,
+    name: &str,
+    label: &Label,
 ) -> Result<Written, ExportFault> {
-    let chain = || {
-        let tolerance = tolerance.unwrap_or_else(|| 1e-3 * curve_extent(shape));
-        let parameters = sampling::curve_parameters(shape, tolerance)?;
-        Ok::<_, ExportFault>((sampling::curve_nodes(shape, &parameters)?, parameters))
-    };
-    let cad = || shape.to_b_spline().map_err(|_| ExportFault::NotFinite { shape: 0 });
-    let line = || Ok::<_, ExportFault>(NamedLine { name, points: chain()?.0.into() });
+    let line = |points: Vec<Vector>| NamedLine { name, points: points.into() };
     Ok(match format {
-        CurveFormatName::Iges => {
-            let spline = cad()?;
-            let shapes = [NamedShape { name, shape: CadShape::Curve(&spline) }];
-            ("igs", "model/iges", Pieces::new().text(iges::write(&shapes, label)?))
-        }
-        CurveFormatName::Step => {
-            let spline = cad()?;
-            let shapes = [NamedShape { name, shape: CadShape::Curve(&spline) }];
-            ("stp", "model/step", Pieces::new().text(step::write(&shapes, label)?))
-        }
-        CurveFormatName::Obj => ("obj", "model/obj", obj::write(&[], &[line()?], label)?),
-        CurveFormatName::Vtk => ("vtk", "text/plain", vtk::poly_data(&[], &[line()?], label)?),
-        CurveFormatName::Csv => {
-            let (points, parameters) = chain()?;
+        CurveFormatName::Obj => ("obj", "model/obj", obj::write(&[], &[line(points)], label)?),
+        CurveFormatName::Vtk => ("vtk", "text/plain", vtk::poly_data(&[], &[line(points)], label)?),
+        // what is left: CAD files are written from splines
+        CurveFormatName::Csv | CurveFormatName::Iges | CurveFormatName::Step => {
             let count = points.len();
             let row = move |i: usize, out: &mut Vec<u8>| {
                 let (t, p) = (parameters[i], points[i]);
@@ -207,7 +225,7 @@ fn write_surface(
     let tolerance = asked.tolerance.unwrap_or_else(|| 1e-6 * surface_extent(shape));
     let refused = |fault| refused("/surface")(fault);
     if matches!(format, SurfaceFormatName::Iges | SurfaceFormatName::Step) {
-        return write_splines(shape, format, name, tolerance, label).map_err(refused);
+        return write_splines(shape, format, name, tolerance, label, room);
     }
     let patches: Vec<&dyn Surface> = match shape {
         SurfaceShape::Patchwork(work) => work.patches().iter().map(SurfaceShape::surface).collect(),
@@ -225,17 +243,31 @@ fn write_splines(
     name: &str,
     tolerance: f64,
     label: &Label,
-) -> Result<Written, ExportFault> {
-    let parts = shape.to_b_splines(tolerance);
-    if let Some(part) = parts.iter().find(|part| part.deviation > tolerance) {
-        return Err(ExportFault::Deviation { deviation: part.deviation, tolerance });
+    room: Room,
+) -> Result<Written, Problem> {
+    let refused = |fault| refused("/surface")(fault);
+    let patches = match shape {
+        SurfaceShape::Patchwork(work) => work.patches(),
+        single => std::slice::from_ref(single),
+    };
+    let mut parts = Vec::new();
+    for patch in patches {
+        for part in patch.to_b_splines(tolerance) {
+            if part.deviation > tolerance {
+                return Err(refused(ExportFault::Deviation { deviation: part.deviation, tolerance }));
+            }
+            // of heights that are rational both degrees are raised
+            let raised = if part.surface.weights().is_some() { 4 } else { 1 };
+            room(raised * part.surface.control_points().len() * CONTROL_POINT)?;
+            parts.push(part);
+        }
     }
     let shapes: Vec<_> =
         parts.iter().map(|part| NamedShape { name, shape: CadShape::Surface(&part.surface) }).collect();
     Ok(if format == SurfaceFormatName::Iges {
-        ("igs", "model/iges", Pieces::new().text(iges::write(&shapes, label)?))
+        ("igs", "model/iges", Pieces::new().text(iges::write(&shapes, label).map_err(refused)?))
     } else {
-        ("stp", "model/step", Pieces::new().text(step::write(&shapes, label)?))
+        ("stp", "model/step", Pieces::new().text(step::write(&shapes, label).map_err(refused)?))
     })
 }
 
@@ -322,8 +354,8 @@ fn surface_extent(surface: &SurfaceShape) -> f64 {
     }))
 }
 
-fn extent(points: impl Iterator<Item = crate::geometry::space::Vector>) -> f64 {
-    let mut bounds: Option<[crate::geometry::space::Vector; 2]> = None;
+fn extent(points: impl Iterator<Item = Vector>) -> f64 {
+    let mut bounds: Option<[Vector; 2]> = None;
     for point in points.into_iter().asking(300) {
         bounds = Some(bounds.map_or([point; 2], |[low, high]| [low.inf(&point), high.sup(&point)]));
     }

@@ -69,6 +69,12 @@ pub struct ToolProfile {
 }
 
 impl ToolProfile {
+    /// How many points a profile through so many, each interval in so many parts, may have: those of its corners come beside.
+    pub fn most_points(points: usize, parts: usize) -> usize {
+        let corner = (PI / CORNER_STEP) as usize + 1;
+        points.saturating_mul(parts.saturating_add(corner)).min(MOST_POINTS)
+    }
+
     /// Straight from point to point, each part taken in `parts` steps; corners are rounded by nothing, their normals turn.
     ///
     /// Faults point at `/{index}` of the points.

@@ -31,6 +31,14 @@ impl Default for Steps {
     }
 }
 
+impl Steps {
+    /// Points of one tooth and the space beside it, or a few more.
+    pub fn points(&self) -> usize {
+        let parts = [self.involute, self.fillet, self.tip, self.root];
+        parts.iter().fold(4, |sum, part| sum.saturating_add(part.saturating_mul(2)))
+    }
+}
+
 /// The transverse section of a gear's teeth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tooth {
@@ -46,7 +54,7 @@ impl Tooth {
     /// The tooth that root, flank and tip of `gear` make. Faults point into the gear, or at `/steps`.
     pub fn new(gear: &Gear, steps: Steps) -> Result<Self, Faults> {
         let parts = [steps.involute, steps.fillet, steps.tip, steps.root];
-        let sum: usize = parts.iter().fold(4, |sum, part| sum.saturating_add(part.saturating_mul(2)));
+        let sum = steps.points();
         if parts.contains(&0) || sum.saturating_mul(gear.data().teeth as usize) > MOST_POINTS {
             let points = counted(sum, "point", "points");
             let detail =
