@@ -4,7 +4,10 @@
 //! the right. A basis of degree `p` (order `p + 1`) has `n = knots − p − 1` functions, of which `p + 1` are not 0
 //! at any place.
 
-use crate::numerics::{Dd, Real, words::Shown};
+use crate::numerics::{
+    Dd, Real,
+    words::{Shown, counted},
+};
 
 /// A checked knot vector with its degree.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +19,7 @@ pub struct BSplineBasis {
 /// Why a knot vector is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum KnotFault {
-    #[error("{given} knots are too few: degree {degree} asks for at least {least}")]
+    #[error("{}: degree {degree} asks for at least {least}", counted(*.given, "knot", "knots"))]
     TooFew { given: usize, degree: usize, least: usize },
     #[error("knot {index} is not finite")]
     NotFinite { index: usize },

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::numerics::words::counted;
+
 /// A point or a derivative; coordinates beyond the shape's [`Dimension`] are 0.
 pub type Vector = Vector3<f64>;
 
@@ -46,11 +48,11 @@ impl Dimension {
 pub enum ControlFault {
     #[error("degree {degree} is above {HIGHEST_DEGREE}, the highest that curves and surfaces have here")]
     Degree { degree: usize },
-    #[error("{given} control points do not match knots and degree, which ask for {wanted}")]
+    #[error("{}; knots and degree ask for {wanted}", counted(*.given, "control point", "control points"))]
     Count { given: usize, wanted: usize },
     #[error("control point {index} is not finite")]
     NotFinite { index: usize },
-    #[error("{given} weights for {wanted} control points")]
+    #[error("{} for {}", counted(*.given, "weight", "weights"), counted(*.wanted, "control point", "control points"))]
     WeightCount { given: usize, wanted: usize },
     #[error("weight {index} ({value:e}) is not a finite number ≥ 0")]
     Weight { index: usize, value: f64 },

@@ -36,7 +36,7 @@ pub fn parts(form: &Bytes, content_type: &str) -> Result<Vec<Part>, &'static str
     let mut parts = Vec::new();
     while let Some(begin) = after_delimiter(form, at)? {
         if parts.len() == MOST_PARTS {
-            return Err("it has more than two parts");
+            return Err(TOO_MANY_PARTS);
         }
         let (headers, content) = headers(&form[begin..])?;
         let content = begin + content;
@@ -49,6 +49,7 @@ pub fn parts(form: &Bytes, content_type: &str) -> Result<Vec<Part>, &'static str
     Ok(parts)
 }
 
+const TOO_MANY_PARTS: &str = "it has more than 16 parts";
 const UNENDED: &str = "it ends before its closing boundary";
 
 /// Where the part after a delimiter begins; `None` after the closing one.
@@ -137,7 +138,7 @@ mod tests {
             ("--x y\r\nnothing\r\n\r\n\r\n--x y--", "a header of a part has no colon"),
             ("--x y\r\nContent-Disposition: inline\r\n\r\n\r\n--x y--", "a part is not form-data"),
             (&format!("--x y\r\nA: {}\r\n\r\n1\r\n--x y--", "b".repeat(9000)), "the headers of a part are too long"),
-            (&format!("{}--x y--", format!("--x y\r\n{part}\r\n").repeat(17)), "it has more than two parts"),
+            (&format!("{}--x y--", format!("--x y\r\n{part}\r\n").repeat(17)), TOO_MANY_PARTS),
         ] {
             assert_eq!(of(text), Err(why), "{text:.40}");
         }

@@ -159,12 +159,15 @@ impl FileRead {
                 && spec.flank.is_none_or(|side| Side::from(side) == flank.side)
         };
         self.nodes.iter().find(fits).ok_or_else(|| {
-            let known: Vec<String> =
-                self.nodes.iter().map(|flank| format!("{} {}", flank.tooth, word(flank.side))).collect();
+            let known: Vec<String> = self
+                .nodes
+                .iter()
+                .map(|flank| format!("the {} flank of tooth {}", word(flank.side), flank.tooth))
+                .collect();
             let detail = if known.is_empty() {
                 "no trace has a known place on a flank".to_owned()
             } else {
-                format!("there are {}", known.join(", "))
+                format!("the file has no traces of it, but those of {}", known.join(", "))
             };
             let pointer = if spec.tooth.is_some() { "/spec/tooth" } else { "/spec/flank" };
             Problem::invalid(Faults::one(pointer, detail))

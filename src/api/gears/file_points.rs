@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     api::problem::Problem,
-    estimation::Faults,
+    estimation::{Faults, words::counted},
     formats::{
         points::ListedPoint,
         rexs::{RexsFlank, RexsModel},
@@ -73,8 +73,11 @@ pub(super) fn of_model(model: &RexsModel, spec: &ImportSpecBody, own: Option<&Ge
         }));
         let lost = count - (nodes.len() - before);
         if lost > 0 {
-            let message =
-                format!("{lost} amounts of flank {} lie on no involute of the tooth and are left out", flank.id);
+            let message = format!(
+                "left out of flank {}: {}, on no involute of the tooth",
+                flank.id,
+                counted(lost, "amount", "amounts")
+            );
             warnings.push(NoticeBody::new("off_the_tooth", &message));
         }
     }

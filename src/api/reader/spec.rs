@@ -9,7 +9,10 @@ use super::{
 };
 use crate::{
     api::{fit_spec::*, fit_spec_json::include},
-    estimation::{Faults, FitSpec, spec, words::Shown},
+    estimation::{
+        Faults, FitSpec, spec,
+        words::{Shown, counted},
+    },
 };
 
 /// The keys of a spec at the top level of a request.
@@ -152,7 +155,10 @@ fn flat_weights(rows: &[Vec<f64>], faults: &mut Faults) -> Option<Vec<f64>> {
     let before = faults.count();
     let columns = rows.first().map_or(0, Vec::len);
     for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
-        faults.push(format!("/model/weights/{i}"), format!("{} weights, where the first row has {columns}", row.len()));
+        faults.push(
+            format!("/model/weights/{i}"),
+            format!("{}, where the first row has {columns}", counted(row.len(), "weight", "weights")),
+        );
     }
     (faults.count() == before).then(|| rows.concat())
 }

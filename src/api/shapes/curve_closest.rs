@@ -14,7 +14,7 @@ use crate::{
         problem::Problem,
         reader::{Fields, read_rows},
     },
-    estimation::Faults,
+    estimation::{Faults, words::counted},
     geometry::{
         curve::{Curve, CurveShape, closest::Closest},
         space::{Dimension, Vector},
@@ -77,7 +77,10 @@ pub fn read_points(slice: &[u8], width: usize, faults: &mut Faults) -> Option<Ve
     }
     let (dimension, points) = space(&flat, &lengths, AT, faults)?;
     if dimension.count() != width {
-        faults.push(format!("{AT}/0"), format!("{} coordinates, where the shape has {width}", dimension.count()));
+        faults.push(
+            format!("{AT}/0"),
+            format!("{}, where the shape has {width}", counted(dimension.count(), "coordinate", "coordinates")),
+        );
         return None;
     }
     Some(points)

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use crate::{
     api::reader::{Fields, read_numbers, read_part, read_rows},
-    estimation::{Faults, Nodes},
+    estimation::{Faults, Nodes, words::counted},
     geometry::{
         curve::{Parametrization, Points},
         space::{Dimension, Vector},
@@ -123,12 +123,18 @@ pub fn of_nodes(nodes: &Nodes, faults: &mut Faults) -> Option<GivenPoints> {
 pub fn space(flat: &[f64], lengths: &[usize], at: &str, faults: &mut Faults) -> Option<(Dimension, Vec<Vector>)> {
     let width = lengths.first().copied().unwrap_or(3);
     let Some(dimension) = Dimension::of(width).filter(|dimension| dimension.is_parametric()) else {
-        faults.push(format!("{at}/0"), format!("{width} numbers, where [x, y] or [x, y, z] is wanted"));
+        faults.push(
+            format!("{at}/0"),
+            format!("{}, where [x, y] or [x, y, z] is wanted", counted(width, "number", "numbers")),
+        );
         return None;
     };
     let before = faults.count();
     for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != width) {
-        faults.push(format!("{at}/{i}"), format!("{length} numbers, where the first point has {width}"));
+        faults.push(
+            format!("{at}/{i}"),
+            format!("{}, where the first point has {width}", counted(*length, "number", "numbers")),
+        );
     }
     if faults.count() > before {
         return None;

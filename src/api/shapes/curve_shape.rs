@@ -13,7 +13,7 @@ use crate::{
         fit_spec::{present, tags},
         reader::{read_part, read_tag, unknown_type},
     },
-    estimation::Faults,
+    estimation::{Faults, words::counted},
     geometry::{
         BSplineBasis,
         curve::{BSplineCurve, Curve, CurveFault, CurveShape, PiecewisePolynomial, Polynomial, polynomial::Form},
@@ -229,7 +229,11 @@ fn check_weights(given: Option<&[f64]>, polynomial: &Polynomial, at: &str, fault
 fn pieces(body: PiecewisePolynomialBody, at: &str, faults: &mut Faults) -> Option<PiecewisePolynomial> {
     let net = Net::read(&body.coefficients, &format!("{at}/coefficients"), faults)?;
     if net.rows + 1 != body.breaks.len() {
-        let detail = format!("{} pieces between {} breaks", net.rows, body.breaks.len());
+        let detail = format!(
+            "{} between {}",
+            counted(net.rows, "piece", "pieces"),
+            counted(body.breaks.len(), "break", "breaks")
+        );
         faults.push(format!("{at}/coefficients"), detail);
         return None;
     }

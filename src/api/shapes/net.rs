@@ -2,7 +2,7 @@
 
 use super::point::{self, PointBody};
 use crate::{
-    estimation::Faults,
+    estimation::{Faults, words::counted},
     geometry::space::{Dimension, Vector},
 };
 
@@ -54,7 +54,10 @@ pub fn equal_rows<T>(rows: &[Vec<T>], at: &str, faults: &mut Faults) -> Option<u
     }
     let before = faults.count();
     for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
-        faults.push(format!("{at}/{i}"), format!("{} values, where the first row has {columns}", row.len()));
+        faults.push(
+            format!("{at}/{i}"),
+            format!("{}, where the first row has {columns}", counted(row.len(), "value", "values")),
+        );
     }
     (faults.count() == before).then_some(columns)
 }

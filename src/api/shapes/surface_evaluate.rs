@@ -12,7 +12,7 @@ use crate::{
         problem::{Problem, Room},
         reader::{Fields, read_numbers, read_part, read_rows},
     },
-    estimation::Faults,
+    estimation::{Faults, words::counted},
     geometry::surface::{Evaluator, Local, Surface, SurfaceJet, SurfaceShape, area},
 };
 
@@ -253,7 +253,10 @@ fn read_places(fields: &Fields, faults: &mut Faults) -> Option<Places> {
             let (flat, lengths) = read_rows(slice, "/at", faults)?;
             let before = faults.count();
             for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != 2) {
-                faults.push(format!("/at/{i}"), format!("{length} numbers, where a pair [u, v] is wanted"));
+                faults.push(
+                    format!("/at/{i}"),
+                    format!("{}, where a pair [u, v] is wanted", counted(*length, "number", "numbers")),
+                );
             }
             (faults.count() == before)
                 .then(|| Places::Pairs(flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()))

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     api::reader::{self, Fields, NoExtra, ReadError, read_numbers, read_part, read_rows},
-    estimation::{Faults, Nodes},
+    estimation::{Faults, Nodes, words::counted},
     geometry::{
         curve::{CurveShape, Parametrization},
         space::{Dimension, Vector},
@@ -136,7 +136,10 @@ fn grid(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface<'static>> {
     let z = fields.required("z", "/grid", faults).and_then(|slice| read_rows(slice, "/grid/z", faults));
     let (u, v, (flat, lengths)) = (u?, v?, z?);
     if lengths.len() != u.len() {
-        faults.push("/grid/z", format!("{} rows for {} values of u", lengths.len(), u.len()));
+        faults.push(
+            "/grid/z",
+            format!("{} for {} of u", counted(lengths.len(), "row", "rows"), counted(u.len(), "value", "values")),
+        );
         return None;
     }
     let mut rest = flat.as_slice();

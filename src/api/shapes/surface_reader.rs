@@ -14,7 +14,7 @@ use crate::{
         fit_spec::{DegreeBody, DomainBody},
         reader::{Fields, read_numbers, read_part, read_tag, unknown_type},
     },
-    estimation::Faults,
+    estimation::{Faults, words::counted},
     geometry::{
         BSplineBasis,
         curve::{Curve, CurveShape},
@@ -188,7 +188,14 @@ fn flat_weights(
     let at = format!("{at}/weights");
     let given = equal_rows(weights, &at, faults)?;
     if given != columns {
-        faults.push(at, format!("{given} weights in a row, for {columns} control points"));
+        faults.push(
+            at,
+            format!(
+                "{} in a row, for {}",
+                counted(given, "weight", "weights"),
+                counted(columns, "control point", "control points")
+            ),
+        );
         return None;
     }
     Some(Some(weights.concat()))

@@ -17,6 +17,7 @@ use crate::{
         nodes::Nodes,
         result::FitResult,
         spec::{Degree, FitSpec, Include, Knots, Model},
+        words,
     },
     geometry::{
         BSplineBasis,
@@ -131,7 +132,7 @@ pub fn curve(points: &CurvePoints, asked: &CurveAsked) -> Result<CurveFit, FitEr
         }
         KnotPlacement::Averaged { controls } => {
             if *controls > counted.len() {
-                let detail = format!("{controls} control points cannot be told from {} points", counted.len());
+                let detail = format!("{controls} control points cannot be told from so few points, {}", counted.len());
                 return Err(Faults::one("/method/control_count", detail).into());
             }
             let knots = averaging_least_squares(asked.degree, &counted, *controls)
@@ -246,7 +247,7 @@ fn check(points: &CurvePoints, asked: &CurveAsked) -> Result<Dimension, Faults> 
     let count = points.coordinates[0].len();
     for (c, y) in points.coordinates.iter().enumerate() {
         if y.len() != count {
-            faults.push("/points", format!("coordinate {c} has {} entries, the first one {count}", y.len()));
+            faults.push("/points", format!("coordinate {c} has {}, the first one {count}", words::entries(y.len())));
         }
         for (k, x) in y.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
             faults.push(pointer(points, k, Some(c)), format!("{x} is not a finite number"));
@@ -258,12 +259,13 @@ fn check(points: &CurvePoints, asked: &CurveAsked) -> Result<Dimension, Faults> 
     if let Parameters::Given(given) = points.parameters
         && given.len() != count
     {
-        faults.push("/points", format!("{} parameters for {count} points", given.len()));
+        faults
+            .push("/points", format!("{} for {count} points", words::counted(given.len(), "parameter", "parameters")));
     }
     if let Some(weight) = points.weight
         && weight.len() != count
     {
-        faults.push("/method/weight", format!("{} entries for {count} points", weight.len()));
+        faults.push("/method/weight", format!("{} for {count} points", words::entries(weight.len())));
     }
     if asked.degree > HIGHEST_DEGREE {
         faults.push("/method/degree", ControlFault::Degree { degree: asked.degree }.to_string());

@@ -19,6 +19,7 @@ use crate::estimation::{
     error::{Faults, FitError},
     smoothing::choice::{Found, NoParameter, Smoothing},
     spec::{Degree, Domain, Estimator, FitSpec, Model, Regularization, Scaling},
+    words,
 };
 use crate::{geometry::BSplineBasis, numerics::band_cholesky::SymmetricBand};
 
@@ -183,7 +184,7 @@ fn check_points(points: &SurfacePoints) -> Result<(), Faults> {
         .chain(points.weight.map(|w| ("/nodes/weight", w)));
     for (pointer, numbers) in parts {
         if numbers.len() != m {
-            faults.push(pointer, format!("{} entries, but u asks for {m}", numbers.len()));
+            faults.push(pointer, format!("{}, but u asks for {m}", words::entries(numbers.len())));
         }
         for (k, x) in numbers.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
             faults.push(format!("{pointer}/{k}"), format!("{x} is not a finite number"));

@@ -87,7 +87,7 @@ pub enum SmoothingFault {
     Weight { index: usize, value: f64 },
     #[error("abscissa {index} ({value}) lies below the one before it ({before}); the order of points is never changed")]
     Descending { index: usize, value: f64, before: f64 },
-    #[error("{given} distinct abscissae of weight above 0 are too few: at least 2 are needed")]
+    #[error("at least 2 distinct abscissae of weight above 0 are needed; found {given}")]
     TooFew { given: usize },
     #[error("{given} coordinates: one, two or three are possible")]
     Coordinates { given: usize },

@@ -4,7 +4,10 @@ use super::{
     bezier::BezierFault, boundaries::BoundaryFault, gregory::GregoryFault, grid::GridFault, mesh::MeshFault,
     patchwork::PatchworkFault,
 };
-use crate::geometry::{curve::CurveFault, space::ControlFault};
+use crate::{
+    geometry::{curve::CurveFault, space::ControlFault},
+    numerics::words::counted,
+};
 
 /// The part of what was given that a fault speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,15 +65,15 @@ pub enum SurfaceFault {
     Control { fault: ControlFault, columns: usize },
     #[error("no curve goes through a line of nodes: {fault}")]
     Network { axis: usize, fault: CurveFault },
-    #[error("row {row} of the net has {given} points, the first one {wanted}")]
+    #[error("row {row} of the net has {}, the first one {wanted}", counted(*.given, "point", "points"))]
     RaggedNet { row: usize, given: usize, wanted: usize },
     #[error("control points of a surface are heights or points of space, not of a plane")]
     PlaneNet,
-    #[error("{given} rows of weights for {wanted} rows of control points")]
+    #[error("{} of weights for {} of control points", counted(*.given, "row", "rows"), counted(*.wanted, "row", "rows"))]
     WeightRows { given: usize, wanted: usize },
-    #[error("row {row} of the weights has {given} numbers, the net has {wanted} points in each")]
+    #[error("row {row} of the weights has {}, a row of the net {}", counted(*.given, "number", "numbers"), counted(*.wanted, "point", "points"))]
     RaggedWeights { row: usize, given: usize, wanted: usize },
-    #[error("{given} knots; degree and control points ask for {wanted}")]
+    #[error("{}; degree and control points ask for {wanted}", counted(*.given, "knot", "knots"))]
     KnotCount { axis: usize, given: usize, wanted: usize },
     #[error(
         "a Gregory patch has a net of 4 × 4 points, 2 × 2 further inner points and no weights; the net is {rows} × {columns}"

@@ -7,7 +7,7 @@ use crate::{
         curve::{CurveFault, Parametrization},
         space::{Dimension, HIGHEST_DEGREE, Vector},
     },
-    numerics::words::Shown,
+    numerics::words::{Shown, counted},
 };
 
 /// Values at all crossings of two lists of parameters, v running fastest.
@@ -21,11 +21,11 @@ pub struct NodeGrid {
 /// Why nodes on a grid, or a surface asked of them, are refused. Axis 0 is u, axis 1 is v.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridFault {
-    #[error("{given} nodes along {}; at least {least} are needed", AXES[*axis])]
+    #[error("{} along {}; at least {least} are needed", counted(*.given, "node", "nodes"), AXES[*axis])]
     TooFew { axis: usize, given: usize, least: usize },
-    #[error("{given} values for {rows} × {columns} nodes")]
+    #[error("{} for {rows} × {columns} nodes", counted(*.given, "value", "values"))]
     Count { given: usize, rows: usize, columns: usize },
-    #[error("row {row} has {given} points, the first one {wanted}")]
+    #[error("row {row} has {}, the first one {wanted}", counted(*.given, "point", "points"))]
     Ragged { row: usize, given: usize, wanted: usize },
     #[error("the value at ({row}, {column}) is not finite")]
     NotFinite { row: usize, column: usize },

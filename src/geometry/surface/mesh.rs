@@ -20,7 +20,7 @@ use crate::{
         curve::{BSplineCurve, Curve, CurveFault, CurveShape},
         space::{Dimension, Vector},
     },
-    numerics::words::Shown,
+    numerics::words::{Shown, counted},
 };
 
 /// The curves of a mesh.
@@ -67,11 +67,11 @@ pub struct Filled {
 pub enum MeshFault {
     #[error(transparent)]
     Lines(#[from] GridFault),
-    #[error("{given} curves for {wanted} places")]
+    #[error("{} for {}", counted(*.given, "curve", "curves"), counted(*.wanted, "place", "places"))]
     Count { family: usize, given: usize, wanted: usize },
     #[error("the curve is missing; only the first or last of one family of points in space may be")]
     Missing { family: usize, index: usize },
-    #[error("the curve has values of {given} coordinates, where {wanted} are wanted")]
+    #[error("the curve has values of {}, where {wanted} are wanted", counted(*.given, "coordinate", "coordinates"))]
     Dimension { family: usize, index: usize, given: usize, wanted: usize },
     #[error(
         "the curve runs over [{}, {}], the mesh over [{}, {}]",

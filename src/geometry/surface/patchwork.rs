@@ -2,7 +2,7 @@
 
 use super::{Surface, SurfaceJet, SurfaceShape, boundaries::merged, grid::GridFault, grid::ascending};
 use crate::geometry::space::{Dimension, Vector};
-use crate::numerics::cancel;
+use crate::numerics::{cancel, words::counted};
 
 /// Patches over the rectangles between given u and given v. Some may have three sides.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,11 +17,11 @@ pub struct Patchwork {
 pub enum PatchworkFault {
     #[error(transparent)]
     Lines(#[from] GridFault),
-    #[error("{given} patches for {rows} × {columns} rectangles")]
+    #[error("{} for {rows} × {columns} rectangles", counted(*.given, "patch", "patches"))]
     Count { given: usize, rows: usize, columns: usize },
     #[error("patch {index} lives over {given:?}, not over its rectangle {wanted:?}")]
     Domain { index: usize, given: [[f64; 2]; 2], wanted: [[f64; 2]; 2] },
-    #[error("patch {index} has values of {given} coordinates, the first one of {wanted}")]
+    #[error("patch {index} has values of {}, the first one of {wanted}", counted(*.given, "coordinate", "coordinates"))]
     Dimension { index: usize, given: usize, wanted: usize },
     #[error("patch {index} is a patchwork itself")]
     Nested { index: usize },
