@@ -33,6 +33,10 @@ impl From<RepositoryError> for Problem {
             RepositoryError::NoSuchTooth { tooth, teeth } => {
                 Problem::new(ProblemCode::Conflict, format!("Tooth {}.", no_such_tooth(&tooth, teeth)))
             }
+            RepositoryError::GearChanged => Problem::new(
+                ProblemCode::Conflict,
+                "The gear of the job was changed while the file was read by it; nothing was stored. Send it again.",
+            ),
             RepositoryError::ToothMeasured { tooth, teeth, iteration } => {
                 let of = iteration.map_or("an open stream".to_owned(), |number| format!("iteration {number}"));
                 let detail = format!(

@@ -14,11 +14,14 @@ use super::{
     multipart::{FileForm, read_file},
     state::AppState,
 };
-use crate::api::{
-    gears::{file::ImportSpecBody, file_import, gear::of_job},
-    job_iterations::NewIterationBody,
-    job_problem::of_measured,
-    problem::Problem,
+use crate::{
+    api::{
+        gears::{file::ImportSpecBody, file_import, gear::of_job},
+        job_iterations::NewIterationBody,
+        job_problem::of_measured,
+        problem::Problem,
+    },
+    jobs::GearSeen,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -52,7 +55,7 @@ struct ImportFormBody {
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "The first request with this idempotency key is still running, or the gear of the job was changed meanwhile.", body = Problem, content_type = "application/problem+json")
     )
 )]
 async fn import_iteration(
@@ -71,6 +74,7 @@ async fn import_iteration(
             let gear = of_job(&own)?;
             let mut draft = file_import::draft(file, name.as_deref(), spec.as_deref(), gear.as_ref(), &plans)?;
             draft.records.iter_mut().for_each(|record| record.gear = own.gear.as_deref().map(Into::into));
+            draft.made_by = Some(GearSeen(own.gear));
             Ok::<_, Problem>(draft)
         };
         let draft = state.pool.run(work).await??;

@@ -32,7 +32,13 @@ pub struct IterationDraft {
     pub note: Option<String>,
     /// To be kept with it from the beginning.
     pub records: Vec<RecordDraft>,
+    /// The gear of the job that its nodes were made by, where they were.
+    pub made_by: Option<GearSeen>,
 }
+
+/// The gear of a job as it was when something was made by it: by the time that this is stored the job may have another one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GearSeen(pub Option<String>);
 
 /// A stream to open.
 #[derive(Clone, Debug, PartialEq)]

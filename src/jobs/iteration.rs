@@ -6,6 +6,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
+    draft::GearSeen,
     fit::{Figures, NewFit},
     job::Job,
     measurand::Measurand,
@@ -29,6 +30,8 @@ pub struct NewIteration {
     pub fit: NewFit,
     /// What is kept with it from the beginning, stored in the same transaction.
     pub records: Vec<Record>,
+    /// The gear that the job must still have.
+    pub made_by: Option<GearSeen>,
 }
 
 /// A job about to be stored with its iterations.

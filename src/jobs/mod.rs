@@ -29,7 +29,7 @@ mod stream;
 mod streams;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
-pub use draft::{BlockDraft, IterationDraft, JobDraft, RefitDraft, StreamDraft};
+pub use draft::{BlockDraft, GearSeen, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use event::{Bells, Happening, JobEvent, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Receipt, RunningKeys};

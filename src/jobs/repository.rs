@@ -45,6 +45,9 @@ pub enum RepositoryError {
     /// The job's gear would lose a tooth that was measured: by an iteration, or by an open stream.
     #[error("a gear of {teeth} teeth has no tooth {tooth}")]
     ToothMeasured { tooth: String, teeth: u32, iteration: Option<u32> },
+    /// What is to be stored was made by a gear that the job no longer has.
+    #[error("the job's gear was changed meanwhile")]
+    GearChanged,
     /// A finished stream takes nothing more.
     #[error("the stream has become iteration {iteration}")]
     StreamFinished { iteration: u32 },

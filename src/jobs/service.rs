@@ -164,6 +164,7 @@ impl Jobs {
                 .into_iter()
                 .map(|draft| Record { id: self.ids.fresh(now), created_at: now, draft })
                 .collect(),
+            made_by: draft.made_by,
         }
     }
 

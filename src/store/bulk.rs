@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     api::gears::gear::stored_teeth,
-    jobs::{NewIteration, Receipt, RepositoryError, Stored, What},
+    jobs::{GearSeen, NewIteration, Receipt, RepositoryError, Stored, What},
 };
 
 /// An iteration on its way in.
@@ -50,7 +50,7 @@ pub async fn insert_iterations(
                 Err(RepositoryError::KeyTaken)
             }
             Some(job) => {
-                if let Err(refused) = new.iteration.measurand.check_tooth(job.teeth) {
+                if let Err(refused) = job.check(&new.iteration) {
                     answers.push(Err(refused));
                     continue;
                 }
@@ -101,8 +101,20 @@ struct Places {
 struct JobPlace {
     seq: i64,
     last_number: u32,
-    /// Of its gear, where it has one.
-    teeth: Option<u32>,
+    gear: Option<String>,
+}
+
+impl JobPlace {
+    /// Refuses what the job's gear contradicts as it is now.
+    fn check(&self, iteration: &NewIteration) -> Result<(), RepositoryError> {
+        if iteration.made_by.as_ref().is_some_and(|GearSeen(gear)| *gear != self.gear) {
+            return Err(RepositoryError::GearChanged);
+        }
+        if iteration.measurand.tooth.is_none() {
+            return Ok(());
+        }
+        iteration.measurand.check_tooth(self.gear.as_deref().and_then(stored_teeth))
+    }
 }
 
 /// The jobs named, their last numbers, and the last row of each table.
@@ -123,8 +135,7 @@ async fn look_up(db: &mut SqliteConnection, incoming: &[&Incoming]) -> Result<Pl
             query = query.bind(*id);
         }
         for row in query.fetch_all(&mut *db).await? {
-            let teeth = row.try_get::<Option<&str>, _>(5)?.and_then(stored_teeth);
-            let place = JobPlace { seq: row.try_get(1)?, last_number: rows::unsigned(&row, 2)?, teeth };
+            let place = JobPlace { seq: row.try_get(1)?, last_number: rows::unsigned(&row, 2)?, gear: row.try_get(5)? };
             places.jobs.insert(row.try_get(0)?, place);
             places.last_iteration = row.try_get(3)?;
             places.last_fit = row.try_get(4)?;

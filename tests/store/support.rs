@@ -143,6 +143,7 @@ impl Place {
             nodes: Arc::new(nodes()),
             fit: self.fit(1e-4),
             records: Vec::new(),
+            made_by: None,
         })
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use flankfit::{
     jobs::{
-        JobPatch, Later, Measurand, NewIteration, NewStream, Precondition, Record, RecordKind, Repository,
+        GearSeen, JobPatch, Later, Measurand, NewIteration, NewStream, Precondition, Record, RecordKind, Repository,
         RepositoryError, Update,
     },
     store::Store,
@@ -52,6 +52,26 @@ async fn a_tooth_that_the_gear_has_not_got_is_not_written() {
         "{refused:?}"
     );
     assert_eq!(store.job(job).await.unwrap().version, 2);
+}
+
+/// An import is read by the gear that the job had when it began; nothing may have changed by its end.
+#[tokio::test]
+async fn what_was_made_by_another_gear_is_not_written() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await;
+    let made_by = |gear: Option<&str>| {
+        let made_by = Some(GearSeen(gear.map(str::to_owned)));
+        Arc::new(NewIteration { made_by, ..NewIteration::clone(&place.iteration(job.id)) })
+    };
+    store.insert_iteration(made_by(job.gear.as_deref()), None).await.unwrap();
+    patched(&place, &store, job.id, 60).await.unwrap();
+    for gear in [job.gear.as_deref(), None] {
+        let refused = store.insert_iteration(made_by(gear), None).await;
+        assert!(matches!(refused, Err(RepositoryError::GearChanged)), "{refused:?}");
+    }
+    let now = store.job(job.id).await.unwrap().gear;
+    assert_eq!(store.insert_iteration(made_by(now.as_deref()), None).await.unwrap().number, 2);
 }
 
 /// Names of teeth that were stored before there was one way to write them.

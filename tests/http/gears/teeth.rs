@@ -169,6 +169,27 @@ async fn a_gear_does_not_lose_a_tooth_that_was_measured() {
     app.stop().await;
 }
 
+/// A file is read by the gear that the job has; by the time that it is stored the job may have another one.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_import_is_not_stored_by_a_gear_that_is_no_more() {
+    let app = TestApp::start_with(|settings| settings.workers = 1).await;
+    let job = job(&app, Some(spur())).await;
+    let held = app.occupy_worker().await;
+    let patched = async {
+        app.until_waiting(1).await;
+        let patch = app.client.request(Method::PATCH, app.url(&job)).json(&json!({"gear": gear_of(60)}));
+        let patched = send(patch).await;
+        drop(held);
+        patched
+    };
+    let (made, patched) = tokio::join!(import(&app, &job, file_of_tooth("1"), "1.mka", None), patched);
+    assert_eq!(patched.status, 200, "{}", patched.text);
+    made.problem(409, "conflict");
+    let trace = send(app.get(&format!("{job}/trace"))).await.json();
+    assert_eq!((&trace["iterations"], &trace["job"]["gear"]["teeth"]), (&json!([]), &json!(60)));
+    app.stop().await;
+}
+
 /// Whatever comes first: no job ends with a gear that lacks a tooth of one of its iterations.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_gear_and_an_iteration_that_contradict_each_other_do_not_both_pass() {
