@@ -157,7 +157,8 @@ impl AxesBody {
         [("u", u.as_ref()), ("v", v.as_ref()), ("z", z.as_ref()), ("x", x.as_ref()), ("y", y.as_ref())]
     }
 
-    /// Refuses axes that no nodes of these kinds have, or none have together, and what is not so of the nodes where they are known.
+    /// Refuses axes that no nodes of these kinds have, or none have together, and what is not so of
+    /// the nodes where they are known.
     fn check(&self, kinds: &[Kind], nodes: Option<&Nodes>, faults: &mut Faults) {
         let strange = |(_, known): &&Kind| {
             self.named().iter().filter(|(name, axis)| axis.is_some() && !known.contains(name)).count()

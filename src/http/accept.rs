@@ -1,4 +1,5 @@
-//! What the header `Accept` wants: whether an answer may have a media type, and JSON or CSV where there are both.
+//! What the header `Accept` wants: whether an answer may have a media type, and JSON or CSV where
+//! there are both.
 
 use axum::{
     http::{HeaderMap, HeaderValue, header},
@@ -24,7 +25,8 @@ pub struct Wanted {
     exactness: u8,
 }
 
-/// How much `Accept` wants a media type: by the range that names it most exactly (RFC 9110, 12.5.1). Without the header all is wanted.
+/// How much `Accept` wants a media type: by the range that names it most exactly (RFC 9110,
+/// 12.5.1). Without the header all is wanted.
 pub fn wanted(headers: &HeaderMap, media: &str) -> Wanted {
     let mut given = false;
     let mut best: Option<Wanted> = None;
@@ -52,8 +54,8 @@ pub fn wanted(headers: &HeaderMap, media: &str) -> Wanted {
 }
 
 impl Form {
-    /// What `Accept` prefers; JSON where it has no preference, and of two that weigh alike the one it names more exactly. `what` begins the
-    /// sentence of a refusal.
+    /// What `Accept` prefers; JSON where it has no preference, and of two that weigh alike the one
+    /// it names more exactly. `what` begins the sentence of a refusal.
     pub fn wanted(headers: &HeaderMap, what: &str) -> Result<Form, Problem> {
         let [json, csv] = ["application/json", "text/csv"].map(|media| wanted(headers, media));
         if json.weight > 0.0 && json >= csv {

@@ -184,7 +184,8 @@ async fn choose_fit(
 
 /// Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores nothing.
 ///
-/// It shows that an answer can be reproduced, with this or a later version of the program. There is nothing to be said: a body is empty or `{}`.
+/// It shows that an answer can be reproduced, with this or a later version of the program. There is
+/// nothing to be said: a body is empty or `{}`.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), ("fit_id" = Uuid, Path)),

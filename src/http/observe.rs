@@ -35,8 +35,8 @@ impl RequestId {
     }
 }
 
-/// Gives every request an id, the caller's own or a new one, and every answer that of its request: also those that layers give before
-/// [`observe`], such as preflights.
+/// Gives every request an id, the caller's own or a new one, and every answer that of its request:
+/// also those that layers give before [`observe`], such as preflights.
 pub async fn identify(mut request: Request, next: Next) -> Response {
     let id = request.headers().get(&REQUEST_ID).filter(|id| is_sane(id)).cloned().unwrap_or_else(new_id);
     request.extensions_mut().insert(RequestId(id.clone()));

@@ -1,5 +1,6 @@
-//! What the contract says of each operation, held against every request before its handler sees it: which query parameters there are,
-//! and in which media types it answers. Handlers read the values of parameters; where there are several media types they choose.
+//! What the contract says of each operation, held against every request before its handler sees it:
+//! which query parameters there are, and in which media types it answers. Handlers read the values
+//! of parameters; where there are several media types they choose.
 
 use std::{collections::HashMap, sync::Arc};
 

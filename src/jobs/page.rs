@@ -55,7 +55,8 @@ impl Cursor {
         Cursor(Uuid::from_u128(number.into()))
     }
 
-    /// The number of [`Cursor::after_number`]; the greatest for one that no list answered, after which nothing comes.
+    /// The number of [`Cursor::after_number`]; the greatest for one that no list answered, after
+    /// which nothing comes.
     pub fn number(self) -> u64 {
         u64::try_from(self.0.as_u128()).unwrap_or(u64::MAX)
     }

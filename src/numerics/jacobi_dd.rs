@@ -74,7 +74,8 @@ fn orthonormal(v: &DMatrix<f64>) -> Vec<DdLanes> {
     result
 }
 
-/// A square matrix times itself, times `factor`, some columns at a time: a large product takes long enough to be asked in between.
+/// A square matrix times itself, times `factor`, some columns at a time: a large product takes long
+/// enough to be asked in between.
 fn square(matrix: &DMatrix<f64>, factor: f64) -> DMatrix<f64> {
     /// Multiplications between two checkpoints: about a millisecond.
     const STRETCH: usize = 4_000_000;

@@ -57,8 +57,9 @@ pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Op
     None
 }
 
-/// The largest eigenvalue of a symmetric tridiagonal matrix and the last entry of its eigenvector: implicit QL steps, of whose rotations
-/// only the last row is gathered (Golub and Welsch, Math. Comp. 23, 1969), so that the work is of the second order in the size.
+/// The largest eigenvalue of a symmetric tridiagonal matrix and the last entry of its eigenvector:
+/// implicit QL steps, of whose rotations only the last row is gathered (Golub and Welsch, Math.
+/// Comp. 23, 1969), so that the work is of the second order in the size.
 fn top(diagonal: &[f64], beside: &[f64]) -> (f64, f64) {
     /// Steps for one eigenvalue; two or three are usual.
     const MOST_STEPS: usize = 60;

@@ -19,7 +19,8 @@ fn with_origins(origins: &'static str) -> impl FnOnce(&mut ServeSettings) {
     move |settings| settings.cors_origins = flankfit::config::parse_origins(origins).unwrap()
 }
 
-/// Headers that answers of the contract have, of which a page sees only what it is told that it may.
+/// Headers that answers of the contract have, of which a page sees only what it is told that it
+/// may.
 fn documented_headers() -> BTreeSet<String> {
     let document: Value = serde_json::from_str(openapi_json()).unwrap();
     let operations =

@@ -1,4 +1,5 @@
-//! What holds for every operation of the contract, one after the other: its query, the forms of its answers, its idempotency key.
+//! What holds for every operation of the contract, one after the other: its query, the forms of its
+//! answers, its idempotency key.
 
 use std::collections::BTreeSet;
 
@@ -131,7 +132,8 @@ async fn what_no_answer_has_is_not_acceptable() {
     app.stop().await;
 }
 
-/// A key is for one request: of every operation that takes one, another body is refused, and the same one is answered as before.
+/// A key is for one request: of every operation that takes one, another body is refused, and the
+/// same one is answered as before.
 #[tokio::test]
 async fn a_key_is_for_one_body() {
     let app = TestApp::start().await;

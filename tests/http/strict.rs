@@ -164,9 +164,8 @@ async fn what_stands_twice_is_said_beside_other_faults() {
 async fn every_entry_is_named() {
     let app = TestApp::start().await;
     let fit = |more: &str| {
-        format!(
-            r#"{{"nodes":{{"type":"curve","x":[0,1,2],"y":[1,2,4]}},"model":{{"type":"polynomial","degree":1}},{more}}}"#
-        )
+        let nodes = r#"{"type":"curve","x":[0,1,2],"y":[1,2,4]}"#;
+        format!(r#"{{"nodes":{nodes},"model":{{"type":"polynomial","degree":1}},{more}}}"#)
     };
     let include = fit(r#""include":["residual","residuals",5,"matrix_b","all"]"#);
     assert_eq!(app.fit(&include).await.pointers(), ["/include/0", "/include/2", "/include/4"]);

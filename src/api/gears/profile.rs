@@ -149,7 +149,8 @@ pub struct EnvelopeBody {
     pub half_angle_deg: Option<Vec<Option<f64>>>,
 }
 
-/// What a point takes until it is written: itself, as it is made and as it is written, and its text.
+/// What a point takes until it is written: itself, as it is made and as it is written, and its
+/// text.
 const POINT: usize = 3 * 2 * size_of::<f64>() + 2 * TEXT_OF_NUMBER;
 
 /// Answers a request for a section, as far as there is `room` for its points. Processor work.
@@ -185,7 +186,8 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     json.finish().map_err(Problem::not_finite)
 }
 
-/// Answers a request for an envelope, as far as there is `room` for the tool's points and those that they touch. Processor work.
+/// Answers a request for an envelope, as far as there is `room` for the tool's points and those
+/// that they touch. Processor work.
 pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let body: EnvelopeRequestBody = read_json(text)?;
     let mut faults = Faults::default();

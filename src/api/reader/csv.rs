@@ -1,8 +1,9 @@
 //! Nodes as CSV: a header `u,v,z[,weight]` (surface, scattered) or `x,y[,weight]` (curve), one node a line.
 //!
-//! An empty height is a missing node and is left out. Every other cell must hold a finite number with a decimal
-//! point (−0 is 0); faults name line and column and point to the node's number among the lines. NaN and Infinity are refused as in
-//! JSON: with them the table is none that can be read, whatever else it holds.
+//! An empty height is a missing node and is left out. Every other cell must hold a finite number
+//! with a decimal point (−0 is 0); faults name line and column and point to the node's number among
+//! the lines. NaN and Infinity are refused as in JSON: with them the table is none that can be
+//! read, whatever else it holds.
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
@@ -44,7 +45,8 @@ pub fn read(text: &[u8]) -> Result<Nodes, ReadError> {
         let read = read_line(&record, line, node, &names, axes.len() - 1, &mut arrays, &mut faults);
         if let Err(NoNumber { line, column }) = read {
             let detail = format!(
-                "Line {line}, column {column}: NaN and Infinity are no numbers of a table; leave the height empty where a node is missing."
+                "Line {line}, column {column}: NaN and Infinity are no numbers of a table; leave the height \
+                 empty where a node is missing."
             );
             return Err(ReadError::Malformed { detail });
         }

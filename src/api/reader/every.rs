@@ -1,7 +1,8 @@
 //! Every fault of what serde reads.
 //!
-//! serde stops at the first fault. So what is wrong is taken out of the text and the rest is read again; where something is
-//! missing, anything that passes stands in for it. What is read this way is never used, only what is wrong with it.
+//! serde stops at the first fault. So what is wrong is taken out of the text and the rest is read
+//! again; where something is missing, anything that passes stands in for it. What is read this way
+//! is never used, only what is wrong with it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -38,7 +39,8 @@ pub fn further<T: DeserializeOwned>(text: &[u8], first: &Fault) -> Vec<Fault> {
     faults
 }
 
-/// Fields that stand twice: serde may never come to the second, and what is read again has one of them.
+/// Fields that stand twice: serde may never come to the second, and what is read again has one of
+/// them.
 fn doubles(cursor: &mut Cursor, place: &mut String, found: &mut Vec<Fault>) -> Result<(), Syntax> {
     let length = place.len();
     match cursor.token()? {
@@ -92,7 +94,8 @@ impl Rest {
         place
     }
 
-    /// What a stand-in lacks is no fault of the request, nor is it that an array has become too short.
+    /// What a stand-in lacks is no fault of the request, nor is it that an array has become too
+    /// short.
     fn is_own_doing(&self, place: &str) -> bool {
         let within = |stand_in: &String| {
             let rest = place.strip_prefix(stand_in.as_str());
@@ -101,8 +104,8 @@ impl Rest {
         self.tried.keys().any(within) || self.taken.contains_key(place)
     }
 
-    /// Takes out what is at fault; where that is missing then, puts in one value after the other; in the end takes out what it belongs
-    /// to. `false` where nothing is left to be done.
+    /// Takes out what is at fault; where that is missing then, puts in one value after the other;
+    /// in the end takes out what it belongs to. `false` where nothing is left to be done.
     fn settle(&mut self, pointer: &str) -> bool {
         let stand_ins = [json!(1), json!("x"), json!([]), json!({})];
         let Some((parent, key)) = pointer.rsplit_once('/') else { return false };

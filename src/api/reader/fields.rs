@@ -29,8 +29,9 @@ impl<'a> Fields<'a> {
         Ok(fields)
     }
 
-    /// The fields of a part of a request that stands at `at`, known to be JSON; `None` where it is no object. Unknown fields and those
-    /// that stand twice are faults, and the others are looked at all the same.
+    /// The fields of a part of a request that stands at `at`, known to be JSON; `None` where it is
+    /// no object. Unknown fields and those that stand twice are faults, and the others are looked
+    /// at all the same.
     pub fn of_part(slice: &'a [u8], at: &str, keys: &[&'static str], faults: &mut Faults) -> Option<Self> {
         let is_object = Cursor::new(slice).token().ok()? == Token::Object;
         let fields = Self::walk(&mut Cursor::new(slice), at, keys, faults).ok()?;

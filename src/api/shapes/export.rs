@@ -112,7 +112,8 @@ pub enum SurfaceFormatName {
 /// Quadrilaterals on each patch along u and v, where none are asked for.
 const SAMPLES: [usize; 2] = [20, 20];
 
-/// What a control point takes until a CAD file is sent: four numbers and its knots as values, as texts, on their lines and in the file.
+/// What a control point takes until a CAD file is sent: four numbers and its knots as values, as
+/// texts, on their lines and in the file.
 const CONTROL_POINT: usize = 1000;
 /// What a point of a chain takes: place, parameter, and where the curve was looked at between.
 const CHAIN_POINT: usize = 8 * size_of::<f64>();

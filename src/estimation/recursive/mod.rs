@@ -55,7 +55,8 @@ impl Recursive {
         Ok(Recursive { spec: spec.clone(), forgetting, sums: None })
     }
 
-    /// Which kinds of nodes an estimate of `spec` takes, as far as that can be told before the first.
+    /// Which kinds of nodes an estimate of `spec` takes, as far as that can be told before the
+    /// first.
     pub fn takes(spec: &FitSpec) -> Taken {
         opening::taken(spec)
     }

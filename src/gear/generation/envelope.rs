@@ -69,7 +69,8 @@ pub struct ToolProfile {
 }
 
 impl ToolProfile {
-    /// How many points a profile through so many, each interval in so many parts, may have: those of its corners come beside.
+    /// How many points a profile through so many, each interval in so many parts, may have: those
+    /// of its corners come beside.
     pub fn most_points(points: usize, parts: usize) -> usize {
         let corner = (PI / CORNER_STEP) as usize + 1;
         points.saturating_mul(parts.saturating_add(corner)).min(MOST_POINTS)

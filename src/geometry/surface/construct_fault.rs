@@ -69,9 +69,17 @@ pub enum SurfaceFault {
     RaggedNet { row: usize, given: usize, wanted: usize },
     #[error("control points of a surface are heights or points of space, not of a plane")]
     PlaneNet,
-    #[error("{} of weights for {} of control points", counted(*.given, "row", "rows"), counted(*.wanted, "row", "rows"))]
+    #[error(
+        "{} of weights for {} of control points",
+        counted(*.given, "row", "rows"),
+        counted(*.wanted, "row", "rows")
+    )]
     WeightRows { given: usize, wanted: usize },
-    #[error("row {row} of the weights has {}, a row of the net {}", counted(*.given, "number", "numbers"), counted(*.wanted, "point", "points"))]
+    #[error(
+        "row {row} of the weights has {}, a row of the net {}",
+        counted(*.given, "number", "numbers"),
+        counted(*.wanted, "point", "points")
+    )]
     RaggedWeights { row: usize, given: usize, wanted: usize },
     #[error("{}; degree and control points ask for {wanted}", counted(*.given, "knot", "knots"))]
     KnotCount { axis: usize, given: usize, wanted: usize },
