@@ -58,11 +58,11 @@ fn file_with(
     for (letter, index, d) in [("f", 1, 51.0), ("", 2, 51.898), ("k", 3, 53.0)] {
         let values = (0..SAMPLES).map(|k| Some(-tilt(roll(d), at(k, 0.0, 15.0)))).collect();
         let section = (roll(d) * 1000.0).round() / 1000.0;
-        traces.push(Trace { tooth: format!("{tooth}{letter}").into(), left, profile: false, index, section, values });
+        traces.push(Trace { tooth: format!("{tooth}{letter}"), left, profile: false, index, section, values });
     }
     for (letter, index, z) in [("u", 1, 1.0), ("", 2, 7.5), ("o", 3, 14.0)] {
         let values = (0..SAMPLES).map(|k| (!(undefined && k % 17 == 5)).then(|| -tilt(at(k, from, to), z))).collect();
-        traces.push(Trace { tooth: format!("{tooth}{letter}").into(), left, profile: true, index, section: z, values });
+        traces.push(Trace { tooth: format!("{tooth}{letter}"), left, profile: true, index, section: z, values });
     }
     for (k, trace) in traces.iter_mut().enumerate() {
         trace.values.iter_mut().flatten().for_each(|value| *value += zero(k));
