@@ -55,12 +55,16 @@ pub struct EvaluatedTraceBody {
     pub tooth: String,
     pub flank: SideName,
     pub kind: KindName,
-    /// f_Hα or f_Hβ: slope of the least-squares line over the reference length.
+    /// f_Hα or f_Hβ: slope of the least-squares line over the whole evaluation range, extended to the
+    /// reference length. A hole is filled with what the flank most likely is there. Left out, like all
+    /// figures, where the samples do not reach the ends of the range to 1/20 of it or cover less than 3/4
+    /// of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_um: Option<f64>,
-    /// What noise of the samples makes of the slope; crowning, reliefs and waviness are the flank's and no noise. It knows of independent noise and
-    /// of noise that goes together over up to 1/64 of the samples, not of what is the same all along a trace (alignment, drift). Left out
-    /// where the samples are too few to tell it.
+    /// What noise of the samples makes of the slope; crowning, reliefs and waviness are the flank's and no
+    /// noise. It knows of independent noise and of noise that goes together over up to 1/64 of the samples,
+    /// not of what is the same all along a trace (alignment, drift). Over a hole it also has what the hole
+    /// may hide, told from the form beside it. Left out where the samples are too few to tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_std_error_um: Option<f64>,
     /// f_fα or f_fβ: peak to valley about the mean curve.
@@ -72,7 +76,7 @@ pub struct EvaluatedTraceBody {
     /// Of the mean parabola over its chord; positive where material stands out in the middle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_um: Option<f64>,
-    /// From the scatter about the mean parabola, taken for independent noise.
+    /// As that of the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_std_error_um: Option<f64>,
     /// By how much material beyond the evaluation range raised the form.
@@ -81,8 +85,10 @@ pub struct EvaluatedTraceBody {
     /// By how much material beyond the evaluation range raised the total deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total_plus_material_um: Option<f64>,
-    /// By ISO 1328-1:2013; left out where the standard gives none, and where samples leave a quarter of the evaluation range open. Form and total have
-    /// none over a stretch without samples of more than 1/20 of the range (and of 2.5 usual distances).
+    /// By ISO 1328-1:2013; left out where the standard gives none, and where samples do not reach both ends
+    /// of the evaluation range. Over a hole, a stretch without samples of more than 1/20 of the range (and
+    /// of 2.5 usual distances), form and total have none, and the slope has one where two standard errors
+    /// up and down have the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<ClassesBody>,
     pub samples: SamplesBody,
@@ -91,8 +97,9 @@ pub struct EvaluatedTraceBody {
     pub outliers: Option<OutliersBody>,
 }
 
-/// Samples that stand out of their neighbours by more than six times the scale (1.4826 × median absolute deviation) of the trace and of their own
-/// neighbourhood, and behind which the trace comes back.
+/// Samples that stand out of their neighbours by more than six times the scale (1.4826 × median
+/// absolute deviation) of the trace and of their own neighbourhood, and behind which the trace comes
+/// back.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceOutliers)]
 pub struct OutliersBody {
@@ -240,7 +247,8 @@ pub struct TraceSurfaceBody {
     pub peak_to_valley_um: f64,
 }
 
-/// Evaluates the traces of a request; `own` is the gear of the job and `of` what the iteration that they belong to measured. Processor work.
+/// Evaluates the traces of a request; `own` is the gear of the job and `of` what the iteration that
+/// they belong to measured. Processor work.
 pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
     let body: EvaluateBody = read_json(text)?;
     let asked = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
@@ -340,7 +348,7 @@ impl From<Classes> for ClassesBody {
     fn from(classes: Classes) -> Self {
         let mut body = ClassesBody::default();
         let each = [
-            ("slope", Some(classes.slope), &mut body.slope),
+            ("slope", classes.slope, &mut body.slope),
             ("form", classes.form, &mut body.form),
             ("total", classes.total, &mut body.total),
         ];

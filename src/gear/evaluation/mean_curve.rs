@@ -1,9 +1,9 @@
-//! Mean line and mean parabola of a trace, and what noise of its samples makes of their coefficients.
+//! Mean line and mean parabola of a trace, and what each sample adds to their figures.
 //!
 //! Weighted least squares in polynomials p₀, p₁, p₂ that are perpendicular over the samples (Forsythe's recurrence):
 //! `p₁ = u − α₀`, `p₂ = (u − α₁) p₁ − β`, each with its coefficient `cₖ = Σ w pₖ δ / Σ w pₖ²`. Coefficients are sums of
 //! the deviations with known factors, so noise of variance σ² per sample has in them the variance σ² times the sum of
-//! the squared factors: weights say how long the range is that a sample stands for, not how well it was measured.
+//! the squared factors: weights say how long a range a sample stands for, not how well it was measured.
 
 use crate::numerics::cancel::Asking;
 
@@ -14,9 +14,13 @@ pub struct MeanCurves {
     coefficients: [f64; 3],
     alpha: [f64; 2],
     beta: f64,
-    /// Σ (factor of a sample in c₁)², and so on for c₂ and for both.
-    noise: [f64; 3],
+    /// Σ w p₁², Σ w p₂².
+    norms: [f64; 2],
 }
+
+/// What is told of a trace's mean curves, in the order of the factors: slope of the line, slope of the parabola's chord
+/// over [-1, 1], coefficient of u².
+pub const FIGURES: usize = 3;
 
 impl MeanCurves {
     /// Of samples at three places at least, with weights above 0.
@@ -34,14 +38,7 @@ impl MeanCurves {
         let c0 = sum(&|i| deviation[i]) / total;
         let c1 = sum(&|i| p1(i) * (deviation[i] - c0)) / n1;
         let c2 = sum(&|i| p2(i) * (deviation[i] - c0 - c1 * p1(i))) / n2;
-        let mut noise = [0.0; 3];
-        for (i, w) in weight.iter().enumerate().asking(5) {
-            let (a, b) = (w * p1(i) / n1, w * p2(i) / n2);
-            noise[0] += a * a;
-            noise[1] += b * b;
-            noise[2] += a * b;
-        }
-        MeanCurves { coefficients: [c0, c1, c2], alpha: [first, second], beta, noise }
+        MeanCurves { coefficients: [c0, c1, c2], alpha: [first, second], beta, norms: [n1, n2] }
     }
 
     fn p1(&self, u: f64) -> f64 {
@@ -63,22 +60,20 @@ impl MeanCurves {
         self.line(u) + self.coefficients[2] * self.p2(u)
     }
 
-    /// Slope of the line, and its factor of noise: its standard error over that of a sample.
-    pub fn line_slope(&self) -> [f64; 2] {
-        [self.coefficients[1], self.noise[0].sqrt()]
-    }
-
-    /// Slope of the parabola's chord over [-1, 1], and its factor of noise.
-    pub fn chord_slope(&self) -> [f64; 2] {
+    /// The slopes and the curvature.
+    pub fn figures(&self) -> [f64; FIGURES] {
         let [_, c1, c2] = self.coefficients;
-        // p₂'(0)
-        let bend = -(self.alpha[0] + self.alpha[1]);
-        let [a, b, ab] = self.noise;
-        [c1 + bend * c2, (a + 2.0 * bend * ab + bend * bend * b).max(0.0).sqrt()]
+        [c1, c1 + self.bend() * c2, c2]
     }
 
-    /// Coefficient of u², and its factor of noise.
-    pub fn curvature(&self) -> [f64; 2] {
-        [self.coefficients[2], self.noise[1].sqrt()]
+    /// What the deviation of a sample at u with a weight is multiplied with in each of them.
+    pub fn factors(&self, u: f64, weight: f64) -> [f64; FIGURES] {
+        let (a, b) = (weight * self.p1(u) / self.norms[0], weight * self.p2(u) / self.norms[1]);
+        [a, a + self.bend() * b, b]
+    }
+
+    /// p₂'(0): what the curvature adds to the slope of the chord.
+    fn bend(&self) -> f64 {
+        -(self.alpha[0] + self.alpha[1])
     }
 }

@@ -4,36 +4,45 @@
 //! Deviations are µm along the base tangent of the transverse plane (asked in [`crate::gear::trace::Direction`], answered so). Surfaces are fits of
 //! [`crate::estimation`]. Conventions of sign stand in [`settings`].
 
+mod classes;
 mod contradiction;
+mod coverage;
 mod design;
 pub mod flank_surface;
 mod flank_traces;
+mod gap;
 mod mean_curve;
 mod noise;
 mod outliers;
 pub mod pitch;
 pub mod runout;
+mod samples;
 pub mod settings;
 mod single;
 mod spacing;
 pub mod summary;
+mod suspects;
 mod trace_surface;
 
+pub use classes::Classes;
+use classes::Classified;
 pub use design::design;
 pub use flank_traces::{FlankTraces, flank_traces};
 pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
+pub use samples::Samples;
 use settings::{Outliers, Settings, Window};
-pub use single::{EDGE, FEWEST_SAMPLES, Samples, Suspect, Suspects, Told, Values};
+pub use single::{EDGE, FEWEST_SAMPLES, Told, Values};
 use single::{Outcome, Subject};
 pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
 pub use summary::{Spread, Summary, Twist};
+pub use suspects::{Suspect, Suspects};
 pub use trace_surface::{Levelled, TraceFigures, TraceSurface, figures_of_traces};
 
 pub use super::tooth::Position;
 use super::{
     Gear, Kind, Side, Trace,
     data::MOST_LENGTH,
-    tolerance::{Characteristic, Class, OutOfScope, Tolerances},
+    tolerance::{Class, OutOfScope, Tolerances},
     trace::MOST_DEVIATION,
 };
 use crate::estimation::{
@@ -56,15 +65,6 @@ pub struct Notice {
     /// JSON Pointer into the request, where it belongs to a place there.
     pub pointer: Option<String>,
     pub message: String,
-}
-
-/// Classes of slope, form and total deviation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Classes {
-    pub slope: Class,
-    /// `None` over a hole in the trace.
-    pub form: Option<Class>,
-    pub total: Option<Class>,
 }
 
 /// One trace, evaluated.
@@ -133,7 +133,10 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         let Outcome { samples, values, told, suspects } = subject.evaluate(&mut notices);
         let classes = match (&tolerances, &values) {
             (Ok(tolerances), Some(values)) if foreign[usize::from(trace.kind == Kind::Helix)].is_none() => {
-                classes(tolerances, trace.kind, values, told, settings)
+                let rounding = settings.rounding;
+                let found = Classified { tolerances, kind: trace.kind, rounding, values }.classes(told);
+                notices.extend(found.open.map(|why| subject.notice("slope_class_open", why)));
+                found.classes
             }
             _ => None,
         };
@@ -166,7 +169,7 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     let (surfaces, said) = trace_surface::surfaces(gear, &each, settings);
     notices.extend(said);
     let classified = traces.iter().filter_map(|t| t.classes);
-    let overall = super::tolerance::overall(classified.flat_map(|c| [Some(c.slope), c.form, c.total]).flatten());
+    let overall = super::tolerance::overall(classified.flat_map(|c| [c.slope, c.form, c.total]).flatten());
     Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, notices })
 }
 
@@ -222,21 +225,6 @@ fn near_base_circle(gear: &Gear, window: &Window) -> Option<Notice> {
 
 /// Roll angle below which a range is close to the base circle, rad: 5°, where an error of diameter is eleven times as large in roll length.
 pub const NEAR_BASE_ROLL: f64 = 0.087_266_462_599_716_48;
-
-fn classes(tolerances: &Tolerances, kind: Kind, values: &Values, told: Told, settings: &Settings) -> Option<Classes> {
-    let [slope, form, total] = match kind {
-        Kind::Profile => [Characteristic::ProfileSlope, Characteristic::ProfileForm, Characteristic::ProfileTotal],
-        Kind::Helix => [Characteristic::HelixSlope, Characteristic::HelixForm, Characteristic::HelixTotal],
-    };
-    let class = |characteristic, value| tolerances.class(characteristic, value, settings.rounding);
-    let peaks = told == Told::Everything;
-    (told != Told::Nothing).then_some(())?;
-    Some(Classes {
-        slope: class(slope, values.slope)?,
-        form: class(form, values.form).filter(|_| peaks),
-        total: class(total, values.total).filter(|_| peaks),
-    })
-}
 
 /// What profiles and helices are evaluated with, where there are any.
 fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Option<Window>; 2], Faults> {

@@ -3,9 +3,8 @@
 //!
 //! Positions are mapped to [-1, 1] and ascend. A mean curve is that of the deviation as a function of its place, not of
 //! the samples that happen to have been taken: each sample stands for the length up to half-way to its neighbours, and
-//! the outermost two beyond their ends for half the usual distance, so that equidistant samples count alike. Over a
-//! hole nothing is known: a sample at its edge stands for no more than it would beside the longest distance that is not
-//! a hole.
+//! the outermost two beyond their ends for half the usual distance, so that equidistant samples count alike. A sample
+//! at the edge of a hole stands for half the usual distance into it; the rest of the hole is a gap ([`super::gap`]).
 
 use crate::numerics::{cancel::Asking, quantiles::median};
 
@@ -15,7 +14,7 @@ use crate::numerics::{cancel::Asking, quantiles::median};
 pub const LONGEST_DISTANCE: f64 = 0.05;
 /// Where samples are sparse all along, a hole is a distance of so many usual ones.
 pub const HOLE_DISTANCES: f64 = 2.5;
-/// Share of the evaluation range that samples must cover for any class.
+/// Share of the evaluation range that samples must cover for any figure.
 pub const LEAST_COVERED: f64 = 0.75;
 
 /// Places nearer than this, in the mapped coordinate, are one.
@@ -32,13 +31,23 @@ pub struct Spacing {
     pub usual: f64,
     /// From and to of distances that are holes.
     pub holes: Vec<[f64; 2]>,
-    /// Share of the range that lies within the longest distance that is no hole.
+    /// Stretches of the range that no sample stands for: the inside of holes, and ends that are not reached.
+    pub gaps: Vec<[f64; 2]>,
+    /// Share of the range between an end that is not reached and the nearest sample, the greater of both ends; 0 where
+    /// both are reached to one distance of neighbouring samples.
+    pub open_end: f64,
+    /// Share of the range between samples without a hole between them.
     pub covered: f64,
 }
 
 impl Spacing {
     /// Of ascending places.
     pub fn of(u: &[f64]) -> Self {
+        Self::beside(u, [None; 2])
+    }
+
+    /// Of ascending places within the range, with the nearest samples below and above the range.
+    pub fn beside(u: &[f64], beyond: [Option<f64>; 2]) -> Self {
         // first sample of each place, and its end
         let mut groups: Vec<[usize; 2]> = Vec::with_capacity(u.len());
         for (i, x) in u.iter().enumerate().asking(5) {
@@ -51,17 +60,52 @@ impl Spacing {
         let distances: Vec<f64> = (1..groups.len()).map(|g| at(g) - at(g - 1)).collect();
         let usual = if distances.is_empty() { 0.0 } else { median(&mut distances.clone()) };
         let longest = (2.0 * LONGEST_DISTANCE).max(HOLE_DISTANCES * usual);
-        let side = |g: Option<&f64>| 0.5 * g.map_or(usual, |distance| distance.min(longest));
+        let is_hole = |distance: f64| distance > longest * (1.0 + SAME);
+        let each = distances.iter().enumerate();
+        let holes: Vec<[f64; 2]> = each.filter(|(_, d)| is_hole(**d)).map(|(g, _)| [at(g), at(g + 1)]).collect();
+        let [first, last] = if groups.is_empty() { [1.0, -1.0] } else { [at(0), at(groups.len() - 1)] };
+        // samples are discrete: one distance to the end is none too many, nor is a way across it that is no hole
+        let open = |distance: f64, across: Option<f64>| match across {
+            _ if distance <= usual * (1.0 + SAME) => 0.0,
+            Some(across) if !is_hole(across) => 0.0,
+            _ => distance,
+        };
+        let ends = [open(first + 1.0, beyond[0].map(|u| first - u)), open(1.0 - last, beyond[1].map(|u| u - last))];
+        let lower = (ends[0] > 0.0).then_some([-1.0, first - 0.5 * usual]);
+        let upper = (ends[1] > 0.0).then_some([last + 0.5 * usual, 1.0]);
+        let inside = holes.iter().map(|[from, to]| [from + 0.5 * usual, to - 0.5 * usual]);
+        let gaps: Vec<[f64; 2]> = lower.into_iter().chain(inside).chain(upper).collect();
+        // beside a gap the whole range is to be counted, no less and no more
+        let outer = |to_end: f64, is_open: bool, beyond: Option<f64>| match (gaps.is_empty() || is_open, beyond) {
+            (true, _) => 0.5 * usual,
+            (false, Some(_)) => to_end.max(0.0),
+            (false, None) => to_end.max(0.5 * usual),
+        };
+        let [below, above] =
+            [outer(first + 1.0, ends[0] > 0.0, beyond[0]), outer(1.0 - last, ends[1] > 0.0, beyond[1])];
+        let side = |distance: f64| 0.5 * if is_hole(distance) { usual } else { distance };
         let mut weight = vec![0.0; u.len()];
         for (g, &[from, to]) in groups.iter().enumerate().asking(5) {
-            let before = g.checked_sub(1).and_then(|before| distances.get(before));
-            let share = (side(before) + side(distances.get(g))) / (to - from) as f64;
-            weight[from..to].fill(share);
+            let before = g.checked_sub(1).map_or(below, |before| side(distances[before]));
+            let behind = distances.get(g).map_or(above, |distance| side(*distance));
+            // a sample at the very end of the range still counts
+            weight[from..to].fill((before + behind).max(SAME) / (to - from) as f64);
         }
-        let each = distances.iter().enumerate();
-        let holes = each.filter(|(_, d)| **d > longest * (1.0 + SAME)).map(|(g, _)| [at(g), at(g + 1)]).collect();
-        let covered = 0.5 * distances.iter().map(|distance| distance.min(longest)).sum::<f64>();
-        Spacing { weight, places: groups.len(), usual, holes, covered: covered.min(1.0) }
+        Spacing {
+            weight,
+            places: groups.len(),
+            usual,
+            gaps,
+            open_end: 0.5 * ends[0].max(ends[1]),
+            covered: 0.5 * distances.iter().filter(|distance| !is_hole(**distance)).sum::<f64>(),
+            holes,
+        }
+    }
+
+    /// Whether slope and crowning can be told: from three quarters of the range, and no farther beyond the samples than
+    /// the longest distance that is no hole.
+    pub fn tells_figures(&self) -> bool {
+        self.covered >= LEAST_COVERED && self.open_end <= LONGEST_DISTANCE * (1.0 + SAME)
     }
 
     /// Whether samples are farther from each other than form deviations can be told by, everywhere.

@@ -334,6 +334,18 @@ async fn holes_and_dust_are_told() {
     let answer = taken(&app, "/v1/gears/evaluate", &asked(holed, json!({}))).await;
     assert_eq!(codes(&answer), ["undefined_samples", "hole_in_trace"]);
     assert!(answer["traces"][0].get("class").is_none() && answer.get("class").is_none(), "{answer}");
+    assert!(answer["traces"][0].get("slope_um").is_none() && answer["means"] == json!([]), "{answer}");
+    // a fifth of a crowned trace: the slope is that of the whole
+    let crowned: Vec<f64> = z.iter().zip(&clean).map(|(z, d)| 0.05 * d - 0.4 * (z - 7.5).powi(2)).collect();
+    let of_whole = taken(&app, "/v1/gears/evaluate", &asked(json!(crowned), json!({}))).await;
+    let mut holed = json!(crowned);
+    (15..50).for_each(|k| holed[k] = Value::Null);
+    let answer = taken(&app, "/v1/gears/evaluate", &asked(holed, json!({}))).await;
+    assert_eq!(codes(&answer)[..2], ["undefined_samples", "hole_in_trace"]);
+    let number = |answer: &Value, name: &str| answer["traces"][0][name].as_f64().unwrap();
+    let error = number(&answer, "slope_std_error_um");
+    close(number(&answer, "slope_um"), number(&of_whole, "slope_um"), 3.0 * error + 0.1);
+    assert!(error < 0.5 && answer["traces"][0]["class"].get("form").is_none(), "{error}");
     // dust of 40 µm
     let mut dusty = clean.clone();
     dusty[100..103].iter_mut().for_each(|d| *d += 40.0);
