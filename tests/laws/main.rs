@@ -35,6 +35,7 @@ mod gear_registration;
 mod gear_registration_motion;
 mod gear_registration_points;
 mod gear_registration_start;
+mod gear_registration_teeth;
 mod hard;
 mod large;
 mod least_condition;

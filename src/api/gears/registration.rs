@@ -33,7 +33,8 @@ pub struct RegistrationBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_motion: Option<FitResultBody>,
     /// `rotation_modulo_pitch`: no point tells its tooth. `flanks_reassigned`: points lie on other flanks than were nearest before. Doubts:
-    /// `flanks_ambiguous`, `teeth_contradict`, `poor_fit`, `points_misfit`, `points_beyond_flank`, `registration_not_converged`.
+    /// `flanks_ambiguous`, `teeth_contradict` (points count on the teeth that they lie on, not on those told),
+    /// `axial_shift_for_rotation`, `poor_fit`, `points_misfit`, `points_beyond_flank`, `registration_not_converged`.
     pub warnings: Vec<WarningBody>,
 }
 

@@ -1,7 +1,12 @@
 //! What a registration that converged may still have wrong: teeth and flanks that were assumed, deviations that no
 //! flank has.
 
-use super::Start;
+use super::{
+    Start,
+    columns::Freedom,
+    pose::{Motion, Pose},
+    search::SHIFTS,
+};
 use crate::{
     estimation::{
         result::Warning,
@@ -33,9 +38,11 @@ pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Wa
             ),
         });
     }
-    if start.teeth_contradict {
+    if start.teeth_contradict > 0 {
+        let points =
+            counted(start.teeth_contradict, "point told to be of one tooth lies", "points told to be of one tooth lie");
         let message =
-            "points told to be of one tooth lie on another where most others lie on theirs: see `teeth`".to_owned();
+            format!("{points} on another, where most others lie on theirs; `tooth` says on which: see `teeth`");
         warnings.push(Warning { code: "teeth_contradict", message });
     }
     if start.flanks_ambiguous {
@@ -57,6 +64,21 @@ pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Wa
         warnings.push(Warning { code: "flanks_reassigned", message });
     }
     warnings
+}
+
+/// Where rotation is not free, an axial shift of a helical part takes up its rotation.
+pub(super) fn of_axial_shift(gear: &Gear, freedom: &Freedom, pose: &Pose) -> Option<Warning> {
+    let shift = pose.get(Motion::AxialShift);
+    let alone = freedom.tells(Motion::AxialShift) && !freedom.motions.contains(&Motion::Rotation);
+    (alone && 1e-3 * shift.abs() > SHIFTS * gear.data().normal_module).then(|| Warning {
+        code: "axial_shift_for_rotation",
+        message: format!(
+            "axial_shift: {} µm do to the flanks of this helical gear what a rotation by {} µrad does, and rotation is \
+             not free: free it, alone or with the axial shift, if the part may be turned",
+            Shown((shift * 10.0).round() / 10.0),
+            Shown((-1e3 * shift * gear.turn_per_length()).round())
+        ),
+    })
 }
 
 /// What the deviations that are left say.

@@ -1,20 +1,27 @@
 //! Registration: how the measured part lies in the nominal one, and the deviations without that.
 //!
-//! Deviations of a part that is displaced by small motions p are `d ≈ X p + form`, with the columns X of [`columns`]; p is a fit of
-//! [`crate::estimation`], so regularisation, estimators, bias bounds and collinearity are the service's. Motions are not small enough
-//! to be linear to the last digit: with the exact inverse motion ([`pose`]) the points are carried back, their deviations d_k are
-//! taken anew at the pose p_k, and the whole p is fitted to `d_k + X_k p_k` (Gauss–Newton; not its step, so that a regularised p stays
-//! regularised however often this is repeated). Columns have the normals of the unmodified flank.
+//! Deviations of a part that is displaced by small motions p are `d ≈ X p + form`, with the columns X
+//! of [`columns`]; p is a fit of [`crate::estimation`], so regularisation, estimators, bias bounds and
+//! collinearity are the service's. Motions are not small enough to be linear to the last digit: with
+//! the exact inverse motion ([`pose`]) the points are carried back, their deviations d_k are taken anew
+//! at the pose p_k, and the whole p is fitted to `d_k + X_k p_k` (Gauss–Newton; not its step, so that a
+//! regularised p stays regularised however often this is repeated). Columns have the normals of the
+//! unmodified flank.
 //!
-//! Motions are those *of the part*: a part that was moved by p on purpose is answered with p. A part that may lie anywhere begins where
-//! [`mod@start`] finds it.
+//! Motions are those *of the part*: a part that was moved by p on purpose is answered with p. A part
+//! that may lie anywhere begins where [`mod@start`] finds it.
 
+mod answer;
 pub mod columns;
 mod misfit;
+mod part;
 pub mod pose;
+mod refine;
+mod scan;
 mod search;
 mod solve;
 pub mod start;
+mod teeth;
 
 pub use pose::{Motion, Pose};
 pub use solve::{register, register_from};
@@ -42,12 +49,13 @@ pub struct Moved {
     pub motion: Motion,
     /// µm or µrad.
     pub value: f64,
-    /// Where the fit began: its coefficients, and what regularisation damps, count from there. 0 but for parts that lie far off.
+    /// Where the fit began: its coefficients, and what regularisation damps, count from there. 0 but for
+    /// parts that lie far off.
     pub start: f64,
     /// `None` for a motion that the points do not determine.
     pub std_error: Option<f64>,
-    /// Sharp bound on what regularisation moved, given the limit of the coefficients' norm; `None` for a motion that the points do not
-    /// determine.
+    /// Sharp bound on what regularisation moved, given the limit of the coefficients' norm; `None` for a
+    /// motion that the points do not determine.
     pub bias_bound: Option<f64>,
     /// Whether these points tell it from the other free motions.
     pub determined: bool,

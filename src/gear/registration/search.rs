@@ -1,12 +1,5 @@
-//! The search for the place where a registration begins: a scan over shifts and rotations, and damped least squares
-//! from the best of them.
-
-use std::{
-    collections::BTreeMap,
-    f64::consts::{PI, TAU},
-};
-
-use nalgebra::{DMatrix, DVector};
+//! The search for the place where a registration begins: a scan over shifts and rotations ([`super::scan`]), and damped
+//! least squares from the best of them ([`super::refine`]).
 
 use super::{
     columns::{Column, Freedom},
@@ -17,28 +10,14 @@ use crate::{
     estimation::spec::Scaling,
     gear::{
         Gear, Side,
-        deviation::{
-            Foot, Touch,
-            foot::{normal, phase},
-        },
+        deviation::{Foot, Touch},
     },
-    geometry::space::Vector,
-    numerics::{cancel, quantiles::median},
 };
 
 /// Radius of the disc in which shifts are sought, modules.
 pub const SHIFTS: f64 = 2.0;
-/// Distance of the shifts and of the rotations (as arcs) that are tried, modules.
-const SHIFT_STEP: f64 = 0.25;
-const TURN_STEP: f64 = 0.1;
 /// Normal distances beyond count like this one, modules.
-const CAP: f64 = 0.3;
-/// Places of the search that are refined.
-const REFINED: usize = 8;
-const MOST_STEPS: usize = 25;
-/// Least eigenvalue, over the greatest, of a direction that refinement moves along (columns of unit length): what is
-/// weaker is the business of the fit and its regularisation.
-const LEAST_EIGENVALUE: f64 = 1e-3;
+pub(super) const CAP: f64 = 0.3;
 
 /// A place of the search.
 #[derive(Clone, Debug)]
@@ -46,14 +25,7 @@ pub(super) struct Place {
     /// Coefficients of the columns.
     pub(super) p: Vec<f64>,
     /// Mean square of capped distances, mm².
-    cost: f64,
-}
-
-/// A shift (mm) and a rotation (rad) that were tried.
-struct Tried {
-    cost: f64,
-    shift: [f64; 2],
-    turn: f64,
+    pub(super) cost: f64,
 }
 
 pub(super) struct Search<'a> {
@@ -62,7 +34,7 @@ pub(super) struct Search<'a> {
     pub(super) scaling: Scaling,
     pub(super) pivot: f64,
     pub(super) ball: f64,
-    /// Whether flank and tooth of every point are told.
+    /// Whether points stay on the teeth that they are told to be of: flank and tooth of every one are told.
     pub(super) told: bool,
     pub(super) points: Vec<Touch>,
 }
@@ -74,27 +46,32 @@ impl Search<'_> {
         pose
     }
 
+    /// The same points, none of which stays on its tooth.
+    pub(super) fn open(&self) -> Search<'_> {
+        Search { told: false, freedom: self.freedom.clone(), points: self.points.clone(), ..*self }
+    }
+
     pub(super) fn module(&self) -> f64 {
         self.gear.data().normal_module
     }
 
-    /// A point carried back. While teeth are not counted, any tooth will do.
-    fn back(&self, undoing: &Undoing, touch: &Touch) -> Touch {
-        let tooth = touch.tooth.filter(|_| self.told);
+    /// A point carried back.
+    pub(super) fn carried(&self, undoing: &Undoing, touch: &Touch) -> Touch {
         Touch {
             point: undoing.point(&touch.point),
             normal: touch.normal.map(|normal| undoing.direction(&normal)),
-            tooth,
-            side: touch.side,
+            ..*touch
         }
     }
 
-    fn nearest(&self, undoing: &Undoing, touch: &Touch) -> Option<Foot> {
-        nearest(self.gear, &self.back(undoing, touch), self.ball)
+    /// Its nearest foot. While teeth are not counted, any tooth will do.
+    pub(super) fn nearest(&self, undoing: &Undoing, touch: &Touch) -> Option<Foot> {
+        let back = self.carried(undoing, touch);
+        nearest(self.gear, &Touch { tooth: touch.tooth.filter(|_| self.told), ..back }, self.ball)
     }
 
     /// Coefficients with a shift (mm) and a rotation.
-    fn with(&self, [x, y]: [f64; 2], turn: f64) -> Vec<f64> {
+    pub(super) fn with(&self, [x, y]: [f64; 2], turn: f64) -> Vec<f64> {
         let mut p: Vec<f64> = self
             .freedom
             .columns
@@ -109,19 +86,6 @@ impl Search<'_> {
             p[k] = unit * turn;
         }
         p
-    }
-
-    /// Rotation by the mean of the angles of points whose flank and tooth are told, over the full circle.
-    pub(super) fn mean_angle(&self) -> Vec<f64> {
-        let [mut x, mut y] = [0.0; 2];
-        for touch in &self.points {
-            if let Some(side) = touch.side
-                && let Some(turn) = phase(self.gear, side, touch.tooth, &touch.point, self.ball)
-            {
-                (x, y) = (x + turn.cos(), y + turn.sin());
-            }
-        }
-        self.with([0.0; 2], if x == 0.0 && y == 0.0 { 0.0 } else { y.atan2(x) })
     }
 
     /// The place that fits best, and whether another one with other flanks fits alike.
@@ -153,190 +117,5 @@ impl Search<'_> {
         let undoing = self.pose(p).undoing();
         let way = |touch: &Touch| (undoing.point(&touch.point) - touch.point).norm_squared();
         (self.points.iter().map(way).sum::<f64>() / self.points.len().max(1) as f64).sqrt()
-    }
-
-    /// The most promising shifts and rotations, by the teeth that are nearest.
-    fn scanned(&self) -> Vec<Vec<f64>> {
-        let (module, gear) = (self.module(), self.gear);
-        let free = |motion| self.freedom.motions.contains(&motion);
-        let along = |motion| if free(motion) { (SHIFTS / SHIFT_STEP) as i32 } else { 0 };
-        let (nx, ny) = (along(Motion::XShift), along(Motion::YShift));
-        let arc = gear.base_radius() * gear.base_helix_angle().cos();
-        let turns = if self.freedom.screw(gear).is_some() {
-            (gear.pitch_angle() * arc / (TURN_STEP * module)).ceil().clamp(8.0, 64.0) as usize
-        } else {
-            1
-        };
-        let mut found: Vec<Tried> = Vec::new();
-        for i in -nx..=nx {
-            cancel::checkpoint();
-            for j in -ny..=ny {
-                let shift = [i, j].map(|k| SHIFT_STEP * module * f64::from(k));
-                if shift[0].hypot(shift[1]) <= SHIFTS * module * (1.0 + 1e-9) {
-                    let costs = self.turned(shift, turns, arc);
-                    let at = |k: usize| costs[k % turns];
-                    // the least of their neighbours
-                    let least = (0..turns).filter(|&k| at(k) <= at(k + 1) && at(k) < at(k + turns - 1) || turns == 1);
-                    found.extend(least.map(|k| Tried { cost: at(k), shift, turn: self.angle(k, turns) }));
-                }
-            }
-        }
-        let size = |tried: &Tried| tried.shift[0].hypot(tried.shift[1]) + arc * tried.turn.abs();
-        found.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(size(a).total_cmp(&size(b))));
-        let pitch = gear.pitch_angle();
-        let beside = |a: &Tried, b: &Tried| {
-            let turn = a.turn - b.turn;
-            let shift = (a.shift[0] - b.shift[0]).hypot(a.shift[1] - b.shift[1]);
-            shift < 1.5 * SHIFT_STEP * module && arc * (turn - pitch * (turn / pitch).round()).abs() < CAP * module
-        };
-        let mut chosen: Vec<Tried> = Vec::new();
-        for tried in found {
-            if chosen.len() < REFINED && !chosen.iter().any(|better| beside(better, &tried)) {
-                chosen.push(tried);
-            }
-        }
-        chosen.into_iter().map(|tried| self.with(tried.shift, tried.turn)).collect()
-    }
-
-    /// The k-th rotation that is tried, within half a pitch.
-    fn angle(&self, k: usize, turns: usize) -> f64 {
-        self.gear.pitch_angle() * (k as f64 / turns as f64 - if k * 2 > turns { 1.0 } else { 0.0 })
-    }
-
-    /// Costs of the rotations over a pitch after a shift.
-    fn turned(&self, [x, y]: [f64; 2], turns: usize, arc: f64) -> Vec<f64> {
-        let (pitch, cap) = (self.gear.pitch_angle(), CAP * self.module());
-        let shift = Vector::new(x, y, 0.0);
-        let sides = |touch: &Touch| match touch.side {
-            Some(side) => [Some(side), None],
-            None => [Some(Side::Left), Some(Side::Right)],
-        };
-        let phases: Vec<[Option<f64>; 2]> = self
-            .points
-            .iter()
-            .map(|touch| {
-                let point = touch.point - shift;
-                sides(touch).map(|side| side.and_then(|side| phase(self.gear, side, None, &point, self.ball)))
-            })
-            .collect();
-        let cost = |turn: f64| {
-            let near = phases.iter().map(|each| {
-                let distance = |phase: &f64| {
-                    let apart = phase - turn;
-                    arc * (apart - pitch * (apart / pitch).round()).abs()
-                };
-                each.iter().flatten().map(distance).fold(cap, f64::min).powi(2)
-            });
-            near.sum::<f64>()
-        };
-        (0..turns).map(|k| cost(self.angle(k, turns))).collect()
-    }
-
-    /// Damped least squares from coefficients, every point at the nearest flank after each step.
-    pub(super) fn refined(&self, from: Vec<f64>) -> Place {
-        let mut place = Place { cost: self.cost(&from), p: from };
-        for _ in 0..MOST_STEPS {
-            cancel::checkpoint();
-            let Some(step) = self.step(&place.p) else { break };
-            let mut factor = 1.0;
-            let better = (0..4).find_map(|_| {
-                let p: Vec<f64> = place.p.iter().zip(&step).map(|(p, s)| p + factor * s).collect();
-                factor *= 0.5;
-                let sane = self.pose(&p).is_sane();
-                let cost = if sane { self.cost(&p) } else { f64::INFINITY };
-                (cost < place.cost).then_some(Place { p, cost })
-            });
-            let Some(better) = better else { break };
-            let done = better.cost > place.cost * (1.0 - 1e-9);
-            place = better;
-            if done {
-                break;
-            }
-        }
-        place
-    }
-
-    /// Mean square of distances; those of points without a foot count as the farthest.
-    fn cost(&self, p: &[f64]) -> f64 {
-        let undoing = self.pose(p).undoing();
-        // where the flank is known, the way to it is never too far
-        let cap = if self.told { self.gear.base_radius() } else { CAP * self.module() };
-        let each = self.points.iter().map(|touch| {
-            let distance = self.nearest(&undoing, touch).map_or(cap, |foot| foot.distance.abs().min(cap));
-            distance * distance
-        });
-        each.sum::<f64>() / self.points.len().max(1) as f64
-    }
-
-    /// The step of least squares in which far points count less (Huber at twice the scale); `None` where no point tells
-    /// one.
-    fn step(&self, p: &[f64]) -> Option<Vec<f64>> {
-        let (columns, undoing) = (&self.freedom.columns, self.pose(p).undoing());
-        let (mut rows, mut distances) = (Vec::new(), Vec::new());
-        for touch in &self.points {
-            let Some(foot) = self.nearest(&undoing, touch) else { continue };
-            let normal = normal(self.gear, foot.tooth, foot.side, foot.roll_length, foot.z);
-            let other = undoing.columns(&touch.point, &normal);
-            rows.push(columns.iter().map(|c| self.freedom.entry(*c, foot.side, &other)).collect::<Vec<f64>>());
-            distances.push(1e3 * foot.distance);
-        }
-        let scale = 1.4826 * median(&mut distances.iter().map(|d| d.abs()).collect::<Vec<f64>>());
-        let n = columns.len();
-        let (mut square, mut right) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
-        for (row, d) in rows.iter().zip(&distances) {
-            let weight = if d.abs() > 2.0 * scale { 2.0 * scale / d.abs() } else { 1.0 };
-            for i in 0..n {
-                right[i] += weight * row[i] * d;
-                for j in 0..n {
-                    square[(i, j)] += weight * row[i] * row[j];
-                }
-            }
-        }
-        let lengths: Vec<f64> = (0..n).map(|i| square[(i, i)].sqrt()).collect();
-        if !lengths.iter().all(|length| *length > 0.0 && length.is_finite()) {
-            return None;
-        }
-        for i in 0..n {
-            right[i] /= lengths[i];
-            for j in 0..n {
-                square[(i, j)] /= lengths[i] * lengths[j];
-            }
-        }
-        let eigen = square.symmetric_eigen();
-        let most = eigen.eigenvalues.max();
-        let mut step = vec![0.0; n];
-        for (k, value) in eigen.eigenvalues.iter().enumerate().filter(|(_, value)| **value > LEAST_EIGENVALUE * most) {
-            let along = eigen.eigenvectors.column(k).dot(&right) / value;
-            for i in 0..n {
-                step[i] += along * eigen.eigenvectors[(i, k)] / lengths[i];
-            }
-        }
-        Some(step)
-    }
-
-    /// Turned by the whole pitches that points of told teeth ask for, else by those that bring it nearest to 0; with
-    /// the share of told points that agree.
-    pub(super) fn counted(&self, mut p: Vec<f64>) -> (Vec<f64>, Option<f64>) {
-        let Some((k, unit)) = self.freedom.screw(self.gear) else { return (p, None) };
-        let teeth = self.gear.data().teeth;
-        let undoing = self.pose(&p).undoing();
-        let mut votes = BTreeMap::new();
-        for touch in self.points.iter().filter(|touch| touch.tooth.is_some_and(|tooth| (1..=teeth).contains(&tooth))) {
-            let back = Touch { tooth: None, ..self.back(&undoing, touch) };
-            if let (Some(foot), Some(told)) = (nearest(self.gear, &back, self.ball), touch.tooth) {
-                *votes.entry((told + teeth - foot.tooth) % teeth).or_insert(0usize) += 1;
-            }
-        }
-        let total: usize = votes.values().sum();
-        let most = votes.into_iter().max_by_key(|(_, count)| *count);
-        let (period, turn) = (self.gear.pitch_angle(), p[k] / unit);
-        let within = |turn: f64| turn - TAU * ((turn - PI) / TAU).ceil();
-        let (turn, agreed) = match most {
-            Some(_) if self.told => (within(turn), Some(1.0)),
-            Some((pitches, count)) => (within(turn + f64::from(pitches) * period), Some(count as f64 / total as f64)),
-            None => (turn - period * (turn / period).round(), None),
-        };
-        p[k] = unit * turn;
-        (p, agreed)
     }
 }

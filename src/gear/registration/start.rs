@@ -10,13 +10,16 @@
 //! the one with the least motion is taken.
 //!
 //! Rotations by whole pitches carry the teeth into each other: only points whose tooth is told (`tooth` of a [`Touch`])
-//! say how many. With teeth *and* flanks told nothing is sought: the rotation is the mean angle, over the full circle.
+//! say how many. With teeth *and* flanks told nothing is sought where they agree: the rotation is the angle that most
+//! of them ask for, over the full circle. Where they do not agree the part is laid by the nearest flanks, and turned by
+//! what most teeth say; the others are taken for wrongly named. Without a majority there is no place.
 
 use super::{
     Registering,
     columns::Freedom,
     pose::{Pose, Undoing},
-    search::Search,
+    search::{Place, Search},
+    teeth::Agreement,
 };
 use crate::{
     estimation::Faults,
@@ -37,6 +40,13 @@ const MOST_POINTS: usize = 240;
 /// should: regularisation then counts from there.
 const AT_HOME: f64 = 0.1;
 
+/// Share of told teeth that must agree: more than half.
+const LEAST_AGREE: f64 = 0.5;
+/// Share from which a few that disagree are not mentioned where the part fits badly.
+const MOST_AGREE: f64 = 0.9;
+/// A place without told teeth is better than theirs where its cost is less than so many of it.
+const LESS_COST: f64 = 0.25;
+
 /// Where a registration begins.
 #[derive(Clone, Debug)]
 pub struct Start {
@@ -45,8 +55,9 @@ pub struct Start {
     pub touches: Vec<Touch>,
     /// Whether no point tells how many whole pitches the part is turned by, though it may be turned.
     pub teeth_assumed: bool,
-    /// Whether points told to be of one tooth lie on others when most lie where they are told to.
-    pub teeth_contradict: bool,
+    /// How many points lie on another tooth than they are told to be of, when most lie where they are told to. Their
+    /// teeth are open in `touches`.
+    pub teeth_contradict: usize,
     /// Whether points may lie on other flanks as well, by another motion that fits alike.
     pub flanks_ambiguous: bool,
     /// The side that each point was nearest to as it was measured.
@@ -88,24 +99,73 @@ pub fn start(gear: &Gear, touches: &[Touch], ball: f64, asked: &Registering) -> 
         touches: carried(&pose.undoing(), touches),
         pose,
         teeth_assumed: false,
-        teeth_contradict: false,
+        teeth_contradict: 0,
         flanks_ambiguous: false,
         before: touches.iter().asking(200).map(|touch| nearest(gear, touch, ball).map(|foot| foot.side)).collect(),
     };
     if search.points.len() < search.freedom.columns.len() {
         return Ok(open(still));
     }
-    let (best, flanks_ambiguous) =
-        if search.told { (search.refined(search.mean_angle()), false) } else { search.best() };
-    let (p, votes) = search.counted(best.p);
-    let free = search.freedom.screw(gear).is_some();
+    let Found { p, flanks_ambiguous, agreement } = begun(&search)?;
     let pose = if search.motion(&p) < AT_HOME * search.module() { still } else { search.pose(&p) };
-    Ok(Start {
-        teeth_assumed: free && votes.is_none(),
-        teeth_contradict: votes.is_some_and(|agreed| agreed < 0.9),
-        flanks_ambiguous,
-        ..open(if pose.is_sane() { pose } else { still })
-    })
+    let mut start = open(if pose.is_sane() { pose } else { still });
+    start.teeth_assumed = search.freedom.screw(gear).is_some() && agreement.is_none();
+    start.flanks_ambiguous = flanks_ambiguous;
+    let Some(said) = agreement.filter(|said| said.share < 1.0) else { return Ok(start) };
+    let undoing = search.pose(&p).undoing();
+    let off = |touch: &Touch| search.pitches_off(&undoing, touch).is_some_and(|pitches| pitches > 0);
+    let given = touches.iter().enumerate().asking(200).filter(|(_, touch)| touch.point.iter().all(|x| x.is_finite()));
+    let contradicting: Vec<usize> = given.filter(|(_, touch)| off(touch)).map(|(i, _)| i).collect();
+    if said.is_sure {
+        // a tooth that most others contradict is a wrong name
+        contradicting.iter().for_each(|&i| start.touches[i].tooth = None);
+        start.teeth_contradict = contradicting.len();
+    } else if said.share < MOST_AGREE {
+        start.teeth_contradict = contradicting.len();
+    }
+    Ok(start)
+}
+
+/// Where the search ended.
+struct Found {
+    p: Vec<f64>,
+    flanks_ambiguous: bool,
+    /// What the told teeth say there; `None` where none is told.
+    agreement: Option<Agreement>,
+}
+
+/// The place by the told teeth where these agree, else by the flanks that are nearest, turned by what most teeth say.
+fn begun(search: &Search) -> Result<Found, Faults> {
+    let open = search.open();
+    // tilts and shifts may bring a wrong name's points within half a pitch of its tooth, but not onto its flanks
+    let by_names = search.told.then(|| search.refined(search.usual_angle())).map(|place| {
+        let agreement = search.agreement(&place.p);
+        (Place { cost: open.cost(&place.p), ..place }, agreement)
+    });
+    if let Some((place, Some(said))) = &by_names
+        && said.is_whole()
+        && open.lies_on_flanks(place)
+    {
+        return Ok(Found { p: place.p.clone(), flanks_ambiguous: false, agreement: Some(*said) });
+    }
+    let (best, flanks_ambiguous) = match (open.best(), by_names) {
+        ((best, _), Some((place, _))) if best.cost >= LESS_COST * place.cost => (place, false),
+        (found, _) => found,
+    };
+    let sure = open.lies_on_flanks(&best) && !flanks_ambiguous;
+    if search.told && !sure {
+        // the part fits badly, whatever its teeth are called
+        return Ok(Found { p: best.p, flanks_ambiguous: false, agreement: Some(Agreement::ASSUMED) });
+    }
+    let agreement = search.agreement(&best.p).map(|said| Agreement { is_sure: sure, ..said });
+    match agreement.filter(|said| said.is_sure) {
+        Some(said) if said.share <= LEAST_AGREE => return Err(Faults::one("/teeth", said.contradiction())),
+        Some(said) if said.pitches > 0 && !search.may_turn() => {
+            return Err(Faults::one("/teeth", said.turned_on(search.gear.data().teeth)));
+        }
+        _ => {}
+    }
+    Ok(Found { p: search.counted(best.p, agreement), flanks_ambiguous, agreement })
 }
 
 fn carried(undoing: &Undoing, touches: &[Touch]) -> Vec<Touch> {

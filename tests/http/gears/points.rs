@@ -149,3 +149,35 @@ async fn a_part_may_lie_anywhere() {
     assert!(codes(&answer).contains(&"motions_indistinguishable".to_owned()));
     app.stop().await;
 }
+
+/// A tooth of four that the operator miscounted, and three.
+#[tokio::test]
+async fn wrongly_named_teeth_are_told() {
+    let app = TestApp::start().await;
+    let pitch = std::f64::consts::TAU / 31.0;
+    let (all, teeth, flanks) = laid(&app, 1.2 * pitch, [0.9, -0.4]).await;
+    let request = |wrong: &[u32]| {
+        let named: Vec<u32> =
+            teeth.iter().map(|tooth| if wrong.contains(tooth) { tooth % 31 + 1 + tooth / 8 } else { *tooth }).collect();
+        let motions = json!({"motions": ["x_shift", "y_shift", "rotation"]});
+        json!({"gear": helical(), "points": all, "teeth": named, "flanks": flanks, "registration": motions})
+    };
+    let answer = taken(&app, "/v1/gears/deviations", &request(&[9])).await;
+    let registration = &answer["registration"];
+    for (k, truth) in [900.0, -400.0, 1.2e6 * pitch].into_iter().enumerate() {
+        let found = registration["motions"][k]["value"].as_f64().unwrap();
+        assert!((found - truth).abs() < 1e-4, "{k}: {found}");
+    }
+    assert_eq!(answer["tooth"], json!(teeth));
+    let codes: Vec<_> = registration["warnings"].as_array().unwrap().iter().map(|w| w["code"].clone()).collect();
+    assert_eq!(codes, ["teeth_contradict"]);
+    assert_eq!(pointers(&app, "/v1/gears/deviations", &request(&[9, 17, 25])).await, ["/teeth"]);
+    // the screw that stands for a rotation is told
+    let (all, ..) = laid(&app, 0.58, [0.0, 0.0]).await;
+    let alone = json!({"motions": ["axial_shift"]});
+    let request = json!({"gear": helical(), "points": all, "teeth": teeth, "flanks": flanks, "registration": alone});
+    let answer = taken(&app, "/v1/gears/deviations", &request).await;
+    let warnings = answer["registration"]["warnings"].as_array().unwrap();
+    assert!(warnings.iter().any(|warning| warning["code"] == "axial_shift_for_rotation"), "{warnings:?}");
+    app.stop().await;
+}

@@ -1,0 +1,203 @@
+//! What a registration answers: motions with their errors, what cannot be told apart, the part carried back, warnings.
+
+use super::{
+    Indistinguishable, Moved, Registering, Registration,
+    columns::Column,
+    misfit,
+    part::{Part, State},
+    pose::{Motion, Pose},
+    solve::dot,
+};
+use crate::{
+    estimation::{
+        FitError, FitResult, FitSpec, fit,
+        result::Warning,
+        spec::{Estimator, Include, Regularization},
+        words::counted,
+    },
+    gear::deviation::{Deviations, Node},
+    numerics::cancel::Asking,
+};
+
+/// Where the iteration ended.
+pub(super) struct Found {
+    pub(super) pose: Pose,
+    /// Coefficients of the columns where it began.
+    pub(super) begun: Vec<f64>,
+    pub(super) iterations: usize,
+    pub(super) converged: bool,
+}
+
+impl Part<'_> {
+    pub(super) fn answer(
+        &self,
+        Found { pose, begun, iterations, converged }: Found,
+        last: FitResult,
+        asked: &Registering,
+    ) -> Result<Registration, FitError> {
+        let mut warnings = Vec::new();
+        if !converged {
+            warnings.push(Warning {
+                code: "registration_not_converged",
+                message: format!("the motions still changed after {iterations} iterations"),
+            });
+        }
+        let every_motion = if self.freedom.is_whole() { None } else { Some(self.every_motion(&pose, asked.spec)?) };
+        let dependencies = &every_motion.as_ref().unwrap_or(&last).collinearity.near_dependencies;
+        let indistinguishable = dependencies
+            .iter()
+            .map(|near| Indistinguishable {
+                motions: near.terms.iter().filter_map(|term| Motion::named(term)).collect(),
+                condition_index: near.condition_index,
+                sentence: near.sentence.clone(),
+            })
+            .collect();
+        if !self.freedom.is_whole() {
+            warnings.push(self.undetermined());
+        }
+        let dependent = Self::dependent(&last);
+        if !dependent.is_empty() {
+            let names: Vec<&str> = dependent.iter().map(|motion| motion.name()).collect();
+            let message = format!(
+                "{}: these points do not tell them apart; their joint effect is shared between them by minimum norm, \
+                 and none has a standard error",
+                names.join(", ")
+            );
+            warnings.push(Warning { code: "motions_indistinguishable", message });
+        }
+        let deviations = self.carried_back(&pose, &mut warnings);
+        if let Some(start) = self.start {
+            warnings.extend(misfit::of_start(self.reference.gear, start, &deviations));
+        }
+        warnings.extend(misfit::of_axial_shift(self.reference.gear, &self.freedom, &pose));
+        let rows: Vec<usize> = self.rows.iter().map(|(i, _)| *i).collect();
+        warnings.extend(misfit::of_part(self.reference.gear, &deviations, &rows));
+        Ok(Registration {
+            motions: self.moved(&pose, &last, asked.spec, &begun),
+            pose,
+            rms_before: self.rms_before(&deviations),
+            rms_after: deviations.rms().unwrap_or_default(),
+            iterations,
+            converged,
+            indistinguishable,
+            fit: last,
+            every_motion,
+            rows,
+            deviations,
+            warnings,
+        })
+    }
+
+    /// Of the points as they were measured, against the flanks that they are found to belong to.
+    fn rms_before(&self, after: &Deviations) -> f64 {
+        let Some(start) = self.start else {
+            // at least one node takes part
+            return self.deviations.rms().unwrap_or_default();
+        };
+        let scale = self.deviations.direction.from_normal(self.reference.gear);
+        let (mut count, mut sum) = (0.0, 0.0);
+        for (i, node) in after.nodes.iter().enumerate().filter(|(_, node)| node.counts()).asking(1000) {
+            if let Some(point) = self.deviations.point(self.reference, i)
+                && let Ok(before) = self.carried((node.tooth, node.side), &start.pose.apply(&point))
+            {
+                (count, sum) = (count + 1.0, sum + (scale * before.deviation).powi(2));
+            }
+        }
+        if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
+    }
+
+    /// Least squares with a column for every motion.
+    fn every_motion(&self, pose: &Pose, spec: &FitSpec) -> Result<FitResult, FitError> {
+        let columns: Vec<Column> = self.freedom.motions.iter().map(|motion| Column::Motion(*motion)).collect();
+        let State { x, d } = self.with_columns(pose, &columns)?;
+        let values: Vec<f64> = self.freedom.motions.iter().map(|motion| pose.get(*motion)).collect();
+        let heights = d.iter().zip(x.chunks_exact(columns.len())).map(|(d, x)| d + dot(x, &values)).collect();
+        let plain = FitSpec {
+            regularization: Regularization::None,
+            estimator: Estimator::LeastSquares,
+            include: Include::default(),
+            ..spec.clone()
+        };
+        fit(&self.nodes(x, heights, &columns)?, &plain)
+    }
+
+    fn undetermined(&self) -> Warning {
+        let message = if self.freedom.columns.contains(&Column::Screw) {
+            "rotation and axial_shift: a screw motion carries the flanks of a helical gear into themselves, so that no \
+             points of them tell the two apart; their joint effect is shared between them by minimum norm, and neither \
+             has a standard error. Free only one of them to have all of it there"
+        } else {
+            "axial_shift: the flanks of a spur gear are the same along the axis, so that no points of them tell it; it \
+             is left at 0"
+        };
+        Warning { code: "motions_indistinguishable", message: message.into() }
+    }
+
+    /// The motions that these points do not tell from others, though points elsewhere could.
+    fn dependent(last: &FitResult) -> Vec<Motion> {
+        let exact = last.collinearity.near_dependencies.iter().filter(|near| near.condition_index.is_none());
+        let terms = exact.flat_map(|near| &near.terms);
+        terms.filter_map(|term| Motion::named(term)).collect()
+    }
+
+    fn moved(&self, pose: &Pose, last: &FitResult, spec: &FitSpec, begun: &[f64]) -> Vec<Moved> {
+        let mut start = Pose::default();
+        self.freedom.set(&mut start, begun, spec.scaling);
+        let dependent = Self::dependent(last);
+        let of = |motion: Motion| {
+            self.freedom.columns.iter().zip(&last.coefficients).find_map(|(column, coefficient)| {
+                let shares = self.freedom.shares(*column, spec.scaling);
+                shares.into_iter().find(|(m, _)| *m == motion).map(|(_, share)| (coefficient, share))
+            })
+        };
+        self.freedom
+            .motions
+            .iter()
+            .map(|&motion| {
+                let determined = self.freedom.tells(motion) && !dependent.contains(&motion);
+                // what is shared between motions says nothing of one of them
+                let told = of(motion).filter(|_| determined);
+                Moved {
+                    motion,
+                    value: pose.get(motion),
+                    // −0 is 0
+                    start: start.get(motion) + 0.0,
+                    std_error: told.and_then(|(c, share)| c.std_error.map(|error| error * share.abs())),
+                    bias_bound: told.map(|(c, _)| c.bias_bound),
+                    determined,
+                }
+            })
+            .collect()
+    }
+
+    /// Every defined node carried back, in the direction of the deviations given.
+    fn carried_back(&self, pose: &Pose, warnings: &mut Vec<Warning>) -> Deviations {
+        let undoing = pose.undoing();
+        let mut back = self.deviations.clone();
+        let scale = back.direction.from_normal(self.reference.gear);
+        let mut lost = Vec::new();
+        for (i, node) in back.nodes.iter_mut().enumerate().asking(1000) {
+            let Some(point) = self.deviations.point(self.reference, i) else { continue };
+            let point = undoing.point(&self.start.map_or(point, |start| start.pose.apply(&point)));
+            let flank = self.nearest(i, &point).unwrap_or((node.tooth, node.side));
+            match self.carried(flank, &point) {
+                Ok(carried) => *node = Node { deviation: carried.deviation * scale, within: node.within, ..carried },
+                Err(stray) => {
+                    *node = Node { roll_length: f64::NAN, z: f64::NAN, deviation: f64::NAN, ..*node };
+                    lost.push((i, stray));
+                }
+            }
+        }
+        if let Some((first, stray)) = lost.first() {
+            let count = counted(lost.len(), "node has", "nodes have");
+            warnings.push(Warning {
+                code: "nodes_lost",
+                message: format!(
+                    "{count} no place on the flank once carried back and are undefined; the first is {first}: {stray}"
+                ),
+            });
+        }
+        back.strays.extend(lost);
+        back
+    }
+}
