@@ -16,6 +16,7 @@
 
 pub mod compare;
 pub mod damping;
+mod datum;
 mod gain;
 mod limits;
 pub mod machine;

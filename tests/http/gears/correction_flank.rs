@@ -157,6 +157,12 @@ async fn traces_are_told_with_nodes_or_with_the_correction() {
     told["trace"] = json!((0..20).map(|k| k % 5).collect::<Vec<_>>());
     let three = correct(&app, &format!("{job}/iterations/2/correction"), &told).await;
     assert!(change(&three, "profile_angle") != 0.0 && change(&three, "helix_angle") == 0.0, "{three}");
+    // heights of one zero are not compared with traces that have a zero each
+    correct(&app, &format!("{job}/iterations/2/correction"), &request).await;
+    let axes = json!({"z": {"quantity": "deviation", "unit": "um", "trace_lengths": [5, 5, 5, 5]}});
+    measure(&app, &job, with(flank(0.5, shape), Some("left"), None, Some(axes))).await;
+    let kept = send(app.get(&format!("{job}/iterations/2/correction"))).await.json();
+    assert!(kept["not_compared"].as_str().unwrap().contains("a zero each"), "{kept}");
     let empty = json!({"z": {"quantity": "deviation", "unit": "um", "trace_lengths": [20, 0]}});
     let empty = with(flank(1.0, shape), None, None, Some(empty));
     assert_eq!(pointers(&app, &format!("{job}/iterations"), &empty).await, ["/axes/z/trace_lengths/1"]);

@@ -1,13 +1,14 @@
 //! The second-order surface through traces, each of which may have a zero of its own.
 //!
-//! A measuring machine zeroes each profile and each helix by itself, so of the level of a trace nothing is known:
-//! `δ = a_t + c_u u + c_v v + c_uu u² + c_uv uv + c_vv v²` with a nuisance parameter a_t for every trace t. It is taken
-//! out by centring columns and deviations trace by trace (Frisch, Waugh and Lovell), which gives the same estimates, errors
-//! and degrees of freedom as a column for each a_t. Samples count by the length that they stand for.
+//! A measuring machine zeroes each profile and each helix by itself, so of the level of a trace nothing is
+//! known: `δ = a_t + c_u u + c_v v + c_uu u² + c_uv uv + c_vv v²` with a nuisance parameter a_t for every trace
+//! t. It is taken out by centring columns and deviations trace by trace (Frisch, Waugh and Lovell), which gives
+//! the same estimates and errors as a column for each a_t. Samples count by the length that they stand for.
 //!
-//! *What is told.* All columns run over [-1, 1], so a direction of the coefficients whose singular value is below 1/30 of the
-//! greatest (Belsley) is one that the samples do not tell. The term of highest order with the greatest share in such
-//! directions is left out, until none is left. A slope whose twist is left out is that in the section of its trace.
+//! *What is told.* All columns run over [-1, 1], so a direction of the coefficients whose singular value is below
+//! 1/30 of the greatest (Belsley) is one that the samples do not tell. The term of highest order with the
+//! greatest share in such directions is left out, until none is left. A slope whose twist is left out is that in
+//! the section of its trace.
 
 use nalgebra::{DMatrix, DVector};
 
