@@ -11,8 +11,8 @@ FROM ${RUST_IMAGE} AS manifest
 WORKDIR /all
 COPY . .
 RUN mkdir /manifest \
- && cp -r --parents Cargo.toml Cargo.lock .cargo /manifest \
- && for target in src/lib.rs src/main.rs benches/*.rs tests/*.rs tests/*/main.rs; do \
+ && cp -r --parents Cargo.toml engine/Cargo.toml Cargo.lock .cargo /manifest \
+ && for target in src/lib.rs src/main.rs engine/src/lib.rs benches/*.rs engine/benches/*.rs tests/*.rs tests/*/main.rs; do \
       mkdir -p "/manifest/$(dirname "$target")" && echo 'fn main() {}' > "/manifest/$target"; \
     done
 
@@ -25,8 +25,10 @@ RUN cargo build --release --locked
 COPY build.rs build.rs
 COPY migrations migrations
 COPY examples examples
+COPY engine/src engine/src
+COPY engine/README.md engine/README.md
 COPY src src
-RUN touch src/lib.rs src/main.rs \
+RUN touch src/lib.rs src/main.rs engine/src/lib.rs \
  && cargo build --release --locked --bin flankfit \
  && mkdir -p /out/data \
  && objcopy --only-keep-debug target/release/flankfit /out/flankfit.debug \

@@ -19,8 +19,8 @@ use std::{
 
 use tokio::sync::oneshot;
 
-pub use crate::numerics::cancel::{Handle, checkpoint};
 use crate::telemetry;
+pub use flankfit_engine::numerics::cancel::{Handle, checkpoint};
 
 /// Work with the handle under which it runs.
 trait Job: Send {
@@ -290,7 +290,7 @@ mod tests {
     use tokio::task::JoinHandle;
 
     use super::*;
-    use crate::numerics::cancel;
+    use flankfit_engine::numerics::cancel;
 
     /// A worker at work until the sender is dropped.
     async fn occupied(pool: &Arc<WorkPool>) -> (mpsc::Sender<()>, JoinHandle<Result<bool, PoolError>>) {

@@ -105,7 +105,7 @@ fn a_second_run_adds_a_job_to_the_same_file() {
 
 #[test]
 fn real_traces_are_fitted_flank_by_flank() {
-    let traces = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/p40/97340-neu_nodes.csv");
+    let traces = Path::new(env!("CARGO_MANIFEST_DIR")).join("engine/tests/data/p40/97340-neu_nodes.csv");
     let folder = tempfile::tempdir().unwrap();
     let text = printed(&demo(folder.path(), &["--exit", "--nodes", &traces.display().to_string()]));
     for flank in ["left, tooth 1", "right, tooth 1"] {

@@ -1,4 +1,5 @@
-//! Which room may know which: reads the sources and enforces the directions that ARCHITECTURE.md draws.
+//! Which room may know which: reads the sources and enforces the directions that ARCHITECTURE.md draws. Between the
+//! engine and the service the compiler sees to it; here are the directions inside of each.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,69 +11,56 @@ struct Rule {
     foreign: &'static [&'static str],
 }
 
-const SERVICE: &[&str] = &[
-    "axum",
-    "bytes",
-    "clap",
-    "csv",
-    "fast_float2",
-    "http_body_util",
-    "itoa",
-    "jiff",
-    "metrics",
-    "metrics_exporter_prometheus",
-    "mimalloc",
-    "serde",
-    "serde_json",
-    "serde_path_to_error",
-    "sha2",
-    "sqlx",
-    "tokio",
-    "tower",
-    "tower_http",
-    "tracing",
-    "tracing_subscriber",
-    "utoipa",
-    "utoipa_axum",
-    "utoipa_swagger_ui",
-    "uuid",
-    "zmij",
-];
+/// Rooms of the engine's crate; all others are the service's.
+const ENGINE: &[&str] = &["estimation", "formats", "gear", "geometry", "numerics"];
+
+/// The only crates that the engine builds on: none that knows a wire, a clock or a file.
+const ENGINE_BUILDS_ON: &[&str] = &["libm", "nalgebra", "num-traits", "quick-xml", "rand_chacha", "rayon", "thiserror"];
 
 /// Telemetry, like a log, may be written to from every room above the mathematics.
 const RULES: &[Rule] = &[
-    Rule { room: "numerics", rooms: &[], foreign: SERVICE },
-    Rule { room: "geometry", rooms: &["numerics"], foreign: SERVICE },
-    Rule { room: "formats", rooms: &["estimation", "gear", "geometry", "numerics"], foreign: SERVICE },
-    Rule { room: "estimation", rooms: &["geometry", "numerics"], foreign: SERVICE },
-    Rule { room: "gear", rooms: &["estimation", "geometry", "numerics"], foreign: SERVICE },
+    Rule { room: "numerics", rooms: &[], foreign: &[] },
+    Rule { room: "geometry", rooms: &["numerics"], foreign: &[] },
+    Rule { room: "formats", rooms: &["estimation", "gear", "geometry", "numerics"], foreign: &[] },
+    Rule { room: "estimation", rooms: &["geometry", "numerics"], foreign: &[] },
+    Rule { room: "gear", rooms: &["estimation", "geometry", "numerics"], foreign: &[] },
     Rule {
         room: "api",
         rooms: &["estimation", "formats", "gear", "geometry", "jobs", "numerics", "telemetry"],
-        foreign: &["axum", "clap", "metrics", "nalgebra", "sqlx", "tokio", "tower", "tower_http", "utoipa_axum"],
+        foreign: &["axum", "clap", "metrics", "sqlx", "tokio", "tower", "tower_http", "utoipa_axum"],
     },
     Rule {
         room: "jobs",
         rooms: &["estimation", "gear", "telemetry"],
-        foreign: &["axum", "clap", "metrics", "nalgebra", "sqlx", "tower", "tower_http", "utoipa", "utoipa_axum"],
+        foreign: &["axum", "clap", "metrics", "sqlx", "tower", "tower_http", "utoipa", "utoipa_axum"],
     },
     Rule {
         room: "store",
         rooms: &["jobs", "api", "estimation", "telemetry"],
-        foreign: &["axum", "clap", "nalgebra", "tower", "tower_http", "utoipa", "utoipa_axum"],
+        foreign: &["axum", "clap", "tower", "tower_http", "utoipa", "utoipa_axum"],
     },
     Rule {
         room: "http",
         rooms: &["api", "jobs", "estimation", "pool", "config", "telemetry"],
-        foreign: &["clap", "nalgebra", "sqlx"],
+        foreign: &["clap", "sqlx"],
     },
-    Rule { room: "pool", rooms: &["numerics", "telemetry"], foreign: &["axum", "clap", "nalgebra", "sqlx", "utoipa"] },
-    Rule { room: "telemetry", rooms: &["config"], foreign: &["axum", "clap", "nalgebra", "sqlx", "utoipa"] },
-    Rule { room: "config", rooms: &[], foreign: &["axum", "nalgebra", "sqlx", "utoipa"] },
+    Rule { room: "pool", rooms: &["numerics", "telemetry"], foreign: &["axum", "clap", "sqlx", "utoipa"] },
+    Rule { room: "telemetry", rooms: &["config"], foreign: &["axum", "clap", "sqlx", "utoipa"] },
+    Rule { room: "config", rooms: &[], foreign: &["axum", "sqlx", "utoipa"] },
 ];
 
-fn source() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The `src/` in which a room lies.
+fn source_of(room: &str) -> PathBuf {
+    root().join(if ENGINE.contains(&room) { "engine/src" } else { "src" })
+}
+
+/// Every source file of the engine and of the service.
+fn sources() -> Vec<PathBuf> {
+    ["engine/src", "src"].iter().flat_map(|folder| rust_files(&root().join(folder))).collect()
 }
 
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
@@ -191,12 +179,12 @@ fn heads(tokens: &[String], start: usize) -> Vec<String> {
     names
 }
 
-/// Rooms named by `crate::…` or by a chain of `super::` that climbs to the crate root from a module `depth` rooms deep.
+/// Rooms named by `crate::…`, by `flankfit_engine::…` or by a chain of `super::` that climbs to the crate root from a module `depth` rooms deep.
 fn rooms_used(tokens: &[String], depth: usize) -> Vec<String> {
     let path = |i: usize| tokens.get(i).is_some_and(|t| t == ":") && tokens.get(i + 1).is_some_and(|t| t == ":");
     let mut used = Vec::new();
     for i in 0..tokens.len() {
-        if tokens[i] == "crate" && path(i + 1) && (i == 0 || tokens[i - 1] != "$") {
+        if (tokens[i] == "crate" || tokens[i] == "flankfit_engine") && path(i + 1) && (i == 0 || tokens[i - 1] != "$") {
             used.extend(heads(tokens, i + 3));
         }
         if tokens[i] == "super" && !(i >= 2 && tokens[i - 1] == ":" && tokens[i - 2] == ":") {
@@ -222,17 +210,17 @@ fn crate_used(tokens: &[String], name: &str) -> bool {
     })
 }
 
-/// The top-level rooms, from the folders and files of `src/`.
+/// The top-level rooms, from the folders and files of both `src/`.
 fn all_rooms() -> Vec<String> {
-    let entries = fs::read_dir(source()).expect("src");
+    let entries = ["engine/src", "src"].iter().flat_map(|folder| fs::read_dir(root().join(folder)).expect("sources"));
     let names =
         entries.map(|e| e.expect("an entry").path().file_stem().expect("a name").to_string_lossy().into_owned());
     names.filter(|n| n != "lib" && n != "main").collect()
 }
 
 fn files_of(room: &str) -> Vec<PathBuf> {
-    let mut files = rust_files(&source().join(room));
-    let alone = source().join(format!("{room}.rs"));
+    let mut files = rust_files(&source_of(room).join(room));
+    let alone = source_of(room).join(format!("{room}.rs"));
     if alone.exists() {
         files.push(alone);
     }
@@ -246,7 +234,7 @@ fn imports_point_downwards() {
     for rule in RULES {
         for file in files_of(rule.room) {
             let tokens = tokens(&split(&fs::read_to_string(&file).expect("a source file")).0);
-            let name = file.strip_prefix(source()).expect("below src").display().to_string();
+            let name = file.strip_prefix(source_of(rule.room)).expect("below src").display().to_string();
             // Modules between this file and the crate root: `estimation/mod.rs` 1, `estimation/fit.rs` 2.
             let depth = name.split('/').count() - usize::from(name.ends_with("mod.rs"));
             for used in rooms_used(&tokens, depth) {
@@ -266,6 +254,16 @@ fn imports_point_downwards() {
 }
 
 #[test]
+fn the_engine_builds_on_mathematics_only() {
+    let manifest = fs::read_to_string(root().join("engine/Cargo.toml")).expect("the engine's manifest");
+    let table = manifest.split("[dependencies]").nth(1).and_then(|rest| rest.split("\n[").next()).expect("a table");
+    let names = table.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split(['.', ' ']).next());
+    let mut names: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ENGINE_BUILDS_ON);
+}
+
+#[test]
 fn sql_stays_in_the_store() {
     let heads = [
         "SELECT ",
@@ -281,10 +279,8 @@ fn sql_stays_in_the_store() {
         "BEGIN IMMEDIATE",
         "VACUUM ",
     ];
-    for file in rust_files(&source()) {
-        if file.starts_with(source().join("store")) || file == source().join("store.rs") {
-            continue;
-        }
+    let store = files_of("store");
+    for file in sources().into_iter().filter(|file| !store.contains(file)) {
         for text in split(&fs::read_to_string(&file).expect("a source file")).1 {
             let start = text.trim_start();
             assert!(!heads.iter().any(|h| start.starts_with(h)), "{}: {start:?}", file.display());
@@ -294,7 +290,7 @@ fn sql_stays_in_the_store() {
 
 #[test]
 fn nothing_is_left_unfinished() {
-    for file in rust_files(&source()) {
+    for file in sources() {
         let (code, _) = split(&fs::read_to_string(&file).expect("a source file"));
         let dense: String = code.split_whitespace().collect();
         for word in ["todo!", "unimplemented!", "dbg!(", "#[ignore", "#[allow(", "#![allow("] {
@@ -306,10 +302,9 @@ fn nothing_is_left_unfinished() {
 /// A clone is whole: what tests, examples, benches and tools read lies in it, and no test passes because something is missing.
 #[test]
 fn nothing_outside_the_project_is_needed() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let own = root.join("tests/structure.rs");
-    for room in ["src", "tests", "examples", "benches", "fuzz/fuzz_targets"] {
-        for file in rust_files(&root.join(room)).into_iter().filter(|file| *file != own) {
+    let own = root().join("tests/structure.rs");
+    for room in ["engine", "src", "tests", "examples", "benches", "fuzz/fuzz_targets"] {
+        for file in rust_files(&root().join(room)).into_iter().filter(|file| *file != own) {
             for text in split(&fs::read_to_string(&file).expect("a source file")).1 {
                 let outside = text.starts_with("../") && !file.parent().expect("a folder").join(&text).exists();
                 assert!(!outside && !text.contains("SKIPPED"), "{}: {text:?}", file.display());
@@ -323,14 +318,15 @@ fn the_reader_of_sources_reads() {
     let text = r##"
         //! use axum::Router; SELECT
         use crate::{estimation::{fit, Nodes}, http};
+        use flankfit_engine::gear;
         /* use tokio::main; /* nested */ */
         fn f<'a>(c: char) -> bool { c == '"' || c == '\'' || super::super::store::x("SELECT 1", r#"a "b" c"#) }
     "##;
     let (code, strings) = split(text);
     assert_eq!(strings, ["SELECT 1", "a \"b\" c"]);
     let tokens = tokens(&code);
-    assert_eq!(rooms_used(&tokens, 2), ["estimation", "http", "store"]);
-    assert_eq!(rooms_used(&tokens, 3), ["estimation", "http"]);
+    assert_eq!(rooms_used(&tokens, 2), ["estimation", "http", "gear", "store"]);
+    assert_eq!(rooms_used(&tokens, 3), ["estimation", "http", "gear"]);
     assert!(!crate_used(&tokens, "axum") && !crate_used(&tokens, "tokio"));
     assert!(crate_used(&self::tokens("let x = serde_json::to_string(&y);"), "serde_json"));
     assert!(crate_used(&self::tokens("use sqlx;"), "sqlx"));

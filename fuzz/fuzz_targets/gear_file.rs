@@ -1,7 +1,7 @@
 //! The door for all files: every fault lies within the file.
 #![no_main]
 
-use flankfit::formats::gear_file::read;
+use flankfit_engine::formats::gear_file::read;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

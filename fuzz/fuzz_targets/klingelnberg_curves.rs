@@ -1,7 +1,7 @@
 //! Curve files: no panic on the way from bytes to traces with positions.
 #![no_main]
 
-use flankfit::{formats::klingelnberg::{Sense, read_curves}, gear::Gear};
+use flankfit_engine::{formats::klingelnberg::{Sense, read_curves}, gear::Gear};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -1,7 +1,7 @@
 //! Value files.
 #![no_main]
 
-use flankfit::formats::klingelnberg::read_values;
+use flankfit_engine::formats::klingelnberg::read_values;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -1,7 +1,7 @@
 //! Lists of points: what is read is written and read again to the same points.
 #![no_main]
 
-use flankfit::formats::points::{ListedPoint, read, write};
+use flankfit_engine::formats::points::{ListedPoint, read, write};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -1,7 +1,7 @@
 //! Gear models in XML.
 #![no_main]
 
-use flankfit::formats::rexs::read;
+use flankfit_engine::formats::rexs::read;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

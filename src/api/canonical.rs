@@ -19,7 +19,7 @@ use super::{
     fit_spec_json,
     nodes_codec::{self, Layout},
 };
-use crate::{
+use flankfit_engine::{
     estimation::{FitSpec, Nodes, spec::Include},
     numerics::cancel::Asking,
 };
@@ -110,7 +110,7 @@ pub fn hexadecimal(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimation::spec::{Degree, Model, PolynomialBasis, Terms};
+    use flankfit_engine::estimation::spec::{Degree, Model, PolynomialBasis, Terms};
 
     fn spec(degree: usize) -> FitSpec {
         FitSpec::new(Model::Polynomial {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::estimation::spec::Criterion;
+use flankfit_engine::estimation::spec::Criterion;
 
 /// Declares both enums from the list of criteria, and the ways between them and [`Criterion`].
 macro_rules! criteria {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::fit_spec::present;
-use crate::estimation::{
+use flankfit_engine::estimation::{
     estimator::{Estimator, MEstimator, ScaleRule, Start},
     robust::loss::Loss,
 };

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{fit_spec::present, json_writer::Object};
-use crate::estimation::filtering::{
+use flankfit_engine::estimation::filtering::{
     report::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
     spec,
 };

@@ -8,7 +8,7 @@ use super::{
     fit_spec::{EstimatorBody, IncludeName, NodeUncertaintyBody, RegularizationBody, ScalingName},
     reader::{Fields, RawSpec, SPEC_KEYS},
 };
-use crate::estimation::{
+use flankfit_engine::estimation::{
     Faults, FitSpec,
     spec::{Model, Regularization},
 };

@@ -1,7 +1,7 @@
 //! A spec as JSON with every default filled in, for storing and for the digest, and back.
 
 use super::{filters::FilterBody, fit_spec::*, reader, regularization_json::regularization};
-use crate::estimation::spec::{self, FitSpec};
+use flankfit_engine::estimation::spec::{self, FitSpec};
 
 /// The canonical JSON text: keys in the contract's order, defaults written out, no white space, −0 as 0.
 pub fn to_json(spec: &FitSpec) -> String {

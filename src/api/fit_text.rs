@@ -15,18 +15,16 @@ use super::{
     robust_result,
     shapes::{curve_shape::CurveBody, surface_shape::SurfaceBody},
 };
-use crate::{
-    estimation::{
-        FitResult,
-        near::Shape,
-        result::{
-            Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, LambdaCurvePoint,
-            NearDependency, Numerics, PerturbationBounds, PerturbationReport, RegularizationKind, RegularizationReport,
-            RegularizedSpectrum, ResidualReport, RidgeTracePoint, SpectrumReport, TermKey, Warning,
-        },
-        spec::{Criterion, Domain, Include},
+use crate::jobs::scheme_name;
+use flankfit_engine::estimation::{
+    FitResult,
+    near::Shape,
+    result::{
+        Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, LambdaCurvePoint,
+        NearDependency, Numerics, PerturbationBounds, PerturbationReport, RegularizationKind, RegularizationReport,
+        RegularizedSpectrum, ResidualReport, RidgeTracePoint, SpectrumReport, TermKey, Warning,
     },
-    jobs::scheme_name,
+    spec::{Criterion, Domain, Include},
 };
 
 /// The text of an answer. `shape` is the curve or surface that was fitted, where there is one; `input_sha256` is the digest of

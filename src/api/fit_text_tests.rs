@@ -3,22 +3,20 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::{
-    api::{
-        examples::REQUEST_EXAMPLES,
-        fit_result::FitResultBody,
-        reader::{self, NoExtra},
+use crate::api::{
+    examples::REQUEST_EXAMPLES,
+    fit_result::FitResultBody,
+    reader::{self, NoExtra},
+};
+use flankfit_engine::estimation::{
+    self, FitSpec, Nodes,
+    estimator::Start,
+    filtering::{
+        report::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
+        spec::{Action, Filter, Hampel},
     },
-    estimation::{
-        self, FitSpec, Nodes,
-        estimator::Start,
-        filtering::{
-            report::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
-            spec::{Action, Filter, Hampel},
-        },
-        result::{LocalSolution, NormLimitSource, RobustReport, Written},
-        spec::{Count, Criterion, NodeUncertainty, Parameter, Regularization, Scaling, Scheme},
-    },
+    result::{LocalSolution, NormLimitSource, RobustReport, Written},
+    spec::{Count, Criterion, NodeUncertainty, Parameter, Regularization, Scaling, Scheme},
 };
 
 const ALL: Include = Include {

@@ -8,10 +8,10 @@ use utoipa::ToSchema;
 
 use super::{canonical, fit_spec_json, fit_text, json_merge, problem::Problem};
 use crate::{
-    estimation::{self, FitSpec, Nodes, Plans, near, spec::Include},
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
     telemetry,
 };
+use flankfit_engine::estimation::{self, FitSpec, Nodes, Plans, near, spec::Include};
 
 /// What a replay is told: nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]

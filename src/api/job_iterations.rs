@@ -17,10 +17,8 @@ use super::{
     reader::Extra,
     text::{LongText, Moment, ShortText},
 };
-use crate::{
-    estimation::{Faults, Nodes},
-    jobs::{Decision, FitRecord, FitSummary, Iteration, List, Measurand, NewFit, NewIteration, Page, Stored},
-};
+use crate::jobs::{Decision, FitRecord, FitSummary, Iteration, List, Measurand, NewFit, NewIteration, Page, Stored};
+use flankfit_engine::estimation::{Faults, Nodes};
 
 /// A fit request with what is known of the measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

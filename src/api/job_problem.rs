@@ -1,10 +1,8 @@
 //! What the store refuses, as problems.
 
 use super::problem::{Problem, ProblemCode};
-use crate::{
-    estimation::{Faults, words::counted},
-    jobs::{RepositoryError, What},
-};
+use crate::jobs::{RepositoryError, What};
+use flankfit_engine::estimation::{Faults, words::counted};
 
 impl From<RepositoryError> for Problem {
     fn from(error: RepositoryError) -> Self {

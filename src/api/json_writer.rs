@@ -9,7 +9,7 @@ use std::{io, sync::OnceLock};
 use serde::Serialize;
 use serde_json::ser::{Formatter, Serializer};
 
-use crate::numerics::cancel::Asking;
+use flankfit_engine::numerics::cancel::Asking;
 
 /// An answer has a number that JSON cannot hold; its field, or the field that it stands in.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

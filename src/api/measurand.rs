@@ -14,10 +14,10 @@ use super::{
     reader::Extra,
     text::ShortText,
 };
-use crate::{
+use crate::jobs::Measurand;
+use flankfit_engine::{
     estimation::{Faults, FitSpec, Nodes, Recursive},
     gear::tooth::check_name,
-    jobs::Measurand,
 };
 
 /// What the nodes are of. A fit does not depend on it; whatever is made of a stored iteration does.

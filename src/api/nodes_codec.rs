@@ -13,7 +13,7 @@
 //!
 //! NaN (a missing node posted as `null`) and −0 keep their bits.
 
-use crate::estimation::nodes::{Curve, Grid, Matrix, Nodes, Scattered};
+use flankfit_engine::estimation::{Faults, nodes::Nodes};
 
 const MAGIC: &[u8; 4] = b"FFN1";
 const WEIGHT: u8 = 1;
@@ -35,6 +35,8 @@ pub enum CodecError {
     Counts,
     #[error("a stored column name is not UTF-8")]
     Name,
+    #[error("the stored nodes are not sound: {0:?}")]
+    Nodes(Faults),
 }
 
 /// Nodes, laid out but not copied yet: what stands before the doubles, the doubles, and what follows them.
@@ -46,20 +48,20 @@ pub(super) struct Layout<'a> {
 
 pub(super) fn layout(nodes: &Nodes) -> Layout<'_> {
     let (kind, counts, mut doubles): (u8, Vec<usize>, Vec<&[f64]>) = match nodes {
-        Nodes::Curve(c) => (0, vec![c.x.len()], vec![&c.x, &c.y]),
-        Nodes::Scattered(s) => (1, vec![s.u.len()], vec![&s.u, &s.v, &s.z]),
-        Nodes::Grid(g) => (2, vec![g.u.len(), g.v.len()], vec![&g.u, &g.v, &g.z]),
-        Nodes::Matrix(m) => (3, vec![m.y.len(), m.columns], vec![&m.x, &m.y]),
+        Nodes::Curve(c) => (0, vec![c.x().len()], vec![c.x(), c.y()]),
+        Nodes::Scattered(s) => (1, vec![s.u().len()], vec![s.u(), s.v(), s.z()]),
+        Nodes::Grid(g) => (2, vec![g.u().len(), g.v().len()], vec![g.u(), g.v(), g.z()]),
+        Nodes::Matrix(m) => (3, vec![m.y().len(), m.columns()], vec![m.x(), m.y()]),
     };
     let weight = match nodes {
-        Nodes::Curve(c) => &c.weight,
-        Nodes::Scattered(s) => &s.weight,
-        Nodes::Grid(g) => &g.weight,
-        Nodes::Matrix(m) => &m.weight,
+        Nodes::Curve(c) => c.weight(),
+        Nodes::Scattered(s) => s.weight(),
+        Nodes::Grid(g) => g.weight(),
+        Nodes::Matrix(m) => m.weight(),
     };
     let (valid, names) = match nodes {
-        Nodes::Grid(g) => (g.valid.as_deref(), None),
-        Nodes::Matrix(m) => (None, m.names.as_deref()),
+        Nodes::Grid(g) => (g.valid(), None),
+        Nodes::Matrix(m) => (None, m.names()),
         _ => (None, None),
     };
     let flag = |there: bool, bit: u8| if there { bit } else { 0 };
@@ -70,7 +72,7 @@ pub(super) fn layout(nodes: &Nodes) -> Layout<'_> {
     for count in counts {
         head.extend_from_slice(&(count as u64).to_le_bytes());
     }
-    doubles.extend(weight.as_deref());
+    doubles.extend(weight);
     let mut tail: Vec<u8> = valid.into_iter().flatten().map(|&v| u8::from(v)).collect();
     for name in names.into_iter().flatten() {
         tail.extend_from_slice(&(name.len() as u32).to_le_bytes());
@@ -101,7 +103,7 @@ fn push_doubles(bytes: &mut Vec<u8>, values: &[f64]) {
     }
 }
 
-/// Bytes to nodes. What was encoded had been checked, so only the form is looked at.
+/// Bytes to nodes, checked like posted ones.
 pub fn decode(bytes: &[u8]) -> Result<Nodes, CodecError> {
     let mut input = Input { bytes };
     let magic: [u8; 4] = input.array()?;
@@ -113,12 +115,12 @@ pub fn decode(bytes: &[u8]) -> Result<Nodes, CodecError> {
         0 => {
             let m = input.count()?;
             let (x, y) = (input.doubles(m)?, input.doubles(m)?);
-            Nodes::Curve(Curve { x, y, weight: input.weight(flags, m)? })
+            Nodes::curve(x, y, input.weight(flags, m)?)
         }
         1 => {
             let m = input.count()?;
             let (u, v, z) = (input.doubles(m)?, input.doubles(m)?, input.doubles(m)?);
-            Nodes::Scattered(Scattered { u, v, z, weight: input.weight(flags, m)? })
+            Nodes::scattered(u, v, z, input.weight(flags, m)?)
         }
         2 => {
             let (nu, nv) = (input.count()?, input.count()?);
@@ -129,7 +131,7 @@ pub fn decode(bytes: &[u8]) -> Result<Nodes, CodecError> {
                 0 => None,
                 _ => Some(input.take(m)?.iter().map(|&byte| byte != 0).collect()),
             };
-            Nodes::Grid(Grid { u, v, z, valid, weight })
+            Nodes::grid(u, v, z, valid, weight)
         }
         3 => {
             let (m, columns) = (input.count()?, input.count()?);
@@ -140,12 +142,12 @@ pub fn decode(bytes: &[u8]) -> Result<Nodes, CodecError> {
                 0 => None,
                 _ => Some((0..columns).map(|_| input.name()).collect::<Result<_, _>>()?),
             };
-            Nodes::Matrix(Matrix { x, columns, y, names, weight })
+            Nodes::matrix(x, columns, y, names, weight)
         }
         other => return Err(CodecError::Type(other)),
     };
     match input.bytes.len() {
-        0 => Ok(nodes),
+        0 => nodes.map_err(CodecError::Nodes),
         rest => Err(CodecError::Long(rest)),
     }
 }

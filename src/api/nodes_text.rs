@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::{
-    estimation::nodes::{Grid, Nodes},
+use flankfit_engine::{
+    estimation::nodes::{self, Nodes},
     formats::Pieces,
 };
 
@@ -13,46 +13,45 @@ type Column = fn(&Nodes) -> &[f64];
 /// JSON in the contract's form; a missing node is `null`.
 pub fn to_json(nodes: Arc<Nodes>) -> Pieces {
     let text = Text { file: Pieces::new(), nodes: Arc::clone(&nodes) };
-    let text =
-        match &*nodes {
-            Nodes::Curve(_) => text
-                .array(r#"{"type":"curve","x":"#, |nodes| if let Nodes::Curve(c) = nodes { &c.x } else { &[] })
-                .array(r#","y":"#, |nodes| if let Nodes::Curve(c) = nodes { &c.y } else { &[] }),
-            Nodes::Scattered(_) => text
-                .array(r#"{"type":"scattered","u":"#, |nodes| if let Nodes::Scattered(s) = nodes { &s.u } else { &[] })
-                .array(r#","v":"#, |nodes| if let Nodes::Scattered(s) = nodes { &s.v } else { &[] })
-                .array(r#","z":"#, |nodes| if let Nodes::Scattered(s) = nodes { &s.z } else { &[] }),
-            Nodes::Grid(g) => {
-                let text = text
-                    .array(r#"{"type":"grid","u":"#, |nodes| if let Nodes::Grid(g) = nodes { &g.u } else { &[] })
-                    .array(r#","v":"#, |nodes| if let Nodes::Grid(g) = nodes { &g.v } else { &[] })
-                    .rows(r#","z":"#, g.v.len(), |nodes| if let Nodes::Grid(g) = nodes { &g.z } else { &[] });
-                match &g.valid {
-                    Some(valid) => text.cells(r#","valid":"#, valid.len(), Some(g.v.len()), |nodes, i, out| {
-                        let valid = matches!(nodes, Nodes::Grid(Grid { valid: Some(valid), .. }) if valid[i]);
-                        out.extend_from_slice(if valid { b"true" } else { b"false" });
-                    }),
-                    None => text,
-                }
+    let text = match &*nodes {
+        Nodes::Curve(_) => text
+            .array(r#"{"type":"curve","x":"#, |nodes| if let Nodes::Curve(c) = nodes { c.x() } else { &[] })
+            .array(r#","y":"#, |nodes| if let Nodes::Curve(c) = nodes { c.y() } else { &[] }),
+        Nodes::Scattered(_) => text
+            .array(r#"{"type":"scattered","u":"#, |nodes| if let Nodes::Scattered(s) = nodes { s.u() } else { &[] })
+            .array(r#","v":"#, |nodes| if let Nodes::Scattered(s) = nodes { s.v() } else { &[] })
+            .array(r#","z":"#, |nodes| if let Nodes::Scattered(s) = nodes { s.z() } else { &[] }),
+        Nodes::Grid(g) => {
+            let text = text
+                .array(r#"{"type":"grid","u":"#, |nodes| if let Nodes::Grid(g) = nodes { g.u() } else { &[] })
+                .array(r#","v":"#, |nodes| if let Nodes::Grid(g) = nodes { g.v() } else { &[] })
+                .rows(r#","z":"#, g.v().len(), |nodes| if let Nodes::Grid(g) = nodes { g.z() } else { &[] });
+            match g.valid() {
+                Some(valid) => text.cells(r#","valid":"#, valid.len(), Some(g.v().len()), |nodes, i, out| {
+                    let valid = matches!(nodes, Nodes::Grid(grid) if grid.valid().is_some_and(|valid| valid[i]));
+                    out.extend_from_slice(if valid { b"true" } else { b"false" });
+                }),
+                None => text,
             }
-            Nodes::Matrix(m) => {
-                let text =
-                    text.rows(r#"{"type":"matrix","x":"#, m.columns, |nodes| {
-                        if let Nodes::Matrix(m) = nodes { &m.x } else { &[] }
-                    })
-                    .array(r#","y":"#, |nodes| if let Nodes::Matrix(m) = nodes { &m.y } else { &[] });
-                match &m.names {
-                    Some(names) => {
-                        let mut list = br#","names":"#.to_vec();
-                        // Strings are always writable as JSON.
-                        let _written = serde_json::to_writer(&mut list, names);
-                        Text { file: text.file.text(list), ..text }
-                    }
-                    None => text,
+        }
+        Nodes::Matrix(m) => {
+            let text =
+                text.rows(r#"{"type":"matrix","x":"#, m.columns(), |nodes| {
+                    if let Nodes::Matrix(m) = nodes { m.x() } else { &[] }
+                })
+                .array(r#","y":"#, |nodes| if let Nodes::Matrix(m) = nodes { m.y() } else { &[] });
+            match m.names() {
+                Some(names) => {
+                    let mut list = br#","names":"#.to_vec();
+                    // Strings are always writable as JSON.
+                    let _written = serde_json::to_writer(&mut list, names);
+                    Text { file: text.file.text(list), ..text }
                 }
+                None => text,
             }
-        };
-    let columns = if let Nodes::Grid(g) = &*nodes { Some(g.v.len()) } else { None };
+        }
+    };
+    let columns = if let Nodes::Grid(g) = &*nodes { Some(g.v().len()) } else { None };
     let text = match (weights(&nodes), columns) {
         ([], _) => text,
         (_, None) => text.array(r#","weight":"#, weights),
@@ -64,12 +63,12 @@ pub fn to_json(nodes: Arc<Nodes>) -> Pieces {
 /// Empty where there are none.
 fn weights(nodes: &Nodes) -> &[f64] {
     let weight = match nodes {
-        Nodes::Curve(c) => &c.weight,
-        Nodes::Scattered(s) => &s.weight,
-        Nodes::Grid(g) => &g.weight,
-        Nodes::Matrix(m) => &m.weight,
+        Nodes::Curve(c) => c.weight(),
+        Nodes::Scattered(s) => s.weight(),
+        Nodes::Grid(g) => g.weight(),
+        Nodes::Matrix(m) => m.weight(),
     };
-    weight.as_deref().unwrap_or_default()
+    weight.unwrap_or_default()
 }
 
 /// JSON of nodes, as far as it has been put together.
@@ -121,8 +120,8 @@ pub fn to_csv(nodes: Arc<Nodes>) -> Pieces {
         Nodes::Curve(_) => vec!["x".into(), "y".into()],
         Nodes::Scattered(_) | Nodes::Grid(_) => vec!["u".into(), "v".into(), "z".into()],
         Nodes::Matrix(m) => {
-            let names = m.names.clone();
-            let mut names = names.unwrap_or_else(|| (1..=m.columns).map(|j| format!("x{j}")).collect());
+            let plain = || (1..=m.columns()).map(|j| format!("x{j}")).collect();
+            let mut names: Vec<String> = m.names().map_or_else(plain, <[String]>::to_vec);
             names.push("y".into());
             names
         }
@@ -134,12 +133,12 @@ pub fn to_csv(nodes: Arc<Nodes>) -> Pieces {
     Pieces::new().text(header).lines(nodes.posted(), move |i, out| {
         row.clear();
         match &*nodes {
-            Nodes::Curve(c) => row.extend_from_slice(&[c.x[i], c.y[i]]),
-            Nodes::Scattered(s) => row.extend_from_slice(&[s.u[i], s.v[i], s.z[i]]),
-            Nodes::Grid(g) => row.extend_from_slice(&[g.u[i / g.v.len()], g.v[i % g.v.len()], height(g, i)]),
+            Nodes::Curve(c) => row.extend_from_slice(&[c.x()[i], c.y()[i]]),
+            Nodes::Scattered(s) => row.extend_from_slice(&[s.u()[i], s.v()[i], s.z()[i]]),
+            Nodes::Grid(g) => row.extend_from_slice(&[g.u()[i / g.v().len()], g.v()[i % g.v().len()], height(g, i)]),
             Nodes::Matrix(m) => {
-                row.extend_from_slice(&m.x[i * m.columns..(i + 1) * m.columns]);
-                row.push(m.y[i]);
+                row.extend_from_slice(&m.x()[i * m.columns()..(i + 1) * m.columns()]);
+                row.push(m.y()[i]);
             }
         }
         row.extend(weights(&nodes).get(i));
@@ -162,8 +161,8 @@ fn cell(name: &mut String) {
     }
 }
 
-fn height(grid: &Grid, i: usize) -> f64 {
-    if grid.valid.as_ref().is_none_or(|valid| valid[i]) { grid.z[i] } else { f64::NAN }
+fn height(grid: &nodes::Grid, i: usize) -> f64 {
+    if grid.valid().as_ref().is_none_or(|valid| valid[i]) { grid.z()[i] } else { f64::NAN }
 }
 
 /// The shortest text that reads back to the same double; `null` for what is not finite.

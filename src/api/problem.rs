@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::json_writer::NotFinite;
-use crate::estimation::{Fault, Faults, FitError};
+use flankfit_engine::estimation::{Fault, Faults, FitError};
 
 /// An error. `application/problem+json` (RFC 9457).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

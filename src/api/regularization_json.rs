@@ -1,7 +1,7 @@
 //! A regularisation as JSON with every default filled in.
 
 use super::{fit_spec::*, fit_spec_json::unsigned_zero};
-use crate::estimation::spec;
+use flankfit_engine::estimation::spec;
 
 /// The regularisation with every default filled in.
 pub fn regularization(regularization: &spec::Regularization) -> RegularizationBody {

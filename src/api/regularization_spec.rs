@@ -8,7 +8,7 @@ use super::{
     fit_spec::{present, tags},
     fit_spec_values::CountBody,
 };
-use crate::estimation::spec::{DEFAULT_CONDITION_LIMIT, Scheme};
+use flankfit_engine::estimation::spec::{DEFAULT_CONDITION_LIMIT, Scheme};
 
 /// Regularisation; default spectral with its defaults.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{estimator_spec::StartName, json_writer::Object};
-use crate::estimation::result::{LocalSolution, RobustReport};
+use flankfit_engine::estimation::result::{LocalSolution, RobustReport};
 
 /// How a robust estimate was reached. Lengths are in the unit of the heights (times √weight, where nodes carry weights).
 ///

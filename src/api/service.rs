@@ -3,10 +3,8 @@
 use std::time::Instant;
 
 use super::{canonical, fit_spec_json, fit_text, measurand::MeasurandBody, problem::Problem, reader};
-use crate::{
-    estimation::{self, FitSpec, Nodes, Plans, near},
-    telemetry,
-};
+use crate::telemetry;
+use flankfit_engine::estimation::{self, FitSpec, Nodes, Plans, near};
 
 /// Fits and writes the answer. Processor work.
 pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {

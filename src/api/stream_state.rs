@@ -3,7 +3,7 @@
 //! `FFS1`, the count of numbers (8 bytes), the numbers (little-endian doubles), then the columns' names as JSON (`null` where
 //! there are none). Bytes of another form are not read: the estimate is then made again from the nodes.
 
-use crate::estimation::state::State;
+use flankfit_engine::estimation::state::State;
 
 const MAGIC: &[u8; 4] = b"FFS1";
 

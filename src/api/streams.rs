@@ -21,10 +21,8 @@ use super::{
     reader::{self, Extra},
     text::{LongText, Moment, ShortText},
 };
-use crate::{
-    estimation::{Faults, Nodes, Recursive, near, words::counted},
-    jobs::{NewStream, Stream, StreamDraft},
-};
+use crate::jobs::{NewStream, Stream, StreamDraft};
+use flankfit_engine::estimation::{Faults, Nodes, Recursive, near, words::counted};
 
 /// A stream to open: a fit request without nodes. `domain` must be given where the basis is mapped to it (Chebyshev, Legendre)
 /// or knots are equal spans over it.

@@ -11,7 +11,7 @@ use super::{
     reader::{self, NoExtra, ReadError},
     study_result::RandomizationResult,
 };
-use crate::estimation::{
+use flankfit_engine::estimation::{
     Faults, FitError,
     randomization::{self, ColumnScaling, Measured, Setup, Study},
 };

@@ -7,7 +7,7 @@ use super::{
     fit_result_parts::{ChosenBy, LimitSource, WarningBody},
     study::{CheckedStudy, StudyScaling},
 };
-use crate::estimation::{
+use flankfit_engine::estimation::{
     randomization::{Figures, LevelResult, Reference, ReferenceChoice, StudyResult, Summary},
     spec::Criterion,
 };

@@ -10,21 +10,21 @@ use std::{
 use clap::Args;
 
 use super::demo::table::Table;
-use crate::{
-    api::{
-        gears::{
-            deviations,
-            evaluate::{EvaluatedTraceBody, EvaluationBody},
-            evaluate_request::EvaluationSettingsBody,
-            figures::FigureBody,
-            file::{self, FileRead, ImportSpecBody},
-            file_gears::{self, GearsOfFileBody},
-            gear::GearBody,
-            trace::{KindName, SideName},
-        },
-        problem::Problem,
-        reader,
+use crate::api::{
+    gears::{
+        deviations,
+        evaluate::{EvaluatedTraceBody, EvaluationBody},
+        evaluate_request::EvaluationSettingsBody,
+        figures::FigureBody,
+        file::{self, FileRead, ImportSpecBody},
+        file_gears::{self, GearsOfFileBody},
+        gear::GearBody,
+        trace::{KindName, SideName},
     },
+    problem::Problem,
+    reader,
+};
+use flankfit_engine::{
     estimation::words::Shown,
     formats::{GearFile, gear_file, klingelnberg::Reading},
     gear::Gear,

@@ -12,13 +12,11 @@ use super::{
     multipart,
     state::AppState,
 };
-use crate::{
-    api::{
-        problem::{Problem, Room},
-        reader::{self, Extra},
-    },
-    estimation::{self, FitSpec, Nodes},
+use crate::api::{
+    problem::{Problem, Room},
+    reader::{self, Extra},
 };
+use flankfit_engine::estimation::{self, FitSpec, Nodes};
 
 /// Longest body that is read on a thread that serves connections: some tens of microseconds.
 const SHORT_BODY: usize = 64 << 10;

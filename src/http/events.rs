@@ -29,9 +29,9 @@ use crate::{
         events::{self, JobEventBody},
         problem::{Problem, ProblemCode},
     },
-    estimation::Faults,
     jobs::RepositoryError,
 };
+use flankfit_engine::estimation::Faults;
 
 /// Events read at a time.
 const PAGE: u32 = 256;

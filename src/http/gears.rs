@@ -14,25 +14,23 @@ use super::{
     state::AppState,
     unsent::weighed,
 };
-use crate::{
-    api::{
-        gears::{
-            deviations::{self, DeviationsBody},
-            deviations_request::DeviationsRequestBody,
-            evaluate::{self, EvaluationBody},
-            evaluate_request::EvaluateBody,
-            file_gears::{self, GearsOfFileBody},
-            flank::{self, FlankBody, FlankRequestBody},
-            flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
-            geometry::{self, GeometryBody, GeometryRequestBody},
-            pitch::{self, PitchEvaluationBody, PitchRequestBody},
-            profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
-            tolerances::{self, TolerancesBody, TolerancesRequestBody},
-        },
-        problem::{Problem, Room},
+use crate::api::{
+    gears::{
+        deviations::{self, DeviationsBody},
+        deviations_request::DeviationsRequestBody,
+        evaluate::{self, EvaluationBody},
+        evaluate_request::EvaluateBody,
+        file_gears::{self, GearsOfFileBody},
+        flank::{self, FlankBody, FlankRequestBody},
+        flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
+        geometry::{self, GeometryBody, GeometryRequestBody},
+        pitch::{self, PitchEvaluationBody, PitchRequestBody},
+        profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
+        tolerances::{self, TolerancesBody, TolerancesRequestBody},
     },
-    estimation::Faults,
+    problem::{Problem, Room},
 };
+use flankfit_engine::estimation::Faults;
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()

@@ -3,7 +3,8 @@
 use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::Value;
 
-use crate::{api::problem::Problem, estimation::Faults};
+use crate::api::problem::Problem;
+use flankfit_engine::estimation::Faults;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -33,9 +33,9 @@ use crate::{
         nodes_text,
         problem::Problem,
     },
-    estimation::{FitSpec, Nodes, Plans},
     jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
 };
+use flankfit_engine::estimation::{FitSpec, Nodes, Plans};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()

@@ -9,13 +9,11 @@ use super::{
     form::{self, Part},
     media_type::{essence, foreign_charset},
 };
-use crate::{
-    api::{
-        problem::{Problem, ProblemCode},
-        reader::{self, Extra},
-    },
-    estimation::{FitSpec, Nodes},
+use crate::api::{
+    problem::{Problem, ProblemCode},
+    reader::{self, Extra},
 };
+use flankfit_engine::estimation::{FitSpec, Nodes};
 
 /// Decompresses and reads a fit request in either form, with the permit for what has been read. Processor work.
 pub fn read_fit<E: Extra>(payload: Payload, limit: usize) -> Result<Held<(Nodes, FitSpec, E)>, Problem> {

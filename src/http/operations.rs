@@ -16,13 +16,11 @@ use utoipa::openapi::{
 };
 
 use super::accept;
-use crate::{
-    api::{
-        problem::{Problem, ProblemCode},
-        reader,
-    },
-    estimation::Faults,
+use crate::api::{
+    problem::{Problem, ProblemCode},
+    reader,
 };
+use flankfit_engine::estimation::Faults;
 
 /// The operations of the contract by their paths.
 #[derive(Clone, Debug)]

@@ -5,9 +5,9 @@ use utoipa::IntoParams;
 
 use crate::{
     api::problem::Problem,
-    estimation::Faults,
     jobs::{Cursor, List, NoCursor, PageRequest},
 };
+use flankfit_engine::estimation::Faults;
 
 /// Which part of a list is wanted.
 #[derive(Clone, Debug, Deserialize, IntoParams)]

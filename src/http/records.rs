@@ -24,9 +24,9 @@ use crate::{
         problem::Problem,
         records::{self, RecordBody, RecordPageBody},
     },
-    estimation::{Nodes, Plans},
     jobs::{Answer, Job, List, Measurand, Record, RecordDraft, RecordKind, Stored},
 };
+use flankfit_engine::estimation::{Nodes, Plans};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(list_iteration_records)).routes(routes!(get_iteration_record))

@@ -7,11 +7,11 @@ use metrics_exporter_prometheus::PrometheusHandle;
 use super::{budget::Budget, closing::Closing, readiness::Readiness};
 use crate::{
     config::ServeSettings,
-    estimation::Plans,
     jobs::{Jobs, RunningKeys},
     pool::WorkPool,
     telemetry,
 };
+use flankfit_engine::estimation::Plans;
 
 /// Shared by every handler; cloning is cheap.
 #[derive(Clone)]

@@ -3,7 +3,8 @@
 use uuid::Uuid;
 
 use super::{budget::Held, state::AppState};
-use crate::{api::problem::Problem, estimation::Nodes};
+use crate::api::problem::Problem;
+use flankfit_engine::estimation::Nodes;
 
 /// Nodes of at most so many bytes are read without being asked for their length first.
 const SMALL: usize = 64 << 10;

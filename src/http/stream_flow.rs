@@ -17,10 +17,10 @@ use crate::{
         stream_state,
         streams::{self, PostedBlock, Told},
     },
-    estimation::Recursive,
     jobs::{Answer, BlockDraft, LiveStream, NewBlock, RepositoryError, Slot, Stream},
     telemetry,
 };
+use flankfit_engine::estimation::Recursive;
 
 /// Nodes between two times that an estimate is written down, at least.
 const UNWRITTEN: u64 = 64;
@@ -203,7 +203,7 @@ pub async fn look(state: &AppState, id: Uuid) -> Result<(Stream, Option<Told>), 
 }
 
 /// Every node of a stream, in the order in which they came.
-pub async fn all_nodes(state: &AppState, stream: &Stream) -> Result<Arc<crate::estimation::Nodes>, Problem> {
+pub async fn all_nodes(state: &AppState, stream: &Stream) -> Result<Arc<flankfit_engine::estimation::Nodes>, Problem> {
     let (mut after, mut all) = (0, Vec::new());
     while after < stream.sequence {
         let blocks = state.jobs.blocks(stream.id, after).await?;
@@ -213,7 +213,7 @@ pub async fn all_nodes(state: &AppState, stream: &Stream) -> Result<Arc<crate::e
         after = last;
         all.extend(blocks.into_iter().map(|block| block.nodes));
     }
-    let joined = state.pool.run(move || crate::estimation::blocks::join(all)).await?;
+    let joined = state.pool.run(move || flankfit_engine::estimation::blocks::join(all)).await?;
     joined.map(Arc::new).ok_or_else(|| {
         Problem::new(ProblemCode::Conflict, "The stream has no nodes; there is nothing to make an iteration of.")
     })

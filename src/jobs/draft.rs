@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use jiff::Timestamp;
 
 use super::{fit::Computed, measurand::Measurand, record::RecordDraft};
-use crate::estimation::Nodes;
+use flankfit_engine::estimation::Nodes;
 
 /// A job to create.
 #[derive(Clone, Debug, Default, PartialEq)]

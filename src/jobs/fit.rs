@@ -5,7 +5,7 @@ use std::sync::Arc;
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use crate::estimation::{
+use flankfit_engine::estimation::{
     FitResult,
     spec::{Criterion, Scheme},
 };

@@ -13,7 +13,7 @@ use super::{
     page::Cursor,
     record::{Record, RecordSummary},
 };
-use crate::estimation::Nodes;
+use flankfit_engine::estimation::Nodes;
 
 /// What is stored when an iteration is added: nodes, first fit and the choice of that fit, all or nothing.
 #[derive(Clone, Debug)]

@@ -15,7 +15,7 @@ use super::{
     repository::Stored,
     stream::{NewBlock, Stream},
 };
-use crate::estimation::Recursive;
+use flankfit_engine::estimation::Recursive;
 
 /// A stream with its estimate after the last block.
 #[derive(Clone)]

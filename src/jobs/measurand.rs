@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::repository::RepositoryError;
-use crate::gear::{
+use flankfit_engine::gear::{
     Side,
     tooth::{self, Position},
 };

@@ -16,7 +16,7 @@ use super::{
     record::{Record, RecordKind, RecordSummary},
     stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
 };
-use crate::estimation::Nodes;
+use flankfit_engine::estimation::Nodes;
 
 /// What a request named and the store did not find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

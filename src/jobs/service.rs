@@ -22,7 +22,7 @@ use super::{
     record::Record,
     repository::{Precondition, Repository, RepositoryError, Stored},
 };
-use crate::estimation::Nodes;
+use flankfit_engine::estimation::Nodes;
 
 /// Writes the answer to what was stored.
 pub type AnswerWriter<T> = Box<dyn Fn(&T, Stored) -> Answer + Send + Sync>;

@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{iteration::NewIteration, measurand::Measurand};
-use crate::estimation::Nodes;
+use flankfit_engine::estimation::Nodes;
 
 /// A stream about to be stored.
 #[derive(Clone, Debug, PartialEq)]

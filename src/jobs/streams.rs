@@ -14,7 +14,7 @@ use super::{
     service::{Jobs, Keyed, to_the_end},
     stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
 };
-use crate::estimation::Recursive;
+use flankfit_engine::estimation::Recursive;
 
 impl Jobs {
     /// Opens a stream.

@@ -11,12 +11,12 @@ use super::{
 };
 use crate::{
     api::nodes_codec,
-    estimation::Nodes,
     jobs::{
         Answer, Choice, Cursor, Earlier, FitRecord, FitSummary, Iteration, Job, Later, MOST_TOLD, Measurand, Page,
         PageRequest, RepositoryError, Ruling, Trace, TracedFit, TracedIteration, What,
     },
 };
+use flankfit_engine::estimation::Nodes;
 
 type Read<T> = Result<T, RepositoryError>;
 

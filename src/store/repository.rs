@@ -19,7 +19,6 @@ use super::{
 };
 use crate::{
     api::nodes_codec,
-    estimation::Nodes,
     jobs::{
         ANSWERS_KEPT, Answer, Block, Choice, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch,
         Later, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Receipt,
@@ -28,6 +27,7 @@ use crate::{
     },
     telemetry,
 };
+use flankfit_engine::estimation::Nodes;
 
 /// An open database.
 pub struct Store {

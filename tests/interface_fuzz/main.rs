@@ -4,10 +4,10 @@
 //! Invariants: no 5xx but 503, no panic, no end of the process, no number that is none, at most 5 s and 300 MB for each request, every refusal
 //! a problem whose pointers stand in the request. A seed decides everything but ids and times.
 
-#[path = "../formats/klingelnberg_file.rs"]
+#[path = "../../engine/tests/formats/klingelnberg_file.rs"]
 #[expect(dead_code, reason = "the writer is shared by the test binaries, each of which uses a part")]
 mod klingelnberg_file;
-#[path = "../formats/rexs_file.rs"]
+#[path = "../../engine/tests/formats/rexs_file.rs"]
 #[expect(dead_code, reason = "the writer is shared by the test binaries, each of which uses a part")]
 mod rexs_file;
 

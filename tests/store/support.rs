@@ -10,13 +10,13 @@ use std::{
 };
 
 use flankfit::{
-    estimation::Nodes,
     jobs::{
         Computed, Figures, Ids, Job, Measurand, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, PageRequest,
         Record, RecordDraft, RecordKind, Repository, Stored,
     },
     store::{Store, StoreSettings},
 };
+use flankfit_engine::estimation::Nodes;
 use jiff::{SignedDuration, Timestamp};
 use sqlx::{ConnectOptions, SqliteConnection, sqlite::SqliteConnectOptions};
 use uuid::Uuid;

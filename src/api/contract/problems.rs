@@ -2,10 +2,8 @@
 
 use serde_json::Value;
 
-use crate::{
-    api::problem::{Problem, ProblemCode},
-    estimation::Faults,
-};
+use crate::api::problem::{Problem, ProblemCode};
+use flankfit_engine::estimation::Faults;
 
 /// The problem that is shown under a status.
 pub fn example(status: &str) -> Option<Value> {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::{
+use flankfit_engine::{
     estimation::Faults,
     gear::{
         Gear,

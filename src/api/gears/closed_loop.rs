@@ -15,6 +15,9 @@ use crate::{
         records::{self, Built},
         regularization_json,
     },
+    jobs::{IterationDraft, JobDraft, Measurand, RecordDraft, RecordKind},
+};
+use flankfit_engine::{
     estimation::{
         Faults, FitSpec, Nodes, Plans,
         spec::{Degree, Include, Model, PolynomialBasis, Regularization, Scaling, Terms},
@@ -24,7 +27,6 @@ use crate::{
         correction::{self as gear_correction, Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Setting},
         simulation::{Asked, Simulation, Strategy, case, closed_loop},
     },
-    jobs::{IterationDraft, JobDraft, Measurand, RecordDraft, RecordKind},
 };
 
 /// Most corrections of a run.

@@ -14,13 +14,15 @@ use crate::{
         canonical, fit_result::FitResultBody, fit_result_parts::WarningBody, fit_text, json_writer::Json,
         problem::Problem, records::Built,
     },
+    jobs::Measurand,
+};
+use flankfit_engine::{
     estimation::{FitError, Nodes, result::Warning, spec::Include},
     gear::{
         Gear,
         correction::{Change, Correction, Limit, Predicted, Solution, Trust},
         evaluation::flank_surface::FlankFigures,
     },
-    jobs::Measurand,
 };
 
 /// What is to be changed, and what is expected of it.

@@ -14,12 +14,14 @@ use super::{
 };
 use crate::{
     api::{json_writer, problem::Problem, text::Moment},
+    jobs::{Measurand, Record},
+};
+use flankfit_engine::{
     estimation::{FitError, Nodes},
     gear::{
         Gear,
         correction::{Answer, Correction, Verdict, compare},
     },
-    jobs::{Measurand, Record},
 };
 
 /// A correction and its answer.

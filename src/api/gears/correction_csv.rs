@@ -5,11 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, de::IgnoredAny};
 
 use super::correction_request::LimitsBody;
-use crate::{
-    api::problem::Problem,
-    formats::gms::{self, Unit},
-    jobs::Record,
-};
+use crate::{api::problem::Problem, jobs::Record};
+use flankfit_engine::formats::gms::{self, Unit};
 
 /// What of the request is written.
 #[derive(Deserialize)]

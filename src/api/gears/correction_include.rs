@@ -3,10 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::{
-    api::{json_merge::without, problem::Problem},
-    estimation::spec,
-};
+use crate::api::{json_merge::without, problem::Problem};
+use flankfit_engine::estimation::spec;
 
 /// What is answered only when asked for; each name only adds to the answer, and one that stands twice counts once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]

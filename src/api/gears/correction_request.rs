@@ -18,6 +18,9 @@ use crate::{
         measurand::AxesBody,
         reader::{Fields, ReadError, escape, read_part, read_rows},
     },
+    jobs::{Measurand, side_name},
+};
+use flankfit_engine::{
     estimation::{Faults, Nodes, spec::Scaling, words::entries},
     gear::{
         Gear, Side,
@@ -26,7 +29,6 @@ use crate::{
             machine::{Machine, Ranges},
         },
     },
-    jobs::{Measurand, side_name},
 };
 
 // Declared for the document; `read` reads it.

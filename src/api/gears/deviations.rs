@@ -20,6 +20,9 @@ use crate::{
         problem::Problem,
         records::Built,
     },
+    jobs::Measurand,
+};
+use flankfit_engine::{
     estimation::Faults,
     gear::{
         Gear, Side,
@@ -27,7 +30,6 @@ use crate::{
         registration::{Registering, Start, register, register_from, start},
         trace::Direction,
     },
-    jobs::Measurand,
 };
 
 /// Deviations, everything in the order of the points; `null` stands for an undefined one.

@@ -11,11 +11,11 @@ use super::{
     notice::NoticeBody,
     trace::SideName,
 };
-use crate::{
-    api::{
-        fit_fields::{self, FIT_KEYS, FitFields},
-        reader::{Fields, ReadError, read_part},
-    },
+use crate::api::{
+    fit_fields::{self, FIT_KEYS, FitFields},
+    reader::{Fields, ReadError, read_part},
+};
+use flankfit_engine::{
     estimation::{
         Faults, FitSpec,
         words::{Shown, entries},

@@ -13,6 +13,9 @@ use super::{
 };
 use crate::{
     api::{json_writer, problem::Problem, reader::read_json, records::Built},
+    jobs::Measurand,
+};
+use flankfit_engine::{
     estimation::Faults,
     gear::{
         Gear,
@@ -21,7 +24,6 @@ use crate::{
         },
         tolerance::Class,
     },
-    jobs::Measurand,
 };
 
 /// What traces say.

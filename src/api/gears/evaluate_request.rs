@@ -8,7 +8,7 @@ use super::{
     modification::{self, ModificationBody, ModificationRangeBody},
     trace::TraceBody,
 };
-use crate::{
+use flankfit_engine::{
     estimation::Faults,
     gear::{
         Gear, Kind, Trace,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::gear::evaluation::{
+use flankfit_engine::gear::evaluation::{
     TraceFigures,
     flank_surface::{Figure, FlankSurface},
 };

@@ -17,13 +17,15 @@ use crate::{
         problem::Problem,
         text::{SHORT, ShortText},
     },
+    jobs::Measurand,
+};
+use flankfit_engine::{
     estimation::{Faults, Nodes},
     formats::{
         FileError, Notes,
         gear_file::{self, GearFile},
     },
     gear::{Gear, Side, Trace, deviation::Deviations},
-    jobs::Measurand,
 };
 
 /// What is said of a file beside it: the part `spec` of the form.

@@ -9,8 +9,8 @@ use super::{
     file_gears,
     notice::NoticeBody,
 };
-use crate::{
-    api::problem::Problem,
+use crate::api::problem::Problem;
+use flankfit_engine::{
     estimation::Faults,
     formats::klingelnberg::{Curves, ProfileAxis, Range, Sense, SliceOf},
     gear::{

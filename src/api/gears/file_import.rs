@@ -13,12 +13,14 @@ use crate::{
         reader::read_json,
         records::{self, Built},
     },
+    jobs::{Computed, IterationDraft, RecordKind},
+};
+use flankfit_engine::{
     estimation::{
         FitSpec, Nodes, Plans,
         spec::{Degree, Model, PolynomialBasis, Terms},
     },
     gear::Gear,
-    jobs::{Computed, IterationDraft, RecordKind},
 };
 
 /// Reads, evaluates and fits. Processor work.

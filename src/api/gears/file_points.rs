@@ -5,8 +5,8 @@ use super::{
     file_gears,
     notice::NoticeBody,
 };
-use crate::{
-    api::problem::Problem,
+use crate::api::problem::Problem;
+use flankfit_engine::{
     estimation::{Faults, words::counted},
     formats::{
         points::ListedPoint,

@@ -10,12 +10,12 @@ use super::{
     profile_axis::ProfileAxisName,
     trace::SideName,
 };
-use crate::{
-    api::{
-        json_writer::Json,
-        problem::{Problem, Room},
-        reader::read_json,
-    },
+use crate::api::{
+    json_writer::Json,
+    problem::{Problem, Room},
+    reader::read_json,
+};
+use flankfit_engine::{
     estimation::Faults,
     formats::points::{self, ListedPoint},
     gear::{FlankGrid, Gear, GridSpec, Modifications, ProfileAxis, Side, flank_grid::MOST_NODES},

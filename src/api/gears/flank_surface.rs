@@ -10,17 +10,17 @@ use super::{
     profile_axis::ProfileAxisName,
     trace::SideName,
 };
-use crate::{
-    api::{
-        canonical,
-        fit_fields::{self, FIT_KEYS, FitFields},
-        fit_result::FitResultBody,
-        fit_text,
-        json_writer::Json,
-        problem::Problem,
-        reader::{Fields, read_part},
-        records::Built,
-    },
+use crate::api::{
+    canonical,
+    fit_fields::{self, FIT_KEYS, FitFields},
+    fit_result::FitResultBody,
+    fit_text,
+    json_writer::Json,
+    problem::Problem,
+    reader::{Fields, read_part},
+    records::Built,
+};
+use flankfit_engine::{
     estimation::{Faults, FitError, spec::Include, words::entries},
     gear::{
         Gear,

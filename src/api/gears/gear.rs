@@ -6,12 +6,14 @@ use utoipa::ToSchema;
 use super::notice::NoticeBody;
 use crate::{
     api::{fit_spec::present, problem::Problem},
+    jobs::Job,
+};
+use flankfit_engine::{
     estimation::{
         Faults,
         words::{Shown, counted},
     },
     gear::{Gear, GearData, Hand, Tool, data::DEDENDUM},
-    jobs::Job,
 };
 
 /// An involute gear, in the usual terms of DIN 3960 / ISO 21771.

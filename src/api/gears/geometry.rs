@@ -4,12 +4,10 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{gear::GearBody, notice::NoticeBody};
-use crate::{
-    api::{json_writer, problem::Problem, reader::read_json},
-    gear::{
-        Geometry,
-        geometry::{Arc, Balls, Span, Usable},
-    },
+use crate::api::{json_writer, problem::Problem, reader::read_json};
+use flankfit_engine::gear::{
+    Geometry,
+    geometry::{Arc, Balls, Span, Usable},
 };
 
 /// A gear.

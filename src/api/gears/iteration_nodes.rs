@@ -1,7 +1,7 @@
 //! The nodes of an iteration as deviations of a flank: heights in µm, u along the profile and v along the axis.
 
 use super::profile_axis::ProfileAxisName;
-use crate::{
+use flankfit_engine::{
     estimation::{Faults, FitSpec, Nodes, spec::Model},
     gear::{
         Gear, ProfileAxis, Side,
@@ -26,12 +26,12 @@ pub fn deviations(nodes: &Nodes, factor: f64) -> Vec<f64> {
 
 fn heights(nodes: &Nodes) -> Vec<f64> {
     match nodes {
-        Nodes::Curve(nodes) => nodes.y.clone(),
-        Nodes::Scattered(nodes) => nodes.z.clone(),
-        Nodes::Matrix(nodes) => nodes.y.clone(),
+        Nodes::Curve(nodes) => nodes.y().to_vec(),
+        Nodes::Scattered(nodes) => nodes.z().to_vec(),
+        Nodes::Matrix(nodes) => nodes.y().to_vec(),
         Nodes::Grid(grid) => {
-            let valid = |k: usize| grid.valid.as_ref().is_none_or(|valid| valid[k]);
-            grid.z.iter().enumerate().map(|(k, z)| if valid(k) { *z } else { f64::NAN }).collect()
+            let valid = |k: usize| grid.valid().as_ref().is_none_or(|valid| valid[k]);
+            grid.z().iter().enumerate().map(|(k, z)| if valid(k) { *z } else { f64::NAN }).collect()
         }
     }
 }
@@ -39,10 +39,10 @@ fn heights(nodes: &Nodes) -> Vec<f64> {
 /// Weights in the same order.
 pub fn weights(nodes: &Nodes) -> Option<Vec<f64>> {
     match nodes {
-        Nodes::Curve(nodes) => nodes.weight.clone(),
-        Nodes::Scattered(nodes) => nodes.weight.clone(),
-        Nodes::Matrix(nodes) => nodes.weight.clone(),
-        Nodes::Grid(grid) => grid.weight.clone(),
+        Nodes::Curve(nodes) => nodes.weight().map(<[f64]>::to_vec),
+        Nodes::Scattered(nodes) => nodes.weight().map(<[f64]>::to_vec),
+        Nodes::Matrix(nodes) => nodes.weight().map(<[f64]>::to_vec),
+        Nodes::Grid(grid) => grid.weight().map(<[f64]>::to_vec),
     }
 }
 
@@ -59,8 +59,8 @@ pub struct Coordinates {
 /// Where on the flank of a gear the nodes lie; a fault at `/sensitivity` where nobody can say.
 pub fn places(nodes: &Nodes, gear: &Gear, side: Side, of: Coordinates) -> Result<Vec<FlankNode>, Faults> {
     let pairs: Vec<(f64, f64)> = match nodes {
-        Nodes::Scattered(nodes) => nodes.u.iter().copied().zip(nodes.v.iter().copied()).collect(),
-        Nodes::Grid(grid) => grid.u.iter().flat_map(|u| grid.v.iter().map(|v| (*u, *v))).collect(),
+        Nodes::Scattered(nodes) => nodes.u().iter().copied().zip(nodes.v().iter().copied()).collect(),
+        Nodes::Grid(grid) => grid.u().iter().flat_map(|u| grid.v().iter().map(|v| (*u, *v))).collect(),
         Nodes::Curve(_) | Nodes::Matrix(_) => {
             let detail = "a machine's sensitivity needs nodes with u (along the profile) and v (along the axis)";
             return Err(Faults::one("/sensitivity/machine", detail));

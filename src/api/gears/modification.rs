@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::flank::ProfileBody;
-use crate::{
+use flankfit_engine::{
     estimation::Faults,
     gear::{
         Gear, Modifications,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::gear::evaluation::Notice;
+use flankfit_engine::gear::evaluation::Notice;
 
 /// Something that the reader must know.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]

@@ -1,12 +1,12 @@
 //! What is kept with an iteration is of its flank and tooth.
 
-use crate::{
+use crate::jobs::Measurand;
+use flankfit_engine::{
     estimation::Faults,
     gear::{
         Side,
         tooth::{Position, canonical},
     },
-    jobs::Measurand,
 };
 
 /// The tooth that something is said to be of.

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{evaluate_request::RoundingName, gear::GearBody, notice::NoticeBody, trace::SideName};
-use crate::{
-    api::{json_writer, problem::Problem, reader::read_json},
+use crate::api::{json_writer, problem::Problem, reader::read_json};
+use flankfit_engine::{
     estimation::Faults,
     gear::{
         Side,

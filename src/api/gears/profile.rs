@@ -4,12 +4,12 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{flank::TEXT_OF_NUMBER, gear::GearBody, geometry, notice::NoticeBody};
-use crate::{
-    api::{
-        json_writer::Json,
-        problem::{Problem, Room},
-        reader::read_json,
-    },
+use crate::api::{
+    json_writer::Json,
+    problem::{Problem, Room},
+    reader::read_json,
+};
+use flankfit_engine::{
     estimation::Faults,
     gear::{
         Geometry,

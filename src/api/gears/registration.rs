@@ -3,8 +3,10 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::{
-    api::{fit_result::FitResultBody, fit_result_parts::WarningBody, fit_text, json_writer::Json, problem::Problem},
+use crate::api::{
+    fit_result::FitResultBody, fit_result_parts::WarningBody, fit_text, json_writer::Json, problem::Problem,
+};
+use flankfit_engine::{
     estimation::{FitError, spec::Include},
     gear::registration::Registration,
 };

@@ -5,10 +5,8 @@
 //! cannot be turned into each other is not the same, and it is said why.
 
 use super::{correction_answer::Measured, iteration_nodes::Flank};
-use crate::{
-    api::measurand::{AxesBody, AxisBody},
-    estimation::Nodes,
-};
+use crate::api::measurand::{AxesBody, AxisBody};
+use flankfit_engine::estimation::Nodes;
 
 /// Places that were turned from one coordinate into another are the same within this, mm: units and
 /// angles are posted with so many digits, and a flank that leans by 10 µm per mm is 0.01 µm higher
@@ -20,10 +18,10 @@ const SAME_PLACE: f64 = 1e-3;
 pub fn same_nodes(before: &Measured, after: &Measured, flanks: Option<[&Flank; 2]>, number: u32) -> Result<(), String> {
     let elsewhere = || Err(format!("iteration {number} has its nodes at other places"));
     let pairs: Vec<(&str, &[f64], &[f64])> = match (&before.nodes, &after.nodes) {
-        (Nodes::Curve(a), Nodes::Curve(b)) => vec![("x", &a.x, &b.x)],
-        (Nodes::Scattered(a), Nodes::Scattered(b)) => vec![("u", &a.u, &b.u), ("v", &a.v, &b.v)],
-        (Nodes::Grid(a), Nodes::Grid(b)) => vec![("u", &a.u, &b.u), ("v", &a.v, &b.v)],
-        (Nodes::Matrix(a), Nodes::Matrix(b)) if a.x == b.x => Vec::new(),
+        (Nodes::Curve(a), Nodes::Curve(b)) => vec![("x", a.x(), b.x())],
+        (Nodes::Scattered(a), Nodes::Scattered(b)) => vec![("u", a.u(), b.u()), ("v", a.v(), b.v())],
+        (Nodes::Grid(a), Nodes::Grid(b)) => vec![("u", a.u(), b.u()), ("v", a.v(), b.v())],
+        (Nodes::Matrix(a), Nodes::Matrix(b)) if a.x() == b.x() => Vec::new(),
         _ => return elsewhere(),
     };
     if pairs.iter().any(|(_, a, b)| a.len() != b.len()) {

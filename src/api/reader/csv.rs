@@ -8,8 +8,8 @@
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
 use super::ReadError;
-use crate::estimation::{Faults, Nodes, words::counted};
-use crate::numerics::cancel;
+use flankfit_engine::estimation::{Faults, Nodes, words::counted};
+use flankfit_engine::numerics::cancel;
 
 const SURFACE: [&str; 3] = ["u", "v", "z"];
 const CURVE: [&str; 2] = ["x", "y"];

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::decimal;
-use crate::numerics::cancel;
+use flankfit_engine::numerics::cancel;
 
 /// Deepest nesting that is followed.
 const DEEPEST: usize = 32;

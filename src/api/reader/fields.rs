@@ -10,7 +10,7 @@ use super::{
     request::{escape, malformed},
     wording::no_such_field,
 };
-use crate::estimation::Faults;
+use flankfit_engine::estimation::Faults;
 
 /// The fields of an object, each still text.
 #[derive(Debug, Default)]

@@ -6,16 +6,14 @@ use super::{
     request::read_part,
     spec::{read_tag, unknown_type},
 };
-use crate::{
-    api::filters::{
-        DEFAULT_THRESHOLD, DEFAULT_WINDOW, FilterAxisName, GaussianFilter, HampelFilter, MOST_FILTERS, PeakAction,
-        SplineFilter,
-    },
-    estimation::{
-        Faults,
-        filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
-        words::Shown,
-    },
+use crate::api::filters::{
+    DEFAULT_THRESHOLD, DEFAULT_WINDOW, FilterAxisName, GaussianFilter, HampelFilter, MOST_FILTERS, PeakAction,
+    SplineFilter,
+};
+use flankfit_engine::estimation::{
+    Faults,
+    filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
+    words::Shown,
 };
 
 /// The filters, when none of them has a fault.

@@ -40,7 +40,7 @@ pub use self::{request::escape, wording::alternatives};
 use serde::de::DeserializeOwned;
 
 use super::problem::{Problem, ProblemCode};
-use crate::estimation::{Faults, FitSpec, Nodes};
+use flankfit_engine::estimation::{Faults, FitSpec, Nodes};
 
 /// Why a body was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

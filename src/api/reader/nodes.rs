@@ -9,7 +9,7 @@ use super::{
     wording::no_such_field,
 };
 use crate::api::text::control_character;
-use crate::estimation::{
+use flankfit_engine::estimation::{
     Faults, Nodes,
     words::{counted, entries},
 };

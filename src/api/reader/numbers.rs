@@ -3,8 +3,8 @@
 //! What stands where a number should is noted with its place and read on, so that every bad node is named at once.
 
 use super::cursor::{Cursor, Syntax, Token};
-use crate::estimation::Faults;
-use crate::numerics::cancel;
+use flankfit_engine::estimation::Faults;
+use flankfit_engine::numerics::cancel;
 
 /// Numbers after which the length of the array is estimated.
 const SAMPLE: usize = 4096;

@@ -13,7 +13,7 @@ use super::{
     spec::{RawSpec, SPEC_KEYS},
     wording::{explain, no_such_field},
 };
-use crate::{
+use flankfit_engine::{
     estimation::{Fault, Faults, FitSpec, Nodes},
     numerics::cancel,
 };

@@ -4,13 +4,8 @@ use proptest::prelude::*;
 use serde::Deserialize;
 
 use super::*;
-use crate::{
-    api::canonical::input_sha256,
-    estimation::{
-        nodes,
-        spec::{self, Criterion, Model, Parameter, Regularization},
-    },
-};
+use crate::api::canonical::input_sha256;
+use flankfit_engine::estimation::spec::{self, Criterion, Model, Parameter, Regularization};
 
 fn read(text: &str) -> Result<(Nodes, FitSpec), ReadError> {
     read_fit::<NoExtra>(text.as_bytes()).map(|(nodes, spec, _)| (nodes, spec))
@@ -65,9 +60,9 @@ fn keys_come_in_any_order_with_any_space_and_any_escapes() {
     let text = "\r\n\t{ \"mod\\u0065l\" : {\"degree\" : [1 , 0],\n\"type\":\"polynomial\"} , \"nodes\" :\n\
                 { \"z\" : [ [ 1 , null ] , [ 2.5e0, -4E-1 ] ] ,\"\\u0076\":[0,1],\"u\" : [ 0.0 , 1 ],\"type\":\"grid\" } }\n ";
     let (nodes, spec) = read(text).unwrap();
-    let Nodes::Grid(nodes::Grid { u, v, z, valid, weight }) = nodes else { panic!() };
-    assert_eq!((u, v, valid, weight), (vec![0.0, 1.0], vec![0.0, 1.0], None, None));
-    assert_eq!(z.iter().map(|z| z.to_bits()).collect::<Vec<_>>(), [1.0, f64::NAN, 2.5, -0.4].map(f64::to_bits));
+    let Nodes::Grid(grid) = nodes else { panic!() };
+    assert_eq!((grid.u(), grid.v(), grid.valid(), grid.weight()), (&[0.0, 1.0][..], &[0.0, 1.0][..], None, None));
+    assert_eq!(grid.z().iter().map(|z| z.to_bits()).collect::<Vec<_>>(), [1.0, f64::NAN, 2.5, -0.4].map(f64::to_bits));
     assert!(matches!(spec.model, Model::Polynomial { degree: spec::Degree::Each(1, 0), .. }));
 }
 

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use super::nearest::nearest;
-use crate::estimation::words::{Shown, entries};
+use flankfit_engine::estimation::words::{Shown, entries};
 
 /// Characters of the caller's text that a message repeats.
 const REPEATED: usize = 64;

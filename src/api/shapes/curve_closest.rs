@@ -8,12 +8,12 @@ use super::{
     curve_shape::{CurveBody, read_curve},
     places::{beyond, write_points},
 };
-use crate::{
-    api::{
-        json_writer::Json,
-        problem::Problem,
-        reader::{Fields, read_rows},
-    },
+use crate::api::{
+    json_writer::Json,
+    problem::Problem,
+    reader::{Fields, read_rows},
+};
+use flankfit_engine::{
     estimation::{Faults, words::counted},
     geometry::{
         curve::{Curve, CurveShape, closest::Closest},

@@ -8,14 +8,14 @@ use super::{
     places::{beyond, within},
     point::PointBody,
 };
-use crate::numerics::cancel;
-use crate::{
-    api::{
-        fit_result_parts::WarningBody,
-        json_writer::Json,
-        problem::Problem,
-        reader::{Fields, read_numbers, read_part},
-    },
+use crate::api::{
+    fit_result_parts::WarningBody,
+    json_writer::Json,
+    problem::Problem,
+    reader::{Fields, read_numbers, read_part},
+};
+use flankfit_engine::numerics::cancel;
+use flankfit_engine::{
     estimation::Faults,
     geometry::curve::{
         Curve, CurveShape,

@@ -5,8 +5,8 @@ use super::{
     curve_methods::*,
     point::{self, PointBody},
 };
-use crate::{
-    api::reader::{Fields, read_part, read_tag, unknown_type},
+use crate::api::reader::{Fields, read_part, read_tag, unknown_type};
+use flankfit_engine::{
     estimation::Faults,
     geometry::{
         curve::{Ends, KnotChoice, Method, Points, Tangents},

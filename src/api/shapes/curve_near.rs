@@ -8,13 +8,13 @@ use super::{
     fault::refused_fit,
     places::beyond,
 };
-use crate::{
-    api::{
-        canonical, fit_text,
-        json_writer::{Json, Object},
-        problem::Problem,
-        reader::parameter,
-    },
+use crate::api::{
+    canonical, fit_text,
+    json_writer::{Json, Object},
+    problem::Problem,
+    reader::parameter,
+};
+use flankfit_engine::{
     estimation::{
         Faults, FitSpec, Nodes,
         near::{self, Adaptive, CurveAsked, CurveFit, CurvePoints, KnotPlacement, Parameters, Stop},

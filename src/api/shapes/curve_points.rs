@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::{
-    api::reader::{Fields, read_numbers, read_part, read_rows},
+use crate::api::reader::{Fields, read_numbers, read_part, read_rows};
+use flankfit_engine::{
     estimation::{Faults, Nodes, words::counted},
     geometry::{
         curve::{Parametrization, Points},
@@ -105,11 +105,11 @@ pub fn of_nodes(nodes: &Nodes, faults: &mut Faults) -> Option<GivenPoints> {
     match nodes {
         Nodes::Curve(nodes) => {
             // a node of weight 0 is left out, whatever the method
-            let counts = |k: usize| nodes.weight.as_ref().is_none_or(|weight| weight[k] > 0.0);
+            let counts = |k: usize| nodes.weight().as_ref().is_none_or(|weight| weight[k] > 0.0);
             let of = |values: &[f64]| values.iter().enumerate().filter(|(k, _)| counts(*k)).map(|(_, x)| *x).collect();
             Some(GivenPoints {
-                points: Points::Graph { x: of(&nodes.x), y: of(&nodes.y) },
-                weight: nodes.weight.as_deref().map(of),
+                points: Points::Graph { x: of(nodes.x()), y: of(nodes.y()) },
+                weight: nodes.weight().map(of),
             })
         }
         _ => {

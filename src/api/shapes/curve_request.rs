@@ -11,13 +11,13 @@ use super::{
     curve_result,
     fault::{CurveFields, curve_fault},
 };
-use crate::{
-    api::{
-        fit_fields::{self, FIT_KEYS, FitFields},
-        problem::Problem,
-        reader::Fields,
-        records::Built,
-    },
+use crate::api::{
+    fit_fields::{self, FIT_KEYS, FitFields},
+    problem::Problem,
+    reader::Fields,
+    records::Built,
+};
+use flankfit_engine::{
     estimation::{Faults, Nodes},
     geometry::curve::{Points, through},
 };

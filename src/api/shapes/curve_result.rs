@@ -8,14 +8,12 @@ use super::{
     near_result::{CoordinateFitBody, KnotInsertionBody, SmoothingBody},
     places::beyond,
 };
-use crate::{
-    api::{
-        fit_result_parts::WarningBody,
-        json_writer::{Json, Object},
-        problem::Problem,
-    },
-    geometry::curve::{Absence, Constructed, Curve, CurveShape, Stability},
+use crate::api::{
+    fit_result_parts::WarningBody,
+    json_writer::{Json, Object},
+    problem::Problem,
 };
+use flankfit_engine::geometry::curve::{Absence, Constructed, Curve, CurveShape, Stability};
 
 /// A curve, everything needed to build it again, and how far it can be trusted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -8,11 +8,11 @@ use super::{
     net::Net,
     point::{self, PointBody},
 };
-use crate::{
-    api::{
-        fit_spec::{present, tags},
-        reader::{read_part, read_tag, unknown_type},
-    },
+use crate::api::{
+    fit_spec::{present, tags},
+    reader::{read_part, read_tag, unknown_type},
+};
+use flankfit_engine::{
     estimation::{Faults, words::counted},
     geometry::{
         BSplineBasis,

@@ -11,13 +11,13 @@ use super::{
     surface_reader::read_surface,
     surface_shape::SurfaceBody,
 };
-use crate::numerics::cancel::Asking;
-use crate::{
-    api::{
-        problem::{Problem, Room},
-        reader::{Fields, read_part},
-        text::ShortText,
-    },
+use crate::api::{
+    problem::{Problem, Room},
+    reader::{Fields, read_part},
+    text::ShortText,
+};
+use flankfit_engine::numerics::cancel::Asking;
+use flankfit_engine::{
     estimation::Faults,
     formats::{
         CadShape, ExportFault, Label, Moment, NamedLine, NamedMesh, NamedShape, QuadMesh, fe_mesh, iges, obj, sampling,
@@ -30,7 +30,7 @@ use crate::{
     },
 };
 
-pub use crate::formats::Pieces;
+pub use flankfit_engine::formats::Pieces;
 
 /// A file: its name, its media type, what it holds.
 #[derive(Debug)]

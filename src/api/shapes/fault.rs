@@ -1,7 +1,7 @@
 //! Faults of knots and control points with their places in the request.
 
-use crate::{
-    api::problem::Problem,
+use crate::api::problem::Problem;
+use flankfit_engine::{
     estimation::{Faults, FitError},
     geometry::{
         KnotFault,

@@ -1,7 +1,7 @@
 //! Nets of values: rows along u, v within a row.
 
 use super::point::{self, PointBody};
-use crate::{
+use flankfit_engine::{
     estimation::{Faults, words::counted},
     geometry::space::{Dimension, Vector},
 };

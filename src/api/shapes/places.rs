@@ -1,11 +1,8 @@
 //! Where a curve or surface is asked about, and answers that leave the range of doubles.
 
-use crate::numerics::cancel::Asking;
-use crate::{
-    api::{json_writer::Object, problem::Problem},
-    estimation::Faults,
-    geometry::space::Vector,
-};
+use crate::api::{json_writer::Object, problem::Problem};
+use flankfit_engine::numerics::cancel::Asking;
+use flankfit_engine::{estimation::Faults, geometry::space::Vector};
 
 /// Refuses what lies outside of a domain, each by the pointer that `pointer` writes of its index.
 pub fn within(

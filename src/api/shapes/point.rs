@@ -14,8 +14,8 @@ use utoipa::{
     },
 };
 
-use crate::numerics::cancel::{self, Asking};
-use crate::{
+use flankfit_engine::numerics::cancel::{self, Asking};
+use flankfit_engine::{
     estimation::Faults,
     geometry::space::{Dimension, Vector},
 };

@@ -9,8 +9,8 @@ use super::{
     surface_reader::read_surface,
     surface_shape::SurfaceBody,
 };
-use crate::{
-    api::{json_writer::Json, problem::Problem, reader::Fields},
+use crate::api::{json_writer::Json, problem::Problem, reader::Fields};
+use flankfit_engine::{
     estimation::Faults,
     geometry::surface::closest::{ClosestPoint, SurfacePoint},
 };

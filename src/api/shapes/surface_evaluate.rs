@@ -5,13 +5,13 @@ use super::{
     surface_reader::read_surface,
     surface_values::SurfaceIncludeName,
 };
-use crate::numerics::cancel::Asking;
-use crate::{
-    api::{
-        json_writer::Json,
-        problem::{Problem, Room},
-        reader::{Fields, read_numbers, read_part, read_rows},
-    },
+use crate::api::{
+    json_writer::Json,
+    problem::{Problem, Room},
+    reader::{Fields, read_numbers, read_part, read_rows},
+};
+use flankfit_engine::numerics::cancel::Asking;
+use flankfit_engine::{
     estimation::{Faults, words::counted},
     geometry::surface::{Evaluator, Local, Surface, SurfaceJet, SurfaceShape, area},
 };

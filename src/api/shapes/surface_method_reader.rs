@@ -6,11 +6,11 @@ use super::{
     surface_methods::*,
     surface_reader::{borders, degrees},
 };
-use crate::{
-    api::{
-        fit_spec::SpansBody,
-        reader::{Fields, read_part, read_tag, unknown_type},
-    },
+use crate::api::{
+    fit_spec::SpansBody,
+    reader::{Fields, read_part, read_tag, unknown_type},
+};
+use flankfit_engine::{
     estimation::Faults,
     geometry::{
         curve::CurveShape,

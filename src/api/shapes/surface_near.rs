@@ -4,12 +4,12 @@ use super::{
     curve_result::write_warnings, fault::refused_fit, places::beyond, surface_method_reader::Asked,
     surface_result::write_surface,
 };
-use crate::{
-    api::{
-        canonical, fit_text,
-        json_writer::{Json, Object},
-        problem::Problem,
-    },
+use crate::api::{
+    canonical, fit_text,
+    json_writer::{Json, Object},
+    problem::Problem,
+};
+use flankfit_engine::{
     estimation::{
         self, Faults, FitSpec, Nodes, Plans,
         near::{self, Shape, SurfaceFit, SurfaceInclude, SurfacePoints},
@@ -151,14 +151,16 @@ type Columns = (Vec<f64>, Vec<f64>, Vec<f64>, Option<Vec<f64>>);
 /// Nodes with u and v one by one; missing ones are left out.
 fn scattered(nodes: &Nodes) -> Result<Columns, Problem> {
     match nodes {
-        Nodes::Scattered(nodes) => Ok((nodes.u.clone(), nodes.v.clone(), nodes.z.clone(), nodes.weight.clone())),
+        Nodes::Scattered(nodes) => {
+            Ok((nodes.u().to_vec(), nodes.v().to_vec(), nodes.z().to_vec(), nodes.weight().map(<[f64]>::to_vec)))
+        }
         Nodes::Grid(grid) => {
-            let columns = grid.v.len();
-            let counted = |k: &usize| !grid.z[*k].is_nan() && grid.valid.as_ref().is_none_or(|valid| valid[*k]);
-            let places: Vec<usize> = (0..grid.z.len()).filter(counted).collect();
+            let columns = grid.v().len();
+            let counted = |k: &usize| !grid.z()[*k].is_nan() && grid.valid().as_ref().is_none_or(|valid| valid[*k]);
+            let places: Vec<usize> = (0..grid.z().len()).filter(counted).collect();
             let of = |value: &dyn Fn(usize) -> f64| places.iter().map(|k| value(*k)).collect::<Vec<_>>();
-            let weight = grid.weight.as_ref().map(|weight| of(&|k| weight[k]));
-            Ok((of(&|k| grid.u[k / columns]), of(&|k| grid.v[k % columns]), of(&|k| grid.z[k]), weight))
+            let weight = grid.weight().as_ref().map(|weight| of(&|k| weight[k]));
+            Ok((of(&|k| grid.u()[k / columns]), of(&|k| grid.v()[k % columns]), of(&|k| grid.z()[k]), weight))
         }
         Nodes::Curve(_) | Nodes::Matrix(_) => refuse("/nodes/type", "a surface takes nodes with u and v"),
     }

@@ -9,11 +9,11 @@ use super::{
     point::PointBody,
     surface_shape::*,
 };
-use crate::{
-    api::{
-        fit_spec::{DegreeBody, DomainBody},
-        reader::{Fields, read_numbers, read_part, read_tag, unknown_type},
-    },
+use crate::api::{
+    fit_spec::{DegreeBody, DomainBody},
+    reader::{Fields, read_numbers, read_part, read_tag, unknown_type},
+};
+use flankfit_engine::{
     estimation::{Faults, words::counted},
     geometry::{
         BSplineBasis,

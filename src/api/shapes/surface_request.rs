@@ -15,14 +15,14 @@ use super::{
     surface_near, surface_result,
     surface_shape::BordersBody,
 };
-use crate::{
-    api::{
-        fit_fields::{self, FIT_KEYS, FitFields},
-        nodes_schema::NodesBody,
-        problem::Problem,
-        reader::Fields,
-        records::Built,
-    },
+use crate::api::{
+    fit_fields::{self, FIT_KEYS, FitFields},
+    nodes_schema::NodesBody,
+    problem::Problem,
+    reader::Fields,
+    records::Built,
+};
+use flankfit_engine::{
     estimation::{Faults, Nodes, Plans},
     geometry::surface::{
         Border,
@@ -153,12 +153,13 @@ fn check_patches(given: &Given, method: &Method) -> Result<(), Problem> {
 /// A grid without missing nodes or weights.
 fn whole_grid(nodes: &Nodes) -> Option<Given> {
     let Nodes::Grid(grid) = nodes else { return None };
-    let missing = grid.valid.as_ref().is_some_and(|valid| valid.contains(&false)) || grid.z.iter().any(|z| z.is_nan());
-    if missing || grid.weight.is_some() {
+    let missing =
+        grid.valid().as_ref().is_some_and(|valid| valid.contains(&false)) || grid.z().iter().any(|z| z.is_nan());
+    if missing || grid.weight().is_some() {
         return None;
     }
-    let z = grid.z.chunks(grid.v.len().max(1)).map(<[f64]>::to_vec).collect();
-    Some(Given::Grid { u: grid.u.clone(), v: grid.v.clone(), z })
+    let z = grid.z().chunks(grid.v().len().max(1)).map(<[f64]>::to_vec).collect();
+    Some(Given::Grid { u: grid.u().to_vec(), v: grid.v().to_vec(), z })
 }
 
 fn control_points(net: Net, asked: &Asked) -> Given {

@@ -9,20 +9,18 @@ use super::{
     places::beyond,
     surface_shape::SurfaceBody,
 };
-use crate::numerics::cancel::Asking;
-use crate::{
-    api::{
-        fit_result_parts::{DomainBody, WarningBody},
-        json_writer::{Json, Object},
-        problem::Problem,
-    },
-    geometry::surface::{
-        Surface, SurfaceShape,
-        construct::Built,
-        continuity::{ContinuityClass, ContinuityTolerance, Joint, Worst},
-        triangle::DegenerateBorder,
-    },
+use crate::api::{
+    fit_result_parts::{DomainBody, WarningBody},
+    json_writer::{Json, Object},
+    problem::Problem,
 };
+use flankfit_engine::geometry::surface::{
+    Surface, SurfaceShape,
+    construct::Built,
+    continuity::{ContinuityClass, ContinuityTolerance, Joint, Worst},
+    triangle::DegenerateBorder,
+};
+use flankfit_engine::numerics::cancel::Asking;
 
 /// A surface, everything needed to build it again, and a report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -4,13 +4,11 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{curve_shape::CurveBody, net::Net, point::PointBody};
-use crate::{
-    api::fit_spec::{DegreeBody, DomainBody, present, tags},
-    geometry::{
-        BSplineBasis,
-        space::Dimension,
-        surface::{BSplineSurface, Border, CoonsPatch, GregoryPatch, Surface, SurfaceShape, gregory::GregoryNet},
-    },
+use crate::api::fit_spec::{DegreeBody, DomainBody, present, tags};
+use flankfit_engine::geometry::{
+    BSplineBasis,
+    space::Dimension,
+    surface::{BSplineSurface, Border, CoonsPatch, GregoryPatch, Surface, SurfaceShape, gregory::GregoryNet},
 };
 
 /// A surface. Values are numbers for a graph z(u, v), points [x, y, z] for a surface of space.

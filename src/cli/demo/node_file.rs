@@ -14,15 +14,13 @@ use std::{
 use serde_json::{Value, json};
 
 use super::traces;
-use crate::{
-    api::{
-        gears::file::{self, ImportSpecBody},
-        nodes_text,
-        problem::Problem,
-        reader::{ReadError, read_csv},
-    },
-    gear::Side,
+use crate::api::{
+    gears::file::{self, ImportSpecBody},
+    nodes_text,
+    problem::Problem,
+    reader::{ReadError, read_csv},
 };
+use flankfit_engine::gear::Side;
 
 /// Nodes to be shown, as the body of a fit request.
 #[derive(Debug)]

@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use flankfit::{api::service, numerics::cancel::Handle};
+use flankfit::api::service;
+use flankfit_engine::numerics::cancel::Handle;
 use serde_json::json;
 use tokio::io::AsyncWriteExt;
 

@@ -6,13 +6,13 @@ mod correction_kept;
 mod evaluation;
 mod exchange;
 mod import;
-#[path = "../../formats/klingelnberg_file.rs"]
+#[path = "../../../engine/tests/formats/klingelnberg_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
 mod klingelnberg_file;
 mod nominal;
 mod points;
 mod refusals;
-#[path = "../../formats/rexs_file.rs"]
+#[path = "../../../engine/tests/formats/rexs_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
 mod rexs_file;
 mod teeth;
@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 
 use crate::harness::{TestApp, send};
 
-/// A spur gear of a real measurement (`tests/data/p40`).
+/// A spur gear of a real measurement (`engine/tests/data/p40`).
 fn spur() -> Value {
     json!({"teeth": 52, "normal_module_mm": 1.0, "normal_pressure_angle_deg": 20.0, "profile_shift_coefficient": 0.011,
            "face_width_mm": 15.0, "tip_diameter_mm": 54.0219, "root_diameter_mm": 49.5219})

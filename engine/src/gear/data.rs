@@ -1,0 +1,333 @@
+//! A gear's data, checked once, with what ISO 21771 derives from them.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use super::{generation::rack, involute::Flank};
+use crate::estimation::{
+    Faults,
+    words::{Shown, counted},
+};
+
+/// Most teeth of a gear.
+pub const MOST_TEETH: u32 = 10_000;
+/// No length of a gear is smaller (but a radius of its tool), mm: a µm.
+pub const LEAST_LENGTH: f64 = 1e-3;
+/// No length is larger, mm: a kilometre.
+pub const MOST_LENGTH: f64 = 1e6;
+/// Tip diameter without data: this addendum (in modules) above the shifted reference circle.
+pub const ADDENDUM: f64 = 1.0;
+/// Dedendum without data, the addendum of the standard rack tool (ISO 53, profile A).
+pub const DEDENDUM: f64 = 1.25;
+
+/// Direction of the helix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hand {
+    /// Like a common screw: the section turns counterclockwise on its way to the viewer.
+    Right,
+    Left,
+}
+
+/// A flank of a tooth that points up, as the viewer sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Side {
+    Left,
+    Right,
+}
+
+impl Side {
+    /// +1 for the left flank, which lies counterclockwise of its tooth; −1 for the right one.
+    pub fn sign(self) -> f64 {
+        match self {
+            Side::Left => 1.0,
+            Side::Right => -1.0,
+        }
+    }
+}
+
+/// The rack tool that generates the root.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tool {
+    /// mm.
+    pub tip_radius: f64,
+    /// Addendum h_aP0* in normal modules, from the datum line, on which tooth and space of the tool are equal.
+    pub addendum_factor: f64,
+    /// How far the tip's rounding stands out of the straight flank, mm along its normal.
+    pub protuberance: f64,
+}
+
+/// What is asked for. Lengths mm, angles rad.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GearData {
+    pub teeth: u32,
+    pub normal_module: f64,
+    /// α_n.
+    pub pressure_angle: f64,
+    /// β ≥ 0 on the reference cylinder.
+    pub helix_angle: f64,
+    pub hand: Hand,
+    /// x as in ISO 21771: positive towards the tip, on internal gears too, so that a positive x makes every tooth thicker.
+    pub profile_shift: f64,
+    pub face_width: Option<f64>,
+    pub tip_diameter: Option<f64>,
+    pub root_diameter: Option<f64>,
+    pub internal: bool,
+    pub tool: Option<Tool>,
+}
+
+impl GearData {
+    /// An external spur gear without profile shift, α_n = 20°; face width and diameters are left to the defaults.
+    pub fn spur(teeth: u32, normal_module: f64) -> Self {
+        GearData {
+            teeth,
+            normal_module,
+            pressure_angle: 20_f64.to_radians(),
+            helix_angle: 0.0,
+            hand: Hand::Right,
+            profile_shift: 0.0,
+            face_width: None,
+            tip_diameter: None,
+            root_diameter: None,
+            internal: false,
+            tool: None,
+        }
+    }
+}
+
+/// A gear that can exist. All radii are positive, on internal gears too.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gear {
+    data: GearData,
+    transverse_pressure_angle: f64,
+    base_radius: f64,
+    base_helix_angle: f64,
+    tip_radius: f64,
+    root_radius: f64,
+}
+
+impl Gear {
+    /// Checks the data; faults point into the gear (`/helix_angle_deg` …).
+    pub fn new(data: GearData) -> Result<Self, Faults> {
+        check(&data)?;
+        let module = data.normal_module / data.helix_angle.cos();
+        let reference = 0.5 * f64::from(data.teeth) * module;
+        let transverse_pressure_angle = (data.pressure_angle.tan() / data.helix_angle.cos()).atan();
+        let out = if data.internal { -1.0 } else { 1.0 };
+        let shifted = data.normal_module * data.profile_shift;
+        let dedendum = data.tool.map_or(DEDENDUM, |tool| tool.addendum_factor);
+        let tip = data.tip_diameter.map_or(reference + out * (ADDENDUM * data.normal_module + shifted), |d| 0.5 * d);
+        let root = data.root_diameter.map_or(reference - out * (dedendum * data.normal_module - shifted), |d| 0.5 * d);
+        let gear = Gear {
+            transverse_pressure_angle,
+            base_radius: reference * transverse_pressure_angle.cos(),
+            base_helix_angle: (data.helix_angle.sin() * data.pressure_angle.cos()).asin(),
+            tip_radius: tip,
+            root_radius: root,
+            data,
+        };
+        gear.check_circles()?;
+        gear.check_tooth()?;
+        rack::check(&gear)?;
+        Ok(gear)
+    }
+
+    /// Between root and tip there must be a tooth, and a space beside it.
+    fn check_tooth(&self) -> Result<(), Faults> {
+        let flank = Flank::new(self, Side::Left);
+        let half_tooth = |radius: f64| flank.half_angle(self.roll_length(2.0 * radius).unwrap_or(0.0));
+        // Teeth get thinner outwards on external gears and inwards on internal ones, the spaces the other way.
+        let inner = if self.data.internal { self.tip_radius } else { self.root_radius };
+        let outer = if self.data.internal { self.root_radius } else { self.tip_radius };
+        let (thick, wide) = if self.data.internal { (outer, inner) } else { (inner, outer) };
+        let mut faults = Faults::default();
+        if !(half_tooth(thick) > 0.0) {
+            faults.push(
+                "/profile_shift_coefficient",
+                format!("the flanks of a tooth meet before the root: no tooth is left on {} mm", Shown(2.0 * thick)),
+            );
+        }
+        if !(half_tooth(wide) < PI / self.teeth()) {
+            faults.push(
+                "/profile_shift_coefficient",
+                format!("the teeth leave no space between them on {} mm", Shown(2.0 * wide)),
+            );
+        }
+        faults.into_result(())
+    }
+
+    /// Circles that leave no involute between them.
+    fn check_circles(&self) -> Result<(), Faults> {
+        let (tip, root, base) = (self.tip_radius, self.root_radius, self.base_radius);
+        let mut faults = Faults::default();
+        let diameters = |a: f64, b: f64| (Shown(2.0 * a).to_string(), Shown(2.0 * b).to_string());
+        let (shown_tip, shown_root) = diameters(tip, root);
+        let crossed = if self.data.internal { tip >= root } else { tip <= root };
+        if crossed {
+            let word = if self.data.internal { "smaller" } else { "greater" };
+            let detail =
+                format!("the tip diameter {shown_tip} mm is not {word} than the root diameter {shown_root} mm");
+            faults.push(self.given_circle(), detail);
+        } else if !self.data.internal && tip <= base {
+            let detail = format!(
+                "the tip diameter {shown_tip} mm is not above the base circle of {} mm: no involute is left",
+                Shown(2.0 * base)
+            );
+            faults.push(self.given_circle(), detail);
+        } else if self.data.internal && root <= base {
+            let detail = format!(
+                "the root diameter {shown_root} mm is not above the base circle of {} mm: no involute is left",
+                Shown(2.0 * base)
+            );
+            faults.push(self.given_circle(), detail);
+        }
+        if !(root > 0.0) && self.data.root_diameter.is_none() {
+            faults.push(
+                "/profile_shift_coefficient",
+                "the root circle that follows is not above 0; give `root_diameter_mm`",
+            );
+        }
+        faults.into_result(())
+    }
+
+    /// The datum that circles hang on.
+    pub(in crate::gear) fn given_circle(&self) -> &'static str {
+        match (self.data.tip_diameter, self.data.root_diameter) {
+            (Some(_), _) => "/tip_diameter_mm",
+            (None, Some(_)) => "/root_diameter_mm",
+            (None, None) => "/profile_shift_coefficient",
+        }
+    }
+
+    /// What was asked for.
+    pub fn data(&self) -> &GearData {
+        &self.data
+    }
+
+    /// z.
+    pub fn teeth(&self) -> f64 {
+        f64::from(self.data.teeth)
+    }
+
+    /// +1 where teeth point outwards, −1 on internal gears.
+    pub fn outward(&self) -> f64 {
+        if self.data.internal { -1.0 } else { 1.0 }
+    }
+
+    /// +1 for a right-hand helix, −1 for a left-hand one.
+    pub fn hand(&self) -> f64 {
+        match self.data.hand {
+            Hand::Right => 1.0,
+            Hand::Left => -1.0,
+        }
+    }
+
+    /// m_t = m_n / cos β.
+    pub fn transverse_module(&self) -> f64 {
+        self.data.normal_module / self.data.helix_angle.cos()
+    }
+
+    /// α_t: tan α_t = tan α_n / cos β.
+    pub fn transverse_pressure_angle(&self) -> f64 {
+        self.transverse_pressure_angle
+    }
+
+    /// d/2 = z m_n / (2 cos β).
+    pub fn reference_radius(&self) -> f64 {
+        0.5 * self.teeth() * self.transverse_module()
+    }
+
+    /// r_b = d cos α_t / 2.
+    pub fn base_radius(&self) -> f64 {
+        self.base_radius
+    }
+
+    /// β_b: sin β_b = sin β cos α_n.
+    pub fn base_helix_angle(&self) -> f64 {
+        self.base_helix_angle
+    }
+
+    /// d_a/2, given or with an addendum of (1 + x) m_n.
+    pub fn tip_radius(&self) -> f64 {
+        self.tip_radius
+    }
+
+    /// d_f/2, given or with a dedendum of (h_aP0* − x) m_n.
+    pub fn root_radius(&self) -> f64 {
+        self.root_radius
+    }
+
+    /// 2π / z.
+    pub fn pitch_angle(&self) -> f64 {
+        2.0 * PI / self.teeth()
+    }
+
+    /// Transverse base pitch p_bt = π m_t cos α_t.
+    pub fn base_pitch(&self) -> f64 {
+        PI * self.transverse_module() * self.transverse_pressure_angle.cos()
+    }
+
+    /// Half angle of a tooth on the reference circle, ψ = (π/2 + 2 x tan α_n) / z.
+    pub fn half_tooth_angle(&self) -> f64 {
+        (FRAC_PI_2 + 2.0 * self.data.profile_shift * self.data.pressure_angle.tan()) / self.teeth()
+    }
+
+    /// How far a section turns per mm of z, rad, counterclockwise for the viewer.
+    pub fn turn_per_length(&self) -> f64 {
+        self.hand() * self.base_helix_angle.tan() / self.base_radius
+    }
+
+    /// Roll length √(r² − r_b²) of a diameter, mm; `None` below the base circle.
+    pub fn roll_length(&self, diameter: f64) -> Option<f64> {
+        let r = 0.5 * diameter;
+        (r >= self.base_radius).then(|| ((r - self.base_radius) * (r + self.base_radius)).sqrt())
+    }
+
+    /// Diameter at a roll length, mm.
+    pub fn diameter(&self, roll_length: f64) -> f64 {
+        2.0 * self.base_radius.hypot(roll_length)
+    }
+}
+
+fn check(data: &GearData) -> Result<(), Faults> {
+    let mut faults = Faults::default();
+    if !(1..=MOST_TEETH).contains(&data.teeth) {
+        let teeth = counted(data.teeth as usize, "tooth", "teeth");
+        faults.push("/teeth", format!("{teeth}; a gear has 1 to {MOST_TEETH}"));
+    }
+    let lengths = [
+        ("/normal_module_mm", Some(data.normal_module)),
+        ("/face_width_mm", data.face_width),
+        ("/tip_diameter_mm", data.tip_diameter),
+        ("/root_diameter_mm", data.root_diameter),
+    ];
+    for (pointer, length) in lengths {
+        if let Some(length) = length
+            && !(LEAST_LENGTH..=MOST_LENGTH).contains(&length)
+        {
+            faults.push(pointer, format!("{} mm is not a length of a µm to a kilometre", Shown(length)));
+        }
+    }
+    if !(data.pressure_angle >= 0.1f64.to_radians() && data.pressure_angle < 80f64.to_radians()) {
+        let detail = format!("{}° is not within 0.1° and 80°", Shown(data.pressure_angle.to_degrees()));
+        faults.push("/normal_pressure_angle_deg", detail);
+    }
+    if !(data.helix_angle >= 0.0 && data.helix_angle < 89f64.to_radians()) {
+        let detail = format!("{}° is not within 0° and 89°", Shown(data.helix_angle.to_degrees()));
+        faults.push("/helix_angle_deg", detail);
+    }
+    if !(data.profile_shift.abs() <= 100.0) {
+        faults.push("/profile_shift_coefficient", format!("{} is not within −100 and 100", Shown(data.profile_shift)));
+    }
+    if let Some(tool) = &data.tool {
+        let parts = [
+            ("/tool/tip_radius_mm", tool.tip_radius),
+            ("/tool/addendum_factor", tool.addendum_factor),
+            ("/tool/protuberance_mm", tool.protuberance),
+        ];
+        for (pointer, part) in parts {
+            if !(0.0..=MOST_LENGTH).contains(&part) {
+                faults.push(pointer, format!("{} is not a finite number of at least 0", Shown(part)));
+            }
+        }
+    }
+    faults.into_result(())
+}

@@ -1,0 +1,107 @@
+//! Value files: codes, labels, what was not measured and what could not be formed.
+
+use flankfit_engine::{
+    formats::{
+        NoteCode, Place,
+        klingelnberg::{Characteristic, Reading, ResultPlace, Statistic, Values, read_values},
+    },
+    gear::Side,
+};
+
+use super::klingelnberg_file::{Gear, Lines, Style};
+
+/// Results as an instrument prints them: code, German and English label, printed value.
+const RESULTS: [(u32, &str, &str, &str); 12] = [
+    (10111, "fHb links 1", "fHb left 1", "-2.9"),
+    (10122, "fHb rechts 12", "fHb right 12", "-17.0"),
+    (10130, "fHbm links", "fHbm left", "7.2"),
+    (10160, "fHb Var rechts", "fHb Var right", "74.4"),
+    (10211, "fHb links f 1f", "fHb left f 1f", ".8"),
+    (20311, "fHa links o 1o", "fHa left o 1o", "0.0"),
+    (26412, "Fuß  12", "Root  12", "49.5"),
+    (26450, "V Fuß", "V root", "8999.0"),
+    (26511, "Fuß  u 1u", "Root  u 1u", "-9999.0"),
+    (30120, "fp max rechts", "fp max right", "7.8"),
+    (31610, "Fr", "Fr", "30.1"),
+    (21611, "fKo links 1", "fKo left 1", "-23.2"),
+];
+
+fn file(style: &Style) -> Vec<u8> {
+    let mut lines = Lines::new(style, "MW");
+    lines.gear(&Gear::spur(), false);
+    for (code, german, english, value) in RESULTS {
+        let label = if style.english { english } else { german };
+        let separator = style.separator;
+        lines.line(&format!("{code} {separator} {label:<20} {separator}{value:>7}"));
+    }
+    lines.line("").bytes()
+}
+
+fn check(values: &Values) {
+    assert_eq!(values.notes.list(), []);
+    assert_eq!(values.results.len(), RESULTS.len());
+    let of = |code: u32| {
+        let result = values.get(code).unwrap();
+        (result.characteristic, result.place, result.statistic, result.side, result.tooth.as_deref(), result.reading)
+    };
+    use Characteristic::*;
+    let (left, right) = (Some(Side::Left), Some(Side::Right));
+    let middle = ResultPlace::Middle;
+    assert_eq!(of(10111), (Some(HelixSlope), middle, Statistic::Tooth, left, Some("1"), Reading::Value(-2.9)));
+    assert_eq!(of(10122), (Some(HelixSlope), middle, Statistic::Tooth, right, Some("12"), Reading::Value(-17.0)));
+    assert_eq!(of(10130), (Some(HelixSlope), middle, Statistic::Mean, left, None, Reading::Value(7.2)));
+    assert_eq!(of(10160), (Some(HelixSlope), middle, Statistic::Variation, right, None, Reading::Value(74.4)));
+    assert_eq!(
+        of(10211),
+        (Some(HelixSlope), ResultPlace::First, Statistic::Tooth, left, Some("1f"), Reading::Value(0.8))
+    );
+    assert_eq!(
+        of(20311),
+        (Some(ProfileSlope), ResultPlace::Second, Statistic::Tooth, left, Some("1o"), Reading::Value(0.0))
+    );
+    assert_eq!(of(26412), (Some(RootDiameter), middle, Statistic::Tooth, None, Some("12"), Reading::Value(49.5)));
+    assert_eq!(of(26450), (Some(RootDiameter), middle, Statistic::Variation, None, None, Reading::NotAvailable));
+    assert_eq!(of(26511).5, Reading::NotMeasured);
+    assert_eq!(of(26511).5.value(), None);
+    assert_eq!(of(30120), (Some(SinglePitch), middle, Statistic::Max, right, None, Reading::Value(7.8)));
+    assert_eq!(of(31610), (Some(Runout), middle, Statistic::Gear, None, None, Reading::Value(30.1)));
+    // a code of no known meaning keeps what its label says
+    assert_eq!(of(21611), (None, middle, Statistic::Unknown, left, Some("1"), Reading::Value(-23.2)));
+}
+
+#[test]
+fn every_shape_holds_the_same_results() {
+    let plain = Style::default();
+    for style in [
+        plain.clone(),
+        Style { byte_order_mark: false, line_end: "\n", ..plain.clone() },
+        Style { latin1: true, ..plain.clone() },
+        Style { separator: ';', english: true, ..plain },
+    ] {
+        let values = read_values(&file(&style)).unwrap();
+        check(&values);
+        assert_eq!(values.header.gear(&mut Default::default()).teeth, Some(52));
+    }
+    let values = read_values(&file(&Style::default())).unwrap();
+    assert_eq!(values.get(26412).unwrap().name, "Fuß 12");
+}
+
+#[test]
+fn what_cannot_be_read_has_line_and_column() {
+    let head = "HEADER KS.MW.FILE\nTYPE STI\n  7 :ME: 1\n";
+    let read = |rest: &str| read_values(format!("{head}{rest}\n").as_bytes());
+    for (line, column, text) in [
+        ("10111 : fHb links 1 : 1,0", 23, "expected a value, found “1,0”"),
+        ("10111 : fHb links 1 :", 22, "expected a value, found nothing"),
+        ("10111 : fHb links 1", 8, "expected a label, the separator and a value"),
+        ("99999999999 : fHb : 1", 1, "expected the code of a result"),
+    ] {
+        let fault = read(line).unwrap_err();
+        assert_eq!(fault.place(), Some(Place { line: 4, column }), "{fault}");
+        assert!(fault.to_string().contains(text), "{fault}");
+    }
+    let values = read("10111 : fHb rechts 1 : 1.0\nsomething else\n10111 : fHb links 1 : 2.0").unwrap();
+    let notes: Vec<_> = values.notes.list().iter().map(|note| (note.code, note.line)).collect();
+    assert_eq!(notes, [(NoteCode::SideDisagrees, 4), (NoteCode::UnknownBlock, 5), (NoteCode::RepeatedResult, 6)]);
+    assert_eq!((values.results.len(), values.results[0].side), (2, Some(Side::Left)));
+}

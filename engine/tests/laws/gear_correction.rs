@@ -1,0 +1,610 @@
+//! Corrections: changes of settings from deviations and a sensitivity matrix.
+
+use flankfit_engine::estimation::FitError;
+use flankfit_engine::estimation::result::NormLimitSource;
+use flankfit_engine::estimation::spec::{Count, Parameter, Regularization, Scheme};
+use flankfit_engine::gear::correction::{Asked, Correction, Damping, Limit, Setting, Solution};
+use flankfit_engine::gear::simulation::case;
+use proptest::prelude::*;
+
+fn settings(n: usize) -> Vec<Setting> {
+    (0..n).map(|j| Setting::free(format!("s{j}"), "µm")).collect()
+}
+
+fn plain(deviation: Vec<f64>, sensitivity: Vec<f64>, settings: Vec<Setting>) -> Asked {
+    Asked { damping: Damping::Asked(Regularization::None), ..Asked::new(deviation, sensitivity, settings) }
+}
+
+fn solve(asked: Asked) -> Solution {
+    Correction::new(asked).unwrap().solve().unwrap()
+}
+
+fn changes(solution: &Solution) -> Vec<f64> {
+    solution.settings.iter().map(|s| s.change).collect()
+}
+
+fn pointers(asked: Asked) -> Vec<String> {
+    Correction::new(asked).unwrap_err().list().iter().map(|f| f.pointer.clone()).collect()
+}
+
+fn times(j: &[f64], x: &[f64]) -> Vec<f64> {
+    j.chunks_exact(x.len()).map(|row| row.iter().zip(x).map(|(a, b)| a * b).sum()).collect()
+}
+
+/// Jᵀ W (d + JΔ), by the normal equations' own sums.
+fn gradient(j: &[f64], d: &[f64], w: &[f64], x: &[f64]) -> Vec<f64> {
+    let left: Vec<f64> = times(j, x).iter().zip(d).map(|(a, b)| a + b).collect();
+    (0..x.len()).map(|c| left.iter().enumerate().map(|(k, r)| w[k] * j[k * x.len() + c] * r).sum()).collect()
+}
+
+fn entries(count: usize, size: f64) -> impl Strategy<Value = Vec<f64>> {
+    proptest::collection::vec(-size..size, count)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    /// Settings that are off by e, an exact linear response and no noise: −e, and nothing is left.
+    #[test]
+    fn an_exact_response_is_corrected_in_one_step(j in entries(60, 1.0), e in entries(5, 10.0)) {
+        let deviation = times(&j, &e);
+        prop_assume!(deviation.iter().any(|d| d.abs() > 1e-3));
+        let solution = solve(plain(deviation.clone(), j.clone(), settings(5)));
+        prop_assume!(solution.fit.spectrum.condition.unwrap() < 1e6);
+        for (change, e) in changes(&solution).iter().zip(&e) {
+            prop_assert!((change + e).abs() < 1e-9, "{change} for {e}");
+        }
+        prop_assert!(solution.predicted.rms < 1e-9 && solution.predicted.max < 1e-9);
+        prop_assert!(solution.settings.iter().all(|s| s.limited.is_none() && s.change == s.unlimited));
+        let size = (deviation.iter().map(|d| d * d).sum::<f64>() / 12.0).sqrt();
+        prop_assert!((solution.predicted.rms_before - size).abs() < 1e-12 * size);
+    }
+
+    /// The least-squares correction is linear in the deviations, and so is the prediction.
+    #[test]
+    fn corrections_superpose(j in entries(40, 1.0), d in entries(10, 5.0), f in entries(10, 5.0), a in -3.0f64..3.0) {
+        let sum: Vec<f64> = d.iter().zip(&f).map(|(d, f)| d + a * f).collect();
+        let [one, two, both] = [d, f, sum].map(|d| solve(plain(d, j.clone(), settings(4))));
+        prop_assume!(one.fit.spectrum.condition.unwrap() < 1e6);
+        for k in 0..4 {
+            let [x, y, z] = [&one, &two, &both].map(|s| s.settings[k].change);
+            prop_assert!((z - x - a * y).abs() < 1e-8 * (1.0 + x.abs() + y.abs()));
+        }
+        for k in 0..10 {
+            let [x, y, z] = [&one, &two, &both].map(|s| s.predicted.deviation[k]);
+            prop_assert!((z - x - a * y).abs() < 1e-8);
+        }
+    }
+
+    /// Within limits the answer is the minimum of the weighted sum: the conditions of Karush, Kuhn and Tucker hold.
+    #[test]
+    fn limits_hold_with_their_multipliers(
+        j in entries(60, 1.0), d in entries(12, 10.0), w in proptest::collection::vec(0.1f64..3.0, 12), size in 0.1f64..8.0,
+        low in proptest::collection::vec(-1.0f64..0.3, 5), high in proptest::collection::vec(0.3f64..1.0, 5),
+    ) {
+        let limited: Vec<Setting> = settings(5)
+            .into_iter()
+            .enumerate()
+            .map(|(i, s)| Setting { min: Some(size * low[i]), max: Some(size * high[i]), ..s })
+            .collect();
+        let solution = solve(Asked { weight: Some(w.clone()), ..plain(d.clone(), j.clone(), limited.clone()) });
+        prop_assume!(solution.fit.spectrum.condition.unwrap() < 1e4);
+        let x = changes(&solution);
+        let gradient = gradient(&j, &d, &w, &x);
+        for (i, setting) in solution.settings.iter().enumerate() {
+            prop_assert!(limited[i].min.unwrap() <= x[i] && x[i] <= limited[i].max.unwrap());
+            match setting.limited {
+                None => {
+                    prop_assert!(gradient[i].abs() < 1e-7, "free, gradient {}", gradient[i]);
+                    prop_assert!(setting.std_error.is_some());
+                }
+                Some(Limit::Min) => {
+                    prop_assert!(x[i] == limited[i].min.unwrap() && gradient[i] > -1e-7);
+                    prop_assert!(setting.std_error.is_none() && setting.bias_bound.is_none());
+                }
+                Some(Limit::Max) => prop_assert!(x[i] == limited[i].max.unwrap() && gradient[i] < 1e-7),
+            }
+        }
+        let warned = solution.warnings.iter().any(|w| w.code == "settings_limited");
+        prop_assert_eq!(warned, solution.settings.iter().any(|s| s.limited.is_some()));
+        prop_assert!(solution.warnings.iter().all(|w| w.code != "limits_not_settled"));
+    }
+
+    /// A node of weight 2 counts as two nodes of weight 1; weight 0 and an undefined deviation are as good as no node.
+    #[test]
+    fn weights_count_nodes_and_undefined_ones_take_no_part(j in entries(40, 1.0), d in entries(10, 5.0)) {
+        let mut weight = vec![1.0; 10];
+        (weight[2], weight[5]) = (2.0, 0.0);
+        let mut undefined = d.clone();
+        undefined[7] = f64::NAN;
+        let asked = Asked { weight: Some(weight), ..plain(undefined, j.clone(), settings(4)) };
+        let weighted = Correction::new(asked).unwrap();
+        prop_assert_eq!(weighted.counted().len(), 8);
+        let weighted = weighted.solve().unwrap();
+        prop_assume!(weighted.fit.spectrum.condition.unwrap() < 1e6);
+        let kept = [0, 1, 2, 2, 3, 4, 6, 8, 9];
+        let rows = kept.iter().flat_map(|&k| j[4 * k..4 * k + 4].to_vec()).collect();
+        let repeated = solve(plain(kept.iter().map(|&k| d[k]).collect(), rows, settings(4)));
+        for (a, b) in weighted.settings.iter().zip(&repeated.settings) {
+            prop_assert!((a.change - b.change).abs() < 1e-8 * (1.0 + b.change.abs()));
+        }
+        prop_assert!(weighted.predicted.deviation[7].is_nan());
+        prop_assert!(weighted.predicted.deviation[5].is_finite());
+        prop_assert!((weighted.predicted.rms - repeated.predicted.rms).abs() < 1e-9);
+    }
+
+    /// Without noise the change misses what is wanted by no more than the bound wherever that has at most the norm that the bound assumes,
+    /// of nearly collinear settings as of others.
+    #[test]
+    fn bounds_hold_for_wanted_changes_within_their_norm(
+        j in entries(60, 1.0), wanted in entries(5, 10.0), apart in -6.0f64..0.0, limits in proptest::option::of(1.0f64..4.0),
+    ) {
+        let mut j = j;
+        for row in j.chunks_exact_mut(5) {
+            row[4] = row[0] - 0.5 * row[1] + 10f64.powf(apart) * row[4];
+        }
+        let mut settings = settings(5);
+        let most: Vec<Option<f64>> =
+            wanted.iter().map(|wanted| limits.map(|factor| factor * wanted.abs() + 0.1)).collect();
+        for (setting, most) in settings.iter_mut().zip(&most) {
+            (setting.min, setting.max) = (most.map(|x| -x), *most);
+        }
+        let deviation = times(&j, &wanted).iter().map(|d| -d).collect();
+        let solution = solve(Asked { noise_sigma: Some(1e-6), ..Asked::new(deviation, j.clone(), settings) });
+        prop_assume!(solution.settings.iter().all(|s| s.limited.is_none()));
+        let bias = &solution.fit.bias;
+        let length = |c: usize| j.iter().skip(c).step_by(5).map(|x| x * x).sum::<f64>().sqrt();
+        let norm = (0..5).map(|c| (wanted[c] * length(c)).powi(2)).sum::<f64>().sqrt();
+        if limits.is_some() {
+            prop_assert_eq!(bias.coefficient_norm_limit_source, NormLimitSource::Limits);
+            prop_assert!(norm <= bias.coefficient_norm_limit);
+        }
+        if norm <= bias.coefficient_norm_limit {
+            for ((setting, wanted), most) in solution.settings.iter().zip(&wanted).zip(&most) {
+                if let Some(most) = most {
+                    let farther = setting.change.abs() + most;
+                    prop_assert!(setting.bias_bound.unwrap() <= farther * (1.0 + 1e-12), "{setting:?} within {most}");
+                }
+                let missed = (setting.change - wanted).abs();
+                prop_assert!(missed <= setting.bias_bound.unwrap() * (1.0 + 1e-6) + 1e-6, "{missed} {:?}", setting.bias_bound);
+            }
+        }
+    }
+
+    /// Corrections do not depend on the unit that a setting is counted in.
+    #[test]
+    fn units_of_settings_do_not_matter(seed in 0u64..200, log in proptest::collection::vec(-4.0f64..4.0, 6)) {
+        let asked = case::ill_conditioned(seed);
+        let deviation = flankfit_engine::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
+        let unit: Vec<f64> = log.iter().map(|x| 10f64.powf(*x)).collect();
+        let other = asked.sensitivity.iter().enumerate().map(|(i, x)| x * unit[i % 6]).collect();
+        let one = solve(Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone()));
+        let two = solve(Asked::new(deviation, other, asked.settings));
+        for (k, (a, b)) in one.settings.iter().zip(&two.settings).enumerate() {
+            prop_assert!((a.change - b.change * unit[k]).abs() < 1e-6 * (1.0 + a.change.abs()));
+        }
+    }
+}
+
+/// What is wanted need not be 0: a target is reached, and the rest is told about it.
+#[test]
+fn targets_are_reached() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0]).collect();
+    let target = times(&j, &[2.0, -0.5]);
+    let solution = solve(Asked { target: Some(target.clone()), ..plain(vec![0.0; 9], j, settings(2)) });
+    assert!((changes(&solution)[0] - 2.0).abs() < 1e-12 && (changes(&solution)[1] + 0.5).abs() < 1e-12);
+    assert!(solution.predicted.rms < 1e-12 && solution.predicted.rms_before > 1.0);
+    assert!(solution.predicted.deviation.iter().zip(&target).all(|(p, t)| (p - t).abs() < 1e-12));
+}
+
+/// The tilt is named together with what it is a mixture of, and λ* keeps its change small.
+#[test]
+fn settings_that_cannot_be_told_apart_are_named() {
+    let asked = case::ill_conditioned(3);
+    let deviation = flankfit_engine::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
+    let of = |damping| {
+        let asked = Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone());
+        solve(Asked { damping, noise_sigma: Some(0.3), ..asked })
+    };
+    let solution = of(Damping::Uncertainty);
+    let [group] = &solution.indistinguishable[..] else { panic!("{:?}", solution.indistinguishable) };
+    let mut names = group.names.clone();
+    names.sort();
+    assert_eq!(names, ["helix_angle", "tilt", "twist"]);
+    assert!(group.settings.contains(&5) && group.condition_index.unwrap() > 1e5 && !group.sentence.is_empty());
+    let trust = solution.trust.unwrap();
+    assert_eq!(trust.damped, 1);
+    assert!((trust.from_response - 6.0 * 0.02 * 0.02).abs() < 1e-12);
+    assert_eq!(solution.fit.regularization.lambda_star, Some(trust.lambda_star));
+    // every error of the response is multiplied with at most 1/√λ*
+    for (f, l) in solution.fit.regularization.filter_factors.iter().zip(&solution.fit.spectrum.eigenvalues) {
+        assert!(f / l.sqrt() <= trust.gain * (1.0 + 1e-12));
+    }
+    // a greater r makes the bounds greater in proportion
+    let known = Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone());
+    let known = solve(Asked { noise_sigma: Some(0.3), coefficient_norm_limit: Some(300.0), ..known });
+    let ratio = 300.0 / solution.fit.bias.coefficient_norm_limit;
+    for (given, own) in known.settings.iter().zip(&solution.settings) {
+        let (given_bound, own_bound) = (given.bias_bound.unwrap(), ratio * own.bias_bound.unwrap());
+        assert!(given.change == own.change && (given_bound - own_bound).abs() <= 1e-9 * own_bound);
+    }
+    let plain = of(Damping::Asked(Regularization::None));
+    assert!(plain.warnings.iter().any(|w| w.code == "undamped_correction"));
+    assert!(changes(&plain)[5].abs() > 1e3 && changes(&solution).iter().all(|x| x.abs() < 100.0));
+    assert!(solution.predicted.rms < 1.0);
+}
+
+/// The default does not measure itself by the run-away estimate that it is there to avoid: bounds are of the size of settings, and no warning
+/// sends the reader back to plain least squares.
+#[test]
+fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itself() {
+    for seed in 0..40 {
+        let machine = case::ill_conditioned(seed);
+        let deviation = flankfit_engine::gear::simulation::Simulation::new(machine.clone()).unwrap().measure();
+        let asked = Asked::new(deviation, machine.sensitivity.clone(), machine.settings.clone());
+        let asked = Asked { noise_sigma: Some(0.3), ..asked };
+        let own = solve(asked.clone());
+        let length = |j: usize| -> f64 {
+            let rows = machine.sensitivity.chunks_exact(6).zip(&asked.deviation).filter(|(_, d)| !d.is_nan());
+            rows.map(|(row, _)| row[j] * row[j]).sum::<f64>().sqrt()
+        };
+        // r by its definition: unit columns have Σλ = n, so √n τ is the length of what the settings reach of the deviations
+        let square: f64 = asked.deviation.iter().filter(|d| !d.is_nan()).map(|d| d * d).sum();
+        let reached = (square - own.fit.residuals.least_squares_rss).sqrt();
+        let norm = (0..6).map(|j| (own.settings[j].change * length(j)).powi(2)).sum::<f64>().sqrt();
+        let bias = &own.fit.bias;
+        assert_eq!(bias.coefficient_norm_limit_source, NormLimitSource::Heights);
+        let want = reached.max(norm);
+        assert!((bias.coefficient_norm_limit - want).abs() < 1e-6 * want, "{} {want}", bias.coefficient_norm_limit);
+        assert!(own.settings.iter().all(|s| s.bias_bound.unwrap() < 100.0), "{seed}: {:?}", own.settings);
+        let codes = |s: &Solution| s.fit.warnings.iter().chain(&s.warnings).map(|w| w.code).collect::<Vec<_>>();
+        for code in ["worse_than_least_squares", "norm_limit_below_estimate"] {
+            assert!(!codes(&own).contains(&code), "{seed}: {:?}", codes(&own));
+        }
+        // limits of all settings say how far they may have to go
+        let mut limited = asked.clone();
+        for setting in &mut limited.settings {
+            (setting.min, setting.max) = (Some(-200.0), Some(300.0));
+        }
+        let limited = solve(limited);
+        let bias = &limited.fit.bias;
+        assert_eq!(bias.coefficient_norm_limit_source, NormLimitSource::Limits);
+        let want = (0..6).map(|j| (300.0 * length(j)).powi(2)).sum::<f64>().sqrt();
+        assert!((bias.coefficient_norm_limit - want).abs() < 1e-9 * want);
+        // who chooses the damping is told how it compares
+        let lambda_star = Parameter::Fixed(own.trust.unwrap().lambda_star);
+        let scheme = Regularization::Spectral {
+            scheme: Scheme::Exact,
+            count: Count::Given(1),
+            condition_limit: 1e12,
+            lambda_star,
+        };
+        let chosen = solve(Asked { damping: Damping::Asked(scheme), ..asked });
+        assert_eq!(chosen.fit.bias.coefficient_norm_limit_source, NormLimitSource::Estimate);
+        assert_eq!(changes(&chosen), changes(&own));
+    }
+}
+
+/// Two settings that do exactly the same share the change; a limit on one sends the rest to the other.
+#[test]
+fn settings_that_do_the_same_share_the_change() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0, f64::from(k) - 4.0]).collect();
+    let deviation = times(&j, &[1.0, 3.0, 3.0]);
+    let asked = Asked::new(deviation, j, settings(3));
+    let solution = solve(asked.clone());
+    let x = changes(&solution);
+    assert!((x[0] + 1.0).abs() < 1e-9 && (x[1] + 3.0).abs() < 1e-9 && (x[2] + 3.0).abs() < 1e-9, "{x:?}");
+    assert!(solution.warnings.iter().any(|w| w.code == "dependent_settings"));
+    assert!(solution.indistinguishable.iter().any(|g| g.settings.contains(&1) && g.settings.contains(&2)));
+    let mut limited = asked;
+    limited.settings[1].min = Some(-0.5);
+    let solution = solve(limited);
+    let x = changes(&solution);
+    assert!(x[1] == -0.5 && (x[2] + 5.5).abs() < 1e-9, "{x:?}");
+    assert_eq!(solution.settings[1].limited, Some(Limit::Min));
+    assert!(solution.predicted.rms < 1e-9);
+}
+
+/// Nearly collinear settings within narrow limits: regularised fits settle, and the others make up for what one may not do.
+#[test]
+fn limits_settle_for_nearly_collinear_settings() {
+    for seed in 0..40 {
+        let asked = case::ill_conditioned(seed);
+        let deviation = flankfit_engine::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
+        let mut correction = Asked::new(deviation, asked.sensitivity, asked.settings);
+        correction.noise_sigma = Some(0.3);
+        let free = solve(correction.clone());
+        let most = free.settings.iter().map(|s| s.change.abs()).fold(0.0, f64::max);
+        for setting in &mut correction.settings {
+            (setting.min, setting.max) = (Some(-0.5 * most), Some(0.5 * most));
+        }
+        let solution = solve(correction);
+        assert!(solution.settings.iter().any(|s| s.limited.is_some()));
+        assert!(solution.settings.iter().all(|s| s.change.abs() <= 0.5 * most));
+        assert!(solution.predicted.rms < solution.predicted.rms_before);
+        assert!(solution.warnings.iter().all(|w| w.code != "limits_not_settled"), "seed {seed}");
+    }
+}
+
+/// Forty settings, most of them at narrow limits.
+#[test]
+fn many_settings_at_their_limits_settle() {
+    let place = |k: usize, j: usize| ((k * 37 + j * 101 + k * j * 13) % 97) as f64 / 48.0 - 1.0;
+    let j: Vec<f64> = (0..120).flat_map(|k| (0..40).map(move |j| place(k, j))).collect();
+    let deviation = times(&j, &(0..40).map(|j| f64::from(j) - 19.5).collect::<Vec<f64>>());
+    let mut asked = Asked::new(deviation, j, settings(40));
+    for setting in &mut asked.settings {
+        (setting.min, setting.max) = (Some(-5.0), Some(5.0));
+    }
+    let solution = solve(asked);
+    let limited = solution.settings.iter().filter(|s| s.limited.is_some()).count();
+    assert!(limited >= 20 && solution.settings.iter().all(|s| s.change.abs() <= 5.0), "{limited}");
+    assert!(solution.predicted.rms < solution.predicted.rms_before);
+}
+
+/// Every setting at a limit is an answer as well.
+#[test]
+fn all_settings_may_be_at_their_limits() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0]).collect();
+    let mut asked = plain(times(&j, &[10.0, 10.0]), j, settings(2));
+    for setting in &mut asked.settings {
+        (setting.min, setting.max) = (Some(-1.0), Some(1.0));
+    }
+    let solution = solve(asked);
+    assert_eq!(changes(&solution), [-1.0, -1.0]);
+    assert!(solution.limited_fit.is_none() && solution.settings.iter().all(|s| s.limited == Some(Limit::Min)));
+    assert!(solution.settings.iter().all(|s| (s.unlimited + 10.0).abs() < 1e-9));
+}
+
+#[test]
+fn faults_are_named_by_their_place() {
+    let j = vec![1.0; 8];
+    let good = Asked::new(vec![1.0; 4], j, settings(2));
+    assert_eq!(pointers(Asked { sensitivity: vec![1.0; 7], ..good.clone() }), ["/sensitivity/matrix"]);
+    assert_eq!(pointers(Asked { weight: Some(vec![1.0, -1.0, 1.0, 1.0]), ..good.clone() }), ["/weight/1"]);
+    assert_eq!(pointers(Asked { target: Some(vec![1.0]), ..good.clone() }), ["/target_um"]);
+    assert_eq!(pointers(Asked { noise_sigma: Some(0.0), ..good.clone() }), ["/noise_sigma_um"]);
+    assert_eq!(pointers(Asked { coefficient_norm_limit: Some(-1.0), ..good.clone() }), ["/coefficient_norm_limit"]);
+    assert_eq!(pointers(Asked { response_uncertainty: f64::NAN, ..good.clone() }), ["/response_uncertainty"]);
+    assert_eq!(pointers(Asked { deviation: vec![f64::NAN; 4], ..good.clone() }), ["/deviation_um"]);
+    // too few nodes: by what leaves them
+    let undefined = vec![1.0, f64::NAN, f64::NAN, f64::NAN];
+    assert_eq!(pointers(Asked { deviation: undefined, ..good.clone() }), ["/sensitivity/settings"]);
+    assert_eq!(pointers(Asked { weight: Some(vec![0.0; 4]), ..good.clone() }), ["/weight"]);
+    assert_eq!(pointers(Asked { weight: Some(vec![0.0, 0.0, 0.0, 1.0]), ..good.clone() }), ["/weight"]);
+    let mut twice = good.clone();
+    twice.settings[1].name = "s0".into();
+    assert_eq!(pointers(twice), ["/sensitivity/settings/1"]);
+    let mut crossed = good.clone();
+    (crossed.settings[0].min, crossed.settings[0].max) = (Some(1.0), Some(0.0));
+    assert_eq!(pointers(crossed), ["/limits/s0/min"]);
+    let setting = |change: fn(&mut Setting)| {
+        let mut asked = good.clone();
+        asked.settings[1].name = "a/b~".into();
+        change(&mut asked.settings[1]);
+        pointers(asked)
+    };
+    assert_eq!(setting(|s| s.increment = Some(0.0)), ["/limits/a~1b~0/increment"]);
+    assert_eq!(setting(|s| s.increment = Some(f64::INFINITY)), ["/limits/a~1b~0/increment"]);
+    assert_eq!(
+        setting(|s| (s.min, s.max, s.increment) = (Some(0.1), Some(0.9), Some(1.0))),
+        ["/limits/a~1b~0/increment"]
+    );
+    assert_eq!(setting(|s| (s.fixed, s.min) = (true, Some(0.0))), ["/limits/a~1b~0/min"]);
+    let mut still = good.clone();
+    still.settings.iter_mut().for_each(|setting| setting.fixed = true);
+    assert_eq!(pointers(still), ["/limits"]);
+    assert_eq!(pointers(Asked { absolute: false, ..good.clone() }), ["/absolute"]);
+    let idle = Asked { sensitivity: [1.0, 0.0].repeat(4), ..good.clone() };
+    assert_eq!(pointers(idle), ["/sensitivity/settings/1"]);
+    let infinite = Asked { sensitivity: [1.0, f64::INFINITY].repeat(4), ..good };
+    assert_eq!(pointers(infinite)[0], "/sensitivity/matrix/0/1");
+}
+
+/// A regularisation that the service refuses is refused here.
+#[test]
+fn the_services_refusals_come_through() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k)]).collect();
+    let asked = Asked::new(vec![1.0; 9], j, settings(2));
+    let damping = Damping::Asked(Regularization::TruncatedSvd { rank: 7 });
+    let error = Correction::new(Asked { damping, ..asked }).unwrap().solve().unwrap_err();
+    assert!(matches!(error, FitError::Invalid(_)));
+}
+
+/// A setting that is fixed is as good as none: the others make up for it.
+#[test]
+fn fixed_settings_stay_as_they_are() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0, (f64::from(k) - 4.0).powi(2)]).collect();
+    let d: Vec<f64> = (0..9).map(|k| (1.3 * f64::from(k)).sin() + 2.0).collect();
+    let mut asked = plain(d.clone(), j.clone(), settings(3));
+    asked.settings[1].fixed = true;
+    let with = solve(asked);
+    let left: Vec<f64> = j.chunks_exact(3).flat_map(|row| [row[0], row[2]]).collect();
+    let without = solve(plain(d, left, settings(2)));
+    assert_eq!((with.settings[1].change, with.settings[1].std_error, with.settings[1].fixed), (0.0, None, true));
+    for (a, b) in [0, 2].map(|j| &with.settings[j]).into_iter().zip(&without.settings) {
+        assert!(
+            (a.change - b.change).abs() < 1e-12 && (a.std_error.unwrap() / b.std_error.unwrap() - 1.0).abs() < 1e-9
+        );
+    }
+    assert_eq!(with.predicted.rms, without.predicted.rms);
+}
+
+/// Deviations without a datum: what they have in common changes nothing, and a setting that changes all nodes alike is left alone.
+#[test]
+fn what_all_nodes_have_in_common_is_no_deviation_without_a_datum() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k), (f64::from(k) - 4.0).powi(2)]).collect();
+    let d: Vec<f64> = (0..9).map(|k| 0.7 * f64::from(k) + (1.3 * f64::from(k)).sin()).collect();
+    let of = |level: f64| {
+        let deviation = d.iter().map(|d| d + level).collect();
+        let asked = Asked {
+            weight: Some((0..9).map(|k| f64::from(k % 3 + 1)).collect()),
+            response_uncertainty: 0.0,
+            ..plain(deviation, j.clone(), settings(3))
+        };
+        solve(Asked { absolute: false, ..asked })
+    };
+    let (one, other) = (of(0.0), of(50.0));
+    assert!(one.settings[0].undetermined && one.settings[0].change == 0.0 && one.settings[0].std_error.is_none());
+    assert!(one.warnings.iter().any(|w| w.code == "undetermined_settings" && w.message.contains("`s0`")));
+    // the same as with a constant of its own, which is what is left aside
+    let asked = Asked {
+        weight: Some((0..9).map(|k| f64::from(k % 3 + 1)).collect()),
+        response_uncertainty: 0.0,
+        ..plain(d.clone(), j.clone(), settings(3))
+    };
+    let whole = solve(asked);
+    for k in [1, 2] {
+        let (a, b, c) = (&one.settings[k], &other.settings[k], &whole.settings[k]);
+        assert!((a.change - b.change).abs() < 1e-9 && (a.change - c.change).abs() < 1e-9);
+        assert!((a.std_error.unwrap() / c.std_error.unwrap() - 1.0).abs() < 1e-6, "{a:?} {c:?}");
+    }
+    assert!(
+        (one.predicted.rms - whole.predicted.rms).abs() < 1e-9
+            && (one.predicted.rms - other.predicted.rms).abs() < 1e-9
+    );
+    assert_eq!(one.noise.unwrap().freedom, Some(6));
+}
+
+/// All pairs of multiples within reach, by trying them: rounding with a new fit of the rest leaves hardly more, rounding each by itself far more.
+#[test]
+fn rounded_changes_are_nearly_the_best_there_are() {
+    let (mut sum, mut best_sum, mut naive_sum) = (0.0, 0.0, 0.0);
+    for seed in 0..60u64 {
+        let mut random = crate::oracle::random::Random::new(seed);
+        // two settings that nearly undo each other, one that is free
+        let j: Vec<f64> = (0..20)
+            .flat_map(|_| {
+                let (a, b) = (random.normal(), random.normal());
+                [a, a + 0.3 * b, random.normal()]
+            })
+            .collect();
+        let d: Vec<f64> = times(&j, &[3.0 * random.normal(), 3.0 * random.normal(), 2.0]);
+        let steps = [0.5, 0.25];
+        let mut asked = plain(d.clone(), j.clone(), settings(3));
+        for (setting, step) in asked.settings.iter_mut().zip(steps) {
+            (setting.increment, setting.min, setting.max) = (Some(step), Some(-20.0), Some(20.0));
+        }
+        let solution = solve(asked);
+        let x = changes(&solution);
+        for (setting, step) in solution.settings.iter().zip(steps) {
+            assert!((setting.change / step).fract() == 0.0 && setting.unrounded.is_some());
+            assert!(setting.limited.is_some() || setting.std_error.is_some());
+        }
+        assert!(solution.settings[2].unrounded.is_none());
+        let left = |x: &[f64]| times(&j, x).iter().zip(&d).map(|(a, b)| (a + b).powi(2)).sum::<f64>();
+        // the third by its own least squares
+        let with = |a: f64, b: f64| {
+            let rest: Vec<f64> = times(&j, &[a, b, 0.0]).iter().zip(&d).map(|(a, b)| a + b).collect();
+            let (mut over, mut under) = (0.0, 0.0);
+            for (row, rest) in j.chunks_exact(3).zip(&rest) {
+                (over, under) = (over + row[2] * rest, under + row[2] * row[2]);
+            }
+            left(&[a, b, -over / under])
+        };
+        let of = |k: usize| (solution.settings[k].unrounded.unwrap() / steps[k]).round();
+        let mut best = f64::INFINITY;
+        for p in -8..=8 {
+            for q in -8..=8 {
+                let (a, b) = ((of(0) + f64::from(p)) * steps[0], (of(1) + f64::from(q)) * steps[1]);
+                if a.abs() <= 20.0 && b.abs() <= 20.0 {
+                    best = best.min(with(a, b));
+                }
+            }
+        }
+        let predicted = solution.predicted.rms.powi(2) * 20.0;
+        assert!((predicted - left(&x)).abs() < 1e-9 * (1.0 + predicted), "predicted is what the rounded changes leave");
+        assert!(left(&x) >= best * (1.0 - 1e-9));
+        (sum, best_sum, naive_sum) =
+            (sum + left(&x), best_sum + best, naive_sum + with(of(0) * steps[0], of(1) * steps[1]));
+    }
+    assert!(sum <= 1.1 * best_sum && naive_sum > 1.3 * best_sum, "{sum} {best_sum} {naive_sum}");
+}
+
+/// Steps with decimals come back with their decimals, and limits that are multiples can be reached.
+#[test]
+fn multiples_have_the_digits_of_their_step() {
+    let j: Vec<f64> = (0..9).map(|k| f64::from(k) - 4.0).collect();
+    let mut asked = plain(times(&j, &[-0.7]), j, settings(1));
+    asked.settings[0].increment = Some(0.1);
+    assert_eq!(changes(&solve(asked.clone())), [0.7]);
+    asked.settings[0].max = Some(0.3);
+    let limited = solve(asked);
+    assert_eq!((changes(&limited)[0], limited.settings[0].limited), (0.3, Some(Limit::Max)));
+}
+
+/// A bound that comes from limits is not beyond them: two settings that can hardly be told apart,
+/// one of which may go far and the other may not.
+#[test]
+fn a_bound_that_comes_from_limits_does_not_lie_beyond_them() {
+    let j: Vec<f64> = (0..12).flat_map(|k| [f64::from(k), f64::from(k) + 1e-4 * f64::from(k * k % 7)]).collect();
+    let deviation = times(&j, &[-3.0, 2.0]);
+    let with = |limits: [[f64; 2]; 2], given: Option<f64>| {
+        let mut settings = settings(2);
+        for (setting, [min, max]) in settings.iter_mut().zip(limits) {
+            (setting.min, setting.max) = (Some(min), Some(max));
+        }
+        let asked = Asked::new(deviation.clone(), j.clone(), settings);
+        solve(Asked { noise_sigma: Some(0.1), coefficient_norm_limit: given, ..asked })
+    };
+    let solution = with([[-10.0, 10.0], [-200.0, 300.0]], None);
+    let [narrow, wide] = &solution.settings[..] else { panic!("two settings") };
+    assert_eq!(solution.fit.bias.coefficient_norm_limit_source, NormLimitSource::Limits);
+    assert!(solution.fit.coefficients[0].bias_bound > 100.0, "the ball alone: {:?}", solution.fit.coefficients[0]);
+    assert_eq!(narrow.bias_bound, Some(10.0 + narrow.change.abs()));
+    assert!(wide.bias_bound.unwrap() <= 300.0 - wide.change);
+    // a norm that the caller gives says nothing of the limits
+    let given = with([[-10.0, 10.0], [-200.0, 300.0]], Some(1e4));
+    assert_eq!(given.settings[0].bias_bound, Some(given.fit.coefficients[0].bias_bound));
+}
+
+/// A setting that the deviations say nothing about keeps to its limits all the same, and the answer
+/// says what became of them.
+#[test]
+fn limits_of_a_setting_that_nothing_is_said_about_are_kept() {
+    let j: Vec<f64> = (0..9).flat_map(|k| [1.0 + 0.01 * f64::from(k % 3), f64::from(k), f64::from(k * k)]).collect();
+    let d: Vec<f64> =
+        (0..9).map(|k| 0.7 * f64::from(k) + 0.1 * f64::from(k * k) + (1.3 * f64::from(k)).sin()).collect();
+    let with = |min: Option<f64>, max: Option<f64>, increment: Option<f64>| {
+        let mut settings = settings(3);
+        (settings[0].min, settings[0].max, settings[0].increment) = (min, max, increment);
+        settings[1].increment = increment;
+        solve(Asked { absolute: false, ..plain(d.clone(), j.clone(), settings) })
+    };
+    let codes = |s: &Solution| s.warnings.iter().map(|w| w.code).collect::<Vec<_>>();
+    let free = with(None, None, None);
+    assert_eq!(codes(&free), ["undetermined_settings"]);
+    for (min, max, increment) in [(Some(-1.0), Some(2.0), None), (None, Some(3.0), None), (None, None, Some(0.25))] {
+        let unused = with(min, max, increment);
+        assert_eq!(unused.settings[0].change, 0.0);
+        assert_eq!(codes(&unused), ["undetermined_settings", "limits_without_effect"]);
+        assert!(unused.warnings[1].message.contains("`s0`") && !unused.warnings[1].message.contains("`s1`"));
+    }
+    for (min, max, increment, want, limit) in [
+        (Some(2.0), None, None, 2.0, Limit::Min),
+        (Some(2.0), Some(7.0), Some(1.5), 3.0, Limit::Min),
+        (Some(-9.0), Some(-4.0), None, -4.0, Limit::Max),
+    ] {
+        let moved = with(min, max, increment);
+        let setting = &moved.settings[0];
+        assert_eq!((setting.change, setting.limited, setting.undetermined), (want, Some(limit), true));
+        assert_eq!((setting.unlimited, setting.std_error, setting.bias_bound), (0.0, None, None));
+        assert_eq!(codes(&moved), ["undetermined_settings_moved"]);
+        // what it does to the nodes is reckoned with: the others are the least squares of what it
+        // leaves
+        if increment.is_none() {
+            let level: Vec<f64> = times(&j, &changes(&moved)).iter().zip(&d).map(|(c, d)| c + d).collect();
+            let mean = level.iter().sum::<f64>() / 9.0;
+            for c in [1, 2] {
+                let middle = (0..9).map(|k| j[3 * k + c]).sum::<f64>() / 9.0;
+                let slope: f64 = (0..9).map(|k| (j[3 * k + c] - middle) * (level[k] - mean)).sum();
+                assert!(slope.abs() < 1e-9, "{c}: {slope}");
+            }
+            let rms = (level.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 9.0).sqrt();
+            assert!((moved.predicted.rms - rms).abs() < 1e-9);
+        } else {
+            let steps = moved.settings[1].change / 1.5;
+            assert!((steps - steps.round()).abs() < 1e-12, "{steps}");
+        }
+    }
+}

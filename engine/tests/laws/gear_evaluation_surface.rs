@@ -1,0 +1,286 @@
+//! Laws of the second-order flank surface.
+
+use flankfit_engine::{
+    estimation::{
+        FitSpec,
+        spec::{Degree, Model, PolynomialBasis, Regularization, Terms},
+    },
+    gear::{
+        Gear, GearData, ProfileAxis, Side,
+        evaluation::{
+            flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_figures, flank_surface},
+            settings::{DeviationSign, SlopeSign},
+        },
+    },
+};
+use proptest::prelude::*;
+
+use super::gear_evaluation::{data, gear};
+
+/// The model is not looked at.
+fn plain() -> FitSpec {
+    let model = Model::Polynomial { degree: Degree::Both(1), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
+    FitSpec { regularization: Regularization::None, ..FitSpec::new(model) }
+}
+
+fn settings() -> SurfaceSettings {
+    SurfaceSettings {
+        side: Side::Left,
+        profile_range: None,
+        helix_range: None,
+        border: Border::default(),
+        given: DeviationSign::Material,
+        sign: SlopeSign::AsGiven,
+        spec: plain(),
+    }
+}
+
+/// Nodes of a grid over a flank, deviation as a function of u, v in [-1, 1].
+struct Grid {
+    profile: Vec<f64>,
+    z: Vec<f64>,
+    deviation: Vec<f64>,
+}
+
+const ROLL: [f64; 2] = [18.0, 26.0];
+const Z: [f64; 2] = [1.0, 19.0];
+
+fn at(range: [f64; 2], t: f64) -> f64 {
+    0.5 * (range[0] + range[1]) + 0.5 * (range[1] - range[0]) * t
+}
+
+fn grid(rows: usize, columns: usize, deviation: impl Fn(f64, f64) -> f64) -> Grid {
+    let t = |i: usize, n: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
+    Grid {
+        profile: (0..rows).map(|i| at(ROLL, t(i, rows))).collect(),
+        z: (0..columns).map(|j| at(Z, t(j, columns))).collect(),
+        deviation: (0..rows * columns).map(|k| deviation(t(k / columns, rows), t(k % columns, columns))).collect(),
+    }
+}
+
+impl Grid {
+    fn nodes(&self) -> FlankNodes<'_> {
+        FlankNodes {
+            axis: ProfileAxis::RollLength,
+            profile: &self.profile,
+            z: &self.z,
+            deviation: &self.deviation,
+            valid: None,
+            grid: true,
+        }
+    }
+}
+
+fn fitted(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> FlankSurface {
+    flank_surface(gear, nodes, settings).expect("the nodes are sound")
+}
+
+fn figures(surface: &FlankSurface) -> [f64; 6] {
+    [
+        surface.mean,
+        surface.profile_slope,
+        surface.helix_slope,
+        surface.profile_crowning,
+        surface.helix_crowning,
+        surface.twist,
+    ]
+    .map(|figure| figure.value)
+}
+
+fn near(value: f64, want: f64, within: f64) {
+    assert!((value - want).abs() <= within, "{value} is not {want}");
+}
+
+fn second_order(put: [f64; 6]) -> impl Fn(f64, f64) -> f64 {
+    let [mean, profile, helix, profile_crowning, helix_crowning, twist] = put;
+    move |u, v| {
+        mean + 0.5 * profile * u + 0.5 * helix * v - profile_crowning * u * u - helix_crowning * v * v
+            + 0.25 * twist * u * v
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// What is put in comes back from grids, from grids with gaps and from scattered nodes.
+    #[test]
+    fn second_order_deviations_come_back(
+        put in prop::array::uniform6(-20.0..20.0f64), rows in 4usize..12, columns in 4usize..16, gap in 0usize..1000,
+    ) {
+        let gear = gear();
+        let full = grid(rows, columns, second_order(put));
+        let mut holed = grid(rows, columns, second_order(put));
+        holed.deviation[gap % (rows * columns)] = f64::NAN;
+        let mut valid = vec![true; rows * columns];
+        valid[(gap / 7) % (rows * columns)] = false;
+        holed.deviation[(gap / 7) % (rows * columns)] = 1e3;
+        let ranges = SurfaceSettings { profile_range: Some(ROLL), helix_range: Some(Z), ..settings() };
+        let holes = FlankNodes { valid: Some(&valid), ..holed.nodes() };
+        let profile: Vec<f64> = (0..rows * columns).map(|k| full.profile[k / columns]).collect();
+        let z: Vec<f64> = (0..rows * columns).map(|k| full.z[k % columns]).collect();
+        let scattered = FlankNodes { profile: &profile, z: &z, grid: false, ..full.nodes() };
+        if gap % (rows * columns) != (gap / 7) % (rows * columns) {
+            prop_assert_eq!(fitted(&gear, &holes, &ranges).nodes.missing, 2);
+        }
+        for nodes in [full.nodes(), holes, scattered] {
+            let surface = fitted(&gear, &nodes, &ranges);
+            for (found, want) in figures(&surface).into_iter().zip(put) {
+                near(found, want, 1e-6);
+            }
+            near(surface.remainder.peak_to_valley, 0.0, 1e-6);
+            prop_assert_eq!(surface.nodes.posted, rows * columns);
+            prop_assert_eq!(surface.nodes.used + surface.nodes.missing, rows * columns);
+        }
+    }
+
+    /// Regularisation moves a figure by no more than the bound that stands beside it, and reports what it would be without.
+    #[test]
+    fn bias_stays_within_its_bound(put in prop::array::uniform6(-20.0..20.0f64), k in 1e-4..1.0f64) {
+        use flankfit_engine::estimation::spec::Parameter;
+        let gear = gear();
+        let noisy = grid(6, 9, |u, v| second_order(put)(u, v) + (37.0 * u + 91.0 * v).sin());
+        let spec = FitSpec { regularization: Regularization::Ridge { parameter: Parameter::Fixed(k) }, ..plain() };
+        let surface = fitted(&gear, &noisy.nodes(), &SurfaceSettings { spec, ..settings() });
+        for figure in [surface.mean, surface.profile_slope, surface.helix_slope, surface.profile_crowning, surface.helix_crowning, surface.twist] {
+            prop_assert!((figure.value - figure.least_squares).abs() <= figure.bias_bound * (1.0 + 1e-9), "{:?}", figure);
+            prop_assert!(figure.std_error.is_some_and(|e| e > 0.0));
+        }
+        prop_assert!(surface.remainder.peak_to_valley <= 2.0 * surface.remainder.max_abs + 1e-12);
+        prop_assert!(surface.remainder.rms <= surface.remainder.max_abs);
+    }
+}
+
+#[test]
+fn trimming_cuts_the_range_and_its_figures() {
+    let gear = gear();
+    let put = [1.0, 10.0, 8.0, 4.0, 6.0, 12.0];
+    let full = grid(41, 41, second_order(put));
+    // a quarter of the range at every side leaves u, v in [-1/2, 1/2]
+    let border = Border { root: 25.0, tip: 25.0, toe: 25.0, heel: 25.0 };
+    let surface = fitted(&gear, &full.nodes(), &SurfaceSettings { border, ..settings() });
+    for (found, want) in figures(&surface).into_iter().zip([1.0, 5.0, 4.0, 1.0, 1.5, 3.0]) {
+        near(found, want, 1e-6);
+    }
+    near(surface.roll_lengths[0], 20.0, 1e-12);
+    near(surface.z[1], 14.5, 1e-12);
+    assert_eq!((surface.nodes.used, surface.nodes.trimmed), (21 * 21, 41 * 41 - 21 * 21));
+    // only the tip's border
+    let border = Border { tip: 50.0, ..Border::default() };
+    let surface = fitted(&gear, &full.nodes(), &SurfaceSettings { border, ..settings() });
+    near(surface.roll_lengths[0], 18.0, 1e-12);
+    near(surface.roll_lengths[1], 22.0, 1e-12);
+}
+
+#[test]
+fn signs_follow_flank_and_convention() {
+    let gear = gear();
+    let put = [1.0, 10.0, 8.0, 4.0, 6.0, 12.0];
+    let full = grid(7, 9, second_order(put));
+    for side in [Side::Left, Side::Right] {
+        let of = |sign| figures(&fitted(&gear, &full.nodes(), &SurfaceSettings { side, sign, ..settings() }));
+        assert_eq!(of(SlopeSign::Vdi), of(SlopeSign::AsGiven));
+        let (vdi, din) = (of(SlopeSign::Vdi), of(SlopeSign::Din));
+        let hand = side.sign();
+        for k in 0..6 {
+            near(din[k], if k == 2 || k == 5 { hand * vdi[k] } else { vdi[k] }, 1e-12);
+        }
+        // numbers that count clockwise: heights and crownings turn on the left flank
+        let given = DeviationSign::Clockwise;
+        let turned = fitted(&gear, &full.nodes(), &SurfaceSettings { side, given, sign: SlopeSign::Vdi, ..settings() });
+        for (a, b) in figures(&turned).into_iter().zip(vdi) {
+            near(a, -hand * b, 1e-9);
+        }
+    }
+}
+
+/// The tip of an internal gear lies at the smaller diameters; a grid by diameter is a grid by roll length.
+#[test]
+fn internal_gears_and_diameters() {
+    let internal = Gear::new(GearData { internal: true, profile_shift: 0.0, ..data() }).expect("the gear exists");
+    let put = [1.0, 10.0, 8.0, 4.0, 6.0, 12.0];
+    let full = grid(6, 5, |t, v| second_order(put)(-t, v));
+    let diameters: Vec<f64> = full.profile.iter().map(|&l| internal.diameter(l)).collect();
+    let by_diameter = FlankNodes { axis: ProfileAxis::Diameter, profile: &diameters, ..full.nodes() };
+    for nodes in [full.nodes(), by_diameter] {
+        for (found, want) in figures(&fitted(&internal, &nodes, &settings())).into_iter().zip(put) {
+            near(found, want, 1e-6);
+        }
+    }
+    let border = Border { tip: 40.0, ..Border::default() };
+    let cut = fitted(&internal, &full.nodes(), &SurfaceSettings { border, ..settings() });
+    near(cut.roll_lengths[0], 21.2, 1e-9);
+}
+
+#[test]
+fn impossible_requests_name_their_place() {
+    let gear = gear();
+    let full = grid(6, 5, |_, _| 0.0);
+    let places = |nodes: &FlankNodes, settings: &SurfaceSettings| -> Vec<String> {
+        match flank_surface(&gear, nodes, settings).expect_err("impossible") {
+            flankfit_engine::estimation::FitError::Invalid(faults) => {
+                faults.list().iter().map(|f| f.pointer.clone()).collect()
+            }
+            other => panic!("{other}"),
+        }
+    };
+    let border = Border { root: 60.0, tip: 40.0, toe: -1.0, heel: f64::NAN };
+    assert_eq!(
+        places(&full.nodes(), &SurfaceSettings { border, ..settings() }),
+        ["/border_percent/toe", "/border_percent/heel", "/border_percent"]
+    );
+    assert_eq!(places(&FlankNodes { z: &full.z[..4], ..full.nodes() }, &settings()), ["/deviation_um"]);
+    let by_diameter = FlankNodes { axis: ProfileAxis::Diameter, ..full.nodes() };
+    assert_eq!(places(&by_diameter, &settings())[0], "/profile/0");
+    let mut turned = full.profile.clone();
+    turned.swap(0, 1);
+    assert_eq!(places(&FlankNodes { profile: &turned, ..full.nodes() }, &settings()), ["/profile/1"]);
+    let nothing = vec![f64::NAN; 30];
+    assert_eq!(places(&FlankNodes { deviation: &nothing, ..full.nodes() }, &settings()), ["/deviation_um"]);
+    let beside = SurfaceSettings { helix_range: Some([30.0, 40.0]), ..settings() };
+    assert_eq!(places(&full.nodes(), &beside), ["/border_percent"]);
+}
+
+/// The figures by name are those of the surface; a cross of a profile and a lead tells all but the twist, wherever they cross; one trace
+/// tells nothing, and regularisation is not looked at.
+#[test]
+fn figures_are_told_as_far_as_the_nodes_reach() {
+    let gear = gear();
+    let put = [3.0, -8.0, 5.0, 4.0, -6.0, 7.0];
+    let spec = FitSpec {
+        regularization: Regularization::Ridge { parameter: flankfit_engine::estimation::spec::Parameter::Fixed(1.0) },
+        ..plain()
+    };
+    let settings = SurfaceSettings { side: Side::Right, sign: SlopeSign::Din, spec, ..settings() };
+    let whole = grid(5, 9, second_order(put));
+    let told = flank_figures(&gear, &whole.nodes(), &settings).unwrap();
+    // on right flanks DIN turns the sign of helix slope and twist
+    near(told.profile_slope.unwrap(), -8.0, 1e-9);
+    near(told.helix_slope.unwrap(), -5.0, 1e-9);
+    near(told.profile_crowning.unwrap(), 4.0, 1e-9);
+    near(told.helix_crowning.unwrap(), -6.0, 1e-9);
+    near(told.twist.unwrap(), -7.0, 1e-9);
+    for (row, column) in [(2, 4), (1, 6), (0, 4)] {
+        let mut cross = grid(5, 9, second_order([3.0, -8.0, 5.0, 4.0, -6.0, 0.0]));
+        for k in (0..45).filter(|k| k / 9 != row && k % 9 != column) {
+            cross.deviation[k] = f64::NAN;
+        }
+        let told = flank_figures(&gear, &cross.nodes(), &settings).unwrap();
+        near(told.profile_slope.unwrap(), -8.0, 1e-9);
+        near(told.helix_slope.unwrap(), -5.0, 1e-9);
+        near(told.profile_crowning.unwrap(), 4.0, 1e-9);
+        near(told.helix_crowning.unwrap(), -6.0, 1e-9);
+        assert_eq!(told.twist, None);
+        let flat = FlankNodes {
+            profile: &(0..45).map(|k| cross.profile[k / 9]).collect::<Vec<f64>>(),
+            z: &(0..45).map(|k| cross.z[k % 9]).collect::<Vec<f64>>(),
+            grid: false,
+            ..cross.nodes()
+        };
+        near(flank_figures(&gear, &flat, &settings).unwrap().profile_slope.unwrap(), -8.0, 1e-9);
+    }
+    let mut lead = whole;
+    lead.deviation.iter_mut().enumerate().filter(|(k, _)| k / 9 != 2).for_each(|(_, d)| *d = f64::NAN);
+    assert_eq!(flank_figures(&gear, &lead.nodes(), &settings), None);
+    let ranges = SurfaceSettings { profile_range: Some(ROLL), helix_range: Some(Z), ..settings };
+    assert_eq!(flank_figures(&gear, &lead.nodes(), &ranges), None);
+}
