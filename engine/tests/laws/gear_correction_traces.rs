@@ -25,7 +25,7 @@ fn settings(n: usize) -> Vec<Setting> {
 }
 
 /// u, v and the trace of each node, the traces one after the other.
-fn nodes(profiles: &[f64], helices: &[f64], count: usize) -> Vec<(f64, f64, usize)> {
+fn nodes(profiles: &[f64], helices: &[f64], count: usize) -> Vec<Node> {
     let along = |k: usize| 2.0 * k as f64 / (count - 1) as f64 - 1.0;
     let profile = |(t, v): (usize, &f64)| (0..count).map(move |k| (along(k), *v, t)).collect::<Vec<_>>();
     let helix = |(t, u): (usize, &f64)| (0..count).map(move |k| (*u, along(k), profiles.len() + t)).collect::<Vec<_>>();
@@ -67,7 +67,10 @@ fn centring_each_trace_is_a_constant_for_each() {
     assert!((one.predicted.rms - whole.predicted.rms).abs() < 1e-9);
 }
 
-fn machine(profiles: &[f64], helices: &[f64]) -> (Vec<Setting>, Vec<f64>, Vec<usize>, Vec<(f64, f64, usize)>) {
+/// Profile and helix coordinate of a node, each over [-1, 1], and its trace.
+type Node = (f64, f64, usize);
+
+fn machine(profiles: &[f64], helices: &[f64]) -> (Vec<Setting>, Vec<f64>, Vec<usize>, Vec<Node>) {
     let gear = Gear::new(GearData {
         teeth: 26,
         normal_module: 2.5,
@@ -87,7 +90,7 @@ fn machine(profiles: &[f64], helices: &[f64]) -> (Vec<Setting>, Vec<f64>, Vec<us
     let ranges = Ranges { profile: [at(r - 1.0), at(r + 2.0)], helix: [-10.0, 10.0] };
     let nodes = nodes(profiles, helices, 15);
     let [low, high] = ranges.profile;
-    let place = |(u, v, _): &(f64, f64, usize)| FlankNode {
+    let place = |(u, v, _): &Node| FlankNode {
         side: Side::Left,
         roll_length: 0.5 * (low + high) + 0.5 * (high - low) * u,
         z: 10.0 * v,
