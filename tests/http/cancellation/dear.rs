@@ -265,13 +265,13 @@ pub fn stream() -> Value {
 }
 
 pub fn block() -> Body {
-    of(&json!({"sequence": 1, "nodes": scattered(5_000)}))
+    of(&json!({"sequence": 1, "nodes": scattered(20_000)}))
 }
 
 /// A stream that is worth finishing, whose blocks are not dear themselves.
 pub fn full_stream() -> (Value, Value) {
     let mut spec = stream();
-    spec["model"]["degree"] = json!([8, 8]);
+    spec["model"]["degree"] = json!([16, 16]);
     spec["include"] = json!(["residuals", "matrix_b"]);
     (spec, json!({"sequence": 1, "nodes": scattered(1_000)}))
 }
