@@ -265,7 +265,7 @@ pub fn stream() -> Value {
 }
 
 pub fn block() -> Body {
-    of(&json!({"sequence": 1, "nodes": scattered(20_000)}))
+    of(&json!({"sequence": 1, "nodes": scattered(12_000)}))
 }
 
 /// A stream that is worth finishing, whose blocks are not dear themselves.

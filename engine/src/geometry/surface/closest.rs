@@ -11,7 +11,7 @@ use super::{
     Surface,
     bends::sampled,
     closest_cell::Cell,
-    descent::{Best, NOISE, Rectangle, descend},
+    descent::{Best, NOISE, Rectangle, descend, place_within},
     differential::normal,
 };
 use crate::geometry::space::Vector;
@@ -234,7 +234,7 @@ impl<'a> ClosestPoint<'a> {
         let found = descend(self.surface, sides, cell.middle, &cell.jet, node);
         if found.square < best.square {
             // the rectangle's own border is no border of the piece
-            let jet = self.surface.place(found.at[0], found.at[1]);
+            let jet = place_within(self.surface, piece, found.at);
             let further = descend(self.surface, piece, found.at, &jet, node);
             *best = if further.square <= found.square { further } else { found };
         }

@@ -21,6 +21,16 @@ pub(super) struct Best {
     pub is_orthogonal: bool,
 }
 
+/// The jet at a place of a smooth piece. A break belongs to the piece behind it; the derivatives of the piece before it are those next
+/// to it.
+pub(super) fn place_within(surface: &dyn Surface, room: Rectangle, [u, v]: [f64; 2]) -> SurfaceJet {
+    let jet = surface.place(u, v);
+    let domain = surface.domain();
+    let within = |k: usize, x: f64| if x == room[k][1] && x < domain[k][1] { x.next_down() } else { x };
+    let near = [within(0, u), within(1, v)];
+    if near == [u, v] { jet } else { SurfaceJet { value: jet.value, ..surface.place(near[0], near[1]) } }
+}
+
 /// Newton's iteration from `start`, whose jet is known, held within `room`.
 pub(super) fn descend(
     surface: &dyn Surface,
@@ -87,7 +97,7 @@ fn step(
         if next == at {
             return None;
         }
-        let jet = surface.place(next[0], next[1]);
+        let jet = place_within(surface, room, next);
         let found = (jet.value - node).norm_squared();
         // next to the foot the distance no longer tells places apart, but its gradient does
         let noise = NOISE * square.sqrt() * (jet.value.norm() + node.norm());
