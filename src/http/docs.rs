@@ -1,11 +1,11 @@
 //! The interactive documentation at `/docs`, from files inside the program: it works without internet.
 
-use std::sync::Arc;
+use std::{io::Read, sync::Arc};
 
 use axum::{
     Router,
     body::Bytes,
-    http::{HeaderValue, header},
+    http::{HeaderMap, HeaderValue, header},
     response::{IntoResponse, Redirect, Response},
     routing::get,
 };
@@ -21,16 +21,25 @@ pub fn routes() -> Router<AppState> {
     Router::new()
         .route("/", get(|| async { Redirect::temporary("/docs/") }))
         .route("/docs", get(|| async { Redirect::permanent("/docs/") }))
-        .route("/docs/", get(|| async { file("", index) }))
-        .route("/docs/{*file}", get(|PathOf(name): PathOf<String>| async move { file(&name, config) }))
+        .route("/docs/", get(|headers: HeaderMap| async move { file("", &headers, index) }))
+        .route(
+            "/docs/{*file}",
+            get(|PathOf(name): PathOf<String>, headers: HeaderMap| async move { file(&name, &headers, config) }),
+        )
 }
 
-fn file(name: &str, config: Arc<Config<'static>>) -> Result<Response, Problem> {
+/// The files lie in the program as gzip, and go out so to clients that take it.
+fn file(name: &str, asked: &HeaderMap, config: Arc<Config<'static>>) -> Result<Response, Problem> {
     let file = utoipa_swagger_ui::serve(name, config)
         .map_err(Problem::internal)?
         .ok_or_else(|| Problem::new(ProblemCode::NotFound, "The documentation has no such file."))?;
     let tag = content_tag(&file.bytes);
-    let mut response = Bytes::from(file.bytes.into_owned()).into_response();
+    let packed = file.gzpipped && takes_gzip(asked);
+    let bytes = match file.gzpipped && !packed {
+        true => unpacked(&file.bytes).map_err(Problem::internal)?,
+        false => file.bytes.into_owned(),
+    };
+    let mut response = Bytes::from(bytes).into_response();
     let headers = response.headers_mut();
     let media = HeaderValue::from_str(&file.content_type).map_err(Problem::internal)?;
     headers.insert(header::CONTENT_TYPE, media);
@@ -39,8 +48,21 @@ fn file(name: &str, config: Arc<Config<'static>>) -> Result<Response, Problem> {
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("public, max-age=604800"));
     }
     headers.extend(tag.map(|tag| (header::ETAG, tag)));
-    if file.gzpipped {
+    if packed {
         headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+        headers.insert(header::VARY, HeaderValue::from_static("accept-encoding"));
     }
     Ok(response)
+}
+
+/// Of the encodings a layer has left those that are offered and taken.
+fn takes_gzip(asked: &HeaderMap) -> bool {
+    let values = asked.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
+    values.flat_map(|value| value.split(',')).any(|one| one.trim().to_ascii_lowercase().contains("gzip"))
+}
+
+fn unpacked(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut text = Vec::new();
+    flate2::bufread::GzDecoder::new(bytes).read_to_end(&mut text)?;
+    Ok(text)
 }

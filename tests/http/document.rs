@@ -160,6 +160,10 @@ async fn the_page_needs_no_internet() {
     for file in ["/docs/swagger-ui-bundle.js", "/docs/swagger-ui-standalone-preset.js", "/docs/swagger-ui.css"] {
         assert_eq!(send(app.get(file)).await.status, 200, "{file}");
     }
+    let packed = send(app.get("/docs/swagger-ui.css").header("accept-encoding", "gzip")).await;
+    assert_eq!((packed.header("content-encoding"), packed.header("vary")), ("gzip", "accept-encoding"));
+    let plain = send(app.get("/docs/swagger-ui.css").header("accept-encoding", "identity")).await;
+    assert!(plain.text.contains(".swagger-ui") && !plain.headers.contains_key("content-encoding"));
     send(app.get("/docs/nothing.js")).await.problem(404, "not_found");
     let without = TestApp::start_with(|settings| settings.docs = false).await;
     send(without.get("/docs/")).await.problem(404, "not_found");
