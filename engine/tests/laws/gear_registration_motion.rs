@@ -127,10 +127,8 @@ proptest! {
         let (a, b) = (1e-3 * gear.base_radius() * cos_b, -gear.hand() * sin_b);
         let joint = |pose: &Pose| a * pose.get(Motion::Rotation) + b * pose.get(Motion::AxialShift);
         prop_assert!((joint(&answer.pose) - joint(&pose)).abs() < 1e-7);
-        // the shortest that has this effect, in the scaled columns
-        let (rotation, axial) = (answer.pose.get(Motion::Rotation), answer.pose.get(Motion::AxialShift));
-        let across = if standard { a * rotation - b * axial } else { b * rotation - a * axial };
-        prop_assert!(across.abs() < 1e-9 * (1.0 + rotation.abs()), "{across}");
+        // all of it is rotation, however the columns are scaled
+        prop_assert_eq!(answer.pose.get(Motion::AxialShift), 0.0);
         prop_assert!(answer.rms_after < 1e-7 && answer.fit.coefficients.iter().any(|c| c.term == SCREW));
         for moved in &answer.motions {
             let joined = matches!(moved.motion, Motion::Rotation | Motion::AxialShift);

@@ -34,6 +34,7 @@ mod gear_geometry_tool;
 mod gear_registration;
 mod gear_registration_motion;
 mod gear_registration_points;
+mod gear_registration_screw;
 mod gear_registration_start;
 mod gear_registration_teeth;
 mod hard;

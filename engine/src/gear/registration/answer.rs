@@ -2,7 +2,7 @@
 
 use super::{
     Indistinguishable, Moved, Registering, Registration,
-    columns::Column,
+    columns::{Column, SCREW},
     misfit,
     part::{Part, State},
     pose::{Motion, Pose},
@@ -13,11 +13,16 @@ use crate::{
         FitError, FitResult, FitSpec, fit,
         result::Warning,
         spec::{Estimator, Include, Regularization},
-        words::counted,
+        words::{Shown, counted},
     },
     gear::deviation::{Deviations, Node},
     numerics::cancel::Asking,
 };
+
+/// The motion that a column is, or mostly is.
+fn motion_of(term: &str) -> Option<Motion> {
+    if term == SCREW { Some(Motion::Rotation) } else { Motion::named(term) }
+}
 
 /// Where the iteration ended.
 pub(super) struct Found {
@@ -47,13 +52,23 @@ impl Part<'_> {
         let indistinguishable = dependencies
             .iter()
             .map(|near| Indistinguishable {
-                motions: near.terms.iter().filter_map(|term| Motion::named(term)).collect(),
+                motions: near.terms.iter().filter_map(|term| motion_of(term)).collect(),
                 condition_index: near.condition_index,
                 sentence: near.sentence.clone(),
             })
             .collect();
         if !self.freedom.is_whole() {
             warnings.push(self.undetermined());
+        }
+        if self.freedom.columns.contains(&Column::Slide) {
+            warnings.push(Warning {
+                code: "axial_shift_by_modification",
+                message: format!(
+                    "axial_shift: {} µm are told by the modifications alone, which change along z; deviations of the same \
+                     shape do the same. Leave it out of the motions to have `z_mm` without it",
+                    Shown((pose.get(Motion::AxialShift) * 10.0).round() / 10.0)
+                ),
+            });
         }
         let dependent = Self::dependent(&last);
         if !dependent.is_empty() {
@@ -73,7 +88,7 @@ impl Part<'_> {
         let rows: Vec<usize> = self.rows.iter().map(|(i, _)| *i).collect();
         warnings.extend(misfit::of_part(self.reference.gear, &deviations, &rows));
         Ok(Registration {
-            motions: self.moved(&pose, &last, asked.spec, &begun),
+            motions: self.moved(&pose, &last, &begun),
             pose,
             rms_before: self.rms_before(&deviations),
             rms_after: deviations.rms().unwrap_or_default(),
@@ -123,12 +138,12 @@ impl Part<'_> {
 
     fn undetermined(&self) -> Warning {
         let message = if self.freedom.columns.contains(&Column::Screw) {
-            "rotation and axial_shift: a screw motion carries the flanks of a helical gear into themselves, so that no \
-             points of them tell the two apart; their joint effect is shared between them by minimum norm, and neither \
-             has a standard error. Free only one of them to have all of it there"
+            "rotation and axial_shift: a screw motion carries the flanks of a helical gear into themselves, and these \
+             points do not tell the two apart. Positions along z (`z_mm`) depend on how their joint effect is split: all \
+             of it is taken as rotation, the axial shift is left at 0, and neither has a standard error"
         } else {
-            "axial_shift: the flanks of a spur gear are the same along the axis, so that no points of them tell it; it \
-             is left at 0"
+            "axial_shift: the flanks of a spur gear are the same along the axis, and these points do not tell it; it is \
+             left at 0"
         };
         Warning { code: "motions_indistinguishable", message: message.into() }
     }
@@ -137,18 +152,20 @@ impl Part<'_> {
     fn dependent(last: &FitResult) -> Vec<Motion> {
         let exact = last.collinearity.near_dependencies.iter().filter(|near| near.condition_index.is_none());
         let terms = exact.flat_map(|near| &near.terms);
-        terms.filter_map(|term| Motion::named(term)).collect()
+        terms.filter_map(|term| motion_of(term)).collect()
     }
 
-    fn moved(&self, pose: &Pose, last: &FitResult, spec: &FitSpec, begun: &[f64]) -> Vec<Moved> {
+    fn moved(&self, pose: &Pose, last: &FitResult, begun: &[f64]) -> Vec<Moved> {
         let mut start = Pose::default();
-        self.freedom.set(&mut start, begun, spec.scaling);
+        self.freedom.set(&mut start, begun);
         let dependent = Self::dependent(last);
+        // coefficient and share of every column that moves it; errors of two columns add up at most
         let of = |motion: Motion| {
-            self.freedom.columns.iter().zip(&last.coefficients).find_map(|(column, coefficient)| {
-                let shares = self.freedom.shares(*column, spec.scaling);
-                shares.into_iter().find(|(m, _)| *m == motion).map(|(_, share)| (coefficient, share))
-            })
+            let each = self.freedom.columns.iter().zip(&last.coefficients);
+            each.flat_map(|(column, c)| self.freedom.shares(*column).into_iter().map(move |share| (c, share)))
+                .filter(|(_, (moved, _))| *moved == motion)
+                .map(|(c, (_, share))| (c, share.abs()))
+                .collect::<Vec<_>>()
         };
         self.freedom
             .motions
@@ -156,14 +173,19 @@ impl Part<'_> {
             .map(|&motion| {
                 let determined = self.freedom.tells(motion) && !dependent.contains(&motion);
                 // what is shared between motions says nothing of one of them
-                let told = of(motion).filter(|_| determined);
+                let told = if determined { of(motion) } else { Vec::new() };
+                let has = !told.is_empty();
                 Moved {
                     motion,
                     value: pose.get(motion),
                     // −0 is 0
                     start: start.get(motion) + 0.0,
-                    std_error: told.and_then(|(c, share)| c.std_error.map(|error| error * share.abs())),
-                    bias_bound: told.map(|(c, _)| c.bias_bound),
+                    std_error: told
+                        .iter()
+                        .map(|(c, share)| Some(c.std_error? * share))
+                        .sum::<Option<f64>>()
+                        .filter(|_| has),
+                    bias_bound: has.then(|| told.iter().map(|(c, share)| c.bias_bound * share).sum()),
                     determined,
                 }
             })

@@ -6,12 +6,16 @@
 //! `n·e_z = −s h sin β_b`, `(Q × n)·e_z = s r_b cos β_b`,
 //!
 //! with the same sign s in both. So rotation and axial shift are parallel on one flank, on both flanks and on all teeth: a screw motion carries a
-//! cylindrical gear's flanks into themselves. The two enter the fit as one column, and its coefficient is shared between them
-//! afterwards, by minimum norm in the scaled columns. On spur gears the axial shift adds nothing at all.
+//! cylindrical gear's flanks into themselves. The two enter the fit as one column, and all of its coefficient is rotation: a share of it
+//! taken as axial shift would carry the points along the flank, and with them the modification. On spur gears the axial shift adds nothing
+//! at all.
+//!
+//! Only a modification that changes along z tells how far the part slid along its own helices: a slide by c adds `c ∂relief/∂z`. Where that
+//! is significant it is a column of its own ([`Column::Slide`]).
 
 use super::pose::{Motion, Pose};
 use crate::{
-    estimation::{Faults, spec::Scaling},
+    estimation::Faults,
     gear::{Gear, Side},
 };
 
@@ -24,6 +28,8 @@ pub enum Column {
     Motion(Motion),
     /// Rotation and axial shift; its coefficient is the normal distance that they add to left flanks, µm.
     Screw,
+    /// Axial shift (µm) with the rotation that keeps the unmodified flanks in themselves.
+    Slide,
 }
 
 impl Column {
@@ -32,6 +38,7 @@ impl Column {
         match self {
             Column::Motion(motion) => motion.name(),
             Column::Screw => SCREW,
+            Column::Slide => Motion::AxialShift.name(),
         }
     }
 }
@@ -99,14 +106,22 @@ impl Freedom {
             Column::Screw => Some((k, along)),
             Column::Motion(Motion::Rotation) => Some((k, along / self.rotation)),
             Column::Motion(Motion::AxialShift) => Some((k, along / self.axial)),
-            Column::Motion(_) => None,
+            Column::Motion(_) | Column::Slide => None,
         })
     }
 
-    /// One entry of a row: `other` are those of [`super::pose::Undoing::columns`].
-    pub fn entry(&self, column: Column, side: Side, other: &[f64; 4]) -> f64 {
+    /// The same motions with a column for the slide along the helices.
+    pub fn with_slide(&self) -> Self {
+        let mut with = self.clone();
+        with.columns.push(Column::Slide);
+        with
+    }
+
+    /// One entry of a row: `other` are those of [`super::pose::Undoing::columns`], `slope` is that of the relief along z, µm per µm.
+    pub fn entry(&self, column: Column, side: Side, other: &[f64; 4], slope: f64) -> f64 {
         match column {
             Column::Screw => side.sign(),
+            Column::Slide => slope,
             Column::Motion(Motion::XShift) => other[0],
             Column::Motion(Motion::YShift) => other[1],
             Column::Motion(Motion::XTilt) => other[2],
@@ -117,26 +132,25 @@ impl Freedom {
     }
 
     /// The motions that a column moves, and how much of each per unit of its coefficient.
-    pub fn shares(&self, column: Column, scaling: Scaling) -> Vec<(Motion, f64)> {
+    pub fn shares(&self, column: Column) -> Vec<(Motion, f64)> {
         match column {
             Column::Motion(motion) => vec![(motion, 1.0)],
-            Column::Screw => {
-                let (a, b) = (self.axial, self.rotation);
-                let (axial, rotation) = match scaling {
-                    // columns of unit length are the same but for their signs: half of it each
-                    Scaling::UnitLength | Scaling::Standardized => (0.5 / a, 0.5 / b),
-                    Scaling::None => (a / (a * a + b * b), b / (a * a + b * b)),
-                };
-                vec![(Motion::AxialShift, axial), (Motion::Rotation, rotation)]
+            Column::Screw => vec![(Motion::Rotation, 1.0 / self.rotation)],
+            Column::Slide if self.columns.contains(&Column::Screw) => {
+                vec![(Motion::AxialShift, 1.0), (Motion::Rotation, -self.axial / self.rotation)]
             }
+            Column::Slide => vec![(Motion::AxialShift, 1.0)],
         }
     }
 
     /// Sets the motions of a pose that coefficients of the columns stand for.
-    pub fn set(&self, pose: &mut Pose, coefficients: &[f64], scaling: Scaling) {
+    pub fn set(&self, pose: &mut Pose, coefficients: &[f64]) {
+        for motion in &self.motions {
+            pose.set(*motion, 0.0);
+        }
         for (column, value) in self.columns.iter().zip(coefficients) {
-            for (motion, share) in self.shares(*column, scaling) {
-                pose.set(motion, share * value);
+            for (motion, share) in self.shares(*column) {
+                pose.set(motion, pose.get(motion) + share * value);
             }
         }
     }
@@ -147,12 +161,14 @@ impl Freedom {
         each.map(|column| match column {
             Column::Motion(motion) => pose.get(*motion),
             Column::Screw => self.axial * pose.get(Motion::AxialShift) + self.rotation * pose.get(Motion::Rotation),
+            Column::Slide => pose.get(Motion::AxialShift),
         })
         .collect()
     }
 
     /// Whether points can tell a motion from all others.
     pub fn tells(&self, motion: Motion) -> bool {
-        self.columns.contains(&Column::Motion(motion))
+        let slid = self.columns.contains(&Column::Slide) && matches!(motion, Motion::AxialShift | Motion::Rotation);
+        slid || self.columns.contains(&Column::Motion(motion))
     }
 }

@@ -23,6 +23,9 @@ use crate::{
     numerics::cancel::Asking,
 };
 
+/// Way to either side over which the slope of a relief is taken, mm.
+const SLOPE_STEP: f64 = 1e-2;
+
 /// The measured part.
 pub(super) struct Part<'a> {
     pub(super) reference: &'a Reference<'a>,
@@ -137,6 +140,7 @@ impl<'a> Part<'a> {
 
     pub(super) fn with_columns(&self, pose: &Pose, columns: &[Column]) -> Result<State, Faults> {
         let undoing = pose.undoing();
+        let slides = columns.contains(&Column::Slide);
         let mut faults = Faults::default();
         let mut state =
             State { x: Vec::with_capacity(self.rows.len() * columns.len()), d: Vec::with_capacity(self.rows.len()) };
@@ -146,7 +150,8 @@ impl<'a> Part<'a> {
                     let normal =
                         normal(self.reference.gear, carried.tooth, carried.side, carried.roll_length, carried.z);
                     let other = undoing.columns(point, &normal);
-                    state.x.extend(columns.iter().map(|column| self.freedom.entry(*column, carried.side, &other)));
+                    let slope = if slides { self.relief_slope(&carried) } else { 0.0 };
+                    state.x.extend(columns.iter().map(|c| self.freedom.entry(*c, carried.side, &other, slope)));
                     state.d.push(carried.deviation);
                 }
                 Err(stray) => {
@@ -156,6 +161,13 @@ impl<'a> Part<'a> {
             }
         }
         faults.into_result(state)
+    }
+
+    /// How much the relief changes along z, µm per µm; 0 where the modification ends.
+    fn relief_slope(&self, at: &Node) -> f64 {
+        let beside = |step: f64| self.reference.relief(at.side, at.roll_length, at.z + step);
+        let slope = 1e-3 * (beside(SLOPE_STEP) - beside(-SLOPE_STEP)) / (2.0 * SLOPE_STEP);
+        if slope.is_finite() { slope } else { 0.0 }
     }
 
     pub(super) fn nodes(&self, x: Vec<f64>, heights: Vec<f64>, columns: &[Column]) -> Result<Nodes, Faults> {

@@ -59,7 +59,7 @@ impl Search<'_> {
             let Some(foot) = self.nearest(&undoing, touch) else { continue };
             let normal = normal(self.gear, foot.tooth, foot.side, foot.roll_length, foot.z);
             let other = undoing.columns(&touch.point, &normal);
-            rows.push(columns.iter().map(|c| self.freedom.entry(*c, foot.side, &other)).collect::<Vec<f64>>());
+            rows.push(columns.iter().map(|c| self.freedom.entry(*c, foot.side, &other, 0.0)).collect::<Vec<f64>>());
             distances.push(1e3 * foot.distance);
         }
         let scale = 1.4826 * median(&mut distances.iter().map(|d| d.abs()).collect::<Vec<f64>>());

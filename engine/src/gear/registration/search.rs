@@ -6,12 +6,9 @@ use super::{
     pose::{Motion, Pose, Undoing},
     start::nearest,
 };
-use crate::{
-    estimation::spec::Scaling,
-    gear::{
-        Gear, Side,
-        deviation::{Foot, Touch},
-    },
+use crate::gear::{
+    Gear, Side,
+    deviation::{Foot, Touch},
 };
 
 /// Radius of the disc in which shifts are sought, modules.
@@ -31,7 +28,6 @@ pub(super) struct Place {
 pub(super) struct Search<'a> {
     pub(super) gear: &'a Gear,
     pub(super) freedom: Freedom,
-    pub(super) scaling: Scaling,
     pub(super) pivot: f64,
     pub(super) ball: f64,
     /// Whether points stay on the teeth that they are told to be of: flank and tooth of every one are told.
@@ -42,7 +38,7 @@ pub(super) struct Search<'a> {
 impl Search<'_> {
     pub(super) fn pose(&self, p: &[f64]) -> Pose {
         let mut pose = Pose { pivot: self.pivot, ..Pose::default() };
-        self.freedom.set(&mut pose, p, self.scaling);
+        self.freedom.set(&mut pose, p);
         pose
     }
 

@@ -82,7 +82,6 @@ pub fn start(gear: &Gear, touches: &[Touch], ball: f64, asked: &Registering) -> 
     let search = Search {
         gear,
         freedom,
-        scaling: asked.spec.scaling,
         pivot: asked.pivot.filter(|z| z.is_finite()).unwrap_or(middle),
         ball,
         told: defined.iter().all(|touch| touch.tooth.is_some() && touch.side.is_some()),
