@@ -23,6 +23,7 @@ mod gear_correction_verdict;
 mod gear_evaluation;
 mod gear_evaluation_classes;
 mod gear_evaluation_dust;
+mod gear_evaluation_gaps;
 mod gear_evaluation_holes;
 mod gear_evaluation_quality;
 mod gear_evaluation_signs;

@@ -7,6 +7,9 @@ use super::{
 };
 use crate::estimation::words::{Shown, counted};
 
+/// Shares are sums of rounded numbers.
+const ROUNDING: f64 = 1e-9;
+
 /// What the samples tell: whether they reach both ends of the range to one distance of neighbouring samples (they are
 /// discrete), leave no hole in it, and cover enough of it.
 pub(super) fn told(subject: &Subject, u: &[f64], spacing: &Spacing, notices: &mut Vec<Notice>) -> Told {
@@ -17,7 +20,7 @@ pub(super) fn told(subject: &Subject, u: &[f64], spacing: &Spacing, notices: &mu
     let reached = spacing.open_end == 0.0;
     let figures = spacing.tells_figures();
     let too_little =
-        format!("{} % of the range are covered, less than {}", percent(spacing.covered), percent(LEAST_COVERED));
+        format!("{} % of the range are covered, less than {} %", percent(spacing.covered), percent(LEAST_COVERED));
     if !reached && let (Some(first), Some(last)) = (u.first(), u.last()) {
         let why = if figures {
             "slope and crowning are by how the flank most likely goes on, and no class is given".into()
@@ -48,13 +51,12 @@ pub(super) fn told(subject: &Subject, u: &[f64], spacing: &Spacing, notices: &mu
         subject.note(notices, "sparse_samples", detail);
     }
     if !spacing.holes.is_empty() {
-        let longest =
-            spacing.holes.iter().copied().fold([0.0, 0.0], |a, b| if b[1] - b[0] > a[1] - a[0] { b } else { a });
+        let [from, to] = longest(&spacing.holes);
         let detail = format!(
             "{} without samples within the evaluation range, the longest from {} to {} mm: {}",
             counted(spacing.holes.len(), "stretch", "stretches"),
-            place(longest[0]),
-            place(longest[1]),
+            place(from),
+            place(to),
             match (figures, reached) {
                 (true, true) => format!(
                     "form and total deviation have no class; slope and crowning are by how the flank most likely goes \
@@ -68,10 +70,31 @@ pub(super) fn told(subject: &Subject, u: &[f64], spacing: &Spacing, notices: &mu
         );
         subject.note(notices, "hole_in_trace", detail);
     }
+    // one stretch as long as the longest distance may be missing without a word
+    if spacing.share_missing() > LONGEST_DISTANCE * (1.0 + ROUNDING) {
+        let [from, to] = longest(&spacing.missing);
+        let detail = format!(
+            "{} % of the evaluation range lie in {} where samples are missing, the longest from {} to {} mm: {}",
+            percent(spacing.share_missing()),
+            counted(spacing.missing.len(), "stretch", "stretches"),
+            place(from),
+            place(to),
+            match (figures, spacing.covered >= LEAST_COVERED) {
+                (true, _) => "form and total deviation may be greater than what the samples show".into(),
+                (false, true) => "no figures and no class are given".into(),
+                (false, false) => format!("no figures and no class are given: {too_little}"),
+            }
+        );
+        subject.note(notices, "samples_missing", detail);
+    }
     match (figures, reached, spacing.holes.is_empty()) {
         (false, ..) => Told::Nothing,
         (true, false, _) => Told::Figures,
         (true, true, false) => Told::Slope,
         (true, true, true) => Told::Everything,
     }
+}
+
+fn longest(stretches: &[[f64; 2]]) -> [f64; 2] {
+    stretches.iter().copied().fold([0.0, 0.0], |a, b| if b[1] - b[0] > a[1] - a[0] { b } else { a })
 }

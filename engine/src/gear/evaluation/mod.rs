@@ -12,6 +12,7 @@ pub mod flank_surface;
 mod flank_traces;
 mod gap;
 mod mean_curve;
+mod missing;
 mod noise;
 mod outliers;
 pub mod pitch;

@@ -5,7 +5,9 @@
 //! the samples that happen to have been taken: each sample stands for the length up to half-way to its neighbours, and
 //! the outermost two beyond their ends for half the usual distance, so that equidistant samples count alike. A sample
 //! at the edge of a hole stands for half the usual distance into it; the rest of the hole is a gap ([`super::gap`]).
+//! Shorter stretches with missing samples ([`super::missing`]) are bridged, but they are not covered either.
 
+use super::missing::missing;
 use crate::numerics::{cancel::Asking, quantiles::median};
 
 /// Share of the evaluation range that the distance of two samples may be: no form deviation is told where it is longer.
@@ -36,7 +38,9 @@ pub struct Spacing {
     /// Share of the range between an end that is not reached and the nearest sample, the greater of both ends; 0 where
     /// both are reached to one distance of neighbouring samples.
     pub open_end: f64,
-    /// Share of the range between samples without a hole between them.
+    /// From and to of distances with missing samples that are no holes.
+    pub missing: Vec<[f64; 2]>,
+    /// Share of the range between samples without a hole or missing samples between them.
     pub covered: f64,
 }
 
@@ -63,6 +67,12 @@ impl Spacing {
         let is_hole = |distance: f64| distance > longest * (1.0 + SAME);
         let each = distances.iter().enumerate();
         let holes: Vec<[f64; 2]> = each.filter(|(_, d)| is_hole(**d)).map(|(g, _)| [at(g), at(g + 1)]).collect();
+        let lost = missing(&distances, 2.0);
+        let each = distances.iter().zip(&lost).enumerate();
+        let missing: Vec<[f64; 2]> =
+            each.filter(|(_, (d, lost))| **lost && !is_hole(**d)).map(|(g, _)| [at(g), at(g + 1)]).collect();
+        let each = distances.iter().zip(&lost);
+        let covered = 0.5 * each.filter(|(d, lost)| !**lost && !is_hole(**d)).map(|(d, _)| d).sum::<f64>();
         let [first, last] = if groups.is_empty() { [1.0, -1.0] } else { [at(0), at(groups.len() - 1)] };
         // samples are discrete: one distance to the end is none too many, nor is a way across it that is no hole
         let open = |distance: f64, across: Option<f64>| match across {
@@ -97,8 +107,9 @@ impl Spacing {
             usual,
             gaps,
             open_end: 0.5 * ends[0].max(ends[1]),
-            covered: 0.5 * distances.iter().filter(|distance| !is_hole(**distance)).sum::<f64>(),
+            covered,
             holes,
+            missing,
         }
     }
 
@@ -106,6 +117,11 @@ impl Spacing {
     /// the longest distance that is no hole.
     pub fn tells_figures(&self) -> bool {
         self.covered >= LEAST_COVERED && self.open_end <= LONGEST_DISTANCE * (1.0 + SAME)
+    }
+
+    /// Share of the range in stretches with missing samples that are no holes.
+    pub fn share_missing(&self) -> f64 {
+        0.5 * self.missing.iter().map(|[from, to]| to - from).sum::<f64>()
     }
 
     /// Whether samples are farther from each other than form deviations can be told by, everywhere.
