@@ -74,6 +74,50 @@ fn what_falls_off_to_the_end_is_no_dust() {
     }
 }
 
+/// Reliefs whose knee is beside a hole, or in it: at most three of a thousand.
+#[test]
+fn clean_reliefs_with_holes_are_not_suspected() {
+    const RUNS: usize = 2400;
+    let mut random = Random::new(25);
+    let mut alarms = 0;
+    for run in 0..RUNS {
+        let count = [100, 214, 480][run % 3];
+        let height = [15.0, 40.0, random.between(2.0, 60.0)][run / 3 % 3];
+        let knee = random.between(0.3, 0.85);
+        let width = random.between(0.04, 0.45);
+        let from = random.between(-0.95, 0.95 - width);
+        let noise = random.between(0.05, 0.5);
+        let relief = |k: usize| {
+            let u = -1.0 + 2.0 * k as f64 / (count - 1) as f64;
+            let hole = u > from && u < from + width;
+            if hole { f64::NAN } else { -height * ((u - knee) / (1.0 - knee)).max(0.0) }
+        };
+        let trace = (0..count).map(|k| relief(k) + noise * random.normal()).collect();
+        alarms += usize::from(!suspected(trace).is_empty());
+    }
+    assert!(alarms * 1000 <= 3 * RUNS, "{alarms} of {RUNS}");
+}
+
+/// Dust is found beside holes as at ends: with a step, or a single sample.
+#[test]
+fn dust_beside_holes_is_suspected() {
+    let (mut random, mut missed) = (Random::new(26), 0);
+    for run in 0..60 {
+        let count = [214, 480][run % 2];
+        let wide = [1, 2, 4][run % 3];
+        let mut dusty = clean(&mut random, count);
+        let hole = [count / 2, count / 2 + count / 8];
+        dusty[hole[0]..hole[1]].fill(f64::NAN);
+        let away = [0, 0, 12][run / 6 % 3];
+        let from = if run % 4 < 2 { hole[1] + away } else { hole[0] - away - wide };
+        dusty[from..from + wide].iter_mut().for_each(|d| *d += 40.0);
+        let z = |k: usize| 1.0 + 18.0 * k as f64 / (count - 1) as f64;
+        let last = z(from + wide - 1) - 1e-9;
+        missed += usize::from(!suspected(dusty).iter().any(|p| p.from <= z(from) + 1e-9 && p.to >= last));
+    }
+    assert!(missed <= 2, "{missed} of 60 missed");
+}
+
 /// At most three of a thousand.
 #[test]
 fn clean_traces_are_not_suspected() {

@@ -14,7 +14,7 @@
 
 mod wide;
 
-use super::mean_curve::MeanCurves;
+use super::{mean_curve::MeanCurves, missing::missing};
 use crate::numerics::{cancel::Asking, quantiles::median};
 
 /// Multiples of the scale.
@@ -53,18 +53,40 @@ pub struct Run {
 
 /// The suspected places of a trace with samples at ascending `at`; all defined.
 pub fn outliers(at: &[f64], deviation: &[f64]) -> Vec<Run> {
+    let parts = parts(at);
+    let is_cut = parts.len() > 1;
+    let placed = |[from, to]: [usize; 2]| {
+        let of_part = of_part(&at[from..to], &deviation[from..to], is_cut);
+        of_part.into_iter().map(move |run| Run { from: from + run.from, to: from + run.to, ..run })
+    };
+    parts.into_iter().flat_map(placed).collect()
+}
+
+/// First samples, and their ends, of the parts of a trace between missing samples.
+fn parts(at: &[f64]) -> Vec<[usize; 2]> {
+    // several samples may lie at one place
+    let first: Vec<usize> = (0..at.len()).filter(|&i| i == 0 || at[i] > at[i - 1]).collect();
+    let distances: Vec<f64> = first.windows(2).map(|pair| at[pair[1]] - at[pair[0]]).collect();
+    let lost = missing(&distances, distances.iter().sum());
+    let borders = (0..lost.len()).filter(|&k| lost[k]).map(|k| first[k + 1]);
+    let ends: Vec<usize> = [0].into_iter().chain(borders).chain([at.len()]).collect();
+    ends.windows(2).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+/// Of a trace without missing samples, or what is left of one that `is_cut`.
+fn of_part(at: &[f64], deviation: &[f64], is_cut: bool) -> Vec<Run> {
     let n = deviation.len();
     if n < FEWEST || !(at[n - 1] > at[0]) {
         return Vec::new();
     }
     let long = wide::outliers(at, deviation);
     if long.is_empty() {
-        return short(at, deviation);
+        return short(at, deviation, is_cut);
     }
     // long places would hide short ones, and medians beside them would not be the trace's
     let rest: Vec<usize> = (0..n).filter(|i| !long.iter().any(|run| (run.from..run.to).contains(i))).collect();
     let of_rest = |values: &[f64]| rest.iter().map(|&i| values[i]).collect::<Vec<f64>>();
-    let short = if rest.len() < FEWEST { Vec::new() } else { short(&of_rest(at), &of_rest(deviation)) };
+    let short = if rest.len() < FEWEST { Vec::new() } else { short(&of_rest(at), &of_rest(deviation), is_cut) };
     let placed = short.into_iter().map(|run| Run { from: rest[run.from], to: rest[run.to - 1] + 1, ..run });
     let apart = placed.filter(|run| !long.iter().any(|long| run.from < long.to && long.from < run.to));
     let mut runs: Vec<Run> = apart.chain(long.iter().copied()).collect();
@@ -122,6 +144,16 @@ fn stands_at_end(both: &[[f64; 2]], run: &Run) -> bool {
         && steps(&towards, border, (n / STEP_AT_ENDS).max(1)) > LEAST_STEP * run.height
 }
 
+/// Whether a place within a trace, of whose samples residuals and deviations are given, begins or ends abruptly.
+fn jumps(both: &[[f64; 2]], run: &Run) -> bool {
+    let n = both.len();
+    let (within, beside) = ((n / ABRUPT_AT_ENDS).max(2), (n / BESIDE).max(FEWEST_BESIDE));
+    let inside = || both[run.from..run.to].iter().copied();
+    let (lower, upper) = (&both[run.from.saturating_sub(beside)..run.from], &both[run.to..(run.to + beside).min(n)]);
+    is_abrupt(inside(), lower.iter().rev().copied(), run.height, within)
+        || is_abrupt(inside().rev(), upper.iter().copied(), run.height, within)
+}
+
 /// By how much more a trace rises at most over so many samples within a place from its border on than it did before.
 fn steps(towards: &[[f64; 2]], border: usize, lag: usize) -> f64 {
     let at = |k: usize| towards[k][1];
@@ -145,7 +177,7 @@ fn lead(beside: impl Iterator<Item = [f64; 2]>, beyond: usize) -> Option<[f64; 2
     Some([curve.parabola(place(-1.0 - beyond as f64)), (left / (n - 3) as f64).sqrt()])
 }
 
-fn short(at: &[f64], deviation: &[f64]) -> Vec<Run> {
+fn short(at: &[f64], deviation: &[f64], is_cut: bool) -> Vec<Run> {
     let n = deviation.len();
     let block = block(n);
     let residual = residuals(at, deviation, block);
@@ -184,7 +216,13 @@ fn short(at: &[f64], deviation: &[f64]) -> Vec<Run> {
     let both: Vec<[f64; 2]> = residual.iter().zip(deviation).map(|(r, d)| [*r, *d]).collect();
     runs.retain(|run| {
         let (ends, length) = (run.from == 0 || run.to == n, run.to - run.from);
-        length <= 1 || length <= most && (!ends || stands_at_end(&both, run))
+        match (length <= 1, ends) {
+            // a relief that falls off into a hole leaves a sample before it
+            (true, _) => !(is_cut && ends) || run.height > 0.0,
+            (false, true) => length <= most && stands_at_end(&both, run),
+            // the knee of a relief stands out of the few medians of a part
+            (false, false) => length <= most && (!is_cut || jumps(&both, run)),
+        }
     });
     runs
 }
