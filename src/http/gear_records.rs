@@ -51,7 +51,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
     request_body(content = DeviationsRequestBody, description = "Points or a grid; the gear is that of the job where the request has none."),
     responses(
@@ -81,7 +81,7 @@ async fn create_iteration_deviations(
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
     request_body(content = EvaluateBody, description = "Traces and how they are evaluated; the gear is that of the job where the request has none."),
     responses(
@@ -111,7 +111,7 @@ async fn create_iteration_evaluation(
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
     request_body(content = CorrectionRequestBody, description = "What the settings do, how far they may go, and how far that is trusted."),
     responses(

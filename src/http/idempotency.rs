@@ -31,7 +31,7 @@ const LONGEST: usize = 255;
 #[into_params(names("Idempotency-Key"), parameter_in = Header)]
 pub struct IdempotencyKey(
     /// The same key and body answers the first response again.
-    #[param(max_length = 255)]
+    #[param(min_length = 1, max_length = 255, pattern = "^[!-~]+$")]
     Option<String>,
 );
 

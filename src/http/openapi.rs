@@ -99,6 +99,7 @@ impl Modify for Complete {
                 request_id(operation);
                 replayed(operation);
                 shown_problems(operation);
+                optional_body(operation);
                 examples(operation);
                 form_parts(operation, &forms);
             }
@@ -209,6 +210,16 @@ fn replayed(operation: &mut Operation) {
                 .description(Some("`true` where this is the first answer to the same key, given again."))
                 .build();
             response.headers.insert("Idempotency-Replayed".into(), header.into());
+        }
+    }
+}
+
+/// A body that may be left out is not `null` instead.
+fn optional_body(operation: &mut Operation) {
+    let Some(RefOr::T(body)) = &mut operation.request_body else { return };
+    for content in body.content.values_mut() {
+        if let RefOr::T(content) = content {
+            content.schema.iter_mut().for_each(not_nullable);
         }
     }
 }

@@ -35,7 +35,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
     request_body(content = KeptCurveRequest, description = "A method, and points where the iteration's own are not meant."),
     responses(
@@ -63,7 +63,7 @@ async fn create_iteration_curve(
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", max_length = 255)
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
     request_body(content = SurfaceRequest, description = "A method, and nodes where the iteration's own are not meant."),
     responses(

@@ -103,7 +103,7 @@ async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> 
     post, path = "/v1/streams/{stream_id}/nodes", operation_id = "add_stream_nodes", tag = "streams",
     params(
         ("stream_id" = Uuid, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again. (Blocks are known by their number and nodes without it.)", max_length = 255)
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again. (Blocks are known by their number and nodes without it.)", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
     request_body(content = BlockBody, description = "The block that comes next, or one that was sent before."),
     responses(
@@ -137,7 +137,7 @@ async fn add_stream_nodes(
         ("stream_id" = Uuid, Path),
         IdempotencyKey
     ),
-    request_body(content = FinishBody, description = "What is known of the measurement; an empty body says nothing."),
+    request_body(content = Option<FinishBody>, description = "What is known of the measurement; an empty body says nothing."),
     responses(
         (status = 201, description = "The iteration, as if its nodes had been posted together.", body = NewIterationBody, headers(
             ("Location" = String, description = "Where the iteration is."),

@@ -9,9 +9,9 @@ use utoipa::openapi::{
 
 use super::reach::{Role, of_paths};
 
-/// Closes every object that a JSON request leads to.
+/// Closes every object that a request leads to, forms included.
 pub fn close(schemas: &mut BTreeMap<String, RefOr<Schema>>, paths: &Paths) {
-    let requests = of_paths(schemas, paths, |role| role == Role::JsonRequest);
+    let requests = of_paths(schemas, paths, |role| matches!(role, Role::JsonRequest | Role::Request));
     for name in &requests {
         if let Some(schema) = schemas.get_mut(name) {
             close_one(schema);
