@@ -42,6 +42,7 @@ pub mod streams;
 pub mod study;
 pub mod study_result;
 pub mod text;
+pub mod unique;
 
 /// Engine name and version, as results carry it.
 pub const ENGINE: &str = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"));

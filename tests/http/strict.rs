@@ -192,3 +192,22 @@ async fn a_misspelt_field_hides_nothing_beside_it() {
     assert_eq!(pointers, ["/points/x/2", "/points/y/1", "/points/z", "/regularisation"]);
     app.stop().await;
 }
+
+/// Of two entries of one name nobody knows which was meant.
+#[tokio::test]
+async fn a_name_of_a_map_stands_once() {
+    let app = TestApp::start().await;
+    let answer = send(app.post("/v1/jobs", r#"{"name": "a", "tags": {"a": "1", "a": "2"}}"#)).await;
+    assert!(answer.text.contains("stands twice"), "{}", answer.text);
+    assert_eq!(answer.pointers(), ["/tags/a"]);
+    let example = include_str!("../../examples/requests/iteration_correction.json");
+    let limits = r#""limits": {"twice": {"min": -1}, "twice": {"min": -20},"#;
+    let job = send(app.post("/v1/jobs", r#"{"name": "a"}"#)).await.json();
+    let iterations = format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap());
+    let made = send(app.post(&iterations, include_str!("../../examples/requests/iteration.json"))).await;
+    assert_eq!(made.status, 201);
+    let path = format!("{iterations}/1/correction");
+    let answer = send(app.post(&path, example.replacen(r#""limits": {"#, limits, 1))).await;
+    assert!(answer.text.contains("stands twice"), "{}", answer.text);
+    app.stop().await;
+}

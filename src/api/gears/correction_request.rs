@@ -17,6 +17,7 @@ use crate::{
         fit_spec::{RegularizationBody, ScalingName, present},
         measurand::AxesBody,
         reader::{Fields, ReadError, escape, read_part, read_rows},
+        unique::Unique,
     },
     jobs::{Measurand, side_name},
 };
@@ -224,7 +225,8 @@ pub fn read(
     let spec = fit_fields::read(&fields.without("include"), None, &mut faults);
     let include: Option<Vec<CorrectionIncludeName>> = part(&fields, "include", &mut faults);
     let include = CorrectionInclude::of(&include.unwrap_or_default());
-    let limits: Option<BTreeMap<String, LimitsBody>> = part(&fields, "limits", &mut faults);
+    let limits: Option<Unique<LimitsBody>> = part(&fields, "limits", &mut faults);
+    let limits = limits.map(|Unique(limits)| limits);
     let absolute: Option<bool> = part(&fields, "absolute", &mut faults);
     let trace: Option<Vec<u32>> = part(&fields, "trace", &mut faults);
     let weight: Option<Vec<f64>> = part(&fields, "weight", &mut faults);
