@@ -14,6 +14,7 @@ use axum::{
             rejection::WebSocketUpgradeRejection,
         },
     },
+    http::{HeaderMap, header},
     response::Response,
 };
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -25,6 +26,7 @@ use crate::{
         problem::{Problem, ProblemCode},
         streams,
     },
+    config::Origin,
     jobs::RepositoryError,
 };
 
@@ -51,14 +53,20 @@ pub fn group() -> OpenApiRouter<AppState> {
     responses(
         (status = 101, description = "A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is closed when the stream is finished or deleted, and when the server stops."),
         (status = 400, description = "Not a WebSocket request.", body = Problem, content_type = "application/problem+json"),
+        (status = 403, description = "A web page of an origin that `--cors-origins` does not name.", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "The stream is finished.", body = Problem, content_type = "application/problem+json")
     )
 )]
 async fn connect_stream(
     State(state): State<AppState>,
     PathOf(id): PathOf<Uuid>,
+    headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Problem> {
+    if !may_connect(&headers, &state.settings.cors_origins) {
+        let detail = "Web pages of this origin may not connect: name it in `--cors-origins`.";
+        return Err(Problem::new(ProblemCode::Forbidden, detail));
+    }
     let stream = state.jobs.stream(id).await?;
     if let Some(iteration) = stream.iteration {
         return Err(RepositoryError::StreamFinished { iteration }.into());
@@ -70,20 +78,38 @@ async fn connect_stream(
     Ok(upgrade.max_message_size(limit).max_frame_size(limit).on_upgrade(move |socket| serve(state, id, socket)))
 }
 
+/// Browsers ask nobody before they open a WebSocket; so the origin of the page is looked at here: this server's own, or a named one. What is
+/// no browser sends none.
+fn may_connect(headers: &HeaderMap, allowed: &[Origin]) -> bool {
+    let Some(origin) = headers.get(header::ORIGIN) else { return true };
+    let Ok(origin) = origin.to_str() else { return false };
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
+    let own = origin.split_once("://").map(|(_, host)| host);
+    (own.is_some() && own == host) || allowed.iter().any(|allowed| allowed.as_str() == origin)
+}
+
 /// Why a connection ends.
 enum End {
     /// The client is gone or does not read.
     Gone,
+    /// The client closes, and is owed an answer.
+    Left,
     /// We close it.
     Close(u16, &'static str),
 }
 
 async fn serve(state: AppState, id: Uuid, mut socket: WebSocket) {
     let _guest = state.closing.guest("websocket");
-    let end = talk(&state, id, &mut socket).await;
-    if let End::Close(code, reason) = end {
-        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-        let _gone = tokio::time::timeout(SEND, socket.send(Message::Close(Some(frame)))).await;
+    match talk(&state, id, &mut socket).await {
+        End::Gone => {}
+        // The answer to a close is made when it is read, and goes out with the next look for a message (RFC 6455, 5.5.1).
+        End::Left => {
+            let _gone = tokio::time::timeout(SEND, socket.recv()).await;
+        }
+        End::Close(code, reason) => {
+            let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
+            let _gone = tokio::time::timeout(SEND, socket.send(Message::Close(Some(frame)))).await;
+        }
     }
 }
 
@@ -118,7 +144,8 @@ async fn talk(state: &AppState, id: Uuid, socket: &mut WebSocket) -> End {
                     Some(Ok(Message::Text(text))) => text.as_bytes().to_vec(),
                     Some(Ok(Message::Binary(bytes))) => bytes.to_vec(),
                     Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
-                    Some(Ok(Message::Close(_))) | None => return End::Gone,
+                    Some(Ok(Message::Close(_))) => return End::Left,
+                    None => return End::Gone,
                     Some(Err(error)) => {
                         tracing::debug!(%error, stream = %id, "a WebSocket ends");
                         return End::Close(close_code::SIZE, "a message could not be read, or was too large");
@@ -126,7 +153,7 @@ async fn talk(state: &AppState, id: Uuid, socket: &mut WebSocket) -> End {
                 };
                 let answer = tokio::select! {
                     answer = block(state, id, text) => answer,
-                    () = left(socket, &mut early) => return End::Gone,
+                    () = left(socket, &mut early) => return End::Left,
                 };
                 if !send(socket, Message::Text(answer)).await {
                     return End::Gone;

@@ -58,7 +58,7 @@ impl TestApp {
         TestApp::around(harness::TestApp::start().await)
     }
 
-    fn around(server: harness::TestApp) -> Self {
+    pub fn around(server: harness::TestApp) -> Self {
         TestApp {
             client: server.client.clone(),
             base: format!("http://{}", server.address),

@@ -5,7 +5,9 @@ use reqwest::Method;
 use serde_json::{Value, json};
 use tokio_tungstenite::{
     MaybeTlsStream, WebSocketStream, connect_async,
-    tungstenite::{Error, Message, protocol::frame::coding::CloseCode},
+    tungstenite::{
+        Error, Message, client::IntoClientRequest, protocol::CloseFrame, protocol::frame::coding::CloseCode,
+    },
 };
 
 use super::{
@@ -85,4 +87,30 @@ async fn node_by_node_with_the_answers_of_requests() {
     let mut last = open(&app, &three).await;
     app.stop().await;
     assert_eq!(close(&mut last).await, Some(CloseCode::Away));
+}
+
+/// Browsers open WebSockets to anywhere: a page of elsewhere is refused, unless its origin was named. A close is answered.
+#[tokio::test]
+async fn pages_of_other_origins_do_not_connect() {
+    let named = |settings: &mut flankfit::config::ServeSettings| {
+        settings.cors_origins = flankfit::config::parse_origins("https://cell.example").unwrap();
+    };
+    let app = TestApp::around(crate::harness::TestApp::start_with(named).await);
+    let job = app.job().await;
+    let stream = app.stream(&job, &spec()).await;
+    let url = format!("{}{stream}/ws", app.base.replace("http://", "ws://"));
+    let from = |origin: &str| {
+        let mut request = url.as_str().into_client_request().unwrap();
+        request.headers_mut().insert("origin", origin.parse().unwrap());
+        connect_async(request)
+    };
+    for origin in ["https://evil.example", "null", "https://cell.example.evil"] {
+        let Err(Error::Http(response)) = from(origin).await else { panic!("{origin} is let in") };
+        assert_eq!(response.status(), 403);
+    }
+    for origin in ["https://cell.example", app.base.as_str()] {
+        let mut socket = from(origin).await.expect(origin).0;
+        socket.close(Some(CloseFrame { code: CloseCode::Normal, reason: "done".into() })).await.unwrap();
+        assert_eq!(close(&mut socket).await, Some(CloseCode::Normal));
+    }
 }
