@@ -70,7 +70,7 @@ struct EventsQuery {
     get, path = "/v1/jobs/{job_id}/events", operation_id = "get_job_events", tag = "jobs",
     params(
         ("job_id" = Uuid, Path),
-        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event seen: sending goes on after it.", pattern = "^(latest|[0-9]{1,18})$"),
+        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event seen: sending goes on after it.", pattern = "^(latest|[0-9]{1,18})?$"),
         EventsQuery
     ),
     responses(

@@ -1,10 +1,13 @@
 //! Extractors whose refusals are problems.
 
 use axum::{
-    extract::{FromRequest, FromRequestParts, Path, Query, Request, path::ErrorKind, rejection::PathRejection},
+    extract::{
+        FromRequest, FromRequestParts, Path, Query, RawPathParams, Request, path::ErrorKind, rejection::PathRejection,
+    },
     http::request::Parts,
 };
 use serde::de::DeserializeOwned;
+use uuid::Uuid;
 
 use super::{body::Payload, compute::read_small_json, state::AppState};
 use crate::api::{
@@ -19,11 +22,27 @@ impl<T: DeserializeOwned + Send> FromRequestParts<AppState> for PathOf<T> {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Problem> {
-        Path::from_request_parts(parts, state)
+        let unusual = match RawPathParams::from_request_parts(parts, state).await {
+            Ok(segments) => segments.iter().find_map(|(name, segment)| unusual(name, segment)),
+            Err(_) => None,
+        };
+        let Path(value) = Path::from_request_parts(parts, state)
             .await
-            .map(|Path(value)| PathOf(value))
-            .map_err(|rejection| Problem::new(ProblemCode::NotFound, misread_path(rejection)))
+            .map_err(|rejection| Problem::new(ProblemCode::NotFound, misread_path(rejection)))?;
+        match unusual {
+            None => Ok(PathOf(value)),
+            Some(detail) => Err(Problem::new(ProblemCode::NotFound, detail)),
+        }
     }
+}
+
+/// What to say of a segment that could be read but is not how a number or an id is written: a thing has one address.
+fn unusual(name: &str, segment: &str) -> Option<String> {
+    let number = segment.parse::<u32>().ok().map(|number| number.to_string());
+    let id = Uuid::try_parse(segment).ok().map(|id| id.to_string());
+    let usual = number.filter(|_| name == "number").or(id)?;
+    let differs = !usual.eq_ignore_ascii_case(segment);
+    differs.then(|| format!("The path names nothing: its segment `{segment}`, {name}, is written `{usual}`."))
 }
 
 /// Which segment of the path is not what it must be. Segments are numbers or UUIDs.

@@ -150,6 +150,8 @@ async fn parts_of_the_url_are_called_by_their_names() {
         ("/v1/streams/x".to_owned(), "its segment `x`, stream_id, must be a UUID such as"),
         ("/v1/jobs/x/iterations/1".to_owned(), "its segment `x`, job_id, must be a UUID such as"),
         (format!("/v1/jobs/{id}/iterations/one"), "its segment `one` must be a whole number from 1 on"),
+        (format!("/v1/jobs/{id}/iterations/01"), "its segment `01`, number, is written `1`"),
+        (format!("/v1/jobs/{}/iterations/1", id.replace('-', "")), "job_id, is written `"),
         (format!("/v1/jobs/{id}/iterations/-1"), "its segment `-1` must be a whole number from 1 on"),
         (format!("/v1/jobs/{id}/iterations/99999999999"), "its segment `99999999999` must be a whole number"),
     ] {
