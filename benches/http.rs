@@ -1,5 +1,6 @@
-//! The HTTP path: `cargo bench --bench http`. A server of this process, eight keep-alive connections, full diagnostics
-//! in every answer. The load generator takes its share of the same cores.
+//! The HTTP path: `cargo bench --bench http`. A server of this process, eight keep-alive
+//! connections, full diagnostics in every answer. The load generator takes its share of the same
+//! cores.
 
 mod load;
 

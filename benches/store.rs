@@ -1,5 +1,6 @@
-//! Storing iterations durably: `cargo bench --bench store`. Up to sixty-four connections post iterations; every 201
-//! stands for a synced write-ahead log. The database lies in the target folder: what is measured is the disk under it.
+//! Storing iterations durably: `cargo bench --bench store`. Up to sixty-four connections post
+//! iterations; every 201 stands for a synced write-ahead log. The database lies in the target
+//! folder: what is measured is the disk under it.
 
 mod load;
 

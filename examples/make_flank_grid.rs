@@ -1,14 +1,16 @@
 //! Makes `flank_z52.json` and `flank_z52_remachined.json`, the flank that `flankfit demo` measures.
 //!
-//! A spur gear of 52 teeth, m_n = 1 mm, α = 20°, x = 0.011, b = 15 mm is "measured" on a grid of roll length
-//! `L = √(r² − r_b²)` (mm, over the evaluation range from d = 50.3 mm to 54.022 mm) and face width (mm, 0.75 to
-//! 14.25). Heights are deviations in µm, material missing negative. With s and t the two axes mapped to [-1, 1],
+//! A spur gear of 52 teeth, m_n = 1 mm, α = 20°, x = 0.011, b = 15 mm is "measured" on a grid of
+//! roll length `L = √(r² − r_b²)` (mm, over the evaluation range from d = 50.3 mm to 54.022 mm) and
+//! face width (mm, 0.75 to 14.25). Heights are deviations in µm, material missing negative. With s
+//! and t the two axes mapped to [-1, 1],
 //!
 //! `z(s, t) = −C_α s² − C_β t² + f_Hα/2 · s + S/4 · s t + probe noise`.
 //!
-//! The first grid carries a profile slope of 9 µm; on the second, the flank has been machined again with the
-//! pressure angle corrected, so that half a micrometre of slope is left and everything else stands as it was.
-//! Nothing here depends on a library's random numbers: the same program makes the same files for ever.
+//! The first grid carries a profile slope of 9 µm; on the second, the flank has been machined again
+//! with the pressure angle corrected, so that half a micrometre of slope is left and everything
+//! else stands as it was. Nothing here depends on a library's random numbers: the same program
+//! makes the same files for ever.
 //!
 //! Run: `cargo run --example make_flank_grid -- examples` (the argument is the folder to write to).
 
@@ -138,8 +140,8 @@ fn mapped(i: usize, nodes: usize) -> f64 {
     2.0 * i as f64 / (nodes - 1) as f64 - 1.0
 }
 
-/// Pseudo-random numbers: splitmix64, and the sum of twelve uniform numbers for a normal one (variance exactly 1,
-/// additions only, hence the same on every machine; tails end at 6 σ).
+/// Pseudo-random numbers: splitmix64, and the sum of twelve uniform numbers for a normal one
+/// (variance exactly 1, additions only, hence the same on every machine; tails end at 6 σ).
 struct Noise(u64);
 
 impl Noise {

@@ -15,8 +15,8 @@ use crate::{
 /// How long WebSockets may take to end at a shutdown, within the grace.
 const LAST_WORDS: Duration = Duration::from_secs(5);
 
-/// How long the store may take to finish what it has been given. What it has not committed then was not answered either, and the log
-/// of the database undoes it.
+/// How long the store may take to finish what it has been given. What it has not committed then was
+/// not answered either, and the log of the database undoes it.
 const LAST_WRITES: Duration = Duration::from_millis(1500);
 
 /// Time between two looks for what is kept too long.
@@ -68,8 +68,8 @@ impl App {
         &self.state
     }
 
-    /// Serves until `stop` is ready, then finishes what was accepted within the shutdown grace and cancels the rest: it returns within the
-    /// grace and two seconds, whatever runs.
+    /// Serves until `stop` is ready, then finishes what was accepted within the shutdown grace and
+    /// cancels the rest: it returns within the grace and two seconds, whatever runs.
     pub async fn serve(self, stop: impl Future<Output = ()>) {
         let settings = &self.state.settings;
         let grace = settings.shutdown_grace();

@@ -1,4 +1,5 @@
-//! Settings of the server, as flags and as environment variables. `flankfit serve --help` lists them all.
+//! Settings of the server, as flags and as environment variables. `flankfit serve --help` lists
+//! them all.
 
 use std::{
     net::{SocketAddr, ToSocketAddrs},
@@ -18,7 +19,8 @@ pub enum LogFormat {
 
 #[derive(Clone, Debug, Args)]
 pub struct ServeSettings {
-    /// Address (or name of this machine) and port to listen on, such as 0.0.0.0:8080 or localhost:8080; port 0 takes any free one.
+    /// Address (or name of this machine) and port to listen on, such as 0.0.0.0:8080 or
+    /// localhost:8080; port 0 takes any free one.
     #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080", value_parser = parse_address)]
     pub bind: SocketAddr,
     /// Where the gear jobs are kept.
@@ -33,8 +35,9 @@ pub struct ServeSettings {
     /// Largest request body in bytes, counted after decompression.
     #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024)]
     pub body_limit: usize,
-    /// Bytes that bodies (as sent, unpacked, and what is read from them) and unsent answers may take together; beyond them requests are
-    /// refused (503, or 413 for one that alone is beyond them).
+    /// Bytes that bodies (as sent, unpacked, and what is read from them) and unsent answers may
+    /// take together; beyond them requests are refused (503, or 413 for one that alone is beyond
+    /// them).
     #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 1 << 30)]
     pub body_memory: usize,
     /// Seconds in which a request body must have arrived (else 408).
@@ -43,7 +46,8 @@ pub struct ServeSettings {
     /// Seconds that a client may take nothing of its answer before it is let go.
     #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..))]
     pub write_timeout: u64,
-    /// Connections at a time; less where the system gives fewer handles. Idle ones give way, further clients wait.
+    /// Connections at a time; less where the system gives fewer handles. Idle ones give way,
+    /// further clients wait.
     #[arg(long, env = "FLANKFIT_MAX_CONNECTIONS", default_value_t = 4096)]
     pub max_connections: usize,
     /// Seconds in which a request must be answered (else 503).
@@ -52,7 +56,8 @@ pub struct ServeSettings {
     /// Seconds that a shutdown waits for what was accepted.
     #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30)]
     pub shutdown_grace: u64,
-    /// SHA-256 digests (hexadecimal, separated by commas) of the API keys that may be used; none, or an empty text: no key is asked for.
+    /// SHA-256 digests (hexadecimal, separated by commas) of the API keys that may be used; none,
+    /// or an empty text: no key is asked for.
     #[arg(
         long,
         env = "FLANKFIT_API_KEYS_SHA256",
@@ -62,7 +67,8 @@ pub struct ServeSettings {
         hide_default_value = true
     )]
     pub api_keys_sha256: Digests,
-    /// Origins (such as `https://cell.example`, separated by commas) whose web pages may call this server; none: no other than its own.
+    /// Origins (such as `https://cell.example`, separated by commas) whose web pages may call this
+    /// server; none: no other than its own.
     #[arg(
         long,
         env = "FLANKFIT_CORS_ORIGINS",
@@ -89,7 +95,8 @@ pub struct Digest(pub [u8; 32]);
 /// Those of all keys.
 pub type Digests = Vec<Digest>;
 
-/// Where a web page comes from, as browsers write it: scheme, host, and the port where it is not that of the scheme.
+/// Where a web page comes from, as browsers write it: scheme, host, and the port where it is not
+/// that of the scheme.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin(String);
 
@@ -147,7 +154,8 @@ fn parse_origin(text: &str) -> Result<Origin, String> {
     Ok(Origin(format!("{scheme}://{host}{port}")))
 }
 
-/// An address with a port, or a name with one. Of a name's addresses the first of IPv4 is taken, else the first.
+/// An address with a port, or a name with one. Of a name's addresses the first of IPv4 is taken,
+/// else the first.
 pub fn parse_address(text: &str) -> Result<SocketAddr, String> {
     const FORM: &str = "write ADDRESS:PORT, such as 127.0.0.1:8080, [::1]:8080 or localhost:8080";
     let found = text.to_socket_addrs().map_err(|error| match error.kind() {

@@ -5,7 +5,8 @@ use std::{
     process::ExitCode,
 };
 
-/// Answers are built from many short-lived vectors on several threads; this allocator is made for that.
+/// Answers are built from many short-lived vectors on several threads; this allocator is made for
+/// that.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
@@ -14,17 +15,20 @@ fn main() -> ExitCode {
     flankfit::cli::main()
 }
 
-/// Milliseconds that freed memory is kept before the system gets it back. The node set of a big request is as long as its body, and
-/// the next one finds a place of another length: kept for the allocator's second, a few requests hold several times what they need.
+/// Milliseconds that freed memory is kept before the system gets it back. The node set of a big
+/// request is as long as its body, and the next one finds a place of another length: kept for the
+/// allocator's second, a few requests hold several times what they need.
 const KEPT_FOR: c_long = 10;
 
 /// The allocator's number for that delay (`mi_option_purge_delay` in its header).
 const PURGE_DELAY: c_int = 15;
 
-/// Tells the allocator not to keep what was freed, unless `MIMALLOC_PURGE_DELAY` in the environment says for how long.
+/// Tells the allocator not to keep what was freed, unless `MIMALLOC_PURGE_DELAY` in the environment
+/// says for how long.
 fn give_back_freed_memory() {
     #[expect(unsafe_code, reason = "the allocator's options have no safe interface")]
-    // SAFETY: the declaration is that of mimalloc.h, which this program links; the function sets one number, and any number is a delay.
+    // SAFETY: the declaration is that of mimalloc.h, which this program links; the function sets
+    // one number, and any number is a delay.
     unsafe {
         unsafe extern "C" {
             fn mi_option_set_default(option: c_int, value: c_long);

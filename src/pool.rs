@@ -1,14 +1,15 @@
 //! A bounded pool for processor work, apart from the threads that serve connections.
 //!
-//! Fits take from microseconds to seconds. They run on dedicated threads so that a long one never holds up
-//! another connection, and wait in a queue of bounded length so that overload is answered at once (503)
-//! instead of being hidden in memory and latency. A worker is woken only when one sleeps: under load a job
-//! changes threads without a system call. Work that is known to be short may be done by the thread that has it, in the
-//! [`Place`] of an idle worker.
+//! Fits take from microseconds to seconds. They run on dedicated threads so that a long one never
+//! holds up another connection, and wait in a queue of bounded length so that overload is answered
+//! at once (503) instead of being hidden in memory and latency. A worker is woken only when one
+//! sleeps: under load a job changes threads without a system call. Work that is known to be short
+//! may be done by the thread that has it, in the [`Place`] of an idle worker.
 //!
-//! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when the future is dropped, which
-//! is what happens when a client leaves or a request's time is over; that of [`WorkPool::run_with`] belongs to the caller. All of
-//! them are cancelled when the pool stops.
+//! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when
+//! the future is dropped, which is what happens when a client leaves or a request's time is over;
+//! that of [`WorkPool::run_with`] belongs to the caller. All of them are cancelled when the pool
+//! stops.
 
 use std::{
     collections::VecDeque,
@@ -195,7 +196,8 @@ impl WorkPool {
             depth: metrics::gauge!(telemetry::QUEUE_DEPTH),
             busy: metrics::gauge!(telemetry::BUSY_WORKERS),
         });
-        // The threads are not joined: they end when the pool stops, and the process does not wait for them.
+        // The threads are not joined: they end when the pool stops, and the process does not wait
+        // for them.
         let pool = WorkPool { shared, limit: limit.max(1) };
         for i in 0..workers {
             let shared = Arc::clone(&pool.shared);
@@ -204,8 +206,8 @@ impl WorkPool {
         Ok(pool)
     }
 
-    /// Runs `work` on a worker. When the returned future is dropped, work that has not begun is skipped and work that runs ends
-    /// at its next checkpoint.
+    /// Runs `work` on a worker. When the returned future is dropped, work that has not begun is
+    /// skipped and work that runs ends at its next checkpoint.
     pub async fn run<T, F>(&self, work: F) -> Result<T, PoolError>
     where
         T: Send + 'static,
@@ -216,7 +218,8 @@ impl WorkPool {
         self.run_with(handle, work).await
     }
 
-    /// Runs `work` on a worker until it is done or `handle` is cancelled, whether or not somebody still waits for it.
+    /// Runs `work` on a worker until it is done or `handle` is cancelled, whether or not somebody
+    /// still waits for it.
     pub async fn run_with<T, F>(&self, handle: Handle, work: F) -> Result<T, PoolError>
     where
         T: Send + 'static,
@@ -251,8 +254,9 @@ impl WorkPool {
         Ok(())
     }
 
-    /// The place of an idle worker, if nobody waits for one: for work that is so short that handing it to another thread and
-    /// back would take as long. Work that comes meanwhile is not held up by a place that is taken.
+    /// The place of an idle worker, if nobody waits for one: for work that is so short that handing
+    /// it to another thread and back would take as long. Work that comes meanwhile is not held up
+    /// by a place that is taken.
     pub fn place(&self) -> Option<Place<'_>> {
         let mut state = self.shared.lock();
         let free = state.queue.is_empty() && state.taken < state.idle && !state.stopped;

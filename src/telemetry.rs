@@ -1,4 +1,5 @@
-//! Logs and metrics. Both are global to the process and set up once, however many servers run in it (tests run many).
+//! Logs and metrics. Both are global to the process and set up once, however many servers run in it
+//! (tests run many).
 
 mod lines;
 
@@ -11,18 +12,20 @@ use crate::config::LogFormat;
 
 pub use lines::flush as flush_logs;
 
-/// Seconds from a request's head to its answer's head. Labels: `method`, `path` (the route, not the URL), `status`.
+/// Seconds from a request's head to its answer's head. Labels: `method`, `path` (the route, not the
+/// URL), `status`.
 pub const REQUEST_SECONDS: &str = "flankfit_http_request_duration_seconds";
 /// Requests answered. Same labels.
 pub const REQUESTS: &str = "flankfit_http_requests_total";
-/// Seconds of one fit (reading, computing, writing the answer). Label: `size` (the node count's class).
+/// Seconds of one fit (reading, computing, writing the answer). Label: `size` (the node count's
+/// class).
 pub const FIT_SECONDS: &str = "flankfit_fit_duration_seconds";
 /// Fits waiting for a worker.
 pub const QUEUE_DEPTH: &str = "flankfit_fit_queue_depth";
 /// Workers at work.
 pub const BUSY_WORKERS: &str = "flankfit_fit_workers_busy";
-/// Seconds that a worker spent on work that was then cancelled. Label: `reason` (`abandoned`: the client left or its time was over;
-/// `stopped`: the server stopped).
+/// Seconds that a worker spent on work that was then cancelled. Label: `reason` (`abandoned`: the
+/// client left or its time was over; `stopped`: the server stopped).
 pub const CANCELLED_SECONDS: &str = "flankfit_cancelled_work_seconds";
 /// Seconds from asking the store to its answer. Label: `operation`.
 pub const STORE_SECONDS: &str = "flankfit_store_duration_seconds";
@@ -32,7 +35,8 @@ pub const BLOCK_SECONDS: &str = "flankfit_stream_block_duration_seconds";
 /// Connections that stay open. Label: `kind` (`events`, `websocket`).
 pub const LISTENERS: &str = "flankfit_open_connections";
 
-/// Requests and connections that were turned away for others' sake. Label: `reason` (`queue`, `body_memory`, `idle_connection`).
+/// Requests and connections that were turned away for others' sake. Label: `reason` (`queue`,
+/// `body_memory`, `idle_connection`).
 pub const SHED: &str = "flankfit_shed_total";
 /// Bytes of bodies and answers that are held.
 pub const BODY_MEMORY: &str = "flankfit_body_memory_bytes";
@@ -113,7 +117,8 @@ pub fn metrics() -> &'static PrometheusHandle {
     })
 }
 
-/// Drains the histograms' buffers from time to time, whether or not somebody reads the metrics. Never ends.
+/// Drains the histograms' buffers from time to time, whether or not somebody reads the metrics.
+/// Never ends.
 pub async fn upkeep() {
     let mut clock = tokio::time::interval(Duration::from_secs(5));
     loop {

@@ -1,5 +1,6 @@
-//! Which room may know which: reads the sources and enforces the directions that ARCHITECTURE.md draws. Between the
-//! engine and the service the compiler sees to it; here are the directions inside of each.
+//! Which room may know which: reads the sources and enforces the directions that ARCHITECTURE.md
+//! draws. Between the engine and the service the compiler sees to it; here are the directions
+//! inside of each.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -155,7 +156,8 @@ fn tokens(code: &str) -> Vec<String> {
     tokens
 }
 
-/// The names that follow the path prefix ending just before `start`: one name, or those of a `{…}` group.
+/// The names that follow the path prefix ending just before `start`: one name, or those of a `{…}`
+/// group.
 fn heads(tokens: &[String], start: usize) -> Vec<String> {
     if tokens.get(start).is_none_or(|t| t != "{") {
         return tokens.get(start).cloned().into_iter().collect();
@@ -179,7 +181,8 @@ fn heads(tokens: &[String], start: usize) -> Vec<String> {
     names
 }
 
-/// Rooms named by `crate::…`, by `flankfit_engine::…` or by a chain of `super::` that climbs to the crate root from a module `depth` rooms deep.
+/// Rooms named by `crate::…`, by `flankfit_engine::…` or by a chain of `super::` that climbs to the
+/// crate root from a module `depth` rooms deep.
 fn rooms_used(tokens: &[String], depth: usize) -> Vec<String> {
     let path = |i: usize| tokens.get(i).is_some_and(|t| t == ":") && tokens.get(i + 1).is_some_and(|t| t == ":");
     let mut used = Vec::new();
@@ -235,7 +238,8 @@ fn imports_point_downwards() {
         for file in files_of(rule.room) {
             let tokens = tokens(&split(&fs::read_to_string(&file).expect("a source file")).0);
             let name = file.strip_prefix(source_of(rule.room)).expect("below src").display().to_string();
-            // Modules between this file and the crate root: `estimation/mod.rs` 1, `estimation/fit.rs` 2.
+            // Modules between this file and the crate root: `estimation/mod.rs` 1,
+            // `estimation/fit.rs` 2.
             let depth = name.split('/').count() - usize::from(name.ends_with("mod.rs"));
             for used in rooms_used(&tokens, depth) {
                 if rooms.contains(&used) && used != rule.room && !rule.rooms.contains(&used.as_str()) {
@@ -299,7 +303,8 @@ fn nothing_is_left_unfinished() {
     }
 }
 
-/// A clone is whole: what tests, examples, benches and tools read lies in it, and no test passes because something is missing.
+/// A clone is whole: what tests, examples, benches and tools read lies in it, and no test passes
+/// because something is missing.
 #[test]
 fn nothing_outside_the_project_is_needed() {
     let own = root().join("tests/structure.rs");

@@ -1,5 +1,6 @@
-//! A load generator: so many keep-alive connections, each sending the same request again as soon as it is answered.
-//! It runs on one thread of its own, so that of two cores the server has at least one.
+//! A load generator: so many keep-alive connections, each sending the same request again as soon as
+//! it is answered. It runs on one thread of its own, so that of two cores the server has at least
+//! one.
 
 use std::{
     io,
@@ -148,7 +149,8 @@ impl Connection {
         Ok(Connection { stream, buffer: Vec::with_capacity(1 << 16) })
     }
 
-    /// Sends one request and waits for its whole answer (answers of known length only, as the service sends them).
+    /// Sends one request and waits for its whole answer (answers of known length only, as the
+    /// service sends them).
     async fn exchange(&mut self, request: &[u8]) -> io::Result<(u16, &[u8])> {
         let mut sent = 0;
         while sent < request.len() {

@@ -1,5 +1,5 @@
-//! Curves through points: `cargo bench --bench curves`. Construction with and without the figures of stability, evaluation of a million
-//! places, closest points, arc length.
+//! Curves through points: `cargo bench --bench curves`. Construction with and without the figures
+//! of stability, evaluation of a million places, closest points, arc length.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use flankfit_engine::geometry::curve::{

@@ -1,5 +1,5 @@
-//! Robust estimators: `cargo bench --bench estimators`. One call of `fit` on a flank grid of degree (3,3) on which every tenth node is
-//! a gross peak; `least_squares` is there to compare with.
+//! Robust estimators: `cargo bench --bench estimators`. One call of `fit` on a flank grid of degree
+//! (3,3) on which every tenth node is a gross peak; `least_squares` is there to compare with.
 
 use divan::Bencher;
 use flankfit_engine::estimation::{

@@ -1,5 +1,5 @@
-//! Filters and the fit behind them: `cargo bench --bench filters`. What is timed is one whole fit with one filter, hence also the
-//! filtered columns whose collinearity is reported.
+//! Filters and the fit behind them: `cargo bench --bench filters`. What is timed is one whole fit
+//! with one filter, hence also the filtered columns whose collinearity is reported.
 
 use divan::Bencher;
 use flankfit_engine::estimation::{

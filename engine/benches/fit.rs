@@ -1,5 +1,6 @@
-//! The engine alone: `cargo bench --bench fit`. Nodes are made once; what is timed is one call of `fit` with the
-//! defaults of the contract, hence with the spectrum, every criterion's λ*, bounds and collinearity.
+//! The engine alone: `cargo bench --bench fit`. Nodes are made once; what is timed is one call of
+//! `fit` with the defaults of the contract, hence with the spectrum, every criterion's λ*, bounds
+//! and collinearity.
 
 use divan::Bencher;
 use flankfit_engine::estimation::{
@@ -41,7 +42,8 @@ impl std::fmt::Display for Case {
     }
 }
 
-/// A flank in mm: roll length and face width, heights of a few micrometres with a ripple that no polynomial follows.
+/// A flank in mm: roll length and face width, heights of a few micrometres with a ripple that no
+/// polynomial follows.
 fn axes((nu, nv): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
     let axis = |from: f64, to: f64, n: usize| (0..n).map(|i| from + (to - from) * i as f64 / (n - 1) as f64).collect();
     (axis(5.97, 11.52, nu), axis(0.75, 14.25, nv))

@@ -1,4 +1,5 @@
-//! Gears: `cargo bench --bench gear`. Nominal and modified grids of a million nodes, and what a gear's data cost to work out.
+//! Gears: `cargo bench --bench gear`. Nominal and modified grids of a million nodes, and what a
+//! gear's data cost to work out.
 
 use divan::{Bencher, counter::ItemsCount};
 use flankfit_engine::gear::{

@@ -1,5 +1,6 @@
-//! Evaluation of measured flanks: `cargo bench --bench gear_evaluation`. A whole gear of 60 teeth (profile and helix of both flanks, 480
-//! samples each), the second-order surface of a flank, and pitch with run-out.
+//! Evaluation of measured flanks: `cargo bench --bench gear_evaluation`. A whole gear of 60 teeth
+//! (profile and helix of both flanks, 480 samples each), the second-order surface of a flank, and
+//! pitch with run-out.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use flankfit_engine::{

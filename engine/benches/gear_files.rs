@@ -1,5 +1,5 @@
-//! Files of gear measurements: `cargo bench --bench gear_files`. A curve file of 5 MB with teeth all around, the same with its positions,
-//! a value file, and a list of points.
+//! Files of gear measurements: `cargo bench --bench gear_files`. A curve file of 5 MB with teeth
+//! all around, the same with its positions, a value file, and a list of points.
 
 use std::fmt::Write as _;
 

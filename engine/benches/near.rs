@@ -1,6 +1,7 @@
 //! Curves and surfaces near points: `cargo bench --bench near`.
 //!
-//! The big surface is the one that the limits were made for: 1,000,000 scattered nodes, 40 × 40 spans, bicubic (1,849 coefficients).
+//! The big surface is the one that the limits were made for: 1,000,000 scattered nodes, 40 × 40
+//! spans, bicubic (1,849 coefficients).
 
 use divan::{Bencher, black_box};
 use flankfit_engine::estimation::{

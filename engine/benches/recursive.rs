@@ -1,5 +1,6 @@
-//! Nodes one by one: `cargo bench --bench recursive`. What is timed is one node added to an estimate that has seen 100 or 10,000
-//! (the cost must not grow with them), and one look at its result.
+//! Nodes one by one: `cargo bench --bench recursive`. What is timed is one node added to an
+//! estimate that has seen 100 or 10,000 (the cost must not grow with them), and one look at its
+//! result.
 
 use divan::Bencher;
 use flankfit_engine::estimation::{

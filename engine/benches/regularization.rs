@@ -1,5 +1,6 @@
-//! The regularised estimators: `cargo bench --bench regularization`. One call of `fit` each, on the same flank, so that
-//! what differs is the regularisation; the default (spectral, min_mse) is the yardstick.
+//! The regularised estimators: `cargo bench --bench regularization`. One call of `fit` each, on the
+//! same flank, so that what differs is the regularisation; the default (spectral, min_mse) is the
+//! yardstick.
 
 use divan::Bencher;
 use flankfit_engine::estimation::{
@@ -14,7 +15,8 @@ fn main() {
     divan::main();
 }
 
-/// 40 × 25 nodes of a flank in mm, heights of a few micrometres with a ripple that no polynomial follows.
+/// 40 × 25 nodes of a flank in mm, heights of a few micrometres with a ripple that no polynomial
+/// follows.
 fn nodes() -> Nodes {
     let axis = |from: f64, to: f64, n: usize| -> Vec<f64> {
         (0..n).map(|i| from + (to - from) * i as f64 / (n - 1) as f64).collect()

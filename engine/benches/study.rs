@@ -1,5 +1,5 @@
-//! The randomisation study: `cargo bench --bench study`. Levels from so small that arithmetic of twice the precision is
-//! needed to so large that it is not.
+//! The randomisation study: `cargo bench --bench study`. Levels from so small that arithmetic of
+//! twice the precision is needed to so large that it is not.
 
 use divan::Bencher;
 use flankfit_engine::estimation::randomization::{ColumnScaling, Setup, Study, run};

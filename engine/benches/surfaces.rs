@@ -1,4 +1,5 @@
-//! Surfaces: `cargo bench --bench surfaces`. A million places of a bicubic surface, least squares on 100 × 100 nodes, closest points.
+//! Surfaces: `cargo bench --bench surfaces`. A million places of a bicubic surface, least squares
+//! on 100 × 100 nodes, closest points.
 
 use divan::{Bencher, counter::ItemsCount};
 use flankfit_engine::geometry::{

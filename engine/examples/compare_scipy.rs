@@ -1,8 +1,10 @@
-//! Our side of `tools/compare_scipy.py`: reads its data, does the work, writes the numbers, and prints what it took.
+//! Our side of `tools/compare_scipy.py`: reads its data, does the work, writes the numbers, and
+//! prints what it took.
 //!
-//! Run: `cargo run --release --example compare_scipy -- FOLDER REPEATS`. The folder holds little-endian doubles: `u`, `v`, `z` (the nodes
-//! of a grid, v running fastest), `knots_u`, `knots_v` (for a bicubic surface), `at` (pairs of parameters), `grid_u`, `grid_v`.
-//! Written are `coefficients`, `scattered` and `grid`; printed are the seconds of each repetition as JSON.
+//! Run: `cargo run --release --example compare_scipy -- FOLDER REPEATS`. The folder holds
+//! little-endian doubles: `u`, `v`, `z` (the nodes of a grid, v running fastest), `knots_u`,
+//! `knots_v` (for a bicubic surface), `at` (pairs of parameters), `grid_u`, `grid_v`. Written are
+//! `coefficients`, `scattered` and `grid`; printed are the seconds of each repetition as JSON.
 
 use std::{error::Error, fs, path::Path, time::Instant};
 
@@ -31,8 +33,8 @@ fn write(folder: &Path, name: &str, numbers: &[f64]) -> Outcome<()> {
     Ok(fs::write(folder.join(name), bytes)?)
 }
 
-/// Seconds that the threads of this process have been on a processor: what other programs do has little part in it. `None` where
-/// the system does not say (it is Linux that does).
+/// Seconds that the threads of this process have been on a processor: what other programs do has
+/// little part in it. `None` where the system does not say (it is Linux that does).
 fn processor_seconds() -> Option<f64> {
     let mut nanoseconds = 0;
     for task in fs::read_dir("/proc/self/task").ok()? {
@@ -42,7 +44,8 @@ fn processor_seconds() -> Option<f64> {
     Some(nanoseconds as f64 * 1e-9)
 }
 
-/// The last result, and seconds for every repetition: as a clock shows them, and of processors. One repetition is `batch` times the work.
+/// The last result, and seconds for every repetition: as a clock shows them, and of processors. One
+/// repetition is `batch` times the work.
 fn timed<T>(repeats: usize, batch: usize, mut work: impl FnMut() -> Outcome<T>) -> Outcome<(T, Value)> {
     let mut last = work()?;
     let (mut clock, mut processor) = (Vec::new(), Vec::new());

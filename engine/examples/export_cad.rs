@@ -1,8 +1,9 @@
-//! Writes curves and surfaces as IGES and STEP, and beside each pair of files what every shape must be at many parameters.
+//! Writes curves and surfaces as IGES and STEP, and beside each pair of files what every shape must
+//! be at many parameters.
 //!
-//! `tools/check_cad.py` opens the files with a CAD kernel and compares. The shapes are those that files get wrong: circles and
-//! tori (weights, closed), a cone (a side without length), uneven knots far from the origin, graphs with and without weights,
-//! loose ends, names outside of ASCII.
+//! `tools/check_cad.py` opens the files with a CAD kernel and compares. The shapes are those that
+//! files get wrong: circles and tori (weights, closed), a cone (a side without length), uneven
+//! knots far from the origin, graphs with and without weights, loose ends, names outside of ASCII.
 //!
 //! Run: `cargo run --example export_cad -- FOLDER`
 
@@ -43,7 +44,8 @@ fn circle(radius: f64) -> Outcome<BSplineCurve> {
     Ok(BSplineCurve::new(BSplineBasis::new(2, knots.to_vec())?, Dimension::Plane, points, Some(weights))?)
 }
 
-/// The profile (distance from the z axis, height, weight) turned about the z axis; v runs along the profile.
+/// The profile (distance from the z axis, height, weight) turned about the z axis; v runs along the
+/// profile.
 fn revolved(profile: &BSplineBasis, points: &[[f64; 3]]) -> Outcome<BSplineSurface> {
     let (knots, directions) = TURN;
     let mut net = Vec::new();

@@ -1,17 +1,18 @@
 //! The canonical form of a request's input and its digest, `provenance.input_sha256`.
 //!
-//! Two requests that ask for the same thing have the same digest whatever their white space, key order, number
-//! spelling or explicit defaults. The form is the concatenation of
+//! Two requests that ask for the same thing have the same digest whatever their white space, key
+//! order, number spelling or explicit defaults. The form is the concatenation of
 //!
 //! 1. `flankfit-input-v1\n`;
-//! 2. the nodes in the binary form of [`super::nodes_codec`] (which has lengths before everything), in which every
-//!    −0 is +0, every NaN is the one with bits `0x7ff8000000000000`, an all-ones weight or all-true mask stands as posted;
-//! 3. the spec as the JSON text of [`super::fit_spec_json::to_json`]: every default filled in, keys in the
-//!    contract's order, no white space, numbers in their shortest form, −0 as 0; without `include`, which adds to the
-//!    answer and changes nothing of it.
+//! 2. the nodes in the binary form of [`super::nodes_codec`] (which has lengths before everything),
+//!    in which every −0 is +0, every NaN is the one with bits `0x7ff8000000000000`, an all-ones
+//!    weight or all-true mask stands as posted;
+//! 3. the spec as the JSON text of [`super::fit_spec_json::to_json`]: every default filled in, keys
+//!    in the contract's order, no white space, numbers in their shortest form, −0 as 0; without
+//!    `include`, which adds to the answer and changes nothing of it.
 //!
-//! Decisions: `null` and `"valid": false` are different inputs (the second carries a height), as are a weight of
-//! ones and no weight.
+//! Decisions: `null` and `"valid": false` are different inputs (the second carries a height), as
+//! are a weight of ones and no weight.
 
 use sha2::{Digest, Sha256};
 
@@ -27,7 +28,8 @@ use flankfit_engine::{
 const TAG: &[u8] = b"flankfit-input-v1\n";
 const STREAM_TAG: &[u8] = b"flankfit-stream-v1\n";
 
-/// Doubles that are brought into their canonical form and hashed at a time: few enough to stay near the processor.
+/// Doubles that are brought into their canonical form and hashed at a time: few enough to stay near
+/// the processor.
 const BLOCK: usize = 512;
 
 /// SHA-256 of the canonical form, in lower-case hexadecimal.
@@ -64,7 +66,8 @@ pub fn nodes_sha256(nodes: &Nodes) -> [u8; 32] {
     digest.finalize().into()
 }
 
-/// Where the digests of a stream begin: `flankfit-stream-v1\n`, its spec without `include`, and the bits of its forgetting factor.
+/// Where the digests of a stream begin: `flankfit-stream-v1\n`, its spec without `include`, and the
+/// bits of its forgetting factor.
 pub fn stream_sha256(spec: &FitSpec, forgetting_factor: f64) -> [u8; 32] {
     let mut digest = Sha256::new();
     digest.update(STREAM_TAG);

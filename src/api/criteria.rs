@@ -1,4 +1,5 @@
-//! The criteria by which λ*, k or λ is chosen, as they are written: one list for what may be asked for and for what is answered.
+//! The criteria by which λ*, k or λ is chosen, as they are written: one list for what may be asked
+//! for and for what is answered.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

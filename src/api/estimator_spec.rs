@@ -1,4 +1,5 @@
-//! Which estimator a request asks for, as it is written, and its canonical form with every default filled in.
+//! Which estimator a request asks for, as it is written, and its canonical form with every default
+//! filled in.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -9,8 +10,8 @@ use flankfit_engine::estimation::{
     robust::loss::Loss,
 };
 
-/// How the coefficients are estimated; default `least_squares`. Weights of nodes multiply squared residuals for every
-/// estimator: rows and heights are scaled by √weight.
+/// How the coefficients are estimated; default `least_squares`. Weights of nodes multiply squared
+/// residuals for every estimator: rows and heights are scaled by √weight.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = Estimator, discriminator(property_name = "type", mapping(
@@ -41,7 +42,8 @@ pub struct LeastSquaresEstimator {
     pub kind: LeastSquaresTag,
 }
 
-/// Least Σρ(r/s) by iteratively reweighted least squares (Eqs. 10–12); regularisation and diagnostics act on the weighted matrix.
+/// Least Σρ(r/s) by iteratively reweighted least squares (Eqs. 10–12); regularisation and
+/// diagnostics act on the weighted matrix.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = MEstimator)]
@@ -50,13 +52,15 @@ pub struct MEstimatorBody {
     #[schema(inline)]
     pub kind: MEstimatorTag,
     pub loss: LossName,
-    /// In units of the scale: k of Huber (default 1.345), c of Tukey (4.685), a, b, c of Hampel (2, 4, 8), a of Andrews (1.339).
+    /// In units of the scale: k of Huber (default 1.345), c of Tukey (4.685), a, b, c of Hampel (2,
+    /// 4, 8), a of Andrews (1.339).
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1, max_items = 3, example = json!([1.345]))]
     pub tuning: Option<Vec<f64>>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub scale: Option<ScaleBody>,
-    /// The iteration ends when no residual and not the scale moves by more than this many scales. Default 1e-13.
+    /// The iteration ends when no residual and not the scale moves by more than this many scales.
+    /// Default 1e-13.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, maximum = 0.1)]
     pub tolerance: Option<f64>,
@@ -75,7 +79,8 @@ pub struct MEstimatorBody {
 #[schema(as = ResidualScale)]
 pub struct ScaleBody {
     pub rule: ScaleRuleName,
-    /// `fixed`: the scale itself, in the unit of the heights (needed). `proposal2`: k₂, default 1.345. Else not taken.
+    /// `fixed`: the scale itself, in the unit of the heights (needed). `proposal2`: k₂, default
+    /// 1.345. Else not taken.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub value: Option<f64>,
@@ -97,7 +102,8 @@ pub struct LpEstimator {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: LpTag,
-    /// The power of the residuals whose sum is made least: 1 least absolute deviations, 2 least squares.
+    /// The power of the residuals whose sum is made least: 1 least absolute deviations, 2 least
+    /// squares.
     #[schema(minimum = 1, maximum = 2)]
     pub p: f64,
 }
@@ -131,7 +137,8 @@ pub struct LeastTrimmedSquaresEstimator {
     pub seed: Option<u64>,
 }
 
-/// Least rank dispersion (Jaeckel), solved exactly; the constant is set by the median of the residuals.
+/// Least rank dispersion (Jaeckel), solved exactly; the constant is set by the median of the
+/// residuals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RankEstimator {
@@ -170,9 +177,11 @@ names! {
     LeastTrimmedSquaresTag { LeastTrimmedSquares }
     /// The variant.
     RankTag { Rank }
-    /// Huber's is convex; the others give far nodes no weight at all and may have several local solutions.
+    /// Huber's is convex; the others give far nodes no weight at all and may have several local
+    /// solutions.
     LossName { Huber, Tukey, Hampel, Andrews }
-    /// Where an iteration starts; trimmed squares of half the nodes withstand gross errors of nearly half of them.
+    /// Where an iteration starts; trimmed squares of half the nodes withstand gross errors of
+    /// nearly half of them.
     StartName { LeastSquares, LeastTrimmedSquares }
     /// Scores of ranks.
     ScoresName { Wilcoxon }

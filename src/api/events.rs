@@ -153,7 +153,8 @@ pub fn to_text(events: impl IntoIterator<Item = JobEvent>) -> String {
     let mut text = String::new();
     for event in events {
         let body = JobEventBody::from(event);
-        // JSON of one line: line breaks inside strings are escaped. Writing to a string cannot fail.
+        // JSON of one line: line breaks inside strings are escaped. Writing to a string cannot
+        // fail.
         let data = serde_json::to_string(&body).unwrap_or_default();
         let _ = write!(text, "id: {}\nevent: {}\ndata: {data}\n\n", body.number, body.kind.name());
     }

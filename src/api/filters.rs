@@ -29,14 +29,16 @@ pub enum FilterBody {
     Spline(SplineFilter),
 }
 
-/// Peaks: nodes further than `threshold` robust standard deviations (1.4826 MAD) from the median of their window.
+/// Peaks: nodes further than `threshold` robust standard deviations (1.4826 MAD) from the median of
+/// their window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HampelFilter {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: HampelTag,
-    /// Nodes of the window, odd; on a grid without `axis` those of each side of a square. Default 7.
+    /// Nodes of the window, odd; on a grid without `axis` those of each side of a square. Default
+    /// 7.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 3, default = json!(DEFAULT_WINDOW))]
     pub window: Option<usize>,
@@ -68,7 +70,8 @@ pub struct GaussianFilter {
     /// Default false.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub robust: Option<bool>,
-    /// Order of the robust regression, 0 or 2; with `robust` only. Default 2, which keeps parabolas.
+    /// Order of the robust regression, 0 or 2; with `robust` only. Default 2, which keeps
+    /// parabolas.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 2)]
     pub order: Option<u8>,
@@ -127,7 +130,8 @@ pub struct FilterResult {
     pub max_change: f64,
     /// Root mean square of the changes, over the nodes that counted before this filter.
     pub rms_change: f64,
-    /// Posted nodes (from 0, grids row by row) that were taken for peaks; of `hampel` only, present when `peaks` was included.
+    /// Posted nodes (from 0, grids row by row) that were taken for peaks; of `hampel` only, present
+    /// when `peaks` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_indices: Option<Vec<usize>>,
     /// Rounds of the line that took the most; of a robust filter only.
@@ -138,9 +142,10 @@ pub struct FilterResult {
     pub converged: Option<bool>,
 }
 
-/// How the columns depend on each other before and after the filters, which smooth away what tells terms apart. `after` is of the
-/// matrix that the filters make of X, removed nodes left out, with peaks and robustness weights as the heights decided them; the
-/// fit itself is of the filtered heights to X.
+/// How the columns depend on each other before and after the filters, which smooth away what tells
+/// terms apart. `after` is of the matrix that the filters make of X, removed nodes left out, with
+/// peaks and robustness weights as the heights decided them; the fit itself is of the filtered
+/// heights to X.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FilterCollinearity {
     pub before: ColumnFiguresBody,

@@ -1,4 +1,5 @@
-//! What requests other than fits say of the fit that they ask for: as in a fit request, beside model and domain.
+//! What requests other than fits say of the fit that they ask for: as in a fit request, beside
+//! model and domain.
 
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -36,12 +37,13 @@ pub struct FitFields {
     pub regularization: Option<RegularizationBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimator: Option<EstimatorBody>,
-    /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for the bounds of the bias; by default estimated.
+    /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for the bounds of the bias; by default
+    /// estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub coefficient_norm_limit: Option<f64>,
-    /// Standard deviation of a height of weight 1, in the unit of the heights; by default estimated from the
-    /// residuals.
+    /// Standard deviation of a height of weight 1, in the unit of the heights; by default estimated
+    /// from the residuals.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub noise_sigma: Option<f64>,
@@ -56,7 +58,8 @@ pub struct FitFields {
     pub filters: Option<Vec<FilterBody>>,
 }
 
-/// Reads the fields; the spec's model is still to be set. Where nothing is fitted none may be there, and `unfit` says why.
+/// Reads the fields; the spec's model is still to be set. Where nothing is fitted none may be
+/// there, and `unfit` says why.
 pub fn read(fields: &Fields, unfit: Option<&str>, faults: &mut Faults) -> Option<FitSpec> {
     if let Some(why) = unfit {
         let before = faults.count();
@@ -72,7 +75,8 @@ pub fn read(fields: &Fields, unfit: Option<&str>, faults: &mut Faults) -> Option
         }
     }
     let spec = raw.beside(Model::Linear, faults)?;
-    // What is asked for by name is least squares: nothing is regularised unless the request says so.
+    // What is asked for by name is least squares: nothing is regularised unless the request says
+    // so.
     let regularization =
         if fields.get("regularization").is_some() { spec.regularization } else { Regularization::None };
     Some(FitSpec { regularization, ..spec })

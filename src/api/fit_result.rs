@@ -1,7 +1,7 @@
 //! The answer to a fit, as it is documented and as clients read it.
 //!
-//! A value that does not exist is left out: there is no `null` and no invented number. Answers are written by
-//! [`super::fit_text`], which never makes these bodies; its tests hold the two together.
+//! A value that does not exist is left out: there is no `null` and no invented number. Answers are
+//! written by [`super::fit_text`], which never makes these bodies; its tests hold the two together.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -23,10 +23,12 @@ pub struct FitResultBody {
     /// The box on which mapped bases live; absent for a measurement matrix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub domain: Option<DomainBody>,
-    /// The fitted curve, where the model is `b_spline` and the nodes are of type `curve`; its control points are the coefficients.
+    /// The fitted curve, where the model is `b_spline` and the nodes are of type `curve`; its
+    /// control points are the coefficients.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<CurveBody>,
-    /// The fitted surface, where the model is `b_spline` and the nodes have u and v; its control points are the coefficients.
+    /// The fitted surface, where the model is `b_spline` and the nodes have u and v; its control
+    /// points are the coefficients.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceBody>,
     pub spectrum: SpectrumBody,
@@ -43,7 +45,8 @@ pub struct FitResultBody {
     /// Condition, bias and error along λ*; present when `lambda_curve` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_curve: Option<Vec<LambdaCurvePointBody>>,
-    /// The coefficients along k, ascending from 0; present when `ridge_trace` was included and ridge asked for.
+    /// The coefficients along k, ascending from 0; present when `ridge_trace` was included and
+    /// ridge asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ridge_trace: Option<Vec<RidgeTracePointBody>>,
     /// The rows of B in the caller's columns; present when `matrix_b` was included.
@@ -59,8 +62,8 @@ pub struct FitResultBody {
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
     pub provenance: ProvenanceBody,
-    /// What was fitted, with every default filled in: a request of its own, but for the nodes. Of `POST /v1/fits`; a fit that is kept
-    /// has it beside its result.
+    /// What was fitted, with every default filled in: a request of its own, but for the nodes. Of
+    /// `POST /v1/fits`; a fit that is kept has it beside its result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<FitSpecBody>)]
     pub spec: Option<serde_json::Value>,

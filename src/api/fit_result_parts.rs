@@ -26,8 +26,9 @@ pub struct CoefficientBody {
     pub column: Option<usize>,
     /// The estimator asked for, regularised: Â_B (Eq. 29).
     pub value: f64,
-    /// Standard error of `value` for the λ* used, as if it had not been chosen by the same nodes; absent without degrees of freedom. After a chosen λ* it
-    /// is too small and leaves the bias out: in simulations the truth lay within it in 23 to 44 % of the cases, not 68 %
+    /// Standard error of `value` for the λ* used, as if it had not been chosen by the same nodes;
+    /// absent without degrees of freedom. After a chosen λ* it is too small and leaves the bias
+    /// out: in simulations the truth lay within it in 23 to 44 % of the cases, not 68 %
     /// (docs/mathematics-notes.md). `least_squares_std_error` holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
@@ -115,7 +116,8 @@ pub enum NormLimitSource {
     /// The norm of the least-squares estimate.
     Estimate,
     Request,
-    /// What the heights speak for in every direction alike: √n τ with τ² = ‖P y‖²/Σλᵢ, or the norm of the regularised estimate, if greater.
+    /// What the heights speak for in every direction alike: √n τ with τ² = ‖P y‖²/Σλᵢ, or the norm
+    /// of the regularised estimate, if greater.
     Heights,
     /// The limits of the coefficients, or the norm of the regularised estimate, if greater.
     Limits,
@@ -135,10 +137,12 @@ pub enum LimitSource {
 pub struct CollinearityBody {
     /// Each column against all others, in the order of the coefficients.
     pub columns: Vec<ColumnBody>,
-    /// Pearson correlation of the columns, in coefficient order. Present when `collinearity` was included.
+    /// Pearson correlation of the columns, in coefficient order. Present when `collinearity` was
+    /// included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation: Option<Vec<Vec<f64>>>,
-    /// Per term, the share of its variance that belongs to each eigenvalue (ascending). Present when `collinearity` was included.
+    /// Per term, the share of its variance that belongs to each eigenvalue (ascending). Present
+    /// when `collinearity` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variance_proportions: Option<Vec<Vec<f64>>>,
     /// One for each small eigenvalue, the smallest first.
@@ -162,10 +166,12 @@ pub struct ColumnBody {
 pub struct NearDependencyBody {
     /// Of the scaled Fisher information matrix.
     pub eigenvalue: f64,
-    /// √(greatest eigenvalue / this one); 30 and more are a matter of concern. Left out where it is infinite.
+    /// √(greatest eigenvalue / this one); 30 and more are a matter of concern. Left out where it is
+    /// infinite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition_index: Option<f64>,
-    /// The eigenvector: how much of each column takes part. Present when `collinearity` was included.
+    /// The eigenvector: how much of each column takes part. Present when `collinearity` was
+    /// included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weights: Option<Vec<f64>>,
     /// The terms that take part.
@@ -229,7 +235,8 @@ pub struct ResidualsBody {
     /// One per counted node, in the order posted; present when `residuals` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<f64>>,
-    /// The posted node (from 0, grids row by row) of each value; present when some node was left out.
+    /// The posted node (from 0, grids row by row) of each value; present when some node was left
+    /// out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_indices: Option<Vec<usize>>,
 }
@@ -270,7 +277,8 @@ pub enum ArithmeticName {
 #[schema(as = Numerics)]
 pub struct NumericsBody {
     pub arithmetic: ArithmeticName,
-    /// Estimated correct decimal digits of the worst least-squares coefficient; errs on the low side.
+    /// Estimated correct decimal digits of the worst least-squares coefficient; errs on the low
+    /// side.
     pub correct_digits: f64,
 }
 
@@ -292,7 +300,8 @@ pub struct ProvenanceBody {
     /// Program and version that computed the answer.
     #[schema(value_type = String, example = "flankfit 0.1.0")]
     pub engine: Cow<'static, str>,
-    /// SHA-256 of the canonical form of nodes and spec: the same request gives the same digest whatever its white space or key order.
+    /// SHA-256 of the canonical form of nodes and spec: the same request gives the same digest
+    /// whatever its white space or key order.
     #[schema(min_length = 64, max_length = 64)]
     pub input_sha256: String,
 }

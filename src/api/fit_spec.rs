@@ -1,7 +1,9 @@
-//! What a fit request asks for, as it is written: models, regularisations, and the rest of the spec.
+//! What a fit request asks for, as it is written: models, regularisations, and the rest of the
+//! spec.
 //!
-//! The structs here are read (by [`super::reader`]), written (specs are stored as canonical JSON) and documented
-//! (OpenAPI). Unions carry `type` inside their variants, which is what client generators cope with best.
+//! The structs here are read (by [`super::reader`]), written (specs are stored as canonical JSON)
+//! and documented (OpenAPI). Unions carry `type` inside their variants, which is what client
+//! generators cope with best.
 
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
@@ -38,7 +40,8 @@ pub struct FitRequest {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub coefficient_norm_limit: Option<f64>,
-    /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from the residuals.
+    /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from
+    /// the residuals.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub noise_sigma: Option<f64>,
@@ -103,7 +106,8 @@ pub struct FitSpecBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub coefficient_norm_limit: Option<f64>,
-    /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from the residuals.
+    /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from
+    /// the residuals.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub noise_sigma: Option<f64>,
@@ -162,7 +166,8 @@ pub struct BSplineModel {
     /// Equal spans over the domain.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub spans: Option<SpansBody>,
-    /// Of NURBS: one weight above 0 for each control point, for a surface in rows along u. They are given, not fitted.
+    /// Of NURBS: one weight above 0 for each control point, for a surface in rows along u. They are
+    /// given, not fitted.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub weights: Option<WeightsBody>,
 }
@@ -209,7 +214,8 @@ tags! {
     LinearTag = Linear,
 }
 
-/// Functions of a polynomial model. `monomial` means the caller's raw u and v; the others live on the domain mapped to [-1, 1].
+/// Functions of a polynomial model. `monomial` means the caller's raw u and v; the others live on
+/// the domain mapped to [-1, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BasisName {
@@ -218,7 +224,8 @@ pub enum BasisName {
     Legendre,
 }
 
-/// Which products of powers: every one up to the degree of each axis, or those whose degrees add up to at most the degree.
+/// Which products of powers: every one up to the degree of each axis, or those whose degrees add up
+/// to at most the degree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TermsName {
@@ -235,16 +242,17 @@ pub enum ScalingName {
     Standardized,
 }
 
-/// What is answered only when asked for: whatever grows with the nodes or with the square of the coefficients. Each name only adds to
-/// the answer; a name that stands twice counts once, one that has nothing to add (`ridge_trace` without ridge) adds at
-/// most a warning that says so.
+/// What is answered only when asked for: whatever grows with the nodes or with the square of the
+/// coefficients. Each name only adds to the answer; a name that stands twice counts once, one that
+/// has nothing to add (`ridge_trace` without ridge) adds at most a warning that says so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = FitInclude)]
 pub enum IncludeName {
     /// `residuals.values`, and `residuals.node_indices` where some node was left out.
     Residuals,
-    /// `collinearity.correlation`, `collinearity.variance_proportions` and the `weights` of near dependencies.
+    /// `collinearity.correlation`, `collinearity.variance_proportions` and the `weights` of near
+    /// dependencies.
     Collinearity,
     /// Condition, bias and error along λ*.
     LambdaCurve,

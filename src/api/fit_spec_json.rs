@@ -3,7 +3,8 @@
 use super::{filters::FilterBody, fit_spec::*, reader, regularization_json::regularization};
 use flankfit_engine::estimation::spec::{self, FitSpec};
 
-/// The canonical JSON text: keys in the contract's order, defaults written out, no white space, −0 as 0.
+/// The canonical JSON text: keys in the contract's order, defaults written out, no white space, −0
+/// as 0.
 pub fn to_json(spec: &FitSpec) -> String {
     // A spec holds finite numbers and strings only: nothing in it can fail to be written.
     serde_json::to_string(&FitSpecBody::from(spec)).unwrap_or_default()
@@ -64,7 +65,8 @@ fn model(model: &spec::Model) -> ModelBody {
         spec::Model::BSpline { degree, knots, weights } => {
             let clean = |knots: &[f64]| knots.iter().copied().map(unsigned_zero).collect::<Vec<_>>();
             let weights = weights.as_ref().map(|weights| match columns(*degree, knots) {
-                // Without knots the curve and the surface of one row look alike; either way back gives the same weights.
+                // Without knots the curve and the surface of one row look alike; either way back
+                // gives the same weights.
                 None => WeightsBody::Curve(weights.clone()),
                 Some(columns) => WeightsBody::Surface(weights.chunks(columns).map(<[f64]>::to_vec).collect()),
             });

@@ -1,11 +1,12 @@
 //! A fit's answer as JSON text, written from the domain's result at once.
 //!
-//! What is written is what [`FitResultBody`](super::fit_result::FitResultBody) documents, field for field and in its order;
-//! the tests read every text into it and write it again to the same bytes. Each record is taken apart completely, so a field
-//! that is added to the domain's result and not written here does not compile.
+//! What is written is what [`FitResultBody`](super::fit_result::FitResultBody) documents, field for
+//! field and in its order; the tests read every text into it and write it again to the same bytes.
+//! Each record is taken apart completely, so a field that is added to the domain's result and not
+//! written here does not compile.
 //!
-//! That numbers are finite has been looked at by the fit (`estimation::sound`); the writer only refuses to write one
-//! that is not.
+//! That numbers are finite has been looked at by the fit (`estimation::sound`); the writer only
+//! refuses to write one that is not.
 
 use std::sync::Arc;
 
@@ -27,8 +28,9 @@ use flankfit_engine::estimation::{
     spec::{Criterion, Domain, Include},
 };
 
-/// The text of an answer. `shape` is the curve or surface that was fitted, where there is one; `input_sha256` is the digest of
-/// [`super::canonical`]. What grows with the nodes or with the square of the coefficients is written only where it is included.
+/// The text of an answer. `shape` is the curve or surface that was fitted, where there is one;
+/// `input_sha256` is the digest of [`super::canonical`]. What grows with the nodes or with the
+/// square of the coefficients is written only where it is included.
 pub fn write(
     result: &FitResult,
     shape: Option<&Shape>,

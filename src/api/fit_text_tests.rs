@@ -1,4 +1,5 @@
-//! Written answers against their documentation: read into the documented body, they are written again to the same bytes.
+//! Written answers against their documentation: read into the documented body, they are written
+//! again to the same bytes.
 
 use proptest::prelude::*;
 
@@ -74,7 +75,8 @@ fn answers_to_the_examples_are_as_documented() {
     assert!(answers > 100, "{answers}");
 }
 
-/// Makes results of any content, number by number; the number with the index `poisoned` is not finite.
+/// Makes results of any content, number by number; the number with the index `poisoned` is not
+/// finite.
 struct Maker {
     state: u64,
     numbers: usize,
@@ -338,7 +340,8 @@ fn a_shared_report_is_written_once_and_always_the_same() {
     assert_eq!((write(&result, None, "digest", ALL).unwrap(), first), (alone.clone(), alone));
 }
 
-/// The fit's last look finds every number that is not finite: it leaves the number out or refuses, and the writer finds none.
+/// The fit's last look finds every number that is not finite: it leaves the number out or refuses,
+/// and the writer finds none.
 #[test]
 fn no_number_that_is_not_finite_reaches_the_writer() {
     let mut whole = Maker { full: true, ..Maker::new(7) };

@@ -24,7 +24,8 @@ pub struct ReplayRequest {}
 pub struct ReplayBody {
     /// Whether the two answers are the same bit by bit.
     pub identical: bool,
-    /// Largest relative difference over all numbers of the two answers; absent when they are identical, or do not line up.
+    /// Largest relative difference over all numbers of the two answers; absent when they are
+    /// identical, or do not line up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_relative_difference: Option<f64>,
     /// Who computed the stored answer; absent when the answers are identical.
@@ -62,8 +63,8 @@ pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed,
     Ok(Computed { spec: asked.into(), result: text.into(), figures })
 }
 
-/// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and added; what is stored stays as it is.
-/// Processor work.
+/// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and
+/// added; what is stored stays as it is. Processor work.
 pub fn with_include(nodes: &Nodes, stored: &FitRecord, asked: Include, plans: &Plans) -> Result<Arc<str>, Problem> {
     let mut spec = fit_spec_json::from_json(&stored.spec).map_err(Problem::internal)?;
     let include = fit_spec_json::both(spec.include, asked);

@@ -1,7 +1,7 @@
 //! Iterations of a job and their fits as they are written and read.
 //!
-//! Answers hold the stored answer of a fit byte for byte, so they are written by [`Object`]; the structs say what is written, for
-//! the OpenAPI document and for whoever reads it back.
+//! Answers hold the stored answer of a fit byte for byte, so they are written by [`Object`]; the
+//! structs say what is written, for the OpenAPI document and for whoever reads it back.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -247,7 +247,8 @@ pub struct IterationBody {
     /// The latest decision; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
-    /// The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each in full.
+    /// The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each
+    /// in full.
     pub fits: Vec<FitSummaryBody>,
     /// How many fits were made before those; `GET …/fits` lists all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -268,13 +269,15 @@ pub struct IterationFitBody {
     /// Why it was made, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// What was fitted, with every default filled in: a request of its own for a refit, or with nodes for a new fit.
+    /// What was fitted, with every default filled in: a request of its own for a refit, or with
+    /// nodes for a new fit.
     #[schema(value_type = FitSpecBody)]
     pub spec: serde_json::Value,
     pub result: FitResultBody,
 }
 
-/// A fit by the figures by which λ* choices are told apart at a glance. A figure that does not exist is left out.
+/// A fit by the figures by which λ* choices are told apart at a glance. A figure that does not
+/// exist is left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitSummary)]
 pub struct FitSummaryBody {

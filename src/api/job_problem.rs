@@ -54,7 +54,8 @@ impl From<RepositoryError> for Problem {
             RepositoryError::VersionMismatch { current } => Problem::new(
                 ProblemCode::PreconditionFailed,
                 format!(
-                    "The resource is at \"{current}\" now: get it again, look at what changed, and repeat the request with its ETag."
+                    "The resource is at \"{current}\" now: get it again, look at what changed, and repeat the request \
+                     with its ETag."
                 ),
             ),
             RepositoryError::ForeignFit(id) => {

@@ -1,4 +1,5 @@
-//! The trace of a job as it is written: every λ* choice and every decision in the order in which they were made.
+//! The trace of a job as it is written: every λ* choice and every decision in the order in which
+//! they were made.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -80,7 +81,8 @@ pub struct TracedFitBody {
     pub coefficients: Vec<CoefficientBody>,
 }
 
-/// How many entries of each list of a traced iteration stand before those told, which are the last hundred.
+/// How many entries of each list of a traced iteration stand before those told, which are the last
+/// hundred.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = EarlierEntries)]
 pub struct EarlierBody {

@@ -104,7 +104,8 @@ pub struct JobPatchBody {
     #[serde(default, deserialize_with = "present")]
     #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
     pub tags: Option<Tags>,
-    /// What the job shall no longer have. A field that stands here cannot be given a value at the same time.
+    /// What the job shall no longer have. A field that stands here cannot be given a value at the
+    /// same time.
     #[serde(default)]
     #[schema(required = false, max_items = 4)]
     pub clear: Vec<ClearableName>,
@@ -203,7 +204,8 @@ impl From<Job> for JobBody {
             part_number: job.part_number,
             serial_number: job.serial_number,
             machine: job.machine,
-            // What is stored was written by `gear_text`; were it damaged, the job would still be shown.
+            // What is stored was written by `gear_text`; were it damaged, the job would still be
+            // shown.
             gear: job.gear.and_then(|text| serde_json::from_str(&text).ok()),
             tags: Tags(job.tags),
             created_at: Moment(job.created_at),

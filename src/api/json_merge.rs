@@ -1,4 +1,5 @@
-//! Adds to finished JSON what another text has beside it, and takes members out of it. What stays is as it was, byte for byte.
+//! Adds to finished JSON what another text has beside it, and takes members out of it. What stays
+//! is as it was, byte for byte.
 
 use std::{borrow::Cow, fmt};
 
@@ -8,15 +9,16 @@ use serde::{
 };
 use serde_json::value::RawValue;
 
-/// `text` with the members of objects that only `more` has, in the order of `more`; lists of objects of one length are merged entry
-/// by entry.
+/// `text` with the members of objects that only `more` has, in the order of `more`; lists of
+/// objects of one length are merged entry by entry.
 pub fn added(text: &str, more: &str) -> Result<String, serde_json::Error> {
     let mut merged = String::with_capacity(text.len().max(more.len()));
     add(text, more, &mut merged)?;
     Ok(merged)
 }
 
-/// `text`, which is an object, without some of its members; a path names the keys from the outside in.
+/// `text`, which is an object, without some of its members; a path names the keys from the outside
+/// in.
 pub fn without(text: &str, paths: &[&[&str]]) -> Result<String, serde_json::Error> {
     let mut rest = String::with_capacity(text.len());
     take_out(text, paths, &mut rest)?;

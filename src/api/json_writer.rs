@@ -1,8 +1,9 @@
 //! Writes JSON, field by field, into one buffer.
 //!
-//! Answers are mostly numbers, and one that holds a fit's answer takes it over byte for byte. Serde would need a body for
-//! everything that is written, and would read finished JSON again; here numbers go from the domain types to their text at once.
-//! The text is the one that serde writes: no white space, shortest numbers that read back as the same double.
+//! Answers are mostly numbers, and one that holds a fit's answer takes it over byte for byte. Serde
+//! would need a body for everything that is written, and would read finished JSON again; here
+//! numbers go from the domain types to their text at once. The text is the one that serde writes:
+//! no white space, shortest numbers that read back as the same double.
 
 use std::{io, sync::OnceLock};
 
@@ -39,7 +40,8 @@ pub struct Json {
     culprit: Option<String>,
 }
 
-/// Looks at what serde writes: a field that does not exist is left out, so a `null` in its place is a number that is not finite.
+/// Looks at what serde writes: a field that does not exist is left out, so a `null` in its place is
+/// a number that is not finite.
 struct Fields {
     /// The field that was begun last.
     key: String,
@@ -115,8 +117,8 @@ impl Json {
 
     /// Numbers with commas between them. `ends` is told where each one ends.
     ///
-    /// Several are formatted before they are copied: a copy that follows its number at once waits for the processor to put
-    /// the number's pieces together, which takes longer than writing them.
+    /// Several are formatted before they are copied: a copy that follows its number at once waits
+    /// for the processor to put the number's pieces together, which takes longer than writing them.
     fn numbers(&mut self, values: &[f64], mut ends: impl FnMut(usize)) {
         for (i, values) in values.chunks(TOGETHER).enumerate().asking(20 * TOGETHER) {
             self.finite &= values.iter().fold(true, |finite, value| finite & value.is_finite());
@@ -142,7 +144,8 @@ impl Json {
     }
 
     fn string(&mut self, value: &str) {
-        // Names and sentences hardly ever need an escape. (No early exit: many bytes are looked at together.)
+        // Names and sentences hardly ever need an escape. (No early exit: many bytes are looked at
+        // together.)
         let special = |byte: u8| (byte < b' ') | (byte == b'"') | (byte == b'\\');
         if value.bytes().fold(false, |found, byte| found | special(byte)) {
             self.serde(&value);
@@ -235,7 +238,8 @@ impl Object<'_> {
         self
     }
 
-    /// Values of a curve or surface: numbers, or points of `width` coordinates that stand end to end.
+    /// Values of a curve or surface: numbers, or points of `width` coordinates that stand end to
+    /// end.
     pub fn values(&mut self, name: &'static str, width: usize, flat: &[f64]) -> &mut Self {
         self.key(name).values(width, flat);
         self
@@ -247,8 +251,9 @@ impl Object<'_> {
         self
     }
 
-    /// Rows of a symmetric matrix: what stands below the diagonal is copied from above it, which is cheaper than writing
-    /// numbers again. (Rows that do not mirror each other bit by bit are written like any others.)
+    /// Rows of a symmetric matrix: what stands below the diagonal is copied from above it, which is
+    /// cheaper than writing numbers again. (Rows that do not mirror each other bit by bit are
+    /// written like any others.)
     pub fn symmetric_rows(&mut self, name: &'static str, rows: &[Vec<f64>]) -> &mut Self {
         let n = rows.len();
         let mirrored =
@@ -361,7 +366,8 @@ impl Object<'_> {
     }
 }
 
-/// Copies a number's text to the beginning of `to`: two pieces of a fixed size that may overlap, for most are about as long.
+/// Copies a number's text to the beginning of `to`: two pieces of a fixed size that may overlap,
+/// for most are about as long.
 #[inline]
 fn copy_short(to: &mut [u8], text: &[u8]) {
     let to = &mut to[..text.len()];

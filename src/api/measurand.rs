@@ -1,7 +1,7 @@
 //! What nodes are of, as it is written: the flank, the tooth, and what the axes mean.
 //!
-//! Quantities and units may be words of the caller's own. Only those known here are ever reckoned with; where a known one is needed
-//! and another is told, the request is refused.
+//! Quantities and units may be words of the caller's own. Only those known here are ever reckoned
+//! with; where a known one is needed and another is told, the request is refused.
 
 use std::sync::Arc;
 
@@ -41,7 +41,8 @@ impl Extra for MeasurandBody {
     const KEYS: &'static [&'static str] = &["flank", "tooth", "axes"];
 }
 
-/// What the axes of nodes mean: `u`, `v` and `z` of a surface, `x` and `y` of a curve, `y` of a measurement matrix.
+/// What the axes of nodes mean: `u`, `v` and `z` of a surface, `x` and `y` of a curve, `y` of a
+/// measurement matrix.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Axes, example = json!({
@@ -72,7 +73,8 @@ pub struct AxesBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = Axis)]
 pub struct AxisBody {
-    /// `roll_length` (with the unit `deg`: the roll angle), `diameter`, `face_width`, `deviation`, or a word of your own.
+    /// `roll_length` (with the unit `deg`: the roll angle), `diameter`, `face_width`, `deviation`,
+    /// or a word of your own.
     #[schema(value_type = String, min_length = 1, max_length = 200, example = "deviation")]
     pub quantity: ShortText,
     /// `mm`, `um`, `deg`, or a word of your own.
@@ -81,8 +83,9 @@ pub struct AxisBody {
     /// Of heights: what a positive one means. Default `material_out`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub positive: Option<PositiveName>,
-    /// Of heights that were measured as traces, each with a zero of its own: how many nodes each trace has, in the order of the nodes. A
-    /// correction then leaves aside what the nodes of a trace have in common. Left out where all heights count from one zero.
+    /// Of heights that were measured as traces, each with a zero of its own: how many nodes each
+    /// trace has, in the order of the nodes. A correction then leaves aside what the nodes of a
+    /// trace have in common. Left out where all heights count from one zero.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(example = json!([480, 480, 240]))]
     pub trace_lengths: Option<Vec<u32>>,
@@ -186,14 +189,16 @@ impl AxesBody {
         }
     }
 
-    /// The trace that each node belongs to, by numbers from 0; `None` where all heights count from one zero.
+    /// The trace that each node belongs to, by numbers from 0; `None` where all heights count from
+    /// one zero.
     pub fn traces(&self) -> Option<Vec<usize>> {
         let lengths = self.z.as_ref().or(self.y.as_ref())?.trace_lengths.as_ref()?;
         let each = lengths.iter().enumerate();
         Some(each.flat_map(|(trace, length)| std::iter::repeat_n(trace, *length as usize)).collect())
     }
 
-    /// What a height is multiplied with to be a deviation in µm, positive where material stands out: 1 where nothing is told.
+    /// What a height is multiplied with to be a deviation in µm, positive where material stands
+    /// out: 1 where nothing is told.
     pub fn deviation_factor(&self) -> Result<f64, String> {
         let Some(axis) = self.z.as_ref().or(self.y.as_ref()) else { return Ok(1.0) };
         let quantity = axis.quantity.as_str();
@@ -208,7 +213,8 @@ impl AxesBody {
         Ok(if axis.positive == Some(PositiveName::MaterialIn) { -unit } else { unit })
     }
 
-    /// What u is, with the factor that makes it what the coordinate is taken in; `None` where nothing is told.
+    /// What u is, with the factor that makes it what the coordinate is taken in; `None` where
+    /// nothing is told.
     pub fn profile(&self) -> Result<Option<(ProfileAxisName, f64)>, String> {
         let Some(axis) = &self.u else { return Ok(None) };
         match (axis.quantity.as_str(), axis.unit.as_str()) {

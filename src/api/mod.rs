@@ -1,6 +1,8 @@
-//! The wire: what is read from requests and written into answers, and how it becomes checked domain types.
+//! The wire: what is read from requests and written into answers, and how it becomes checked domain
+//! types.
 //!
-//! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the command line use it too.
+//! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the
+//! command line use it too.
 
 pub mod canonical;
 pub mod contract;

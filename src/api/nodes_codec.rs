@@ -39,7 +39,8 @@ pub enum CodecError {
     Nodes(Faults),
 }
 
-/// Nodes, laid out but not copied yet: what stands before the doubles, the doubles, and what follows them.
+/// Nodes, laid out but not copied yet: what stands before the doubles, the doubles, and what
+/// follows them.
 pub(super) struct Layout<'a> {
     pub head: Vec<u8>,
     pub doubles: Vec<&'a [f64]>,

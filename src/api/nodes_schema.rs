@@ -1,4 +1,5 @@
-//! Node sets in the OpenAPI document. Read by [`super::reader`] and written by [`super::nodes_text`], not by serde.
+//! Node sets in the OpenAPI document. Read by [`super::reader`] and written by
+//! [`super::nodes_text`], not by serde.
 
 use serde::Serialize;
 use utoipa::ToSchema;

@@ -113,8 +113,8 @@ impl Text {
     }
 }
 
-/// CSV with a header: `x,y`, `u,v,z` or the column names and `y`, then `weight` where there are weights. A missing
-/// node has an empty height.
+/// CSV with a header: `x,y`, `u,v,z` or the column names and `y`, then `weight` where there are
+/// weights. A missing node has an empty height.
 pub fn to_csv(nodes: Arc<Nodes>) -> Pieces {
     let mut names: Vec<String> = match &*nodes {
         Nodes::Curve(_) => vec!["x".into(), "y".into()],

@@ -1,7 +1,7 @@
 //! Errors as the contract gives them: `application/problem+json` (RFC 9457).
 //!
-//! `code` is stable and made for programs; `detail` is made for people. What happened inside (`cause`) is logged
-//! and never sent.
+//! `code` is stable and made for programs; `detail` is made for people. What happened inside
+//! (`cause`) is logged and never sent.
 
 use std::{borrow::Cow, fmt::Display};
 
@@ -27,7 +27,8 @@ pub struct Problem {
     /// Stable name of the kind of problem.
     #[schema(value_type = String, example = "invalid_request")]
     pub code: Cow<'static, str>,
-    /// What is wrong this time and what to do about it. Of faults in the request: the first with its place, and how many more there are.
+    /// What is wrong this time and what to do about it. Of faults in the request: the first with
+    /// its place, and how many more there are.
     pub detail: String,
     /// Every fault found in the request (the first 100), by its place.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -248,7 +249,8 @@ impl Problem {
         self
     }
 
-    /// A fit that was refused on the way of a larger request; `place` says where there its faults stand.
+    /// A fit that was refused on the way of a larger request; `place` says where there its faults
+    /// stand.
     pub fn of_fit(error: FitError, place: impl Fn(&str) -> String) -> Self {
         match error {
             FitError::Invalid(faults) => Problem::invalid(faults.moved(place)),
@@ -268,7 +270,8 @@ impl Problem {
             .caused_by(cause)
     }
 
-    /// 422: a number of the answer is beyond doubles, which data of sensible magnitude never lead to.
+    /// 422: a number of the answer is beyond doubles, which data of sensible magnitude never lead
+    /// to.
     pub fn not_finite(fault: NotFinite) -> Self {
         Problem::invalid(Faults::one("", fault.to_string()))
     }
@@ -286,7 +289,8 @@ impl Problem {
     }
 }
 
-/// Bytes of a detail and of a pointer that are sent; what a request says is not said again at any length.
+/// Bytes of a detail and of a pointer that are sent; what a request says is not said again at any
+/// length.
 const LONGEST: usize = 600;
 
 fn shortened(detail: &str) -> String {
@@ -318,7 +322,8 @@ impl From<FitError> for Problem {
                 ..Problem::new(
                     ProblemCode::RankDeficient,
                     format!(
-                        "The nodes determine only {rank} of {columns} coefficients; these terms depend on each other: {}. \
+                        "The nodes determine only {rank} of {columns} coefficients; these terms depend on each other: \
+                         {}. \
                          Spectral regularisation divides by the smallest eigenvalue, which is 0 here: ask for ridge, \
                          leave terms out, or measure more nodes.",
                         terms.join(", ")

@@ -44,10 +44,12 @@ pub struct RecordBody {
     /// changed later, and a `gear` of the request goes before it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
-    /// The request as it was posted. Where it has no points or nodes of its own, those of the iteration were taken.
+    /// The request as it was posted. Where it has no points or nodes of its own, those of the
+    /// iteration were taken.
     #[schema(value_type = Object)]
     pub request: Value,
-    /// What was answered; of a correction `nodes` and `result` only when included. Of a curve for example what `POST /v1/curves` answers to the request.
+    /// What was answered; of a correction `nodes` and `result` only when included. Of a curve for
+    /// example what `POST /v1/curves` answers to the request.
     #[schema(value_type = Object)]
     pub result: Value,
 }

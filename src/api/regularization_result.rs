@@ -29,8 +29,9 @@ pub struct RegularizationResult {
     /// L: how many of the smallest eigenvalues were regularised.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
-    /// λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent when nothing was regularised and where
-    /// there is none (truncated SVD, James–Stein, an attraction of infinite weight).
+    /// λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent when nothing
+    /// was regularised and where there is none (truncated SVD, James–Stein, an attraction of
+    /// infinite weight).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<f64>,
     /// Directions that a truncated singular value decomposition keeps.
@@ -48,8 +49,8 @@ pub struct RegularizationResult {
     pub gamma: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub criterion: Option<ChosenBy>,
-    /// What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for Tikhonov the directions are those of
-    /// matrix and penalty together, the most penalised first.
+    /// What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for
+    /// Tikhonov the directions are those of matrix and penalty together, the most penalised first.
     pub filter_factors: Vec<f64>,
     /// ‖B‖² (Eq. 41).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -66,7 +67,8 @@ pub struct RegularizationResult {
 #[schema(as = Choice)]
 pub struct ChoiceBody {
     pub criterion: ChosenBy,
-    /// The λ* that the criterion would choose, as an eigenvalue of the scaled Fisher information matrix.
+    /// The λ* that the criterion would choose, as an eigenvalue of the scaled Fisher information
+    /// matrix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<f64>,
     /// Condition number of the regularised matrix; left out where it is infinite.
@@ -74,8 +76,9 @@ pub struct ChoiceBody {
     pub condition: Option<f64>,
     /// ‖Â − Â_B‖ in the scaled columns.
     pub bias_norm: f64,
-    /// Predicted mean squared error of the coefficients in the scaled columns: good for comparing criteria on the same nodes. That of the chosen one is too
-    /// small, about 0.4 of the true error in simulations (docs/mathematics-notes.md).
+    /// Predicted mean squared error of the coefficients in the scaled columns: good for comparing
+    /// criteria on the same nodes. That of the chosen one is too small, about 0.4 of the true error
+    /// in simulations (docs/mathematics-notes.md).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_mse: Option<f64>,
     /// Root mean square of the residuals, in the unit of the heights.

@@ -75,19 +75,22 @@ pub struct RidgeRegularization {
     pub parameter: Option<ParameterBody>,
 }
 
-/// Tikhonov with a roughness penalty: the squared derivatives of order `order` of the fitted function, integrated over the
-/// domain in the caller's units, `w_u ∫∫ (∂ᵏf/∂uᵏ)² + w_v ∫∫ (∂ᵏf/∂vᵏ)²`. For a linear model: the squared differences of that order
-/// of neighbouring coefficients, in the order of the columns.
+/// Tikhonov with a roughness penalty: the squared derivatives of order `order` of the fitted
+/// function, integrated over the domain in the caller's units, `w_u ∫∫ (∂ᵏf/∂uᵏ)² + w_v ∫∫
+/// (∂ᵏf/∂vᵏ)²`. For a linear model: the squared differences of that order of neighbouring
+/// coefficients, in the order of the columns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TikhonovRegularization {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: TikhonovTag,
-    /// k, the order of the derivative: 0 the function itself, 1 its slope, 2 its bending, 3 the change of its bending.
+    /// k, the order of the derivative: 0 the function itself, 1 its slope, 2 its bending, 3 the
+    /// change of its bending.
     #[schema(minimum = 0, maximum = 3)]
     pub order: usize,
-    /// `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; none negative, one positive. Default all 1.
+    /// `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; none negative, one
+    /// positive. Default all 1.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1, max_items = 2)]
     pub weights: Option<Vec<f64>>,
@@ -118,12 +121,12 @@ pub struct JamesSteinRegularization {
     /// Which factor; without it that of James and Stein, 1 − (p−2) RSS/((ν+2) Q).
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub variant: Option<JamesSteinVariant>,
-    /// The factor is not let below 0. Default true, but false with the variants `hoerl_kennard` and `efron_morris`, which name a
-    /// factor as it is.
+    /// The factor is not let below 0. Default true, but false with the variants `hoerl_kennard` and
+    /// `efron_morris`, which name a factor as it is.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub positive_part: Option<bool>,
-    /// T, in the order of the coefficients; default 0, for `efron_morris` the grand mean. With `standardized` the entry of the
-    /// constant takes no part.
+    /// T, in the order of the coefficients; default 0, for `efron_morris` the grand mean. With
+    /// `standardized` the entry of the constant takes no part.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub target: Option<Vec<f64>>,
 }
@@ -135,17 +138,18 @@ pub struct AttractionRegularization {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: AttractionTag,
-    /// T, in the order of the coefficients; such as those of the nominal flank. With `standardized` the entry of the constant takes
-    /// no part.
+    /// T, in the order of the coefficients; such as those of the nominal flank. With `standardized`
+    /// the entry of the constant takes no part.
     pub target: Vec<f64>,
     /// k. Default `optimal`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub parameter: Option<ParameterBody>,
 }
 
-/// Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (σ² of `noise_sigma` in its
-/// place where it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`: 1 − (p−2) RSS/((ν+2) Q), without a target
-/// toward the grand mean, which takes one direction (p−3). `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
+/// Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (σ² of
+/// `noise_sigma` in its place where it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`:
+/// 1 − (p−2) RSS/((ν+2) Q), without a target toward the grand mean, which takes one direction
+/// (p−3). `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JamesSteinVariant {

@@ -1,7 +1,8 @@
 //! The numbers of a recursive estimate as bytes, for the store.
 //!
-//! `FFS1`, the count of numbers (8 bytes), the numbers (little-endian doubles), then the columns' names as JSON (`null` where
-//! there are none). Bytes of another form are not read: the estimate is then made again from the nodes.
+//! `FFS1`, the count of numbers (8 bytes), the numbers (little-endian doubles), then the columns'
+//! names as JSON (`null` where there are none). Bytes of another form are not read: the estimate is
+//! then made again from the nodes.
 
 use flankfit_engine::estimation::state::State;
 

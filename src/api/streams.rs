@@ -24,8 +24,8 @@ use super::{
 use crate::jobs::{NewStream, Stream, StreamDraft};
 use flankfit_engine::estimation::{Faults, Nodes, Recursive, near, words::counted};
 
-/// A stream to open: a fit request without nodes. `domain` must be given where the basis is mapped to it (Chebyshev, Legendre)
-/// or knots are equal spans over it.
+/// A stream to open: a fit request without nodes. `domain` must be given where the basis is mapped
+/// to it (Chebyshev, Legendre) or knots are equal spans over it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = NewStream)]
 pub struct NewStreamBody {
@@ -40,8 +40,8 @@ pub struct NewStreamBody {
 /// How long nodes are remembered, and what they are of.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Memory {
-    /// φ in (0, 1], default 1: every counted node multiplies the weights of all before it by φ. When the stream is finished all
-    /// nodes count in full.
+    /// φ in (0, 1], default 1: every counted node multiplies the weights of all before it by φ.
+    /// When the stream is finished all nodes count in full.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, maximum = 1)]
     pub forgetting_factor: Option<f64>,
@@ -65,11 +65,12 @@ impl Extra for Memory {
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = StreamBlock)]
 pub struct BlockBody {
-    /// 1 for the first block, one more for each. A block sent again with the same number and nodes is answered again and not
-    /// counted twice.
+    /// 1 for the first block, one more for each. A block sent again with the same number and nodes
+    /// is answered again and not counted twice.
     #[schema(minimum = 1)]
     pub sequence: u64,
-    /// One node to many, of one kind throughout the stream (scattered nodes and grids are one kind).
+    /// One node to many, of one kind throughout the stream (scattered nodes and grids are one
+    /// kind).
     pub nodes: NodesBody,
 }
 
@@ -90,8 +91,9 @@ pub struct EstimateBody {
     pub sequence: u64,
     /// Nodes posted so far, missing ones included.
     pub node_count: u64,
-    /// The fit of all nodes so far, but for what needs the nodes themselves (`max_abs`, single residuals, B). Absent, with a
-    /// warning that says why, while there are too few nodes or they do not determine the model.
+    /// The fit of all nodes so far, but for what needs the nodes themselves (`max_abs`, single
+    /// residuals, B). Absent, with a warning that says why, while there are too few nodes or they
+    /// do not determine the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<FitResultBody>,
     /// Why there is no result yet.
@@ -151,7 +153,8 @@ pub enum StreamStateName {
     Finished,
 }
 
-/// What is known of a measurement whose nodes came as a stream. All of it may be left out, and the body with it.
+/// What is known of a measurement whose nodes came as a stream. All of it may be left out, and the
+/// body with it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = StreamFinish)]

@@ -33,7 +33,8 @@ pub struct RandomizationRequest {
     /// With `nodes`: the box on which mapped bases live.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub domain: Option<DomainBody>,
-    /// The true A, one for each column; with `nodes` the least-squares estimate of their heights is assumed when not given.
+    /// The true A, one for each column; with `nodes` the least-squares estimate of their heights is
+    /// assumed when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<Vec<f64>>,
     /// Deviation of a height; with `nodes` that of their residuals is assumed when not given.
@@ -54,7 +55,8 @@ pub struct RandomizationRequest {
     pub scaling: Option<StudyScaling>,
 }
 
-/// Columns as they are (the paper's), or divided by their lengths and coefficients multiplied by them.
+/// Columns as they are (the paper's), or divided by their lengths and coefficients multiplied by
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StudyScaling {
@@ -197,7 +199,8 @@ fn measured(nodes: &RawValue, model: Option<&RawValue>, domain: Option<&RawValue
     })
 }
 
-/// Faults of the matrix, and of coefficients that were not given, are faults of the nodes they were made from.
+/// Faults of the matrix, and of coefficients that were not given, are faults of the nodes they were
+/// made from.
 fn about_nodes(faults: &Faults, coefficients_given: bool) -> Faults {
     let made =
         |pointer: &str| pointer.starts_with("/x") || (pointer.starts_with("/coefficients") && !coefficients_given);

@@ -71,7 +71,8 @@ pub struct Quartiles {
 /// What one way of estimating comes to; figures that do not exist in every repetition are absent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyFigures {
-    /// Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what regularisation makes of it.
+    /// Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
+    /// regularisation makes of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<Quartiles>,
     /// log₁₀ of its determinant.
@@ -110,7 +111,8 @@ pub struct StudyReferences {
     pub ridge: RegularizedReference,
 }
 
-/// A regularised estimate: figures of the default criterion (`min_mse`), and of every criterion in `choices`.
+/// A regularised estimate: figures of the default criterion (`min_mse`), and of every criterion in
+/// `choices`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RegularizedReference {
     /// L of the spectral schemes.
@@ -207,7 +209,8 @@ fn remark(along: Option<f64>) -> String {
         "randomising, like every regularisation, shrinks what lies along the eigenvector V₁ of the smallest eigenvalue";
     match along {
         Some(share) => format!(
-            "{SHRINKS}; here |V₁ᵀA|/‖A‖ = {share:.3e}, and an A that lies otherwise gives other figures with the same matrix"
+            "{SHRINKS}; here |V₁ᵀA|/‖A‖ = {share:.3e}, and an A that lies otherwise gives other figures with the same \
+             matrix"
         ),
         None => format!("{SHRINKS}; here A is 0, which no shrinking can harm"),
     }

@@ -1,4 +1,5 @@
-//! Texts and times in requests, checked where they are read: what passes is stored and answered as it is.
+//! Texts and times in requests, checked where they are read: what passes is stored and answered as
+//! it is.
 
 use std::collections::BTreeMap;
 
@@ -14,8 +15,8 @@ pub const LONG: usize = 4000;
 /// Tags of a job.
 pub const MOST_TAGS: usize = 50;
 
-/// A text of 1 to `MOST` characters that is not only white space. Line breaks and tabs may stand in long texts only, other control
-/// characters in none.
+/// A text of 1 to `MOST` characters that is not only white space. Line breaks and tabs may stand in
+/// long texts only, other control characters in none.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
 pub struct Text<const MOST: usize>(String);
@@ -61,7 +62,8 @@ impl<'de, const MOST: usize> Deserialize<'de> for Text<MOST> {
     }
 }
 
-/// What to say of a text with a control character (NUL, line break, escape …), which would spoil lists, tables and logs.
+/// What to say of a text with a control character (NUL, line break, escape …), which would spoil
+/// lists, tables and logs.
 pub fn control_character(text: &str, lines: bool) -> Option<String> {
     let wrong = |c: char| c.is_control() && !(lines && matches!(c, '\n' | '\r' | '\t'));
     let (place, found) = text.chars().enumerate().find(|(_, c)| wrong(*c))?;

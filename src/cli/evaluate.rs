@@ -32,23 +32,28 @@ use flankfit_engine::{
 
 #[derive(Debug, Args)]
 pub struct EvaluateArguments {
-    /// Curves (.mka) or values (.mew) of a gear tester, points (.csv, with --gear) or a REXS model; `-` reads standard input.
+    /// Curves (.mka) or values (.mew) of a gear tester, points (.csv, with --gear) or a REXS model;
+    /// `-` reads standard input.
     file: PathBuf,
     /// The gear as JSON, where the file does not say it or is not believed.
     #[arg(long, value_name = "FILE")]
     gear: Option<PathBuf>,
-    /// How to evaluate, as the `evaluation` of `POST /v1/gears/evaluate`; ranges that it leaves out are those of the file.
+    /// How to evaluate, as the `evaluation` of `POST /v1/gears/evaluate`; ranges that it leaves out
+    /// are those of the file.
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
-    /// Of a REXS model: the id of the gear whose topographies are evaluated. Without it the gears are listed.
+    /// Of a REXS model: the id of the gear whose topographies are evaluated. Without it the gears
+    /// are listed.
     #[arg(long, value_name = "ID")]
     component: Option<String>,
-    /// Print what `POST /v1/gears/evaluate` answers (of points and topographies: `POST /v1/gears/deviations`) instead of a table.
+    /// Print what `POST /v1/gears/evaluate` answers (of points and topographies: `POST
+    /// /v1/gears/deviations`) instead of a table.
     #[arg(long)]
     json: bool,
 }
 
-/// The table goes to standard output (exit code 0); what is wrong goes to standard error (exit code 1).
+/// The table goes to standard output (exit code 0); what is wrong goes to standard error (exit code
+/// 1).
 pub fn run(arguments: &EvaluateArguments) -> ExitCode {
     match text(arguments).and_then(|text| print(&text)) {
         Ok(()) => ExitCode::SUCCESS,

@@ -16,14 +16,15 @@ pub struct FitArguments {
     file: PathBuf,
 }
 
-/// The answer goes to standard output (exit code 0); a problem goes to standard error as JSON (exit code 1).
-/// Of a file that cannot be read one line tells.
+/// The answer goes to standard output (exit code 0); a problem goes to standard error as JSON (exit
+/// code 1). Of a file that cannot be read one line tells.
 pub fn run(arguments: &FitArguments) -> ExitCode {
     let text = match read(arguments) {
         Ok(text) => text,
         Err(error) => {
             eprintln!(
-                "flankfit: cannot read {} ({error}): name a file that holds a fit request as JSON, or - for standard input",
+                "flankfit: cannot read {} ({error}): name a file that holds a fit request as JSON, or - for standard \
+                 input",
                 arguments.file.display()
             );
             return ExitCode::FAILURE;

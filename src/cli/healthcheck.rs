@@ -34,9 +34,14 @@ pub fn run(arguments: &HealthcheckArguments) -> Result<(), CommandError> {
         .into();
     match agent.get(format!("http://{address}/healthz")).call() {
         Ok(_) => Ok(()),
-        Err(ureq::Error::StatusCode(status)) => Err(format!("the server at {address} answers with status {status}: see its log").into()),
+        Err(ureq::Error::StatusCode(status)) => Err(format!(
+            "the server at {address} answers with status {status}: see \
+            its log"
+        )
+        .into()),
         Err(error) => Err(format!(
-            "no server answers at {address} ({error}): start it with `flankfit serve`, or name its address with --bind or FLANKFIT_BIND"
+            "no server answers at {address} ({error}): start it with `flankfit serve`, or name its address with --bind \
+             or FLANKFIT_BIND"
         )
         .into()),
     }

@@ -35,7 +35,8 @@ enum Command {
     Fit(fit::FitArguments),
     /// Evaluate a file of a gear tester (.mka, .mew), offline, as a table.
     Evaluate(evaluate::EvaluateArguments),
-    /// Randomise a measurement matrix and show what that does to the estimate; by default on the profile of a flank.
+    /// Randomise a measurement matrix and show what that does to the estimate; by default on the
+    /// profile of a flank.
     Study(study::StudyArguments),
     /// Print the OpenAPI document.
     Openapi(openapi::OpenapiArguments),

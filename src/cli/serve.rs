@@ -11,11 +11,13 @@ pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
         prepare(settings.max_connections)?;
         let app = App::start(settings).await?;
         let address = app.address()?;
-        tracing::info!(%address, engine = crate::api::ENGINE, "listening on http://{address}, documentation at http://{address}/docs");
+        tracing::info!(%address, engine = crate::api::ENGINE, "listening on http://{address}, documentation at \
+            http://{address}/docs");
         app.serve(stop_signal()?).await;
         Ok(())
     });
-    // What was accepted has been answered or its grace is over: a fit that still runs is not waited for.
+    // What was accepted has been answered or its grace is over: a fit that still runs is not waited
+    // for.
     runtime.shutdown_background();
     outcome
 }
@@ -25,7 +27,8 @@ fn connection_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
-/// Asks the system for handles for all connections, and for an error instead of the end where a file would become too large.
+/// Asks the system for handles for all connections, and for an error instead of the end where a
+/// file would become too large.
 fn prepare(connections: usize) -> std::io::Result<()> {
     #[cfg(unix)]
     {

@@ -1,7 +1,7 @@
 //! API keys, for servers that were started with some.
 //!
-//! The server knows digests only. Keys are long random tokens, so one round of SHA-256 is enough; the digests are
-//! compared without an early exit.
+//! The server knows digests only. Keys are long random tokens, so one round of SHA-256 is enough;
+//! the digests are compared without an early exit.
 
 use axum::http::{HeaderMap, header};
 use sha2::{Digest as _, Sha256};

@@ -1,9 +1,10 @@
 //! Request bodies: collected once, limited, decompressed.
 //!
-//! The limit counts decompressed bytes, and decompression stops where it is reached, so a small body that
-//! expands to gigabytes costs no more than the limit. Decompressing is processor work and belongs on the
-//! pool: a [`Payload`] carries the bytes as they came and is decoded there. Both the bytes as they came and the decompressed ones
-//! are weighed on the budget, together with the numbers that are read from them.
+//! The limit counts decompressed bytes, and decompression stops where it is reached, so a small
+//! body that expands to gigabytes costs no more than the limit. Decompressing is processor work and
+//! belongs on the pool: a [`Payload`] carries the bytes as they came and is decoded there. Both the
+//! bytes as they came and the decompressed ones are weighed on the budget, together with the
+//! numbers that are read from them.
 
 use std::{
     io::Read,
@@ -105,8 +106,8 @@ impl Payload {
         (self, seen)
     }
 
-    /// The decompressed bytes, with a permit for what is computed with them, and where their digest is to be noted. Processor work
-    /// for compressed bodies.
+    /// The decompressed bytes, with a permit for what is computed with them, and where their digest
+    /// is to be noted. Processor work for compressed bodies.
     pub fn unpack(self, limit: usize) -> Result<(Held<Bytes>, Option<Seen>), Problem> {
         let Payload { bytes, mut permit, numbers, encoding, seen, .. } = self;
         if encoding == Encoding::Identity {
@@ -152,7 +153,8 @@ impl Payload {
         }
     }
 
-    /// The digest of the decompressed bytes, of which no more than a piece is held at a time. Processor work.
+    /// The digest of the decompressed bytes, of which no more than a piece is held at a time.
+    /// Processor work.
     pub fn digest(self, limit: usize) -> Result<[u8; 32], Problem> {
         let mut digest = Sha256::new();
         self.encoding.pieces(&self.bytes, limit, |piece| {
@@ -171,7 +173,8 @@ pub fn add(digest: &mut Sha256, bytes: &[u8]) {
     }
 }
 
-/// What a number takes while something is computed with it: its value, its weight, its place in the matrix's rows, its residual.
+/// What a number takes while something is computed with it: its value, its weight, its place in the
+/// matrix's rows, its residual.
 const NUMBER: usize = 4 * size_of::<f64>();
 
 /// How many numbers are in a text, roughly: one begins after each comma.
@@ -269,7 +272,8 @@ fn broken(form: &str, error: &std::io::Error) -> Problem {
     Problem::new(ProblemCode::MalformedBody, format!("The {form} stream of the body is broken: {error}."))
 }
 
-/// The bytes of a body, with a permit for each chunk before the next one is asked for, and how much they hold of what `count` counts.
+/// The bytes of a body, with a permit for each chunk before the next one is asked for, and how much
+/// they hold of what `count` counts.
 async fn collect(
     request: Request,
     limit: usize,
@@ -284,7 +288,8 @@ async fn collect(
     if declared.is_some_and(|length| length > limit as u64) {
         return Err(too_large(limit));
     }
-    // What is declared must fit now, but is taken only as it comes: a client that declares and does not send holds nothing.
+    // What is declared must fit now, but is taken only as it comes: a client that declares and does
+    // not send holds nothing.
     let declared = declared.map(|length| length as usize);
     permit.check(declared.unwrap_or(0))?;
     let mut body: Body = request.into_body();
@@ -299,8 +304,8 @@ async fn collect(
         return Ok((first, numbers));
     }
     let mut whole = Vec::new();
-    // Room that is not written to costs nothing: that of the declared length is taken at once, so that a big body is neither
-    // copied nor held twice while it grows.
+    // Room that is not written to costs nothing: that of the declared length is taken at once, so
+    // that a big body is neither copied nor held twice while it grows.
     reserve(&mut whole, declared.unwrap_or(0).max(first.len()))?;
     whole.extend_from_slice(&first);
     drop(first);

@@ -1,7 +1,9 @@
-//! A budget of bytes: bodies as they were sent and unpacked, what is made of them, answers that are not sent yet.
+//! A budget of bytes: bodies as they were sent and unpacked, what is made of them, answers that are
+//! not sent yet.
 //!
-//! Whoever holds such bytes has a [`Permit`] for them, taken before the bytes are there and given back when it is dropped. Nobody waits
-//! for one: what does not fit is refused at once (503, or 413 for what would never fit), so that overload costs no memory.
+//! Whoever holds such bytes has a [`Permit`] for them, taken before the bytes are there and given
+//! back when it is dropped. Nobody waits for one: what does not fit is refused at once (503, or 413
+//! for what would never fit), so that overload costs no memory.
 
 use std::{
     ops::Deref,
@@ -20,7 +22,8 @@ use crate::{
 
 /// Whoever holds no more than this may also take of what is kept for such.
 const SMALL: usize = 64 << 10;
-/// The part of the budget that is kept for small ones, so that a few large bodies do not shut everybody out.
+/// The part of the budget that is kept for small ones, so that a few large bodies do not shut
+/// everybody out.
 const KEPT_FOR_SMALL: usize = 16;
 
 /// Why something was refused, as a label.

@@ -1,4 +1,5 @@
-//! Connections that would stay open for ever hear here that the server stops, and the server waits for them.
+//! Connections that would stay open for ever hear here that the server stops, and the server waits
+//! for them.
 
 use tokio::sync::watch;
 

@@ -1,8 +1,10 @@
-//! Where a fit request is worked on: a short one here, on the thread that serves its connection, any other on the pool.
+//! Where a fit request is worked on: a short one here, on the thread that serves its connection,
+//! any other on the pool.
 //!
-//! Handing work to another thread and its answer back costs two wakings, about as much as a small fit itself. A small one is
-//! therefore done at once if the pool has a worker to spare, whose place it takes meanwhile, so that no more fits run than there
-//! are workers. When none is to spare it waits its turn on the pool like all others, or is refused.
+//! Handing work to another thread and its answer back costs two wakings, about as much as a small
+//! fit itself. A small one is therefore done at once if the pool has a worker to spare, whose place
+//! it takes meanwhile, so that no more fits run than there are workers. When none is to spare it
+//! waits its turn on the pool like all others, or is refused.
 
 use serde::de::DeserializeOwned;
 
@@ -21,7 +23,8 @@ use flankfit_engine::estimation::{self, FitSpec, Nodes};
 /// Longest body that is read on a thread that serves connections: some tens of microseconds.
 const SHORT_BODY: usize = 64 << 10;
 
-/// Reads a fit request in either form and does `work` with it. What comes of it has the permit for the request's nodes.
+/// Reads a fit request in either form and does `work` with it. What comes of it has the permit for
+/// the request's nodes.
 pub async fn read_and<E, T>(
     state: &AppState,
     payload: Payload,
@@ -61,7 +64,8 @@ pub async fn read_json<T: Send + 'static>(
     state.pool.run(move || work(&payload.into_json(limit)?)).await?
 }
 
-/// Does `work` with a JSON body on the pool, as far as there is room for what it makes; that is weighed until it has been sent.
+/// Does `work` with a JSON body on the pool, as far as there is room for what it makes; that is
+/// weighed until it has been sent.
 pub async fn read_json_in_room(
     state: &AppState,
     payload: Payload,
@@ -78,7 +82,8 @@ pub async fn read_json_in_room(
 /// Longest body that is read where it has arrived, if nothing long is done with it.
 const SMALL_JSON: usize = 16 << 10;
 
-/// Reads a JSON body with which nothing long is done: a short plain one here, any other on the pool.
+/// Reads a JSON body with which nothing long is done: a short plain one here, any other on the
+/// pool.
 pub async fn read_small_json<T: Send + 'static>(
     state: &AppState,
     payload: Payload,

@@ -1,4 +1,5 @@
-//! `ETag`, `If-Match` and `If-None-Match`. The tag of a job or an iteration is its version, which moves on with every change.
+//! `ETag`, `If-Match` and `If-None-Match`. The tag of a job or an iteration is its version, which
+//! moves on with every change.
 
 use axum::{
     body::Body,
@@ -34,8 +35,8 @@ pub fn content_tag(bytes: &[u8]) -> Option<HeaderValue> {
 
 /// What the request's `If-Match` says the caller has seen.
 ///
-/// `*` and no header ask for nothing (a resource that does not exist is a 404 anyway). Weak tags and tags that were never given
-/// match no version, so they lead to a 412.
+/// `*` and no header ask for nothing (a resource that does not exist is a 404 anyway). Weak tags
+/// and tags that were never given match no version, so they lead to a 412.
 pub struct IfMatch(pub Precondition);
 
 impl FromRequestParts<AppState> for IfMatch {
@@ -72,7 +73,8 @@ pub async fn not_modified(request: Request, next: Next) -> Response {
         return response;
     }
     *response.status_mut() = StatusCode::NOT_MODIFIED;
-    // What the answer itself would say; an empty one is not compressed, so nobody else says it (RFC 9110, 15.4.5).
+    // What the answer itself would say; an empty one is not compressed, so nobody else says it (RFC
+    // 9110, 15.4.5).
     response.headers_mut().append(header::VARY, HeaderValue::from_static("accept-encoding"));
     *response.body_mut() = Body::empty();
     for name in [header::CONTENT_TYPE, header::CONTENT_LENGTH, header::CONTENT_ENCODING, header::CONTENT_DISPOSITION] {

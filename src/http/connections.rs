@@ -1,7 +1,9 @@
-//! Every open connection: how many there may be, what each is doing, and which of them gives way when there are too many.
+//! Every open connection: how many there may be, what each is doing, and which of them gives way
+//! when there are too many.
 //!
-//! A connection waits for its first request, is idle between two, or is at work. When all places are taken, the one that has been
-//! without a request for longest is closed for the next client; where all are at work, new clients wait in the system's queue.
+//! A connection waits for its first request, is idle between two, or is at work. When all places
+//! are taken, the one that has been without a request for longest is closed for the next client;
+//! where all are at work, new clients wait in the system's queue.
 
 use std::{
     collections::HashMap,
@@ -116,7 +118,8 @@ impl Connections {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ready when there is a place, which the longest idle connection is asked for if all are taken.
+    /// Ready when there is a place, which the longest idle connection is asked for if all are
+    /// taken.
     pub async fn room(&self) {
         loop {
             {

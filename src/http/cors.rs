@@ -1,4 +1,5 @@
-//! Requests of web pages that come from elsewhere: only from origins that the settings name, and never with cookies.
+//! Requests of web pages that come from elsewhere: only from origins that the settings name, and
+//! never with cookies.
 
 use std::time::Duration;
 
@@ -11,7 +12,8 @@ use crate::config::Origin;
 /// How long a browser may keep what a preflight was told.
 const KEPT: Duration = Duration::from_secs(600);
 
-/// The layer for these origins; none where there are none. It answers preflights itself, so they need no key.
+/// The layer for these origins; none where there are none. It answers preflights itself, so they
+/// need no key.
 pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
     if origins.is_empty() {
         return None;

@@ -1,4 +1,5 @@
-//! `/v1/curves`: curves through or near points, evaluated, and as files of CAD systems; nothing is stored.
+//! `/v1/curves`: curves through or near points, evaluated, and as files of CAD systems; nothing is
+//! stored.
 
 use axum::{extract::State, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -25,8 +26,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Builds a curve through or near points, with a report on its stability; stores nothing.
 ///
-/// By interpolation (polynomials, Hermite, splines, B-splines) or near the points (least squares, smoothing). The
-/// curve of the answer can be sent back as it is to the other operations of curves.
+/// By interpolation (polynomials, Hermite, splines, B-splines) or near the points (least squares,
+/// smoothing). The curve of the answer can be sent back as it is to the other operations of curves.
 #[utoipa::path(
     post, path = "/v1/curves", operation_id = "create_curve", tag = "curves",
     request_body(content = CurveRequest, description = "Points and the method that leads a curve through or near them."),

@@ -1,4 +1,5 @@
-//! The interactive documentation at `/docs`, from files inside the program: it works without internet.
+//! The interactive documentation at `/docs`, from files inside the program: it works without
+//! internet.
 
 use std::{io::Read, sync::Arc};
 
@@ -43,7 +44,8 @@ fn file(name: &str, asked: &HeaderMap, config: Arc<Config<'static>>) -> Result<R
     let headers = response.headers_mut();
     let media = HeaderValue::from_str(&file.content_type).map_err(Problem::internal)?;
     headers.insert(header::CONTENT_TYPE, media);
-    // The page and its settings are of this server; all else belongs to a version of the documentation's program.
+    // The page and its settings are of this server; all else belongs to a version of the
+    // documentation's program.
     if !matches!(name, "" | "index.html" | "swagger-initializer.js") {
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("public, max-age=604800"));
     }

@@ -1,8 +1,8 @@
 //! `GET /v1/jobs/{job_id}/events`: what happens to a job, as server-sent events.
 //!
-//! Events are read from the store in pages, after the last one sent: a client that reads slowly holds one page, whatever
-//! happens meanwhile, and one that comes back with `Last-Event-ID` goes on where it was. Being woken only says that it is worth
-//! looking.
+//! Events are read from the store in pages, after the last one sent: a client that reads slowly
+//! holds one page, whatever happens meanwhile, and one that comes back with `Last-Event-ID` goes on
+//! where it was. Being woken only says that it is worth looking.
 
 use std::{pin::Pin, time::Duration};
 
@@ -58,25 +58,30 @@ fn misread(from_header: bool) -> Problem {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct EventsQuery {
-    /// As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what happens from now on.
+    /// As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what
+    /// happens from now on.
     last_event_id: Option<String>,
 }
 
-/// Sends what happens to a job: `iteration`, `fit`, `decision`, `stream`; from its beginning, or after `Last-Event-ID`.
+/// Sends what happens to a job: `iteration`, `fit`, `decision`, `stream`; from its beginning, or
+/// after `Last-Event-ID`.
 ///
-/// As server-sent events; the connection stays open, and a comment line is sent now and then to keep it so. The id of
-/// each event is its number within the job, from which a client that lost its connection goes on.
+/// As server-sent events; the connection stays open, and a comment line is sent now and then to
+/// keep it so. The id of each event is its number within the job, from which a client that lost its
+/// connection goes on.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/events", operation_id = "get_job_events", tag = "jobs",
     params(
         ("job_id" = Uuid, Path),
-        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event seen: sending goes on after it.", pattern = "^(latest|[0-9]{1,18})?$"),
+        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event seen: sending goes on after \
+            it.", pattern = "^(latest|[0-9]{1,18})?$"),
         EventsQuery
     ),
     responses(
         (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.", body = JobEventBody, content_type = "text/event-stream"),
         (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The query has something else in it, or `last_event_id` is not the id of an event.", body = Problem, content_type = "application/problem+json")
+        (status = 422, description = "The query has something else in it, or `last_event_id` is not the id of an \
+            event.", body = Problem, content_type = "application/problem+json")
     )
 )]
 async fn get_job_events(
@@ -95,7 +100,8 @@ async fn get_job_events(
     let after = match given.as_deref() {
         None | Some("") => 0,
         Some("latest") => last,
-        // An id beyond the last event is of another database, say of one before a backup was restored: everything is sent anew.
+        // An id beyond the last event is of another database, say of one before a backup was
+        // restored: everything is sent anew.
         Some(text) => text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| misread(from_header))?,
     };
     let listener = Listener {

@@ -36,7 +36,8 @@ impl<T: DeserializeOwned + Send> FromRequestParts<AppState> for PathOf<T> {
     }
 }
 
-/// What to say of a segment that could be read but is not how a number or an id is written: a thing has one address.
+/// What to say of a segment that could be read but is not how a number or an id is written: a thing
+/// has one address.
 fn unusual(name: &str, segment: &str) -> Option<String> {
     let number = segment.parse::<u32>().ok().map(|number| number.to_string());
     let id = Uuid::try_parse(segment).ok().map(|id| id.to_string());

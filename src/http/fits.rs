@@ -22,9 +22,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Fits a model to nodes and answers everything about the estimate; stores nothing.
 ///
-/// The answer has coefficients with standard errors and bias bounds, the spectrum of the Fisher information matrix,
-/// what every criterion for λ* would choose, and which columns nearly depend on each other. Without `regularization`,
-/// λ* is chosen by `min_mse`.
+/// The answer has coefficients with standard errors and bias bounds, the spectrum of the Fisher
+/// information matrix, what every criterion for λ* would choose, and which columns nearly depend on
+/// each other. Without `regularization`, λ* is chosen by `min_mse`.
 #[utoipa::path(
     post, path = "/v1/fits", operation_id = "create_fit", tag = "fits",
     request_body(

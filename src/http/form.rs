@@ -1,4 +1,5 @@
-//! `multipart/form-data` (RFC 7578, RFC 2046): a form that is in memory is cut into its parts, of which none is copied.
+//! `multipart/form-data` (RFC 7578, RFC 2046): a form that is in memory is cut into its parts, of
+//! which none is copied.
 
 use axum::body::Bytes;
 use memchr::memmem;
@@ -114,7 +115,8 @@ mod tests {
     #[test]
     fn parts_are_cut_at_the_boundary_and_not_copied() {
         let text = "before\r\n--x y \t\r\nContent-Disposition: form-data; name=\"a\"\r\n\r\n1\r\n--x\r\n\r\n--x y\r\n\
-                    content-disposition:form-data;name=b;filename=\"f.csv\"\r\nContent-Type: text/csv\r\n\r\n\r\n--x y\r\n\
+                    content-disposition:form-data;name=b;filename=\"f.csv\"\r\nContent-Type: text/csv\r\n\r\n\r\n--x \
+                    y\r\n\
                     \r\n--x y--\r\nafter";
         let form = Bytes::copy_from_slice(text.as_bytes());
         let [a, b, c] = parts(&form, TYPE).unwrap().try_into().unwrap();

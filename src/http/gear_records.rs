@@ -44,16 +44,18 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Keeps the deviations of measured points with an iteration.
 ///
-/// The points may be those of the iteration's own nodes or others of the same gear; the gear is that of the job
-/// unless the request has one.
+/// The points may be those of the iteration's own nodes or others of the same gear; the gear is
+/// that of the job unless the request has one.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/deviations", operation_id = "create_iteration_deviations", tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
+            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
-    request_body(content = DeviationsRequestBody, description = "Points or a grid; the gear is that of the job where the request has none."),
+    request_body(content = DeviationsRequestBody, description = "Points or a grid; the gear is that of the job where \
+        the request has none."),
     responses(
         (status = 201, description = "What `POST /v1/gears/deviations` answers, kept.", body = RecordBody, headers(("Location" = String, description = "Where the record is."))),
         (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
@@ -74,16 +76,18 @@ async fn create_iteration_deviations(
 
 /// Keeps the evaluation of measured traces with an iteration.
 ///
-/// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. The answer stays with the
-/// iteration as a record.
+/// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. The answer
+/// stays with the iteration as a record.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/evaluations", operation_id = "create_iteration_evaluation", tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
+            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
-    request_body(content = EvaluateBody, description = "Traces and how they are evaluated; the gear is that of the job where the request has none."),
+    request_body(content = EvaluateBody, description = "Traces and how they are evaluated; the gear is that of the job \
+        where the request has none."),
     responses(
         (status = 201, description = "What `POST /v1/gears/evaluate` answers, kept.", body = RecordBody, headers(("Location" = String, description = "Where the record is."))),
         (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
@@ -102,18 +106,21 @@ async fn create_iteration_evaluation(
     keep(state, place, "evaluations", key, payload, build).await
 }
 
-/// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and keeps them with it.
+/// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and
+/// keeps them with it.
 ///
-/// By a sensitivity matrix, or by the motions of a form grinder or generating grinder. It is compared with what the
-/// next iteration of the job measures.
+/// By a sensitivity matrix, or by the motions of a form grinder or generating grinder. It is
+/// compared with what the next iteration of the job measures.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "create_iteration_correction", tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
+            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
-    request_body(content = CorrectionRequestBody, description = "What the settings do, how far they may go, and how far that is trusted."),
+    request_body(content = CorrectionRequestBody, description = "What the settings do, how far they may go, and how \
+        far that is trusted."),
     responses(
         (status = 201, description = "The changes and what they should bring.", body = CorrectionBody, headers(("Location" = String, description = "Where the record is."))),
         (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
@@ -145,10 +152,12 @@ async fn create_iteration_correction(
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("include" = Option<Vec<KeptIncludeName>>, Query, style = Form, explode = false, description = "What is answered beside, names with commas between them.")
+        ("include" = Option<Vec<KeptIncludeName>>, Query, style = Form, explode = false, description = "What is \
+            answered beside, names with commas between them.")
     ),
     responses(
-        (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next iteration. As CSV a line for each setting, under the names of OPC UA for Geometrical Measuring Systems.", content((KeptCorrectionBody = "application/json"), (String = "text/csv"))),
+        (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next \
+            iteration. As CSV a line for each setting, under the names of OPC UA for Geometrical Measuring Systems.", content((KeptCorrectionBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem, content_type = "application/problem+json")
     )
 )]

@@ -1,4 +1,5 @@
-//! `/v1/gears`: what follows from a gear's data, its flanks and the evaluation of measured traces; nothing is stored.
+//! `/v1/gears`: what follows from a gear's data, its flanks and the evaluation of measured traces;
+//! nothing is stored.
 
 use axum::{extract::State, http::HeaderMap, response::Response};
 use serde::Serialize;
@@ -48,8 +49,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Tolerances of ISO 1328-1:2013 for a class.
 ///
-/// Of all nine characteristics, unrounded and as the tables of the standard print them. What lies outside the scope
-/// of the standard is refused.
+/// Of all nine characteristics, unrounded and as the tables of the standard print them. What lies
+/// outside the scope of the standard is refused.
 #[utoipa::path(
     post, path = "/v1/gears/tolerances", operation_id = "gear_tolerances", tag = "gears",
     request_body(content = TolerancesRequestBody, description = "A gear within the scope of the standard, and a class."),
@@ -61,21 +62,24 @@ async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Res
 
 /// Evaluates measured profiles and helices by ISO 1328-1:2013.
 ///
-/// Slope, form and total deviations of each trace with crowning and class, means over the teeth, twist, and the
-/// second-order surface through the traces of a flank.
+/// Slope, form and total deviations of each trace with crowning and class, means over the teeth,
+/// twist, and the second-order surface through the traces of a flank.
 #[utoipa::path(
     post, path = "/v1/gears/evaluate", operation_id = "evaluate_gear", tag = "gears",
     request_body(content = EvaluateBody, description = "A gear, traces, and how they are to be evaluated."),
-    responses((status = 200, description = "Slopes, forms and totals in the order of the traces, means, twists and classes.", body = EvaluationBody))
+    responses((status = 200, description = "Slopes, forms and totals in the order of the traces, means, twists and \
+        classes.", body = EvaluationBody))
 )]
 async fn evaluate_gear(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     Ok(json(read_json(&state, payload, |text| evaluate::build(text, None, None)).await?.result))
 }
 
-/// Deviations of measured points from the nominal flanks, if asked after the part has been laid into the nominal one.
+/// Deviations of measured points from the nominal flanks, if asked after the part has been laid
+/// into the nominal one.
 ///
-/// Along the normal of the nominal or modified flank. With a registration, the motions of the part are estimated
-/// first, with standard errors, and those that the points do not tell apart are named.
+/// Along the normal of the nominal or modified flank. With a registration, the motions of the part
+/// are estimated first, with standard errors, and those that the points do not tell apart are
+/// named.
 #[utoipa::path(
     post, path = "/v1/gears/deviations", operation_id = "gear_deviations", tag = "gears",
     request_body(content = DeviationsRequestBody, description = "A gear and points, or deviations on a grid."),
@@ -87,8 +91,8 @@ async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Res
 
 /// Evaluates pitches of both flanks and run-out by ISO 1328-1:2013.
 ///
-/// From index deviations, angles or single pitches of each flank. The run-out is that of the readings, or follows
-/// from the pitches of both flanks.
+/// From index deviations, angles or single pitches of each flank. The run-out is that of the
+/// readings, or follows from the pitches of both flanks.
 #[utoipa::path(
     post, path = "/v1/gears/pitch", operation_id = "gear_pitch", tag = "gears",
     request_body(content = PitchRequestBody, description = "A gear, and where its flanks are."),
@@ -98,7 +102,8 @@ async fn gear_pitch(State(state): State<AppState>, payload: Payload) -> Result<R
     Ok(json(read_json(&state, payload, pitch::answer).await?))
 }
 
-/// Fits the second-order surface of a flank's deviations: slopes, crownings and twist with standard errors and bias bounds.
+/// Fits the second-order surface of a flank's deviations: slopes, crownings and twist with standard
+/// errors and bias bounds.
 ///
 /// Over roll length and face width, by any estimator and regularisation of a fit.
 #[utoipa::path(
@@ -110,10 +115,11 @@ async fn gear_flank_surface(State(state): State<AppState>, payload: Payload) -> 
     Ok(json(read_json(&state, payload, |text| flank_surface::build(text, None)).await?.result))
 }
 
-/// Derives diameters, pitches, thicknesses and measures of a gear, with warnings such as undercut or a pointed tip.
+/// Derives diameters, pitches, thicknesses and measures of a gear, with warnings such as undercut
+/// or a pointed tip.
 ///
-/// By ISO 21771, for external and internal spur and helical gears, with span measurement and dimension over balls
-/// where they are asked for.
+/// By ISO 21771, for external and internal spur and helical gears, with span measurement and
+/// dimension over balls where they are asked for.
 #[utoipa::path(
     post, path = "/v1/gears/geometry", operation_id = "gear_geometry", tag = "gears",
     request_body(content = GeometryRequestBody, description = "A gear."),
@@ -125,13 +131,14 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
 
 /// Answers nodes of a nominal or modified flank with their normals.
 ///
-/// On a grid of roll lengths and face width positions, as JSON or, by `Accept: text/csv`, as points for a measuring
-/// machine.
+/// On a grid of roll lengths and face width positions, as JSON or, by `Accept: text/csv`, as points
+/// for a measuring machine.
 #[utoipa::path(
     post, path = "/v1/gears/flank", operation_id = "gear_flank", tag = "gears",
     request_body(content = FlankRequestBody, description = "A gear, a flank, and where its nodes lie."),
     responses(
-        (status = 200, description = "Points and unit normals. As CSV a line `id,x,y,z,i,j,k` for each node, row by row.", content((FlankBody = "application/json"), (String = "text/csv"))),
+        (status = 200, description = "Points and unit normals. As CSV a line `id,x,y,z,i,j,k` for each node, row by \
+            row.", content((FlankBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem, content_type = "application/problem+json")
     )
 )]
@@ -157,11 +164,12 @@ struct FileFormBody {
 
 /// Reads the gears that a file describes, as a job or any other request takes them.
 ///
-/// Takes a REXS model or curves of a gear tester. Gears for which the file does not say enough are named with what is
-/// missing.
+/// Takes a REXS model or curves of a gear tester. Gears for which the file does not say enough are
+/// named with what is missing.
 #[utoipa::path(
     post, path = "/v1/gears/read", operation_id = "read_gears", tag = "gears",
-    request_body(content = FileFormBody, content_type = "multipart/form-data", description = "A REXS model, or a file of a gear tester."),
+    request_body(content = FileFormBody, content_type = "multipart/form-data", description = "A REXS model, or a file \
+        of a gear tester."),
     responses((status = 200, description = "The gears, and what they lack.", body = GearsOfFileBody))
 )]
 async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
@@ -177,10 +185,11 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
     Ok(json(state.pool.run(work).await??))
 }
 
-/// Answers the transverse section of a tooth with its fillets, closed, and if asked of the whole gear.
+/// Answers the transverse section of a tooth with its fillets, closed, and if asked of the whole
+/// gear.
 ///
-/// As a polygon of the tip arc, involutes, fillets and the root arc; the fillets are those that the gear's tool
-/// generates.
+/// As a polygon of the tip arc, involutes, fillets and the root arc; the fillets are those that the
+/// gear's tool generates.
 #[utoipa::path(
     post, path = "/v1/gears/profile", operation_id = "gear_profile", tag = "gears",
     request_body(content = ProfileRequestBody, description = "A gear, and how finely."),
@@ -192,8 +201,8 @@ async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result
 
 /// Envelops the profile of any tool numerically.
 ///
-/// Of a rack or a pinion that rolls with the gear, given by points of its profile. The answer is the part of the
-/// gear's tooth space that the tool leaves, between two radii.
+/// Of a rack or a pinion that rolls with the gear, given by points of its profile. The answer is
+/// the part of the gear's tooth space that the tool leaves, between two radii.
 #[utoipa::path(
     post, path = "/v1/gears/envelope", operation_id = "gear_envelope", tag = "gears",
     request_body(content = EnvelopeRequestBody, description = "A tool's profile and its motion."),

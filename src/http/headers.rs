@@ -11,7 +11,8 @@ use axum::{
 const NO_STORE: HeaderValue = HeaderValue::from_static("no-store");
 /// Answers with a tag: kept by the client alone, and asked about before each use.
 const ASK_FIRST: HeaderValue = HeaderValue::from_static("private, no-cache");
-/// Pages load nothing from elsewhere and stand in no frame. The documentation sets styles from its script, and has pictures in them.
+/// Pages load nothing from elsewhere and stand in no frame. The documentation sets styles from its
+/// script, and has pictures in them.
 const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
      connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
@@ -41,8 +42,9 @@ fn complete(headers: &mut HeaderMap, reads: bool, status: StatusCode) {
     }
 }
 
-/// Leaves of the encodings that a client takes those that are offered. Where none is, or even the answer as it is would not be taken, it goes
-/// as it is (RFC 9110, 12.5.3): a 406 after the work has been done, and perhaps stored, would help nobody.
+/// Leaves of the encodings that a client takes those that are offered. Where none is, or even the
+/// answer as it is would not be taken, it goes as it is (RFC 9110, 12.5.3): a 406 after the work
+/// has been done, and perhaps stored, would help nobody.
 pub async fn offered_encodings(mut request: Request, next: Next) -> Response {
     let headers = request.headers_mut();
     let values = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());

@@ -1,7 +1,8 @@
 //! POSTs that store: done once for a key.
 //!
-//! A client that goes away while its answer is computed takes its request along, and the key is free again: asked once more, the work is
-//! done anew. What the store has been given is stored all the same, and the key stays claimed until it is.
+//! A client that goes away while its answer is computed takes its request along, and the key is
+//! free again: asked once more, the work is done anew. What the store has been given is stored all
+//! the same, and the key stays claimed until it is.
 
 use axum::{
     extract::FromRequestParts,
@@ -69,8 +70,8 @@ impl Known {
     }
 }
 
-/// Does the work of a POST. With a key whose first answer is kept, that answer is given again; with a key whose first request
-/// still runs, or was another one, the request is refused.
+/// Does the work of a POST. With a key whose first answer is kept, that answer is given again; with
+/// a key whose first request still runs, or was another one, the request is refused.
 pub async fn once<W, F>(
     state: AppState,
     key: IdempotencyKey,

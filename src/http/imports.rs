@@ -42,20 +42,22 @@ struct ImportFormBody {
 
 /// Makes an iteration of a file of a gear tester, of points or of a REXS model.
 ///
-/// The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the normal), those of the
-/// evaluation range, fitted by a second-order surface or what they tell of it; all traces are evaluated, and the evaluation
-/// is kept with it. Of points and of a model's topographies the deviations are kept. A file of another gear than the job's is
-/// refused.
+/// The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the
+/// normal), those of the evaluation range, fitted by a second-order surface or what they tell of
+/// it; all traces are evaluated, and the evaluation is kept with it. Of points and of a model's
+/// topographies the deviations are kept. A file of another gear than the job's is refused.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/import", operation_id = "import_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), IdempotencyKey),
-    request_body(content = ImportFormBody, content_type = "multipart/form-data", description = "The file, and what is said of it."),
+    request_body(content = ImportFormBody, content_type = "multipart/form-data", description = "The file, and what is \
+        said of it."),
     responses(
         (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = NewIterationBody, headers(
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
-        (status = 409, description = "The first request with this idempotency key is still running, or the gear of the job was changed meanwhile.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "The first request with this idempotency key is still running, or the gear of the \
+            job was changed meanwhile.", body = Problem, content_type = "application/problem+json")
     )
 )]
 async fn import_iteration(

@@ -1,7 +1,9 @@
-//! Answers that are made as they are sent: each piece by a worker, when the client has taken the one before.
+//! Answers that are made as they are sent: each piece by a worker, when the client has taken the
+//! one before.
 //!
-//! No worker waits for a client, however slowly it reads; what the file is made of stays in memory meanwhile and is weighed on the
-//! budget. The first piece is made before the answer begins, so that a refusal still is a problem of its own.
+//! No worker waits for a client, however slowly it reads; what the file is made of stays in memory
+//! meanwhile and is weighed on the budget. The first piece is made before the answer begins, so
+//! that a refusal still is a problem of its own.
 
 use std::{
     io,
@@ -52,7 +54,8 @@ impl Rest {
             match self.state.pool.run(work).await {
                 Ok(piece) => return Ok(piece),
                 Err(PoolError::Full { .. }) => tokio::time::sleep(QUEUE_PAUSE).await,
-                // the connection ends without the end of the answer, so that nobody takes it for whole
+                // the connection ends without the end of the answer, so that nobody takes it for
+                // whole
                 Err(error) => return Err(io::Error::other(error)),
             }
         }

@@ -1,4 +1,5 @@
-//! The query parameter `include`: what is answered beside the short default, names with commas between them.
+//! The query parameter `include`: what is answered beside the short default, names with commas
+//! between them.
 
 use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::Value;

@@ -46,8 +46,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Fits nodes and keeps both, in one transaction, as the job's next iteration.
 ///
-/// The fit is answered at once and stands until another one is chosen. A request that is repeated with the same
-/// `Idempotency-Key` gets the first answer and stores nothing.
+/// The fit is answered at once and stands until another one is chosen. A request that is repeated
+/// with the same `Idempotency-Key` gets the first answer and stores nothing.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations", operation_id = "create_iteration", tag = "iterations",
     params(
@@ -116,7 +116,8 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
 
 /// An iteration with the figures of its fits.
 ///
-/// It names the last hundred of its fits; `GET …/fits` lists all of them, `GET …/fits/{fit_id}` has each in full.
+/// It names the last hundred of its fits; `GET …/fits` lists all of them, `GET …/fits/{fit_id}` has
+/// each in full.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "get_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path)),

@@ -114,15 +114,16 @@ async fn list_iteration_fits(
 
 /// A fit in full, as it was answered when it was made.
 ///
-/// What is included beside is computed from the stored nodes and added; what is stored stays as it is, byte for byte. `spec` can be sent back,
-/// changed, as a refit.
+/// What is included beside is computed from the stored nodes and added; what is stored stays as it
+/// is, byte for byte. `spec` can be sent back, changed, as a refit.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", operation_id = "get_iteration_fit", tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
         ("fit_id" = Uuid, Path),
-        ("include" = Option<Vec<IncludeName>>, Query, style = Form, explode = false, description = "What is answered beside, names with commas between them.")
+        ("include" = Option<Vec<IncludeName>>, Query, style = Form, explode = false, description = "What is answered \
+            beside, names with commas between them.")
     ),
     responses(
         (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody, headers(("ETag" = String, description = "Changes when the fit is chosen and when another one is; nothing else of it does. With `include` there is none."))),
@@ -182,7 +183,8 @@ async fn choose_fit(
     Ok(present(&iteration))
 }
 
-/// Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores nothing.
+/// Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores
+/// nothing.
 ///
 /// It shows that an answer can be reproduced, with this or a later version of the program. There is
 /// nothing to be said: a body is empty or `{}`.

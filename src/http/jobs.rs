@@ -32,7 +32,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Creates a job.
 ///
-/// Iterations, streams and records belong to a job. Its gear is what corrections and evaluations refer to.
+/// Iterations, streams and records belong to a job. Its gear is what corrections and evaluations
+/// refer to.
 #[utoipa::path(
     post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(IdempotencyKey),
@@ -126,7 +127,8 @@ async fn update_job(
 
 /// Deletes a job that has no iterations.
 ///
-/// A job with iterations is kept for good, since its trace is the record of what was decided on a gear.
+/// A job with iterations is kept for good, since its trace is the record of what was decided on a
+/// gear.
 #[utoipa::path(
     delete, path = "/v1/jobs/{job_id}", operation_id = "delete_job", tag = "jobs",
     params(

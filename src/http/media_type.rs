@@ -1,4 +1,5 @@
-//! Header values of the form `value; name=value; name="value"`, such as `content-type` and `content-disposition`.
+//! Header values of the form `value; name=value; name="value"`, such as `content-type` and
+//! `content-disposition`.
 
 /// The value before the first semicolon, in lower case.
 pub fn essence(header: &str) -> String {
@@ -46,7 +47,8 @@ fn value(text: &str) -> (String, &str) {
     (value, "")
 }
 
-/// The character set that a text is said to have, where it is not UTF-8 (or ASCII, which is part of it).
+/// The character set that a text is said to have, where it is not UTF-8 (or ASCII, which is part of
+/// it).
 pub fn foreign_charset(header: &str) -> Option<String> {
     let name = parameter(header, "charset")?;
     let known = ["utf-8", "utf8", "us-ascii", "ascii"].iter().any(|known| name.eq_ignore_ascii_case(known));

@@ -1,4 +1,5 @@
-//! HTTP: one file per endpoint group, and what they share (bodies, problems, the layer around every request).
+//! HTTP: one file per endpoint group, and what they share (bodies, problems, the layer around every
+//! request).
 
 mod accept;
 pub mod auth;

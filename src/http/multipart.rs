@@ -1,4 +1,5 @@
-//! Fit requests as JSON or as `multipart/form-data` (part `spec`, part `nodes`), for every endpoint that takes nodes.
+//! Fit requests as JSON or as `multipart/form-data` (part `spec`, part `nodes`), for every endpoint
+//! that takes nodes.
 
 use axum::body::Bytes;
 use sha2::{Digest, Sha256};
@@ -15,7 +16,8 @@ use crate::api::{
 };
 use flankfit_engine::estimation::{FitSpec, Nodes};
 
-/// Decompresses and reads a fit request in either form, with the permit for what has been read. Processor work.
+/// Decompresses and reads a fit request in either form, with the permit for what has been read.
+/// Processor work.
 pub fn read_fit<E: Extra>(payload: Payload, limit: usize) -> Result<Held<(Nodes, FitSpec, E)>, Problem> {
     match payload.media().clone() {
         Media::Json => {

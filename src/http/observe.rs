@@ -1,6 +1,7 @@
 //! The one layer around every request: id, time limit, panics, metrics, log line.
 //!
-//! One function instead of a stack of layers: each request is looked at once on its way in and once on its way out.
+//! One function instead of a stack of layers: each request is looked at once on its way in and once
+//! on its way out.
 
 use std::{panic::AssertUnwindSafe, task::Poll, time::Instant};
 
@@ -97,7 +98,8 @@ fn names_host(request: &Request) -> Result<(), Problem> {
     Err(Problem::new(ProblemCode::MalformedRequest, "A request of HTTP/1.1 has one header `Host`."))
 }
 
-/// What happened inside, as loudly as somebody here must look at it: a client that leaves is nobody's fault here.
+/// What happened inside, as loudly as somebody here must look at it: a client that leaves is
+/// nobody's fault here.
 fn log_cause(id: &RequestId, problem: &Problem, cause: &str) {
     let (request_id, code) = (id.as_str(), &problem.code);
     match problem.status {

@@ -1,9 +1,11 @@
-//! The OpenAPI document: what the handlers declare, completed with what holds for every one of them.
+//! The OpenAPI document: what the handlers declare, completed with what holds for every one of
+//! them.
 //!
-//! Handlers declare what is theirs. Here every operation gains the refusals that the layers below it give
-//! (unreadable body, API key, timeouts, a full queue, …), the header `x-request-id`, and its examples; and
-//! optional properties lose the `null` that the generator writes for them, since absence is never written as `null`.
-//! What holds for the schemas, whoever declares them, is `api::contract`.
+//! Handlers declare what is theirs. Here every operation gains the refusals that the layers below
+//! it give (unreadable body, API key, timeouts, a full queue, …), the header `x-request-id`, and
+//! its examples; and optional properties lose the `null` that the generator writes for them, since
+//! absence is never written as `null`. What holds for the schemas, whoever declares them, is
+//! `api::contract`.
 
 use std::{collections::BTreeMap, sync::OnceLock};
 
@@ -45,8 +47,10 @@ use crate::api::{
         (name = "gears", description = "Gears: tolerances, flanks, deviations and evaluation; nothing is stored."),
         (name = "simulations", description = "Simulated machines and probes, kept as jobs."),
         (name = "jobs", description = "Gear jobs."),
-        (name = "iterations", description = "Iterations of a job: nodes, fits, λ* choices, decisions, and the trace of them all."),
-        (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an iteration in the end."),
+        (name = "iterations", description = "Iterations of a job: nodes, fits, λ* choices, decisions, and the trace of \
+            them all."),
+        (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an \
+            iteration in the end."),
         (name = "operation", description = "Health and metrics.")
     )
 )]
@@ -124,7 +128,8 @@ fn operations(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {
     [&mut item.get, &mut item.put, &mut item.post, &mut item.delete, &mut item.patch].into_iter().flatten()
 }
 
-/// Documents what the layers below a handler may answer, where the handler has not said more about it.
+/// Documents what the layers below a handler may answer, where the handler has not said more about
+/// it.
 fn refusals(path: &str, operation: &mut Operation) {
     let versioned = path.starts_with("/v1/");
     let body = operation.request_body.is_some();
@@ -258,7 +263,8 @@ fn form_parts(operation: &mut Operation, forms: &BTreeMap<String, Vec<String>>) 
     }
 }
 
-/// Takes `null` from the properties of objects, at every depth. Entries of arrays keep it: a grid's heights have it.
+/// Takes `null` from the properties of objects, at every depth. Entries of arrays keep it: a grid's
+/// heights have it.
 fn without_null(schema: &mut RefOr<Schema>) {
     let RefOr::T(schema) = schema else { return };
     match schema {

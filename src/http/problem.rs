@@ -12,7 +12,8 @@ use crate::{
 };
 
 impl IntoResponse for Problem {
-    /// The problem also travels as an extension, for [`super::observe`] to add the request id and log the cause.
+    /// The problem also travels as an extension, for [`super::observe`] to add the request id and
+    /// log the cause.
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
         let body = serde_json::to_vec(&self).unwrap_or_default();

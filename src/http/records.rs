@@ -1,4 +1,5 @@
-//! `…/iterations/{number}/records`: what is kept with an iteration beside its fits, curves and surfaces for example.
+//! `…/iterations/{number}/records`: what is kept with an iteration beside its fits, curves and
+//! surfaces for example.
 
 use std::sync::Arc;
 
@@ -120,7 +121,8 @@ async fn list_iteration_records(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
         ("record_id" = Uuid, Path),
-        ("include" = Option<Vec<KeptIncludeName>>, Query, style = Form, explode = false, description = "Of a correction, what is answered beside: names with commas between them.")
+        ("include" = Option<Vec<KeptIncludeName>>, Query, style = Form, explode = false, description = "Of a \
+            correction, what is answered beside: names with commas between them.")
     ),
     responses(
         (status = 200, description = "The record.", body = RecordBody),

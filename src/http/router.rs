@@ -1,4 +1,5 @@
-//! Every endpoint group in one place. Groups are built by `utoipa-axum`, so what is served is what is documented.
+//! Every endpoint group in one place. Groups are built by `utoipa-axum`, so what is served is what
+//! is documented.
 
 use axum::{Router, middleware};
 use tower::util::option_layer;
@@ -54,7 +55,8 @@ pub fn router(state: AppState) -> Router {
         .layer(middleware::from_fn_with_state(state.clone(), unsent::hold))
         .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
         .layer(middleware::from_fn(headers::protect))
-        // Answers are digits: the fastest level halves them, higher ones cost ten times as much for little.
+        // Answers are digits: the fastest level halves them, higher ones cost ten times as much for
+        // little.
         .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
         .layer(middleware::from_fn(headers::offered_encodings))
         .layer(option_layer(cors::layer(&state.settings.cors_origins)))

@@ -1,7 +1,7 @@
 //! Connections: accepted, served, and at the end finished within a grace.
 //!
-//! Beside what `axum::serve` does, a client that sends no request, or takes no answer, is let go after a while, idle connections give
-//! way to new clients, and a shutdown has a bound.
+//! Beside what `axum::serve` does, a client that sends no request, or takes no answer, is let go
+//! after a while, idle connections give way to new clients, and a shutdown has a bound.
 
 use std::{
     convert::Infallible,
@@ -74,8 +74,8 @@ pub fn connections(wanted: usize) -> usize {
     wanted
 }
 
-/// Serves until `stop` is ready, then closes idle connections, lets requests under way be answered, and returns
-/// when all are done or the grace is over.
+/// Serves until `stop` is ready, then closes idle connections, lets requests under way be answered,
+/// and returns when all are done or the grace is over.
 pub async fn serve(listener: TcpListener, router: Router, stop: impl Future<Output = ()>, limits: Limits) {
     let (stopping, stopped) = watch::channel(());
     let (done, open) = watch::channel(());

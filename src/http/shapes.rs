@@ -1,4 +1,5 @@
-//! `…/iterations/{number}/curves` and `…/surfaces`: shapes kept with an iteration, made of its nodes or of others.
+//! `…/iterations/{number}/curves` and `…/surfaces`: shapes kept with an iteration, made of its
+//! nodes or of others.
 
 use axum::{extract::State, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -35,9 +36,11 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
+            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
-    request_body(content = KeptCurveRequest, description = "A method, and points where the iteration's own are not meant."),
+    request_body(content = KeptCurveRequest, description = "A method, and points where the iteration's own are not \
+        meant."),
     responses(
         (status = 201, description = "The curve, kept.", body = RecordBody, headers(("Location" = String, description = "Where the curve is."))),
         (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
@@ -63,7 +66,8 @@ async fn create_iteration_curve(
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
+            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
     request_body(content = SurfaceRequest, description = "A method, and nodes where the iteration's own are not meant."),
     responses(

@@ -1,4 +1,5 @@
-//! `/v1/simulations`: machines that are corrected in a loop, each run kept as a job where that is asked for.
+//! `/v1/simulations`: machines that are corrected in a loop, each run kept as a job where that is
+//! asked for.
 
 use std::sync::Arc;
 
@@ -24,13 +25,16 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(simulate_closed_loop))
 }
 
-/// Simulates a machine whose settings are off: measured, corrected and machined again, by several ways to correct.
+/// Simulates a machine whose settings are off: measured, corrected and machined again, by several
+/// ways to correct.
 ///
-/// With `store` each way is kept as a job, all of them or none. The same seed gives the same answer.
+/// With `store` each way is kept as a job, all of them or none. The same seed gives the same
+/// answer.
 #[utoipa::path(
     post, path = "/v1/simulations/closed-loop", operation_id = "simulate_closed_loop", tag = "simulations",
     params(IdempotencyKey),
-    request_body(content = ClosedLoopBody, description = "The machine, the probe and the ways to correct; everything has a default."),
+    request_body(content = ClosedLoopBody, description = "The machine, the probe and the ways to correct; everything \
+        has a default."),
     responses(
         (status = 200, description = "Round by round what was measured and changed, and the jobs that keep it.", body = ClosedLoopResultBody),
         (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")

@@ -16,9 +16,11 @@ use tokio::{
 
 use super::connections::{Connection, Phase, Place};
 
-/// How long the head of a request may take: on a new connection from its beginning, later from its first byte.
+/// How long the head of a request may take: on a new connection from its beginning, later from its
+/// first byte.
 const HEAD: Duration = Duration::from_secs(10);
-/// How long a connection that is being closed goes on taking what its client still sends, so that the client can read its answer.
+/// How long a connection that is being closed goes on taking what its client still sends, so that
+/// the client can read its answer.
 const LINGER: Duration = Duration::from_secs(2);
 
 /// See the module's documentation.
@@ -117,7 +119,8 @@ impl AsyncWrite for Socket {
         if !self.connection().is_unread() {
             return Poll::Ready(Ok(()));
         }
-        // Closed with bytes unread, the system would tell the client to forget what it has not read itself.
+        // Closed with bytes unread, the system would tell the client to forget what it has not read
+        // itself.
         let clock = self.stuck.get_or_insert_with(|| Box::pin(tokio::time::sleep(LINGER)));
         if clock.as_mut().poll(cx).is_ready() {
             return Poll::Ready(Ok(()));

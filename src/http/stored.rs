@@ -8,7 +8,8 @@ use flankfit_engine::estimation::Nodes;
 
 /// Nodes of at most so many bytes are read without being asked for their length first.
 const SMALL: usize = 64 << 10;
-/// Times that stored bytes are in memory: as they are read, as nodes, and what is computed with them.
+/// Times that stored bytes are in memory: as they are read, as nodes, and what is computed with
+/// them.
 const COPIES: usize = 3;
 
 /// The nodes of an iteration, with a permit for what they take.

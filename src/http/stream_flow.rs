@@ -1,9 +1,12 @@
-//! The way of a block: in its turn, estimated, stored, answered. The same for requests and for WebSockets.
+//! The way of a block: in its turn, estimated, stored, answered. The same for requests and for
+//! WebSockets.
 //!
-//! A stream's slot is held from looking at its number to having stored the block, so of two clients that post the same block
-//! one counts; the store checks the number once more. The estimate moves on only when the block is stored: if storing fails, what
-//! is in memory is dropped and made again from what is stored. A client that leaves while its block is estimated takes the block along;
-//! from the moment the store has it, storing and what follows (the slot is held as long) do not depend on the client.
+//! A stream's slot is held from looking at its number to having stored the block, so of two clients
+//! that post the same block one counts; the store checks the number once more. The estimate moves
+//! on only when the block is stored: if storing fails, what is in memory is dropped and made again
+//! from what is stored. A client that leaves while its block is estimated takes the block along;
+//! from the moment the store has it, storing and what follows (the slot is held as long) do not
+//! depend on the client.
 
 use std::{sync::Arc, time::Instant};
 

@@ -1,8 +1,10 @@
-//! `GET /v1/streams/{stream_id}/ws`: blocks and their answers over a WebSocket, for probes that send node by node.
+//! `GET /v1/streams/{stream_id}/ws`: blocks and their answers over a WebSocket, for probes that
+//! send node by node.
 //!
-//! Messages are those of `POST /v1/streams/{stream_id}/nodes`, one answer for each, in order; a refusal is the problem that the
-//! request would have got, and the connection goes on. One block at a time: who sends faster is slowed down by the connection
-//! itself. A client that leaves takes the block that is being worked on along, unless the store has it already.
+//! Messages are those of `POST /v1/streams/{stream_id}/nodes`, one answer for each, in order; a
+//! refusal is the problem that the request would have got, and the connection goes on. One block at
+//! a time: who sends faster is slowed down by the connection itself. A client that leaves takes the
+//! block that is being worked on along, unless the store has it already.
 
 use std::time::Duration;
 
@@ -45,13 +47,14 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Opens a WebSocket on a stream: each message is a block, each answer an estimate or a problem.
 ///
-/// Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem comes as a JSON message
-/// with its `code`, and the connection goes on.
+/// Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem comes
+/// as a JSON message with its `code`, and the connection goes on.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}/ws", operation_id = "connect_stream", tag = "streams",
     params(("stream_id" = Uuid, Path)),
     responses(
-        (status = 101, description = "A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is closed when the stream is finished or deleted, and when the server stops."),
+        (status = 101, description = "A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is \
+            closed when the stream is finished or deleted, and when the server stops."),
         (status = 400, description = "Not a WebSocket request.", body = Problem, content_type = "application/problem+json"),
         (status = 403, description = "A web page of an origin that `--cors-origins` does not name.", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "The stream is finished.", body = Problem, content_type = "application/problem+json")
@@ -78,8 +81,8 @@ async fn connect_stream(
     Ok(upgrade.max_message_size(limit).max_frame_size(limit).on_upgrade(move |socket| serve(state, id, socket)))
 }
 
-/// Browsers ask nobody before they open a WebSocket; so the origin of the page is looked at here: this server's own, or a named one. What is
-/// no browser sends none.
+/// Browsers ask nobody before they open a WebSocket; so the origin of the page is looked at here:
+/// this server's own, or a named one. What is no browser sends none.
 fn may_connect(headers: &HeaderMap, allowed: &[Origin]) -> bool {
     let Some(origin) = headers.get(header::ORIGIN) else { return true };
     let Ok(origin) = origin.to_str() else { return false };
@@ -102,7 +105,8 @@ async fn serve(state: AppState, id: Uuid, mut socket: WebSocket) {
     let _guest = state.closing.guest("websocket");
     match talk(&state, id, &mut socket).await {
         End::Gone => {}
-        // The answer to a close is made when it is read, and goes out with the next look for a message (RFC 6455, 5.5.1).
+        // The answer to a close is made when it is read, and goes out with the next look for a
+        // message (RFC 6455, 5.5.1).
         End::Left => {
             let _gone = tokio::time::timeout(SEND, socket.recv()).await;
         }
@@ -171,8 +175,8 @@ async fn received(early: &mut Option<Message>, socket: &mut WebSocket) -> Option
     }
 }
 
-/// Ready when the client leaves. One block that it sends ahead is taken, so that its leaving is seen behind it only when that one's
-/// turn has come.
+/// Ready when the client leaves. One block that it sends ahead is taken, so that its leaving is
+/// seen behind it only when that one's turn has come.
 async fn left(socket: &mut WebSocket, early: &mut Option<Message>) {
     loop {
         match socket.recv().await {

@@ -1,4 +1,5 @@
-//! `/v1/jobs/{job_id}/streams` and `/v1/streams/{stream_id}`: nodes that arrive while the probe is still moving.
+//! `/v1/jobs/{job_id}/streams` and `/v1/streams/{stream_id}`: nodes that arrive while the probe is
+//! still moving.
 
 use axum::{extract::State, http::StatusCode, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -36,15 +37,16 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Opens a stream: what is fitted to nodes that are still to come.
 ///
-/// The spec is checked as far as it can be without nodes. Blocks of nodes follow, and in the end the stream becomes
-/// an iteration.
+/// The spec is checked as far as it can be without nodes. Blocks of nodes follow, and in the end
+/// the stream becomes an iteration.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/streams", operation_id = "create_stream", tag = "streams",
     params(
         ("job_id" = Uuid, Path),
         IdempotencyKey
     ),
-    request_body(content = NewStreamBody, description = "A fit request without nodes, and how long nodes are remembered."),
+    request_body(content = NewStreamBody, description = "A fit request without nodes, and how long nodes are \
+        remembered."),
     responses(
         (status = 201, description = "The stream, before its first block.", body = StreamBody, headers(
             ("Location" = String, description = "Where the stream is."),
@@ -97,20 +99,22 @@ async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> 
 
 /// Adds a block of nodes and answers the estimate of all nodes so far.
 ///
-/// Blocks are numbered by the client from 1. One that is sent again with the same nodes gets its first answer and
-/// does not count; one out of turn is refused with the number expected.
+/// Blocks are numbered by the client from 1. One that is sent again with the same nodes gets its
+/// first answer and does not count; one out of turn is refused with the number expected.
 #[utoipa::path(
     post, path = "/v1/streams/{stream_id}/nodes", operation_id = "add_stream_nodes", tag = "streams",
     params(
         ("stream_id" = Uuid, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response again. (Blocks are known by their number and nodes without it.)", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
+            again. (Blocks are known by their number and nodes without it.)", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
     request_body(content = BlockBody, description = "The block that comes next, or one that was sent before."),
     responses(
         (status = 200, description = "The estimate after this block. A block sent again gets its first answer again.", body = EstimateBody, headers(
             ("ETag" = String, description = "Version of the stream after this block.")
         )),
-        (status = 409, description = "Another block is expected next, the block was sent before with other nodes, or the stream is finished.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "Another block is expected next, the block was sent before with other nodes, or \
+            the stream is finished.", body = Problem, content_type = "application/problem+json")
     )
 )]
 async fn add_stream_nodes(
@@ -129,21 +133,23 @@ async fn add_stream_nodes(
 
 /// Makes the stream an iteration of its job: all nodes are fitted at once, each counting in full.
 ///
-/// Nothing is forgotten here: the forgetting factor is for the estimates while the stream is open. The iteration is
-/// answered as by `POST /v1/jobs/{job_id}/iterations`.
+/// Nothing is forgotten here: the forgetting factor is for the estimates while the stream is open.
+/// The iteration is answered as by `POST /v1/jobs/{job_id}/iterations`.
 #[utoipa::path(
     post, path = "/v1/streams/{stream_id}/finish", operation_id = "finish_stream", tag = "streams",
     params(
         ("stream_id" = Uuid, Path),
         IdempotencyKey
     ),
-    request_body(content = Option<FinishBody>, description = "What is known of the measurement; an empty body says nothing."),
+    request_body(content = Option<FinishBody>, description = "What is known of the measurement; an empty body says \
+        nothing."),
     responses(
         (status = 201, description = "The iteration, as if its nodes had been posted together.", body = NewIterationBody, headers(
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
-        (status = 409, description = "The stream is finished already, has no nodes, or the first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "The stream is finished already, has no nodes, or the first request with this \
+            idempotency key is still running.", body = Problem, content_type = "application/problem+json")
     )
 )]
 async fn finish_stream(

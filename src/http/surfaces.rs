@@ -1,4 +1,5 @@
-//! `/v1/surfaces`: surfaces through or near nodes and borders, evaluated, and as files of CAD and FE systems; nothing is stored.
+//! `/v1/surfaces`: surfaces through or near nodes and borders, evaluated, and as files of CAD and
+//! FE systems; nothing is stored.
 
 use axum::{extract::State, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -30,10 +31,12 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(export_surface))
 }
 
-/// Builds a surface through or near nodes, or between borders, with a report on how its patches meet; stores nothing.
+/// Builds a surface through or near nodes, or between borders, with a report on how its patches
+/// meet; stores nothing.
 ///
-/// By Coons, Gregory, Bézier and B-spline patches of borders, meshes and grids, or near scattered nodes by least
-/// squares. The surface of the answer can be sent back as it is to the other operations of surfaces.
+/// By Coons, Gregory, Bézier and B-spline patches of borders, meshes and grids, or near scattered
+/// nodes by least squares. The surface of the answer can be sent back as it is to the other
+/// operations of surfaces.
 #[utoipa::path(
     post, path = "/v1/surfaces", operation_id = "create_surface", tag = "surfaces",
     request_body(content = SurfaceRequest, description = "What the surface is made of, and how."),
@@ -45,10 +48,11 @@ async fn create_surface(State(state): State<AppState>, payload: Payload) -> Resu
     Ok(json(built.result))
 }
 
-/// Evaluates a surface at many parameters: values, derivatives, normals, fundamental forms, curvatures, area.
+/// Evaluates a surface at many parameters: values, derivatives, normals, fundamental forms,
+/// curvatures, area.
 ///
-/// Of whatever surface was answered or written down, at single parameters or on a grid of them. Parameters must lie
-/// within the surface's domain.
+/// Of whatever surface was answered or written down, at single parameters or on a grid of them.
+/// Parameters must lie within the surface's domain.
 #[utoipa::path(
     post, path = "/v1/surfaces/evaluate", operation_id = "evaluate_surface", tag = "surfaces",
     request_body(content = EvaluateSurfaceBody, description = "A surface and where."),
@@ -60,7 +64,8 @@ async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Re
 
 /// Finds the point of a surface that is closest to each given point.
 ///
-/// With distances, signed by the side that the normal points to, and the parameters of the points found.
+/// With distances, signed by the side that the normal points to, and the parameters of the points
+/// found.
 #[utoipa::path(
     post, path = "/v1/surfaces/closest-points", operation_id = "closest_points_of_surface", tag = "surfaces",
     request_body(content = ClosestOnSurfaceBody, description = "A surface and points."),
@@ -70,7 +75,8 @@ async fn closest_points_of_surface(State(state): State<AppState>, payload: Paylo
     Ok(json(read_json(&state, payload, surface_closest::answer).await?))
 }
 
-/// Writes a surface as a file: IGES 128 or STEP AP242 for CAD systems, OBJ, STL or VTK for looking, a mesh of quadrilaterals for FE systems.
+/// Writes a surface as a file: IGES 128 or STEP AP242 for CAD systems, OBJ, STL or VTK for looking,
+/// a mesh of quadrilaterals for FE systems.
 ///
 /// The answer is a file to be saved. CAD formats hold the exact surface, the others facets of it.
 #[utoipa::path(

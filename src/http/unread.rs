@@ -1,7 +1,8 @@
 //! Bodies of requests that were answered before they had been read.
 //!
-//! What is left of such a body stands before the next request on the connection. A short rest is read and forgotten; else the
-//! answer says that the connection closes, so that no client or proxy sends its next request into it.
+//! What is left of such a body stands before the next request on the connection. A short rest is
+//! read and forgotten; else the answer says that the connection closes, so that no client or proxy
+//! sends its next request into it.
 
 use std::{
     pin::Pin,
@@ -39,8 +40,8 @@ impl Rest {
         (Body::new(Watched { body: Some(body), rest: rest.clone() }), rest)
     }
 
-    /// Whether the connection can go on with its next request, after a short rest has been read. `expects`: the client has
-    /// asked whether it may send the body at all, and has not been told.
+    /// Whether the connection can go on with its next request, after a short rest has been read.
+    /// `expects`: the client has asked whether it may send the body at all, and has not been told.
     pub async fn is_read(&self, expects: bool) -> bool {
         let left = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(mut body) = left else { return true };

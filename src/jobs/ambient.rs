@@ -29,7 +29,8 @@ impl Clock for SystemClock {
     }
 }
 
-/// UUIDv7 with a counter, so that ids of one millisecond still ascend and a list in id order is a list in order of creation.
+/// UUIDv7 with a counter, so that ids of one millisecond still ascend and a list in id order is a
+/// list in order of creation.
 pub struct OrderedIds {
     context: Mutex<ContextV7>,
 }

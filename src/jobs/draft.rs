@@ -36,7 +36,8 @@ pub struct IterationDraft {
     pub made_by: Option<GearSeen>,
 }
 
-/// The gear of a job as it was when something was made by it: by the time that this is stored the job may have another one.
+/// The gear of a job as it was when something was made by it: by the time that this is stored the
+/// job may have another one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GearSeen(pub Option<String>);
 

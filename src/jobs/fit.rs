@@ -41,7 +41,8 @@ pub struct FitRecord {
     pub chosen: bool,
 }
 
-/// The figures by which λ* choices are told apart at a glance. A figure that does not exist (or is not finite) is `None`.
+/// The figures by which λ* choices are told apart at a glance. A figure that does not exist (or is
+/// not finite) is `None`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figures {
     pub lambda_star: Option<f64>,

@@ -1,8 +1,9 @@
 //! Idempotency keys: a client that lost an answer may ask again without storing twice.
 //!
-//! An answer is kept under (key, scope) in the same transaction as what it tells of, with a digest of its request; so the key
-//! works across restarts and never vouches for something that was not stored. Which keys are being worked on right now is kept
-//! in memory only: after a crash nothing is being worked on.
+//! An answer is kept under (key, scope) in the same transaction as what it tells of, with a digest
+//! of its request; so the key works across restarts and never vouches for something that was not
+//! stored. Which keys are being worked on right now is kept in memory only: after a crash nothing
+//! is being worked on.
 
 use std::{
     collections::HashSet,
@@ -31,11 +32,11 @@ pub struct Receipt {
     /// Method and path.
     pub scope: String,
     pub request_sha256: [u8; 32],
-    /// Writes the answer, once the store knows what only it can know. Runs inside the transaction, perhaps twice (a
-    /// transaction may have to be repeated): pure and quick.
+    /// Writes the answer, once the store knows what only it can know. Runs inside the transaction,
+    /// perhaps twice (a transaction may have to be repeated): pure and quick.
     pub answer: Box<dyn Fn(Stored) -> Answer + Send + Sync>,
-    /// Given back when the write has ended, one way or the other: until then the key is being worked on, also when the client
-    /// has left meanwhile.
+    /// Given back when the write has ended, one way or the other: until then the key is being
+    /// worked on, also when the client has left meanwhile.
     pub claim: Option<KeyClaim>,
 }
 

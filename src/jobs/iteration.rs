@@ -15,7 +15,8 @@ use super::{
 };
 use flankfit_engine::estimation::Nodes;
 
-/// What is stored when an iteration is added: nodes, first fit and the choice of that fit, all or nothing.
+/// What is stored when an iteration is added: nodes, first fit and the choice of that fit, all or
+/// nothing.
 #[derive(Clone, Debug)]
 pub struct NewIteration {
     pub id: Uuid,
@@ -122,7 +123,8 @@ pub struct Trace {
     pub next: Option<Cursor>,
 }
 
-/// An iteration as the trace tells it: fits, choices and rulings in the order in which they were made, of each the last [`MOST_TOLD`].
+/// An iteration as the trace tells it: fits, choices and rulings in the order in which they were
+/// made, of each the last [`MOST_TOLD`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracedIteration {
     pub id: Uuid,

@@ -1,7 +1,8 @@
 //! Estimates of open streams, kept in memory between blocks.
 //!
-//! What is here can be made again from the store, so it may be dropped at any time: the number of estimates and their size are
-//! bounded. A stream's slot is also the lock that puts its blocks in order.
+//! What is here can be made again from the store, so it may be dropped at any time: the number of
+//! estimates and their size are bounded. A stream's slot is also the lock that puts its blocks in
+//! order.
 
 use std::{
     collections::HashMap,

@@ -67,7 +67,8 @@ pub fn beyond(tooth: &str, teeth: u32) -> bool {
 /// Iterations after one, by their numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Later {
-    /// The first of the same flank and tooth; what neither of the two tells is the same, what one of them tells is not.
+    /// The first of the same flank and tooth; what neither of the two tells is the same, what one
+    /// of them tells is not.
     pub alike: Option<u32>,
     /// The first of any.
     pub any: Option<u32>,

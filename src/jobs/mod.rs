@@ -1,12 +1,14 @@
-//! Gear jobs and their trace: which nodes were measured, which fits were made of them, which λ* choice stands,
-//! and what was decided.
+//! Gear jobs and their trace: which nodes were measured, which fits were made of them, which λ*
+//! choice stands, and what was decided.
 //!
-//! A job collects iterations (measure, correct the machine, measure again). An iteration holds its nodes for good and one or
-//! more fits; which fit stands is the latest [`Choice`], and what followed is the latest [`Ruling`]. Choices and rulings are
-//! events: a change of mind is a new one, so the trace tells the whole story and nothing in it is ever overwritten.
+//! A job collects iterations (measure, correct the machine, measure again). An iteration holds its
+//! nodes for good and one or more fits; which fit stands is the latest [`Choice`], and what
+//! followed is the latest [`Ruling`]. Choices and rulings are events: a change of mind is a new
+//! one, so the trace tells the whole story and nothing in it is ever overwritten.
 //!
-//! This room knows neither SQL nor HTTP. Storage is the [`Repository`], and the ambient world (time, fresh ids) comes in through
-//! [`Clock`] and [`Ids`], so a test can hold all three in its hand. Fits are computed before anything is written and come here
+//! This room knows neither SQL nor HTTP. Storage is the [`Repository`], and the ambient world
+//! (time, fresh ids) comes in through [`Clock`] and [`Ids`], so a test can hold all three in its
+//! hand. Fits are computed before anything is written and come here
 //! [`Computed`]: no write ever waits for a fit.
 
 mod ambient;

@@ -1,5 +1,5 @@
-//! Pages of a list. A cursor names the last item seen, not a position, so a page neither repeats nor skips an item when
-//! others are added or deleted meanwhile.
+//! Pages of a list. A cursor names the last item seen, not a position, so a page neither repeats
+//! nor skips an item when others are added or deleted meanwhile.
 
 use uuid::Uuid;
 
@@ -99,7 +99,8 @@ pub struct Page<T> {
 }
 
 impl<T> Page<T> {
-    /// A page of at most `limit` items. One item more was asked for: it tells that there is a next page.
+    /// A page of at most `limit` items. One item more was asked for: it tells that there is a next
+    /// page.
     pub fn of(mut items: Vec<T>, limit: u32, id: impl Fn(&T) -> Uuid) -> Self {
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
         let more = items.len() > limit;

@@ -1,4 +1,5 @@
-//! What is kept with an iteration beside its fits: what was asked for and what was answered, for good.
+//! What is kept with an iteration beside its fits: what was asked for and what was answered, for
+//! good.
 
 use std::sync::Arc;
 

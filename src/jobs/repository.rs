@@ -105,8 +105,8 @@ impl Precondition {
 /// What the store's methods answer with.
 pub type RepositoryFuture<'a, T> = Pin<Box<dyn Future<Output = Result<T, RepositoryError>> + Send + 'a>>;
 
-/// The store. Every write is all or nothing, and is durable when its future is ready; a write that was begun is finished even
-/// if its future is dropped. Reads see one consistent state each.
+/// The store. Every write is all or nothing, and is durable when its future is ready; a write that
+/// was begun is finished even if its future is dropped. Reads see one consistent state each.
 pub trait Repository: Send + Sync + 'static {
     fn insert_job(&self, job: Job, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
     fn job(&self, id: Uuid) -> RepositoryFuture<'_, Job>;
@@ -170,9 +170,11 @@ pub trait Repository: Send + Sync + 'static {
 
     fn insert_stream(&self, stream: Arc<NewStream>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
     fn stream(&self, id: Uuid) -> RepositoryFuture<'_, Stream>;
-    /// The stream, its estimate as it was written down last, and the digest of its last block, in one state.
+    /// The stream, its estimate as it was written down last, and the digest of its last block, in
+    /// one state.
     fn stream_state(&self, id: Uuid) -> RepositoryFuture<'_, (Stream, Option<StreamState>, Option<[u8; 32]>)>;
-    /// Blocks after the one numbered `after`, in order: at least one where there is one, and no more than a few megabytes.
+    /// Blocks after the one numbered `after`, in order: at least one where there is one, and no
+    /// more than a few megabytes.
     fn blocks(&self, id: Uuid, after: u64) -> RepositoryFuture<'_, Vec<Block>>;
     /// Digest of one block.
     fn block_sha256(&self, id: Uuid, sequence: u64) -> RepositoryFuture<'_, Option<[u8; 32]>>;
@@ -191,7 +193,8 @@ pub trait Repository: Send + Sync + 'static {
     /// The answer kept under an idempotency key, with the digest of its request.
     fn answer(&self, key: String, scope: String) -> RepositoryFuture<'_, Option<([u8; 32], Answer)>>;
 
-    /// Forgets kept answers from before a time, the oldest first, at most so many; answers how many.
+    /// Forgets kept answers from before a time, the oldest first, at most so many; answers how
+    /// many.
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
 
     /// Stores jobs with their iterations and keeps the receipt, all or nothing.

@@ -16,7 +16,8 @@ use super::{
 const AT_A_TIME: u32 = 1000;
 
 impl Jobs {
-    /// Stores jobs with all their iterations, in one transaction; answers their ids. Without jobs only the answer to a keyed request is kept.
+    /// Stores jobs with all their iterations, in one transaction; answers their ids. Without jobs
+    /// only the answer to a keyed request is kept.
     pub async fn add_runs(
         &self,
         drafts: Vec<(JobDraft, Vec<IterationDraft>)>,

@@ -46,8 +46,8 @@ impl<T: Send + Sync + 'static> Keyed<T> {
 
 /// Jobs and everything that can be done with them.
 ///
-/// Whoever waits for a use case may leave at any time. What the store has taken is then finished all the same, with what follows from it
-/// (`to_the_end`); what it has not taken yet is not begun.
+/// Whoever waits for a use case may leave at any time. What the store has taken is then finished
+/// all the same, with what follows from it (`to_the_end`); what it has not taken yet is not begun.
 pub struct Jobs {
     pub(super) repository: Arc<dyn Repository>,
     pub(super) clock: Arc<dyn Clock>,
@@ -186,7 +186,8 @@ impl Jobs {
         self.repository.later(job, number).await
     }
 
-    /// The nodes of an iteration if they take at most so many bytes in the store, else how many they take.
+    /// The nodes of an iteration if they take at most so many bytes in the store, else how many
+    /// they take.
     pub async fn nodes_up_to(
         &self,
         job: Uuid,

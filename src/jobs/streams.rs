@@ -66,8 +66,9 @@ impl Jobs {
         self.repository.block_sha256(id, sequence).await
     }
 
-    /// Stores the next block of the stream in the slot and puts the stream as it is after it into the slot. The slot is held until
-    /// the store has answered, and is empty if it cannot be told whether the block is stored: then the stream is read again.
+    /// Stores the next block of the stream in the slot and puts the stream as it is after it into
+    /// the slot. The slot is held until the store has answered, and is empty if it cannot be told
+    /// whether the block is stored: then the stream is read again.
     pub async fn add_block(
         &self,
         mut slot: Slot,
@@ -134,7 +135,8 @@ impl Jobs {
         .await
     }
 
-    /// Deletes the stream in the slot with its blocks; an iteration that it has become stays. Afterwards the slot is empty.
+    /// Deletes the stream in the slot with its blocks; an iteration that it has become stays.
+    /// Afterwards the slot is empty.
     pub async fn delete_stream(
         &self,
         mut slot: Slot,

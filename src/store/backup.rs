@@ -30,8 +30,8 @@ pub enum BackupError {
     Damaged { path: PathBuf, finding: String },
 }
 
-/// Copies the database to a new file, in one read transaction (so it is one state of it), checks the copy and syncs it.
-/// The file appears under its name only when it is whole.
+/// Copies the database to a new file, in one read transaction (so it is one state of it), checks
+/// the copy and syncs it. The file appears under its name only when it is whole.
 pub async fn backup(settings: &StoreSettings, target: &Path) -> Result<(), BackupError> {
     if !settings.path().exists() {
         return Err(BackupError::NoSource(settings.path()));

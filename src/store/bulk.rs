@@ -1,8 +1,9 @@
 //! New iterations, many at once.
 //!
-//! This is the path that a measuring machine's every grid takes. The requests of a group are looked up together, numbered in memory
-//! and inserted by one prepared statement for each table, so that the way to the database and back is made a few times a group
-//! instead of a few times a request. Nobody else writes meanwhile, so a number read is a number free.
+//! This is the path that a measuring machine's every grid takes. The requests of a group are looked
+//! up together, numbered in memory and inserted by one prepared statement for each table, so that
+//! the way to the database and back is made a few times a group instead of a few times a request.
+//! Nobody else writes meanwhile, so a number read is a number free.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -219,7 +220,8 @@ fn insert_sql(rows: usize) -> String {
     let mut sql = String::with_capacity(512 + rows * 150);
     let tables = [
         (
-            "iterations (seq, id, job, number, measured_at, instrument, operator, note, created_at, flank, tooth, axes)",
+            "iterations (seq, id, job, number, measured_at, instrument, operator, note, created_at, flank, tooth, \
+             axes)",
             marks(12),
         ),
         ("nodes (iteration, count, data)", marks(3)),

@@ -15,16 +15,19 @@ pub enum OpenError {
     InMemory,
     /// SQLite's code 14.
     #[error(
-        "cannot open or create the database {path}: its directory must exist and be writable by the user that runs flankfit \
+        "cannot open or create the database {path}: its directory must exist and be writable by the user that runs \
+         flankfit \
          (beside the file SQLite keeps {path}-wal and {path}-shm); in a container, give the volume to that user", path = path.display()
     )]
     CannotOpen { path: PathBuf },
     /// SQLite's code 8.
-    #[error("the database {path} is read-only: the file and its directory must be writable by the user that runs flankfit", path = path.display())]
+    #[error("the database {path} is read-only: the file and its directory must be writable by the user that runs \
+        flankfit", path = path.display())]
     ReadOnly { path: PathBuf },
     /// Another process holds the lock.
     #[error(
-        "the database {path} is in use: another flankfit writes it (it holds {lock}); stop that one, or name another database with \
+        "the database {path} is in use: another flankfit writes it (it holds {lock}); stop that one, or name another \
+         database with \
          --database-url", path = path.display(), lock = lock.display()
     )]
     InUse { path: PathBuf, lock: PathBuf },

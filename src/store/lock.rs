@@ -1,9 +1,10 @@
 //! One process writes a database at a time.
 //!
-//! SQLite would let two processes write in turns, but each of them numbers iterations and keeps estimates of streams by what it has in
-//! memory. So the writer holds a lock on a file beside the database (`jobs.db.lock`), which the operating system takes back when the
-//! process dies. The lock is not on the database itself: closing a second handle of that file would drop SQLite's own locks. Who only
-//! reads (a backup, a shell) needs no lock.
+//! SQLite would let two processes write in turns, but each of them numbers iterations and keeps
+//! estimates of streams by what it has in memory. So the writer holds a lock on a file beside the
+//! database (`jobs.db.lock`), which the operating system takes back when the process dies. The lock
+//! is not on the database itself: closing a second handle of that file would drop SQLite's own
+//! locks. Who only reads (a backup, a shell) needs no lock.
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
@@ -18,7 +19,8 @@ use super::error::OpenError;
 const ATTEMPTS: u32 = 20;
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Takes the lock of a database; it is held until the file is dropped. `None` where the file system knows no locks.
+/// Takes the lock of a database; it is held until the file is dropped. `None` where the file system
+/// knows no locks.
 pub async fn take(database: &Path) -> Result<Option<File>, OpenError> {
     let path = beside(database);
     let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(|error| {
@@ -42,7 +44,8 @@ pub async fn take(database: &Path) -> Result<Option<File>, OpenError> {
     Err(OpenError::InUse { path: database.to_path_buf(), lock: path })
 }
 
-/// `jobs.db.lock`, beside the file that the path leads to in the end: two names of one database are one database.
+/// `jobs.db.lock`, beside the file that the path leads to in the end: two names of one database are
+/// one database.
 fn beside(database: &Path) -> PathBuf {
     let real = fs::canonicalize(database).or_else(|error| match (database.parent(), database.file_name()) {
         (Some(parent), Some(name)) if !parent.as_os_str().is_empty() => Ok(fs::canonicalize(parent)?.join(name)),

@@ -84,7 +84,8 @@ impl StoreSettings {
         self.writer_options().create_if_missing(false).connect().await
     }
 
-    /// A connection of its own to a database that must be there already, for a backup. It writes nothing.
+    /// A connection of its own to a database that must be there already, for a backup. It writes
+    /// nothing.
     pub(super) async fn open_existing(&self) -> Result<SqliteConnection, OpenError> {
         self.options
             .clone()

@@ -1,4 +1,5 @@
-//! Reads. One that asks more than once does so in one read transaction, so what it puts together belongs together.
+//! Reads. One that asks more than once does so in one read transaction, so what it puts together
+//! belongs together.
 
 use futures_util::TryStreamExt as _;
 use sqlx::{Row, SqliteConnection, SqlitePool, sqlite::SqliteRow};
@@ -102,7 +103,8 @@ pub fn earlier(rows: &[SqliteRow], at: usize) -> Read<u64> {
     Ok(all.saturating_sub(rows.len() as u64))
 }
 
-/// Fits in the order in which they were made; one row more than asked for tells whether there is a next page.
+/// Fits in the order in which they were made; one row more than asked for tells whether there is a
+/// next page.
 pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) -> Read<Page<FitSummary>> {
     let mut db = db.begin().await.map_err(sql)?;
     let seq = iteration_seq(&mut db, job, number).await?;
@@ -158,7 +160,8 @@ pub async fn nodes_up_to(db: &SqlitePool, job: Uuid, number: u32, most: usize) -
 pub async fn measurand(db: &SqlitePool, job: Uuid, number: u32) -> Read<Measurand> {
     let mut db = db.acquire().await.map_err(sql)?;
     let row = sqlx::query(
-        "SELECT i.flank, i.tooth, i.axes FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = ?",
+        "SELECT i.flank, i.tooth, i.axes FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = \
+         ?",
     )
     .bind(job)
     .bind(number)
@@ -221,7 +224,8 @@ pub async fn fit(db: &SqlitePool, job: Uuid, number: u32, fit: Uuid) -> Read<Fit
 /// Text of coefficients on a page of the trace, beyond the first iteration.
 const MOST_TEXT: usize = 4 << 20;
 
-/// Iterations by number, each with four ordered lists: its fits, choices, rulings and records as they were made.
+/// Iterations by number, each with four ordered lists: its fits, choices, rulings and records as
+/// they were made.
 pub async fn trace(db: &SqlitePool, id: Uuid, page: PageRequest) -> Read<Trace> {
     let mut db = db.begin().await.map_err(sql)?;
     let row = sqlx::query(concat!("SELECT ", job_columns!(), ", seq FROM jobs WHERE id = ?"))
@@ -233,7 +237,8 @@ pub async fn trace(db: &SqlitePool, id: Uuid, page: PageRequest) -> Read<Trace> 
     let job = rows::job(&row)?;
     let after = page.after.map_or(0, |cursor| i64::try_from(cursor.number()).unwrap_or(i64::MAX));
     let rows = sqlx::query(
-        "SELECT seq, id, number, measured_at, created_at, flank, tooth, axes FROM iterations WHERE job = ? AND number > ?
+        "SELECT seq, id, number, measured_at, created_at, flank, tooth, axes FROM iterations WHERE job = ? AND number \
+         > ?
          ORDER BY number LIMIT ?",
     )
     .bind(get::<i64>(&row, 10)?)
@@ -301,9 +306,11 @@ async fn trace_iteration(db: &mut SqliteConnection, row: &SqliteRow, text: usize
     })
 }
 
-/// The last fits of an iteration in their order, as many as `text` holds the coefficients of and at least one; and how many there are.
+/// The last fits of an iteration in their order, as many as `text` holds the coefficients of and at
+/// least one; and how many there are.
 async fn traced_fits(db: &mut SqliteConnection, iteration: i64, text: usize) -> Read<(Vec<TracedFit>, u64)> {
-    // of an answer, which may be long, only the coefficients leave the database, as they were answered
+    // of an answer, which may be long, only the coefficients leave the database, as they were
+    // answered
     let mut rows = sqlx::query(concat!(
         "SELECT id, reason, created_at, seq = ",
         chosen_fit!(),

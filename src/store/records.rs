@@ -34,7 +34,8 @@ pub async fn insert(
 pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, record: &Record) -> Written<()> {
     let RecordDraft { kind, method, request, result, gear } = &record.draft;
     sqlx::query(
-        "INSERT INTO records (id, iteration, kind, method, created_at, request, result, gear) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+        "INSERT INTO records (id, iteration, kind, method, created_at, request, result, gear) VALUES (?, ?, ?, ?, ?, \
+         ?, ?, ?)",
     )
     .bind(record.id)
     .bind(iteration)

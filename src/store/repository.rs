@@ -38,7 +38,8 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the database (making it where there is none), brings it up to date and starts the writer.
+    /// Opens the database (making it where there is none), brings it up to date and starts the
+    /// writer.
     pub async fn open(settings: StoreSettings, now: Timestamp) -> Result<Self, OpenError> {
         // What is measured before there is a recorder is lost.
         telemetry::metrics();
@@ -67,7 +68,8 @@ impl Store {
         }
     }
 
-    /// The request is in the writer's hands before this returns its future: dropping the future changes nothing.
+    /// The request is in the writer's hands before this returns its future: dropping the future
+    /// changes nothing.
     fn write(&self, work: Work) -> impl Future<Output = Result<Outcome, RepositoryError>> + Send + use<> {
         let begun = Instant::now();
         let seconds = self.write_seconds.clone();

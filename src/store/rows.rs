@@ -1,4 +1,5 @@
-//! Rows into domain values. A row that does not read is a damaged or foreign database: an error, never a guess.
+//! Rows into domain values. A row that does not read is a damaged or foreign database: an error,
+//! never a guess.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -34,7 +35,8 @@ pub fn job(row: &SqliteRow) -> Result<Job, RepositoryError> {
 /// The columns that [`figures`] reads, from `lambda_star` on.
 macro_rules! figure_columns {
     () => {
-        "lambda_star, criterion, scheme, count, condition, regularized_condition, bias_norm, bias_sharp_bound, rms, max_abs"
+        "lambda_star, criterion, scheme, count, condition, regularized_condition, bias_norm, bias_sharp_bound, rms, \
+         max_abs"
     };
 }
 pub(super) use figure_columns;

@@ -1,4 +1,5 @@
-//! Streams and events: their reads, and their writes inside a transaction that the writer has begun.
+//! Streams and events: their reads, and their writes inside a transaction that the writer has
+//! begun.
 
 use jiff::Timestamp;
 use sqlx::{Row, SqliteConnection, SqlitePool};
@@ -44,8 +45,10 @@ pub struct IncomingFinish {
 
 macro_rules! stream_columns {
     () => {
-        "s.id, j.id, s.spec, s.forgetting_factor, s.sequence, s.node_count, s.input_sha256, i.number, s.version, s.created_at,
-         s.updated_at, s.seq, s.job, s.flank, s.tooth, s.axes FROM streams s JOIN jobs j ON j.seq = s.job LEFT JOIN iterations i ON i.seq = s.iteration"
+        "s.id, j.id, s.spec, s.forgetting_factor, s.sequence, s.node_count, s.input_sha256, i.number, s.version, \
+         s.created_at,
+         s.updated_at, s.seq, s.job, s.flank, s.tooth, s.axes FROM streams s JOIN jobs j ON j.seq = s.job LEFT JOIN \
+         iterations i ON i.seq = s.iteration"
     };
 }
 
@@ -100,7 +103,8 @@ pub async fn insert_stream(
     stream.measurand.check_tooth(row.try_get::<Option<&str>, _>(1)?.and_then(stored_teeth))?;
     let at = time::to_text(stream.created_at);
     sqlx::query(
-        "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version, created_at, updated_at,
+        "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version, \
+         created_at, updated_at,
                               flank, tooth, axes)
          VALUES (?, ?, ?, ?, 0, 0, ?, 1, ?, ?, ?, ?, ?)",
     )
@@ -278,7 +282,8 @@ pub async fn blocks(db: &SqlitePool, id: Uuid, after: u64) -> Read<Vec<Block>> {
     let rows = sqlx::query(
         "SELECT sequence, sha256, data FROM (
              SELECT b.sequence, b.sha256, b.data,
-                    coalesce(sum(length(b.data)) OVER (ORDER BY b.sequence ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING), 0)
+                    coalesce(sum(length(b.data)) OVER (ORDER BY b.sequence ROWS BETWEEN UNBOUNDED PRECEDING AND 1 \
+                    PRECEDING), 0)
                     AS before
              FROM stream_blocks b JOIN streams s ON s.seq = b.stream
              WHERE s.id = ? AND b.sequence > ? AND b.sequence <= ?

@@ -1,4 +1,5 @@
-//! Times as text: RFC 3339 in UTC with six decimals, always 27 characters, so that order in text is order in time.
+//! Times as text: RFC 3339 in UTC with six decimals, always 27 characters, so that order in text is
+//! order in time.
 
 use jiff::{Timestamp, fmt::temporal::DateTimePrinter};
 

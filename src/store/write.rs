@@ -1,7 +1,7 @@
 //! The writes other than new iterations, each inside a transaction that the writer has begun.
 //!
-//! A write looks first and changes last: whatever it refuses, it refuses before its first change, so a refusal leaves nothing to
-//! undo in the transaction that it shares with others.
+//! A write looks first and changes last: whatever it refuses, it refuses before its first change,
+//! so a refusal leaves nothing to undo in the transaction that it shares with others.
 
 use jiff::Timestamp;
 use sqlx::{Row, SqliteConnection};
@@ -244,7 +244,8 @@ pub async fn rule(
     Ok(Stored { number, version: place.version + 1 })
 }
 
-/// Refuses a request whose key has an answer already (its client asked twice, and the other one was first).
+/// Refuses a request whose key has an answer already (its client asked twice, and the other one was
+/// first).
 pub async fn refuse_taken_key(db: &mut SqliteConnection, receipt: Option<&Receipt>) -> Written<()> {
     let Some(receipt) = receipt else { return Ok(()) };
     let taken = sqlx::query("SELECT 1 FROM idempotency_keys WHERE key = ? AND scope = ?")
@@ -306,7 +307,8 @@ pub async fn insert_runs(
         insert_job(db, job, None).await?;
         let iterations: Vec<&Incoming> = iterations.iter().collect();
         for stored in bulk::insert_iterations(db, &iterations).await? {
-            // of a job that is there and without a key none is refused; were one, all would be undone
+            // of a job that is there and without a key none is refused; were one, all would be
+            // undone
             stored.map_err(|error| WriteError::Broken(sqlx::Error::Protocol(error.to_string())))?;
         }
     }
@@ -318,7 +320,8 @@ pub async fn insert_runs(
 /// Writes what nobody reads, to find out whether anything can be written.
 pub async fn probe(db: &mut SqliteConnection, now: Timestamp) -> Written<()> {
     sqlx::query(
-        "INSERT INTO probe (id, checked_at) VALUES (1, ?) ON CONFLICT (id) DO UPDATE SET checked_at = excluded.checked_at",
+        "INSERT INTO probe (id, checked_at) VALUES (1, ?) ON CONFLICT (id) DO UPDATE SET checked_at = \
+         excluded.checked_at",
     )
     .bind(time::to_text(now))
     .execute(db)

@@ -1,10 +1,11 @@
 //! The task that owns the writing connection.
 //!
-//! Requests arrive over a bounded channel. The task takes everything that waits, up to a limit of count and of bytes, runs it
-//! inside one `BEGIN IMMEDIATE … COMMIT`, and answers each request after the commit: while one group is being synced the next one
-//! gathers, so the more requests come, the more share a sync. A request that is refused refuses before it changes anything and
-//! spoils nothing. Should the database refuse a group as a whole (a constraint that the checks did not foresee), each of its
-//! requests is tried again alone, so that only the guilty one fails.
+//! Requests arrive over a bounded channel. The task takes everything that waits, up to a limit of
+//! count and of bytes, runs it inside one `BEGIN IMMEDIATE … COMMIT`, and answers each request
+//! after the commit: while one group is being synced the next one gathers, so the more requests
+//! come, the more share a sync. A request that is refused refuses before it changes anything and
+//! spoils nothing. Should the database refuse a group as a whole (a constraint that the checks did
+//! not foresee), each of its requests is tried again alone, so that only the guilty one fails.
 
 use std::{fs::File, mem, sync::Arc, time::Instant};
 
@@ -63,7 +64,8 @@ pub struct Request {
 
 impl Request {
     fn end(self, outcome: Result<Outcome, RepositoryError>) {
-        // First of all the idempotency key is given back: whoever hears the outcome may ask again at once.
+        // First of all the idempotency key is given back: whoever hears the outcome may ask again
+        // at once.
         drop(self.work);
         // Whoever asked may be gone; what was asked is done.
         let _gone = self.reply.send(outcome);
@@ -181,7 +183,8 @@ impl Writer {
     async fn transact(&mut self, group: &[Request]) -> Result<Vec<Result<Outcome, RepositoryError>>, sqlx::Error> {
         let result = run_group(&mut self.connection, group).await;
         if let Err(error) = &result {
-            // SQLite undoes some failed transactions itself and then says that there is none: both are fine.
+            // SQLite undoes some failed transactions itself and then says that there is none: both
+            // are fine.
             let undone = sqlx::query("ROLLBACK").execute(&mut self.connection).await;
             let lost = |error: &sqlx::Error| matches!(error, sqlx::Error::WorkerCrashed | sqlx::Error::Io(_));
             if lost(error) || undone.is_err_and(|error| lost(&error)) {

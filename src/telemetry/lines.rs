@@ -1,7 +1,8 @@
 //! Log lines on standard error, written in batches by a thread of their own.
 //!
-//! A system call for every line costs more than everything else that is done around a small request. Lines are
-//! gathered here and written some milliseconds later; [`flush`] writes what is left when the program ends.
+//! A system call for every line costs more than everything else that is done around a small
+//! request. Lines are gathered here and written some milliseconds later; [`flush`] writes what is
+//! left when the program ends.
 
 use std::{
     io::{self, Write},

@@ -166,7 +166,8 @@ fn every_example_is_valid() {
     assert!(requests > 60 && answers > 300, "{requests} {answers}");
 }
 
-/// Sends every example of a request, and reads every resource that there is then: all answers are as the document says.
+/// Sends every example of a request, and reads every resource that there is then: all answers are
+/// as the document says.
 #[tokio::test]
 async fn every_answer_is_as_the_document_says() {
     let app = TestApp::start().await;

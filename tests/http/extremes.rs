@@ -1,4 +1,5 @@
-//! Counts and places at the end of what their types hold: a request decides them, so each is a 422 where it stands.
+//! Counts and places at the end of what their types hold: a request decides them, so each is a 422
+//! where it stands.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
 use serde_json::{Value, json};
@@ -31,7 +32,8 @@ async fn sent(app: &TestApp, path: &str, request: &Value) -> Answer {
     send(app.post(path, request.to_string())).await
 }
 
-/// As many as a signed or an unsigned number of 64 bits can count, and some beside that overflow when doubled or when one is added.
+/// As many as a signed or an unsigned number of 64 bits can count, and some beside that overflow
+/// when doubled or when one is added.
 const COUNTS: [u64; 5] = [i64::MAX as u64, u64::MAX, u64::MAX - 1, u64::MAX / 2, 1 << 62];
 
 #[tokio::test]
@@ -132,7 +134,8 @@ async fn an_envelope_of_a_gear_that_spins() {
     app.stop().await;
 }
 
-/// A client that takes no encoding, not even none, gets its answer as it is: the work is done, and what was stored is stored.
+/// A client that takes no encoding, not even none, gets its answer as it is: the work is done, and
+/// what was stored is stored.
 #[tokio::test]
 async fn encodings_that_nobody_takes() {
     let app = TestApp::start().await;

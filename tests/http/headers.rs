@@ -51,7 +51,8 @@ impl Answered {
     }
 }
 
-/// The page of the documentation needs no more than its policy gives: scripts are files of the server, none stands in the page.
+/// The page of the documentation needs no more than its policy gives: scripts are files of the
+/// server, none stands in the page.
 #[tokio::test]
 async fn the_documentation_lives_within_its_policy() {
     let app = TestApp::start().await;

@@ -1,4 +1,5 @@
-//! What a server lets itself be made to hold: bodies, unsent answers, connections, clients that do not read or send.
+//! What a server lets itself be made to hold: bodies, unsent answers, connections, clients that do
+//! not read or send.
 
 use std::io::Write;
 
@@ -38,7 +39,8 @@ async fn unfinished(app: &TestApp, length: usize, sent: usize) -> TcpStream {
 #[tokio::test]
 async fn bodies_share_a_budget() {
     let app = TestApp::start_with(|settings| settings.body_memory = 1 << 20).await;
-    // what would never fit is too large: by its own length, by that of what is in it, and by the numbers it holds
+    // what would never fit is too large: by its own length, by that of what is in it, and by the
+    // numbers it holds
     let blank = |length: usize| [vec![b' '; length], CURVE.as_bytes().to_vec()].concat();
     send(app.post("/v1/fits", blank(1 << 20))).await.problem(413, "body_too_large");
     let packed = app.post("/v1/fits", gzip(&blank(1 << 20))).header(header::CONTENT_ENCODING, "gzip");
@@ -177,7 +179,8 @@ fn posted(path: &str, body: &str) -> String {
     format!("POST {path} HTTP/1.1\r\n{head}Content-Length: {}\r\n\r\n{body}", body.len())
 }
 
-/// A large file is made as it is read: what waits for its client is what the file is made of, no text, and no worker.
+/// A large file is made as it is read: what waits for its client is what the file is made of, no
+/// text, and no worker.
 #[tokio::test]
 async fn a_file_is_made_as_it_is_read() {
     let app = TestApp::start_with(|settings| settings.workers = 1).await;

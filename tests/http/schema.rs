@@ -1,4 +1,5 @@
-//! JSON Schema (2020-12) as far as the document uses it. A keyword that is not known here is a panic, so that none goes unchecked.
+//! JSON Schema (2020-12) as far as the document uses it. A keyword that is not known here is a
+//! panic, so that none goes unchecked.
 
 use serde_json::{Map, Value};
 

@@ -1,4 +1,5 @@
-//! What no request may hold: a field that is `null`, a field that is not known. Every example is walked through, field by field.
+//! What no request may hold: a field that is `null`, a field that is not known. Every example is
+//! walked through, field by field.
 
 use flankfit::{api::examples::REQUEST_EXAMPLES, http::openapi::openapi_json};
 use reqwest::Method;

@@ -1,4 +1,5 @@
-//! What refusals say: numbers that can be read, words that are not Rust's, parts of the URL by their names.
+//! What refusals say: numbers that can be read, words that are not Rust's, parts of the URL by
+//! their names.
 
 use serde_json::json;
 

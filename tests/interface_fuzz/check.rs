@@ -76,7 +76,8 @@ fn problem(request: &Request, operation: Option<&Operation>, answer: &Answer, fi
     }
 }
 
-/// Whether a pointer names a place of the request, or a field that an object of it lacks (or one within that).
+/// Whether a pointer names a place of the request, or a field that an object of it lacks (or one
+/// within that).
 fn stands(sent: &Value, pointer: &str) -> bool {
     let mut end = pointer.len();
     loop {

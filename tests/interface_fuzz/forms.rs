@@ -52,8 +52,8 @@ impl Files {
     }
 }
 
-/// A form for `operation`, its parts those that the contract names. The spec is drawn from the contract, or a JSON body of the operation
-/// without its nodes.
+/// A form for `operation`, its parts those that the contract names. The spec is drawn from the
+/// contract, or a JSON body of the operation without its nodes.
 pub fn form(
     contract: &Contract,
     operation: &Operation,

@@ -5,7 +5,8 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering::Relaxed},
 };
 
-/// The system's allocator with a count beside it. Beyond [`MOST`] there is no memory, so that a defect ends the process and not the machine.
+/// The system's allocator with a count beside it. Beyond [`MOST`] there is no memory, so that a
+/// defect ends the process and not the machine.
 pub struct Counting;
 
 /// Bytes that the process may hold.

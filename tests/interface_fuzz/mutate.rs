@@ -111,7 +111,8 @@ pub fn mutated(body: &Node, stock: &Stock, rng: &mut Rng) -> Node {
     body
 }
 
-/// A place in the tree: one stops everywhere on the way down, so that lists of numbers do not take all draws.
+/// A place in the tree: one stops everywhere on the way down, so that lists of numbers do not take
+/// all draws.
 fn place<'a>(body: &'a mut Node, rng: &mut Rng) -> &'a mut Node {
     let mut node = body;
     loop {

@@ -1,4 +1,5 @@
-//! JSON as a tree that can also hold what is no JSON: numbers keep their text, names may stand twice.
+//! JSON as a tree that can also hold what is no JSON: numbers keep their text, names may stand
+//! twice.
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Node {

@@ -29,7 +29,8 @@ pub struct Options {
     pub role: Role,
 }
 
-const HELP: &str = "interface_fuzz [--requests 20000] [--seed 1] [--seconds N] [--jobs N] [--only OPERATION_ID] [--replay SEED/BATCH/INDEX [--alone]]";
+const HELP: &str = "interface_fuzz [--requests 20000] [--seed 1] [--seconds N] [--jobs N] [--only OPERATION_ID] \
+    [--replay SEED/BATCH/INDEX [--alone]]";
 
 impl Options {
     /// `None` where nothing is to be run.

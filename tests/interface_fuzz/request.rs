@@ -234,7 +234,8 @@ fn broken(rng: &mut Rng) -> Vec<u8> {
         b"x: \x00\x01",
         b"x: a\r\n folded",
         b"expect: 100-continue",
-        b"upgrade: websocket\r\nconnection: upgrade\r\nsec-websocket-version: 13\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==",
+        b"upgrade: websocket\r\nconnection: upgrade\r\nsec-websocket-version: 13\r\nsec-websocket-key: \
+            dGhlIHNhbXBsZSBub25jZQ==",
         b"connection: close, close, x",
     ])
     .to_vec()

@@ -51,7 +51,8 @@ impl Stage {
             bodies.extend(json.and_then(|(_, schema)| contract.example(schema)));
             let takes_json = json.is_some();
             assert!(!(takes_json && bodies.is_empty()), "{} has no example in api::examples", operation.id);
-            // one of many tags of an operation is as good as another: what takes a body gets more draws, studies one
+            // one of many tags of an operation is as good as another: what takes a body gets more
+            // draws, studies one
             let slots = match (bodies.len(), operation.id.as_str()) {
                 (0, _) if operation.bodies.is_empty() => 2,
                 (0, _) => 6,
@@ -121,7 +122,8 @@ impl Batch {
         for panic in PANICS.lock().expect("no panic while panics are told").drain(..) {
             findings.push(("panic", panic));
         }
-        // a machine that does other things may stop the clock of none, but not that of the processor
+        // a machine that does other things may stop the clock of none, but not that of the
+        // processor
         if seconds > check::MOST_SECONDS && processor > check::MOST_SECONDS - 1.0 {
             findings.push(("slow", format!("{seconds:.1} s, {processor:.1} s of the processor")));
         }

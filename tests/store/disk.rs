@@ -1,12 +1,15 @@
-//! A disk that can lose its power: an SQLite VFS that passes everything on to the real one and remembers, for each file, what was
-//! written and what of that was synced. After a power loss exactly the synced part is guaranteed to be there.
+//! A disk that can lose its power: an SQLite VFS that passes everything on to the real one and
+//! remembers, for each file, what was written and what of that was synced. After a power loss
+//! exactly the synced part is guaranteed to be there.
 //!
-//! The page cache of the machine survives a killed process, so killing proves nothing about syncs; this does.
+//! The page cache of the machine survives a killed process, so killing proves nothing about syncs;
+//! this does.
 
 #![expect(
     unsafe_code,
     clippy::undocumented_unsafe_blocks,
-    reason = "a VFS is a table of C functions; every block only uses the pointers that SQLite hands over under its VFS contract"
+    reason = "a VFS is a table of C functions; every block only uses the pointers that SQLite hands over under its VFS \
+        contract"
 )]
 
 use std::{

@@ -1,4 +1,5 @@
-//! Writes that share a commit: numbers without gaps, refusals that spoil nothing, keys that store once.
+//! Writes that share a commit: numbers without gaps, refusals that spoil nothing, keys that store
+//! once.
 
 use std::{collections::BTreeSet, sync::Arc};
 
@@ -32,7 +33,8 @@ async fn numbers_have_no_gaps_though_some_requests_are_refused() {
     for i in 0..300 {
         let (place, store) = (place.clone(), store.clone());
         tasks.spawn(async move {
-            // Every third request names a job that does not exist, and shares its commit with others.
+            // Every third request names a job that does not exist, and shares its commit with
+            // others.
             let job = if i % 3 == 2 { place.id() } else { jobs[i % 3] };
             (job, store.insert_iteration(place.iteration(job), None).await)
         });
@@ -86,7 +88,8 @@ async fn one_request_that_the_database_refuses_does_not_take_its_group_along() {
     let place = Arc::new(Place::new());
     let store = Arc::new(place.open().await);
     let job = place.stored_job(&store).await.id;
-    // Ids of jobs are unique; nothing checks that before the insert, so the group fails as a whole and is tried one by one.
+    // Ids of jobs are unique; nothing checks that before the insert, so the group fails as a whole
+    // and is tried one by one.
     let twin = place.job("twin");
     let mut tasks = JoinSet::new();
     for i in 0..40 {

@@ -8,8 +8,8 @@ use sqlx::{ConnectOptions, sqlite::SqliteConnectOptions};
 
 use crate::support::{Place, WHOLE};
 
-/// The digests of the migrations as they were released. A changed one would leave databases behind that no version knows:
-/// add a migration instead, and its digest here.
+/// The digests of the migrations as they were released. A changed one would leave databases behind
+/// that no version knows: add a migration instead, and its digest here.
 const RELEASED: &[(i64, &str)] = &[
     (1, "c99dab07199656110b86660475cd2a4c"),
     (2, "7fdd19148856f83197bd5bf17768ca10"),
@@ -74,7 +74,8 @@ async fn shapes_become_records() {
         .await
         .unwrap();
     sqlx::Connection::close(old).await.unwrap();
-    // the iteration is written by the version that knows how; going back to the table of old is what a test may do
+    // the iteration is written by the version that knows how; going back to the table of old is
+    // what a test may do
     let store = place.open().await;
     place.stored_iteration(&store, job.id).await;
     store.close().await;
@@ -123,7 +124,8 @@ async fn older_iterations_tell_no_flank() {
         ),
         ("INSERT INTO iterations (seq, id, job, number, created_at) VALUES (1, ?1, 1, 1, ?2)", fit.id),
         (
-            "INSERT INTO fits (seq, id, iteration, created_at, spec, result) VALUES (1, ?1, 1, ?2, '{}', '{\"coefficients\":[]}')",
+            "INSERT INTO fits (seq, id, iteration, created_at, spec, result) VALUES (1, ?1, 1, ?2, '{}', \
+             '{\"coefficients\":[]}')",
             fit.id,
         ),
         ("INSERT INTO fit_choices (iteration, position, fit, created_at) VALUES (1, 1, 1, ?2)", fit.id),

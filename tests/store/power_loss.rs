@@ -1,4 +1,5 @@
-//! What was answered is on disk: a sync of the write-ahead log lies between a request and its answer.
+//! What was answered is on disk: a sync of the write-ahead log lies between a request and its
+//! answer.
 
 use std::sync::Arc;
 
@@ -126,7 +127,8 @@ async fn the_watched_disk_does_lose_what_is_not_synced() {
     assert_eq!(kept, 0);
 }
 
-/// A full disk is no power loss, but it is told: nothing is taken, and all is well again when there is room.
+/// A full disk is no power loss, but it is told: nothing is taken, and all is well again when there
+/// is room.
 #[tokio::test]
 async fn a_full_disk_is_told_and_got_over() {
     let place = Place::new();

@@ -1,4 +1,5 @@
-//! Streams and events in the store: blocks in their turn, everything told once, and older databases told of from their beginning.
+//! Streams and events in the store: blocks in their turn, everything told once, and older databases
+//! told of from their beginning.
 
 use std::sync::Arc;
 
@@ -115,13 +116,19 @@ async fn what_happened_before_there_were_events_is_told_too() {
     migrations().run_to(4, &mut old).await.unwrap();
     let job = place.id();
     let at = |second: u32| format!("'2026-01-02T03:04:{second:02}.000006Z'");
-    let text = format!(
-        "INSERT INTO jobs (id, name, tags, version, created_at, updated_at) VALUES (x'{}', 'old', '{{}}', 1, {t0}, {t0});
-         INSERT INTO iterations (seq, id, job, number, created_at) VALUES (1, zeroblob(16), 1, 1, {t1}), (2, zeroblob(16), 1, 2, {t3});
+    let text =
+        format!(
+        "INSERT INTO jobs (id, name, tags, version, created_at, updated_at) VALUES (x'{}', 'old', '{{}}', 1, {t0}, \
+         {t0});
+         INSERT INTO iterations (seq, id, job, number, created_at) VALUES (1, zeroblob(16), 1, 1, {t1}), (2, \
+         zeroblob(16), 1, 2, {t3});
          INSERT INTO fits (seq, id, iteration, created_at, spec, result)
-         VALUES (1, zeroblob(16), 1, {t1}, '{{}}', '{{}}'), (2, zeroblob(16), 1, {t2}, '{{}}', '{{}}'), (3, zeroblob(16), 2, {t3}, '{{}}', '{{}}');
-         INSERT INTO fit_choices (iteration, position, fit, created_at) VALUES (1, 1, 1, {t1}), (1, 2, 2, {t4}), (2, 1, 3, {t3});
-         INSERT INTO decisions (iteration, position, decision, reason, created_at) VALUES (1, 1, 'remachine', 'slope', {t2}), (2, 1, 'accept', NULL, {t5});",
+         VALUES (1, zeroblob(16), 1, {t1}, '{{}}', '{{}}'), (2, zeroblob(16), 1, {t2}, '{{}}', '{{}}'), (3, \
+         zeroblob(16), 2, {t3}, '{{}}', '{{}}');
+         INSERT INTO fit_choices (iteration, position, fit, created_at) VALUES (1, 1, 1, {t1}), (1, 2, 2, {t4}), (2, \
+         1, 3, {t3});
+         INSERT INTO decisions (iteration, position, decision, reason, created_at) VALUES (1, 1, 'remachine', 'slope', \
+         {t2}), (2, 1, 'accept', NULL, {t5});",
         job.simple(),
         t0 = at(0), t1 = at(1), t2 = at(2), t3 = at(3), t4 = at(4), t5 = at(5),
     );

@@ -54,7 +54,8 @@ async fn a_tooth_that_the_gear_has_not_got_is_not_written() {
     assert_eq!(store.job(job).await.unwrap().version, 2);
 }
 
-/// An import is read by the gear that the job had when it began; nothing may have changed by its end.
+/// An import is read by the gear that the job had when it began; nothing may have changed by its
+/// end.
 #[tokio::test]
 async fn what_was_made_by_another_gear_is_not_written() {
     let place = Place::new();

@@ -1,7 +1,7 @@
 //! Passes over the nodes that form residuals of the working basis and their projections.
 //!
-//! Nodes are taken in chunks of a fixed size whose partial sums are added in order, so that results do not
-//! depend on how many threads work.
+//! Nodes are taken in chunks of a fixed size whose partial sums are added in order, so that results
+//! do not depend on how many threads work.
 
 use rayon::prelude::*;
 
@@ -39,8 +39,8 @@ pub enum Precision {
     DoubleDouble,
 }
 
-/// From how many nodes on residuals, formed in double-double, are projected in double precision: what that rounding
-/// leaves averages out below the rounding of the heights themselves.
+/// From how many nodes on residuals, formed in double-double, are projected in double precision:
+/// what that rounding leaves averages out below the rounding of the heights themselves.
 const MANY: usize = 2_048;
 
 /// Relative error that projecting residuals leaves in a double-double pass over `count` nodes.
@@ -149,7 +149,8 @@ struct Part<S> {
 /// `L`: the arithmetic in which residuals are formed; `S`: in which they are projected.
 fn tiled_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[Dd], wanted: Wanted) -> ResidualPass {
     let (p, q) = axes.shape();
-    // coefficients as a table, column by column of v; absent terms (total degree) end a column early
+    // coefficients as a table, column by column of v; absent terms (total degree) end a column
+    // early
     let mut table = vec![L::ZERO; p * q];
     let mut heights = vec![0; q];
     for (&(i, j), &value) in axes.terms.iter().zip(c) {

@@ -1,4 +1,5 @@
-//! What must hold before a fit is answered: numbers whose squares are doubles, columns that do not depend on each other.
+//! What must hold before a fit is answered: numbers whose squares are doubles, columns that do not
+//! depend on each other.
 
 use nalgebra::DMatrix;
 
@@ -15,8 +16,8 @@ use super::{
 };
 use crate::numerics::Dd;
 
-/// Whether the columns can add up to 1 at every node. Where the model does not say, the constant is projected on
-/// them: `‖P1‖² = Σ (Vᵢᵀ X̃ᵀΩ1)²/λᵢ` against `Σw`.
+/// Whether the columns can add up to 1 at every node. Where the model does not say, the constant is
+/// projected on them: `‖P1‖² = Σ (Vᵢᵀ X̃ᵀΩ1)²/λᵢ` against `Σw`.
 pub fn constant_in_span(
     design: &Design,
     factor: &Factor,
@@ -52,8 +53,10 @@ pub fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(),
             return Err(Faults::one(
                 "/nodes",
                 format!(
-                    "the column of {label} (weights included) is about {largest:.0e} long, whose square leaves the range of \
-                     double precision: choose another unit or basis; weights are relative and may be divided by their largest"
+                    "the column of {label} (weights included) is about {largest:.0e} long, whose square leaves the \
+                     range of \
+                     double precision: choose another unit or basis; weights are relative and may be divided by their \
+                     largest"
                 ),
             )
             .into());

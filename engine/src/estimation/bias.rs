@@ -3,8 +3,8 @@
 //! Norms are of coefficient vectors in the scaled columns, where λ* acts. With `r ≥ ‖A‖`:
 //! * observed: `‖D‖`, `D = Â − Â_B = Σ (1−fᵢ) aᵢ Vᵢ`;
 //! * sharp: `‖D‖ ≤ r · max (1−fᵢ)`, attained, hence unimprovable from r alone;
-//! * the paper's Ineq. 51, reading its undefined small number as `e = max cᵢ`. It holds for every L and n ≥ 2; for
-//!   n = 1 it does not and is not given.
+//! * the paper's Ineq. 51, reading its undefined small number as `e = max cᵢ`. It holds for every L
+//!   and n ≥ 2; for n = 1 it does not and is not given.
 
 use super::{
     filter::{Filtered, Rule},
@@ -42,7 +42,8 @@ pub fn bias(spectrum: &Spectrum, rule: Rule, parameter: f64, filtered: &[Filtere
     Bias { norm, sharp, paper, e }
 }
 
-/// Sharp bound on each caller's coefficient: `r ‖ℓⱼᵀ V diag(1−f)‖`, `directions` holding `ℓⱼᵀV` in its rows.
+/// Sharp bound on each caller's coefficient: `r ‖ℓⱼᵀ V diag(1−f)‖`, `directions` holding `ℓⱼᵀV` in
+/// its rows.
 pub fn per_coefficient(directions: &nalgebra::DMatrix<f64>, filtered: &[Filtered], r: f64) -> Vec<f64> {
     (0..directions.nrows())
         .map(|j| {

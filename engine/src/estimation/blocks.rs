@@ -1,4 +1,5 @@
-//! Nodes that arrive in blocks: what blocks of one stream have in common, and all of them as one node set.
+//! Nodes that arrive in blocks: what blocks of one stream have in common, and all of them as one
+//! node set.
 
 use super::{
     error::Faults,
@@ -56,11 +57,12 @@ impl Form {
     }
 }
 
-/// All blocks as one node set, in the order in which they came; `None` without a block. Blocks must be of one form.
+/// All blocks as one node set, in the order in which they came; `None` without a block. Blocks must
+/// be of one form.
 ///
-/// A single block stays what it is. Grids over the same v whose u goes on ascending are one grid; any other mixture of
-/// surface blocks becomes scattered nodes, of which missing ones are left out. Where some blocks carry weights, nodes of
-/// the others weigh 1.
+/// A single block stays what it is. Grids over the same v whose u goes on ascending are one grid;
+/// any other mixture of surface blocks becomes scattered nodes, of which missing ones are left out.
+/// Where some blocks carry weights, nodes of the others weigh 1.
 pub fn join(blocks: Vec<Nodes>) -> Option<Nodes> {
     let mut blocks = blocks;
     if blocks.len() <= 1 {

@@ -1,4 +1,5 @@
-//! From what was asked for to the filter that stands, with every other criterion's choice beside it.
+//! From what was asked for to the filter that stands, with every other criterion's choice beside
+//! it.
 
 use super::{
     error::{Faults, FitError},
@@ -28,7 +29,8 @@ impl Decided {
     }
 }
 
-/// The rule asked for, with its parameter; `auto` counts the eigenvalues beyond the condition limit.
+/// The rule asked for, with its parameter; `auto` counts the eigenvalues beyond the condition
+/// limit.
 pub fn rule(
     regularization: &Regularization,
     lambda: &[f64],
@@ -66,7 +68,8 @@ pub fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
     ))
 }
 
-/// Decides for `problem` with coefficients `a` along its directions; `weight` is Σw, for the root mean squares.
+/// Decides for `problem` with coefficients `a` along its directions; `weight` is Σw, for the root
+/// mean squares.
 pub fn decide(
     regularization: &Regularization,
     problem: &Spectral,
@@ -139,7 +142,8 @@ pub fn decide(
                     warnings.push(Warning {
                         code: "criterion_unavailable",
                         message: format!(
-                            "{} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is answered",
+                            "{} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares \
+                             is answered",
                             wanted.name()
                         ),
                     });

@@ -1,7 +1,9 @@
-//! Multicollinearity (Eqs. 24–26): which columns of X almost depend on each other, in words that can be acted on.
+//! Multicollinearity (Eqs. 24–26): which columns of X almost depend on each other, in words that
+//! can be acted on.
 //!
-//! On unit-length columns: eigenvectors of small eigenvalues as weights, condition indices `√(λₙ/λᵢ)` and variance
-//! decomposition proportions (Belsley, Kuh and Welsch); on centred columns: correlations and variance inflation.
+//! On unit-length columns: eigenvectors of small eigenvalues as weights, condition indices
+//! `√(λₙ/λᵢ)` and variance decomposition proportions (Belsley, Kuh and Welsch); on centred columns:
+//! correlations and variance inflation.
 
 use std::{cmp::Reverse, fmt::Write};
 
@@ -24,8 +26,8 @@ use crate::numerics::{
 const NEAR: f64 = 30.0;
 /// A weight this large against the largest one takes part in a dependency.
 const LARGE: f64 = 0.3;
-/// So does a column that owes this share of its coefficient's variance to it, however small its weight (Belsley, Kuh and Welsch): without
-/// that column the others would be told apart far better.
+/// So does a column that owes this share of its coefficient's variance to it, however small its
+/// weight (Belsley, Kuh and Welsch): without that column the others would be told apart far better.
 const SHARE: f64 = 0.5;
 /// Squared weight of a column that takes part in an exact dependency.
 const NUMERICALLY_ZERO: f64 = 1e-12;
@@ -34,7 +36,8 @@ pub const MATRICES_UP_TO: usize = 64;
 /// How many near dependencies are told at most.
 const MOST_TOLD: usize = 100;
 
-/// The report for `caller` (the caller's columns in Q's coordinates) with the spectrum of its unit-length columns.
+/// The report for `caller` (the caller's columns in Q's coordinates) with the spectrum of its
+/// unit-length columns.
 pub fn report(
     design: &Design,
     factor: &Factor,
@@ -88,7 +91,8 @@ pub fn report(
     }
 }
 
-/// Pearson correlations of centred columns; a column that does not vary has none with any other (0).
+/// Pearson correlations of centred columns; a column that does not vary has none with any other
+/// (0).
 fn correlations(centred: &DMatrix<f64>, deviation: &[f64], varies: impl Fn(usize) -> bool) -> Vec<Vec<f64>> {
     let n = deviation.len();
     let rows = centred.nrows();
@@ -130,7 +134,8 @@ fn lengths(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.as_slice().chunks_exact(matrix.nrows()).map(|column| dot(column, column).sqrt()).collect()
 }
 
-/// Terms that take part in a direction, the leading one first: those with large weights, and those of which `owes` says so.
+/// Terms that take part in a direction, the leading one first: those with large weights, and those
+/// of which `owes` says so.
 fn partners(weights: &[f64], owes: impl Fn(usize) -> bool) -> Vec<usize> {
     let largest = weights.iter().map(|w| w.abs()).fold(0.0, f64::max);
     // moduli stand in the order of their bits
@@ -153,7 +158,8 @@ pub fn dependent_terms(weights: &[f64]) -> Vec<usize> {
 /// Centred columns in Q's coordinates.
 struct Centred {
     matrix: DMatrix<f64>,
-    /// Where the constant lies outside the span of the columns: its coefficients on them, and what is left of it.
+    /// Where the constant lies outside the span of the columns: its coefficients on them, and what
+    /// is left of it.
     beyond: Option<(Vec<f64>, f64)>,
 }
 
@@ -233,7 +239,8 @@ impl Shares {
         Shares { total, undetermined, lost }
     }
 
-    /// Whether term j owes most of its variance to a direction of eigenvalue `lambda` in which it has the weight `weight`.
+    /// Whether term j owes most of its variance to a direction of eigenvalue `lambda` in which it
+    /// has the weight `weight`.
     fn owes(&self, j: usize, weight: f64, lambda: f64) -> bool {
         let square = weight * weight;
         match (self.undetermined[j], lambda > 0.0) {
@@ -330,8 +337,8 @@ impl Ratio for f64 {
     }
 }
 
-/// R² (about 0) of the first of `terms` on the others: modified Gram–Schmidt on the columns, the first one last.
-/// `unit` has the columns of unit length, each of `stride` lanes.
+/// R² (about 0) of the first of `terms` on the others: modified Gram–Schmidt on the columns, the
+/// first one last. `unit` has the columns of unit length, each of `stride` lanes.
 fn explained(unit: &[F64Lanes], stride: usize, terms: &[usize], room: &mut Vec<F64Lanes>) -> f64 {
     room.clear();
     for &j in terms[1..].iter().chain(&terms[..1]) {
@@ -388,7 +395,8 @@ fn pair_index(cosine: f64) -> f64 {
 /// How many terms a sentence names; `terms` has all of them.
 const NAMED: usize = 4;
 
-/// What a person reads. `pair` is the cosine of the two leading terms, where they are nearly parallel without the others.
+/// What a person reads. `pair` is the cosine of the two leading terms, where they are nearly
+/// parallel without the others.
 #[inline(never)]
 fn sentence(
     names: &[String],

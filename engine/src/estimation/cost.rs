@@ -1,8 +1,9 @@
 //! Whether a fit is known to be short, told from its request.
 //!
-//! The cost of a fit grows as m·n (rows of the measurement matrix read, residuals) and n³ (the spectrum and what is made of it).
-//! Short ones take some hundred microseconds at most, less than handing them to another thread costs under load. What is not
-//! among the usual ways of a fit is never called short: something new is long until it is said here that it is not.
+//! The cost of a fit grows as m·n (rows of the measurement matrix read, residuals) and n³ (the
+//! spectrum and what is made of it). Short ones take some hundred microseconds at most, less than
+//! handing them to another thread costs under load. What is not among the usual ways of a fit is
+//! never called short: something new is long until it is said here that it is not.
 
 use super::{
     nodes::Nodes,
@@ -21,8 +22,8 @@ pub fn is_short(nodes: &Nodes, spec: &FitSpec) -> bool {
     columns <= MOST_COLUMNS && columns.saturating_mul(nodes.posted()) <= MOST_ENTRIES && is_usual(spec)
 }
 
-/// Least squares with the regularisations that are closed forms on the spectrum. Everything that is not named here has to stand
-/// at its default.
+/// Least squares with the regularisations that are closed forms on the spectrum. Everything that is
+/// not named here has to stand at its default.
 fn is_usual(spec: &FitSpec) -> bool {
     let usual = FitSpec {
         scaling: spec.scaling,

@@ -1,9 +1,10 @@
 //! The measurement matrix `X` (Eqs. 13–14): which functions, under which names, on which domain.
 //!
-//! Two bases are kept apart. The *caller's* basis is what coefficients are reported in. The *working* basis is
-//! what is computed in: Chebyshev polynomials of the mapped abscissae, B-splines as they are, or the posted
-//! columns divided by powers of 2. An upper triangular `T` leads from one to the other, `X = W · T`.
-//! A curve is a surface whose second axis carries the single function 1.
+//! Two bases are kept apart. The *caller's* basis is what coefficients are reported in. The
+//! *working* basis is what is computed in: Chebyshev polynomials of the mapped abscissae, B-splines
+//! as they are, or the posted columns divided by powers of 2. An upper triangular `T` leads from
+//! one to the other, `X = W · T`. A curve is a surface whose second axis carries the single
+//! function 1.
 
 use nalgebra::DMatrix;
 
@@ -231,8 +232,8 @@ fn product(nodes: &Nodes, sample: &Sample, model: &Model, domain: Option<Domain>
     Ok(design)
 }
 
-/// A product of functions of u and v (of x alone for a curve) before any node is known: the caller's functions live on
-/// `domains`, the working ones on `boxes`.
+/// A product of functions of u and v (of x alone for a curve) before any node is known: the
+/// caller's functions live on `domains`, the working ones on `boxes`.
 pub fn product_on(
     surface: bool,
     model: &Model,
@@ -505,7 +506,8 @@ fn label((i, j): (usize, usize), letter: Option<char>, surface: bool) -> String 
     name
 }
 
-/// Appends a decimal number (labels are made for every fit: the formatting machinery would be half their cost).
+/// Appends a decimal number (labels are made for every fit: the formatting machinery would be half
+/// their cost).
 fn push_number(to: &mut String, number: usize) {
     if number >= 10 {
         push_number(to, number / 10);

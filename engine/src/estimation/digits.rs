@@ -1,9 +1,10 @@
-//! How many digits of the least-squares coefficients can be trusted: an estimate meant to err on the low side.
+//! How many digits of the least-squares coefficients can be trusted: an estimate meant to err on
+//! the low side.
 //!
-//! For each coefficient it adds up, relative to its size: what the arithmetic may have left, what the rounding of
-//! the posted numbers to doubles moves (heights directly, abscissae through the slope of the fitted surface and
-//! through the residuals), and the rounding of the answer itself. Numbers whose last bits are 0 (integers, halves …) are
-//! taken as exact.
+//! For each coefficient it adds up, relative to its size: what the arithmetic may have left, what
+//! the rounding of the posted numbers to doubles moves (heights directly, abscissae through the
+//! slope of the fitted surface and through the residuals), and the rounding of the answer itself.
+//! Numbers whose last bits are 0 (integers, halves …) are taken as exact.
 
 use nalgebra::DMatrix;
 
@@ -25,7 +26,8 @@ const ROUNDING: f64 = f64::EPSILON / 3.4641016151377544;
 const LOOKED_AT: usize = 256;
 /// Intervals of the lattice that stands for nodes that are gone.
 const LATTICE: usize = 16;
-/// Never claimed more: certified references are printed to 15 digits, and a double holds not quite 16.
+/// Never claimed more: certified references are printed to 15 digits, and a double holds not quite
+/// 16.
 const MOST_DIGITS: f64 = 14.5;
 
 /// What the estimate needs of a fit.
@@ -71,7 +73,8 @@ pub fn correct_digits(fit: &Fitted) -> f64 {
     };
     let heights = if any_rounded { ROUNDING * fit.largest_height } else { 0.0 };
     let (moved, through_residuals) = abscissae(fit);
-    // the working columns move together, by as much as their slopes: ‖row of T⁻¹(WᵀW)⁻¹‖ ≤ leverage · ‖R⁻¹‖
+    // the working columns move together, by as much as their slopes: ‖row of T⁻¹(WᵀW)⁻¹‖ ≤ leverage
+    // · ‖R⁻¹‖
     let spread = if through_residuals > 0.0 && fit.design.domain.is_some() {
         (count as f64).sqrt() * triangular::inverse_upper(&fit.r.map(|x| x.to_f64())).norm()
     } else {
@@ -92,7 +95,8 @@ pub fn correct_digits(fit: &Fitted) -> f64 {
     (-(worst + 0.5 * f64::EPSILON).log10()).clamp(0.0, MOST_DIGITS)
 }
 
-/// Standard deviation that rounded abscissae put into a height, and into the projection of the residuals.
+/// Standard deviation that rounded abscissae put into a height, and into the projection of the
+/// residuals.
 fn abscissae(fit: &Fitted) -> (f64, f64) {
     let sample = match fit.evidence {
         Evidence::Posted { sample, .. } => sample,
@@ -139,7 +143,8 @@ fn of_product(
     (ROUNDING * moved, ROUNDING * bend * fit.max_residual)
 }
 
-/// The same where the nodes are gone: slopes on a lattice over their box, columns by their largest entries.
+/// The same where the nodes are gone: slopes on a lattice over their box, columns by their largest
+/// entries.
 fn abscissae_of_sums(fit: &Fitted, seen: &Seen) -> (f64, f64) {
     match &fit.design.basis {
         Basis::Columns { .. } => {

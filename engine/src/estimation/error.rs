@@ -115,7 +115,8 @@ impl std::error::Error for Faults {}
 /// Why no fit could be given.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitError {
-    /// Something in the request is impossible (too few nodes, an unsorted axis, a domain that leaves nodes out).
+    /// Something in the request is impossible (too few nodes, an unsorted axis, a domain that
+    /// leaves nodes out).
     #[error("the fit is impossible as asked: {0}")]
     Invalid(Faults),
     /// Spectral regularisation divides by λ₁ (Eq. 39); with dependent columns λ₁ is 0.
@@ -128,7 +129,8 @@ pub enum FitError {
         /// The terms that depend on each other.
         terms: Vec<String>,
     },
-    /// An iteration did not end within its limit; nothing was returned rather than something unsure.
+    /// An iteration did not end within its limit; nothing was returned rather than something
+    /// unsure.
     #[error("{0}")]
     NotConverged(&'static str),
 }

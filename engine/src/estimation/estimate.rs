@@ -1,4 +1,5 @@
-//! The two estimates: plain least squares (Eq. 15) and the filtered one (Eq. 29), with their spread and residuals.
+//! The two estimates: plain least squares (Eq. 15) and the filtered one (Eq. 29), with their spread
+//! and residuals.
 
 use nalgebra::DMatrix;
 
@@ -86,7 +87,8 @@ pub struct Estimate {
     pub directions: DMatrix<f64>,
 }
 
-/// `P V` for directions V of the scaled columns: what each contributes to the n coefficients of the caller.
+/// `P V` for directions V of the scaled columns: what each contributes to the n coefficients of the
+/// caller.
 pub fn directions(columns: &ScaledColumns, v: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
     let mut out = DMatrix::zeros(n, v.ncols());
     let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();

@@ -2,7 +2,8 @@
 
 use super::robust::loss::Loss;
 
-/// How coefficients are estimated from nodes. Weights of nodes act by `√w` on rows and heights, for every estimator.
+/// How coefficients are estimated from nodes. Weights of nodes act by `√w` on rows and heights, for
+/// every estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Estimator {
     #[default]

@@ -1,4 +1,5 @@
-//! What is still known of the nodes once the factor stands: all of them for a fit of posted nodes, sums for a stream.
+//! What is still known of the nodes once the factor stands: all of them for a fit of posted nodes,
+//! sums for a stream.
 
 use super::{design::Design, nodes::Nodes, perturbation, sample::Sample, scaled::ScaledColumns, seen::Seen};
 

@@ -1,13 +1,15 @@
-//! The orthogonal factor of the working matrix: `√Ω W = Q R`, `b = Qᵀ√Ω z`, so that `R c = b` gives the
-//! least-squares coefficients in the working basis.
+//! The orthogonal factor of the working matrix: `√Ω W = Q R`, `b = Qᵀ√Ω z`, so that `R c = b` gives
+//! the least-squares coefficients in the working basis.
 //!
-//! Three ways lead here, chosen by what the nodes allow and by an error estimate, never by a caller:
-//! * a full grid separates, `W = W_u ⊗ W_v`: each axis has a small QR of its own, in double-double, and the
-//!   heights are read once ([`super::separable`]);
-//! * else normal equations in the well-conditioned working basis, then corrections `c += (RᵀR)⁻¹ Wᵀ(z − Wc)` whose
-//!   residuals are formed in double-double, which converge to the exact least-squares solution as long as
-//!   ε κ(W)² ≪ 1;
-//! * else (near-dependent columns, rank deficiency) a Householder QR in double-double, block by block.
+//! Three ways lead here, chosen by what the nodes allow and by an error estimate, never by a
+//! caller:
+//! * a full grid separates, `W = W_u ⊗ W_v`: each axis has a small QR of its own, in double-double,
+//!   and the heights are read once ([`super::separable`]);
+//! * else normal equations in the well-conditioned working basis, then corrections `c += (RᵀR)⁻¹
+//!   Wᵀ(z − Wc)` whose residuals are formed in double-double, which converge to the exact
+//!   least-squares solution as long as ε κ(W)² ≪ 1;
+//! * else (near-dependent columns, rank deficiency) a Householder QR in double-double, block by
+//!   block.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -26,7 +28,8 @@ use crate::numerics::{
     qr, triangular,
 };
 
-/// Relative error of R that the fast path may have: it is the relative error of every singular value.
+/// Relative error of R that the fast path may have: it is the relative error of every singular
+/// value.
 const TOLERANCE: f64 = 1e-11;
 /// Nodes taken into the double-double QR at a time.
 const BLOCK: usize = 512;
@@ -104,7 +107,8 @@ impl Factor {
     }
 }
 
-/// How much larger errors of the working coefficients may appear in the caller's: `max_j (|T⁻¹| |c|)_j / |(T⁻¹c)_j|`.
+/// How much larger errors of the working coefficients may appear in the caller's: `max_j (|T⁻¹|
+/// |c|)_j / |(T⁻¹c)_j|`.
 pub fn amplification(change: &DMatrix<Dd>, working: &[Dd]) -> f64 {
     let inverse = triangular::inverse_upper(change);
     let n = working.len();
@@ -268,8 +272,8 @@ fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
     factor
 }
 
-/// Lengths of the columns of R and a bound on its condition once they are divided by them; `None` when R is singular for
-/// all that double-double can tell.
+/// Lengths of the columns of R and a bound on its condition once they are divided by them; `None`
+/// when R is singular for all that double-double can tell.
 pub fn scaled_condition(r: &DMatrix<Dd>) -> Option<(Vec<f64>, f64)> {
     let n = r.ncols();
     let length: Vec<f64> = (0..n).map(|j| r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();

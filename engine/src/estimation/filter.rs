@@ -1,7 +1,9 @@
-//! Regularisation as a spectral filter (Eqs. 27–40), and the sums over the spectrum that follow from it.
+//! Regularisation as a spectral filter (Eqs. 27–40), and the sums over the spectrum that follow
+//! from it.
 //!
-//! With `B_L = Σ cᵢ X Vᵢ Vᵢᵀ` the matrix `X̄ = X + B` keeps the singular vectors of X, so B never has to be formed:
-//! eigenvalue i becomes `μᵢ = λᵢ(1+cᵢ)²` and the estimate (Eq. 29) is `Â_B = Σ fᵢ aᵢ Vᵢ` with `fᵢ = 1/(1+cᵢ)`.
+//! With `B_L = Σ cᵢ X Vᵢ Vᵢᵀ` the matrix `X̄ = X + B` keeps the singular vectors of X, so B never
+//! has to be formed: eigenvalue i becomes `μᵢ = λᵢ(1+cᵢ)²` and the estimate (Eq. 29) is `Â_B = Σ fᵢ
+//! aᵢ Vᵢ` with `fᵢ = 1/(1+cᵢ)`.
 //!
 //! | rule | fᵢ (for i ≤ L and λᵢ < λ*; else 1) | μᵢ |
 //! |---|---|---|
@@ -219,8 +221,8 @@ impl<'a> Spectral<'a> {
         self.sums_touching(rule, parameter, self.touched(rule, parameter))
     }
 
-    /// Where the set of touched directions changes, and with it the slope of every sum: stretches of ln λ* between
-    /// the eigenvalues, with what is touched inside.
+    /// Where the set of touched directions changes, and with it the slope of every sum: stretches
+    /// of ln λ* between the eigenvalues, with what is touched inside.
     pub fn stretches(&self, rule: Rule, [low, high]: [f64; 2]) -> Vec<([f64; 2], Range<usize>)> {
         let mut stretches = Vec::new();
         let mut from = low;
@@ -238,8 +240,9 @@ impl<'a> Spectral<'a> {
         stretches
     }
 
-    /// The sums with the touched directions given, so that a stretch's ends can be seen from inside: four directions
-    /// at a time. Inlined, so that a caller pays only for the sums that it reads.
+    /// The sums with the touched directions given, so that a stretch's ends can be seen from
+    /// inside: four directions at a time. Inlined, so that a caller pays only for the sums that it
+    /// reads.
     #[inline(always)]
     pub fn sums_touching(&self, rule: Rule, parameter: f64, touched: Range<usize>) -> Sums {
         let (whole, partial) = (touched.end / LANES, touched.end % LANES);
@@ -256,7 +259,8 @@ impl<'a> Spectral<'a> {
         std::array::from_fn(|k| self.finished(sums.map(|x| x[k]), touched.end))
     }
 
-    /// Adds to the sums over the touched directions what the others (those from `end` on) contribute.
+    /// Adds to the sums over the touched directions what the others (those from `end` on)
+    /// contribute.
     #[inline(always)]
     fn finished(&self, sums: [f64; CARRIED], end: usize) -> Sums {
         let [rss0, rss1, rss2, norm0, norm1, norm2, trace0, trace1, mse0, mse1, bias] = sums;

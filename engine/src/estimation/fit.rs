@@ -28,13 +28,14 @@ use super::{
 };
 use crate::numerics::Dd;
 
-/// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same bits.
+/// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same
+/// bits.
 pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     fit_remembering(nodes, spec, &Plans::default())
 }
 
-/// The same, bit for bit; what depends on the positions of a full grid and the spec alone is kept in `plans` and
-/// found there again when other heights are posted for them.
+/// The same, bit for bit; what depends on the positions of a full grid and the spec alone is kept
+/// in `plans` and found there again when other heights are posted for them.
 pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     let sample = Sample::new(nodes);
     let heights = Heights::new(&sample);
@@ -63,8 +64,8 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
     }
 }
 
-/// Several heights over the same places with the same weights (the coordinates of a curve): bit for bit what [`fit`] answers for each,
-/// but the columns are analysed once.
+/// Several heights over the same places with the same weights (the coordinates of a curve): bit for
+/// bit what [`fit`] answers for each, but the columns are analysed once.
 pub(super) fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitResult>, FitError> {
     let mut analysed: Option<(Design, Frame)> = None;
     let mut results = Vec::with_capacity(nodes.len());
@@ -96,8 +97,8 @@ pub(super) fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitRes
     Ok(results)
 }
 
-/// A robust estimate goes on as the least-squares problem that it solves, plain least squares beside it; `place` and
-/// `frame` are of the posted nodes.
+/// A robust estimate goes on as the least-squares problem that it solves, plain least squares
+/// beside it; `place` and `frame` are of the posted nodes.
 fn conclude_robust(
     place: &Place,
     sample: &Sample,
@@ -116,15 +117,16 @@ fn conclude_robust(
     conclude(&Place { factor: &robust.factor, evidence, ..*place }, heights, spec, &frame, Some(&joined))
 }
 
-/// Everything from the factor on. What needs the nodes themselves asks `place`; where they are gone (a stream keeps
-/// sums only) such figures are left out.
+/// Everything from the factor on. What needs the nodes themselves asks `place`; where they are gone
+/// (a stream keeps sums only) such figures are left out.
 pub(super) fn report(place: &Place, heights: &Heights, spec: &FitSpec) -> Result<FitResult, FitError> {
     let frame = Frame::new(place.design, place.factor, spec, heights.weight)?;
     conclude(place, heights, spec, &frame, None)
 }
 
-/// What the heights have along the directions of the columns, and everything that follows: λ*, estimate, bounds. For a
-/// robust estimate `place` holds the problem that it solves, `heights` are those of the posted nodes.
+/// What the heights have along the directions of the columns, and everything that follows: λ*,
+/// estimate, bounds. For a robust estimate `place` holds the problem that it solves, `heights` are
+/// those of the posted nodes.
 fn conclude(
     place: &Place,
     heights: &Heights,
@@ -158,7 +160,8 @@ fn conclude(
             message: "as many coefficients as nodes: there is no estimate of the noise, so no standard errors".into(),
         });
     }
-    // residuals of robust estimates are always looked at: their sums are reported with the posted weights
+    // residuals of robust estimates are always looked at: their sums are reported with the posted
+    // weights
     let looking = joined.map(|_| FitSpec { include: Include { residuals: true, ..spec.include }, ..spec.clone() });
     let mut applied = regularized::apply(
         &Context {
@@ -237,13 +240,15 @@ fn conclude(
         relative_error: factor.relative_error,
         length: heights.about_zero.sqrt(),
     });
-    // where columns depend on each other the nodes do not determine the coefficients at all, and a warning said so
+    // where columns depend on each other the nodes do not determine the coefficients at all, and a
+    // warning said so
     let correct_digits = if spectrum.full_rank() { correct_digits } else { 0.0 };
     if correct_digits < 6.0 && spectrum.full_rank() {
         warnings.push(Warning {
             code: "few_digits",
             message: format!(
-                "the posted numbers, rounded to doubles, determine the worst coefficient to about {correct_digits:.0} digits only"
+                "the posted numbers, rounded to doubles, determine the worst coefficient to about {correct_digits:.0} \
+                 digits only"
             ),
         });
     }

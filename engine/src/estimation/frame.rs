@@ -1,4 +1,5 @@
-//! What the columns alone decide, before a height is seen: their scaling, their directions, their dependencies.
+//! What the columns alone decide, before a height is seen: their scaling, their directions, their
+//! dependencies.
 
 use std::sync::Arc;
 
@@ -31,7 +32,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Analyses the columns of `factor`; `weight` is Σw. Reads nothing of it that depends on the heights.
+    /// Analyses the columns of `factor`; `weight` is Σw. Reads nothing of it that depends on the
+    /// heights.
     pub fn new(design: &Design, factor: &Factor, spec: &FitSpec, weight: f64) -> Result<Self, FitError> {
         let caller = caller_columns(factor);
         columns_within_range(design, &caller)?;

@@ -1,8 +1,9 @@
 //! The choice of λ* (Eq. 49 and beyond).
 //!
-//! Least condition has a closed form. Every other criterion is a sum over the spectrum, searched on ln λ*: a grid
-//! finds *all* local minima (there may be several, and the eigenvalues are kinks), the sign change of the
-//! derivative refines each, and the best one wins; of equals the smallest λ*, which biases least.
+//! Least condition has a closed form. Every other criterion is a sum over the spectrum, searched on
+//! ln λ*: a grid finds *all* local minima (there may be several, and the eigenvalues are kinks),
+//! the sign change of the derivative refines each, and the best one wins; of equals the smallest
+//! λ*, which biases least.
 
 use std::ops::Range;
 
@@ -23,7 +24,8 @@ const STEPS: usize = 80;
 /// Relative accuracy of λ* where a derivative changes sign, and where only heights are compared.
 const ROOT: f64 = 1e-14;
 const PEAK: f64 = 1e-8;
-/// A peak of the curvature seen on the grid is refined when it is at least this large against the largest.
+/// A peak of the curvature seen on the grid is refined when it is at least this large against the
+/// largest.
 const WORTH_REFINING: f64 = 0.25;
 
 /// What a criterion answers.
@@ -32,7 +34,8 @@ pub struct Chosen {
     pub lambda_star: f64,
     /// All minimisers, where they form a plateau.
     pub interval: Option<[f64; 2]>,
-    /// False only where the discrepancy cannot be reached: the upper end of the search is answered then.
+    /// False only where the discrepancy cannot be reached: the upper end of the search is answered
+    /// then.
     pub reached: bool,
 }
 
@@ -55,8 +58,8 @@ pub fn range(problem: &Spectral, rule: Rule) -> [f64; 2] {
     }
 }
 
-/// λ* by least condition, closed form (mathematics in docs/mathematics-notes.md): for `1 ≤ L < n` the low end of the
-/// plateau [b, a], or a.
+/// λ* by least condition, closed form (mathematics in docs/mathematics-notes.md): for `1 ≤ L < n`
+/// the low end of the plateau [b, a], or a.
 pub fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> Chosen {
     let largest = lambda[lambda.len() - 1];
     let (low, high) = match scheme {
@@ -75,8 +78,9 @@ pub fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> Chosen {
     }
 }
 
-/// Sums over a grid on ln λ*, shared by all criteria. Between two regularised eigenvalues every criterion is smooth;
-/// at them its slope jumps, so each stretch has a grid of its own, its ends seen from inside.
+/// Sums over a grid on ln λ*, shared by all criteria. Between two regularised eigenvalues every
+/// criterion is smooth; at them its slope jumps, so each stretch has a grid of its own, its ends
+/// seen from inside.
 pub struct Search<'a> {
     problem: &'a Spectral<'a>,
     rule: Rule,
@@ -238,8 +242,8 @@ fn curvature(sums: &Sums) -> f64 {
     if curvature.is_finite() { curvature } else { f64::NEG_INFINITY }
 }
 
-/// Where `f` turns from negative to positive between the ends (places with their values), if it does: Chandrupatla's
-/// method, inverse quadratic interpolation where that is safe, else bisection.
+/// Where `f` turns from negative to positive between the ends (places with their values), if it
+/// does: Chandrupatla's method, inverse quadratic interpolation where that is safe, else bisection.
 fn sign_change(((mut b, mut fb), (mut a, mut fa)): ((f64, f64), (f64, f64)), f: impl Fn(f64) -> f64) -> Option<f64> {
     if !(fb < 0.0 && fa > 0.0) {
         return None;
@@ -272,8 +276,8 @@ fn sign_change(((mut b, mut fb), (mut a, mut fa)): ((f64, f64), (f64, f64)), f: 
     Some(a)
 }
 
-/// The place and height of the least value between the ends, `middle` being a place inside with its height:
-/// golden sections, quickened by parabolas (Brent).
+/// The place and height of the least value between the ends, `middle` being a place inside with its
+/// height: golden sections, quickened by parabolas (Brent).
 fn least((mut low, mut high): (f64, f64), middle: (f64, f64), f: impl Fn(f64) -> f64) -> (f64, f64) {
     const GOLDEN: f64 = 0.381_966_011_250_105_1;
     let (mut x, mut fx) = middle;

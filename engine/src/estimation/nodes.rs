@@ -1,8 +1,8 @@
 //! Measured nodes, checked.
 //!
-//! A node set is built only through the constructors here, which look at every number once and name every
-//! fault by its place in the request (a JSON Pointer such as `/nodes/z/3/7`). Inside the crate nothing is
-//! checked a second time.
+//! A node set is built only through the constructors here, which look at every number once and name
+//! every fault by its place in the request (a JSON Pointer such as `/nodes/z/3/7`). Inside the
+//! crate nothing is checked a second time.
 
 use super::{
     error::Faults,
@@ -39,8 +39,8 @@ pub struct Scattered {
     pub(crate) weight: Option<Vec<f64>>,
 }
 
-/// `z` on the grid of two strictly ascending axes, row by row: `z[i * v.len() + j]` at `(u[i], v[j])`.
-/// A missing node is NaN in `z` (posted as `null`) or `false` in `valid`.
+/// `z` on the grid of two strictly ascending axes, row by row: `z[i * v.len() + j]` at `(u[i],
+/// v[j])`. A missing node is NaN in `z` (posted as `null`) or `false` in `valid`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     pub(crate) u: Vec<f64>,
@@ -154,7 +154,8 @@ impl Matrix {
 }
 
 impl Nodes {
-    /// A curve `y(x)`; refuses empty or unequal arrays, numbers that are not finite and negative weights.
+    /// A curve `y(x)`; refuses empty or unequal arrays, numbers that are not finite and negative
+    /// weights.
     pub fn curve(x: Vec<f64>, y: Vec<f64>, weight: Option<Vec<f64>>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if x.is_empty() {
@@ -182,8 +183,9 @@ impl Nodes {
         faults.into_result(Nodes::Scattered(Scattered { u, v, z, weight }))
     }
 
-    /// A grid whose rows have been laid end to end. `z` must hold `u.len() * v.len()` numbers, NaN where a node
-    /// is missing; the axes must ascend strictly. (Ragged rows are the reader's to refuse: it still sees them.)
+    /// A grid whose rows have been laid end to end. `z` must hold `u.len() * v.len()` numbers, NaN
+    /// where a node is missing; the axes must ascend strictly. (Ragged rows are the reader's to
+    /// refuse: it still sees them.)
     pub fn grid(
         u: Vec<f64>,
         v: Vec<f64>,

@@ -1,7 +1,7 @@
 //! The normal equations of the working basis, `WᵀΩW c = WᵀΩz`.
 //!
-//! In products of Chebyshev polynomials all n² sums of products follow from the (2p+1)(2q+1) moments
-//! `Σ w Tₐ(u) T_b(v)`, because `2 TᵢTⱼ = T_{i+j} + T_{|i−j|}`.
+//! In products of Chebyshev polynomials all n² sums of products follow from the (2p+1)(2q+1)
+//! moments `Σ w Tₐ(u) T_b(v)`, because `2 TᵢTⱼ = T_{i+j} + T_{|i−j|}`.
 
 use nalgebra::DMatrix;
 

@@ -27,7 +27,8 @@ pub struct Estimate {
 
 /// `slopes`: Σ w ((∂x̃/∂u)² + (∂x̃/∂v)²) over nodes and scaled columns; `weight`: Σ w.
 ///
-/// Bounds for least squares and for the regularised estimate (B held fixed, whose residual is that of least squares).
+/// Bounds for least squares and for the regularised estimate (B held fixed, whose residual is that
+/// of least squares).
 pub fn report(
     slopes: f64,
     weight: f64,
@@ -84,7 +85,8 @@ pub fn slopes(design: &Design, sample: &Sample) -> Vec<f64> {
     sums
 }
 
-/// Adds `weight ((∂x/∂u)² + (∂x/∂v)²)` of every column; `u` and `v` hold values and slopes of the caller's functions.
+/// Adds `weight ((∂x/∂u)² + (∂x/∂v)²)` of every column; `u` and `v` hold values and slopes of the
+/// caller's functions.
 pub fn add_slopes(design: &Design, weight: f64, u: [&[f64]; 2], v: [&[f64]; 2], sums: &mut [f64]) {
     if let Some(net) = &design.rational {
         let weights = net.weights();

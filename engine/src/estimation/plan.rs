@@ -1,9 +1,9 @@
 //! Plans: what a full grid and a spec decide before a height is seen, kept for the next flank.
 //!
-//! A gear is measured on one grid of nodes tooth after tooth, so the QR of the axes, the spectrum, the collinearity
-//! report and its sentences come out the same, bit for bit, while only heights change. A [`Plan`] holds them; [`Plans`]
-//! finds the plan of a grid again by comparing every number of it. Nothing in an answer tells whether a plan was
-//! found or made.
+//! A gear is measured on one grid of nodes tooth after tooth, so the QR of the axes, the spectrum,
+//! the collinearity report and its sentences come out the same, bit for bit, while only heights
+//! change. A [`Plan`] holds them; [`Plans`] finds the plan of a grid again by comparing every
+//! number of it. Nothing in an answer tells whether a plan was found or made.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -116,7 +116,8 @@ impl std::fmt::Debug for Plans {
 }
 
 impl Plans {
-    /// The grid of `nodes` and its plan, found or made; `None` for nodes that do not separate into axes.
+    /// The grid of `nodes` and its plan, found or made; `None` for nodes that do not separate into
+    /// axes.
     pub fn of<'a>(
         &self,
         nodes: &'a Nodes,

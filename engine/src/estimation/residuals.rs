@@ -167,14 +167,16 @@ impl Place<'_> {
         Residuals { rss: (seen.rss + moved).to_f64(), max_abs: None, values: None }
     }
 
-    /// In double precision first, and again in double-double where nothing but rounding would be left.
+    /// In double precision first, and again in double-double where nothing but rounding would be
+    /// left.
     fn sharpened(&self, run: impl Fn(Precision) -> Residuals) -> Residuals {
         let plain = run(Precision::Double);
         if plain.rss > SMALL * SMALL * self.heights { plain } else { run(Precision::DoubleDouble) }
     }
 }
 
-/// Rows of B in the caller's columns: `√w W R⁻¹ (Σ cᵢ X̃Vᵢ Vᵢᵀ) S`, whose product with the caller's A is what Eq. 29 adds.
+/// Rows of B in the caller's columns: `√w W R⁻¹ (Σ cᵢ X̃Vᵢ Vᵢᵀ) S`, whose product with the caller's
+/// A is what Eq. 29 adds.
 pub fn matrix_b(
     design: &Design,
     sample: &Sample,
@@ -185,8 +187,8 @@ pub fn matrix_b(
     scale: &[f64],
 ) -> Vec<Vec<f64>> {
     let n = design.size();
-    // middle = R⁻¹ image diag(c) Vᵀ S, so that a row of B is √w (row of W) · middle
-    // columns of the middle matrix cancel down to σ₁ in the products: both are formed in double-double
+    // middle = R⁻¹ image diag(c) Vᵀ S, so that a row of B is √w (row of W) · middle columns of the
+    // middle matrix cancel down to σ₁ in the products: both are formed in double-double
     let mut middle = DMatrix::from_element(n, n, Dd::ZERO);
     for (i, &ci) in c.iter().enumerate().filter(|(_, c)| **c != 0.0) {
         let mut direction: Vec<Dd> = image.column(i).iter().map(|&x| Dd::from(x)).collect();

@@ -1,4 +1,5 @@
-//! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is `None`.
+//! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is
+//! `None`.
 
 use std::sync::{Arc, OnceLock};
 
@@ -94,7 +95,8 @@ pub struct RegularizationReport {
     pub scheme: Option<Scheme>,
     /// L.
     pub count: Option<usize>,
-    /// λ* of the spectral schemes, k of ridge, the weight of the penalty of Tikhonov, the weight of an attraction.
+    /// λ* of the spectral schemes, k of ridge, the weight of the penalty of Tikhonov, the weight of
+    /// an attraction.
     pub lambda_star: Option<f64>,
     /// Directions kept by a truncated singular value decomposition.
     pub rank: Option<usize>,
@@ -169,7 +171,8 @@ pub struct CollinearityReport {
     /// Its text, once somebody has written it: a report may be shared by many results.
     pub written: Written,
     pub columns: Vec<ColumnCollinearity>,
-    /// Pearson correlation of the columns, in coefficient order; `None` beyond the size limit unless included.
+    /// Pearson correlation of the columns, in coefficient order; `None` beyond the size limit
+    /// unless included.
     pub correlation: Option<Vec<Vec<f64>>>,
     /// Per term, the share of its variance that belongs to each eigenvalue (ascending).
     pub variance_proportions: Option<Vec<Vec<f64>>>,
@@ -235,15 +238,18 @@ pub struct ResidualReport {
     pub node_indices: Option<Vec<usize>>,
 }
 
-/// How a robust estimate was reached. Lengths are in the unit of the heights (times √weight, where nodes carry weights).
+/// How a robust estimate was reached. Lengths are in the unit of the heights (times √weight, where
+/// nodes carry weights).
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobustReport {
     pub converged: bool,
     /// Reweightings, Newton's steps, concentration steps or changes of the vertex.
     pub iterations: usize,
-    /// M: the last change of residuals and scale, in scales. Lp: the last change of residuals, relative to the largest.
+    /// M: the last change of residuals and scale, in scales. Lp: the last change of residuals,
+    /// relative to the largest.
     pub tolerance_reached: Option<f64>,
-    /// s of M-estimators and trimmed squares, MAD of Lp, τ of the others; 0 for an exact fit, `None` where too few nodes tell it.
+    /// s of M-estimators and trimmed squares, MAD of Lp, τ of the others; 0 for an exact fit,
+    /// `None` where too few nodes tell it.
     pub scale: Option<f64>,
     /// τ in the covariance `τ² (XᵀX)⁻¹` of the unregularised estimate.
     pub dispersion: Option<f64>,
@@ -305,7 +311,8 @@ pub enum Arithmetic {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Numerics {
     pub arithmetic: Arithmetic,
-    /// Estimated correct decimal digits of the worst least-squares coefficient; errs on the low side.
+    /// Estimated correct decimal digits of the worst least-squares coefficient; errs on the low
+    /// side.
     pub correct_digits: f64,
 }
 
@@ -316,7 +323,8 @@ pub struct Warning {
     pub message: String,
 }
 
-/// A place for the text of a part, so that it is written once. Parts that are equal may differ in whether they were written.
+/// A place for the text of a part, so that it is written once. Parts that are equal may differ in
+/// whether they were written.
 #[derive(Default)]
 pub struct Written(pub OnceLock<Box<[u8]>>);
 

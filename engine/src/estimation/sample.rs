@@ -47,7 +47,8 @@ impl<'a> Sample<'a> {
         Sample { places, heights, weight: weight.as_deref(), index, count }
     }
 
-    /// The same counted nodes with other weights, one for each posted node; 0 silences a node without leaving it out.
+    /// The same counted nodes with other weights, one for each posted node; 0 silences a node
+    /// without leaving it out.
     pub fn reweighted<'b>(&self, weight: &'b [f64]) -> Sample<'b>
     where
         'a: 'b,
@@ -84,7 +85,8 @@ impl<'a> Sample<'a> {
         }
     }
 
-    /// Whether this is a full, unweighted grid, so that its measurement matrix separates into those of its axes.
+    /// Whether this is a full, unweighted grid, so that its measurement matrix separates into those
+    /// of its axes.
     pub fn separates(&self) -> bool {
         self.full_axes().is_some() && !self.weighted()
     }

@@ -1,8 +1,8 @@
 //! The scaled columns in which eigenvalues, λ* and bounds are understood: `X̃ = X P`.
 //!
 //! * `unit_length`: every column divided by its length. * `none`: as they are (the paper's).
-//! * `standardized`: columns centred and divided by √mean((x−x̄)²); the constant drops out of the analysis and is
-//!   estimated without penalty, so `X̃` has one column less.
+//! * `standardized`: columns centred and divided by √mean((x−x̄)²); the constant drops out of the
+//!   analysis and is estimated without penalty, so `X̃` has one column less.
 
 use nalgebra::DMatrix;
 
@@ -82,8 +82,8 @@ fn positive(length: Dd) -> Dd {
     if length > Dd::ZERO { length } else { Dd::ONE }
 }
 
-/// How many scaled columns there will be. Refuses what a model with its number of columns rules out; whether a posted column
-/// is constant, the nodes have to tell.
+/// How many scaled columns there will be. Refuses what a model with its number of columns rules
+/// out; whether a posted column is constant, the nodes have to tell.
 pub fn size(design: &Design, scaling: Scaling) -> Result<usize, Faults> {
     let n = design.size();
     match scaling {
@@ -135,7 +135,8 @@ fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<Sc
 }
 
 impl Constant {
-    /// Coefficient of the constant when all others are 0: the projection of the heights on the constant column.
+    /// Coefficient of the constant when all others are 0: the projection of the heights on the
+    /// constant column.
     pub fn level(&self, caller: &DMatrix<Dd>, qty: &[Dd]) -> Dd {
         let own = length_squared(caller, self.index);
         let shared = qty.iter().enumerate().fold(Dd::ZERO, |sum, (k, &b)| sum + caller[(k, self.index)] * b);

@@ -1,7 +1,8 @@
-//! A full grid without weights: `W = W_u ⊗ W_v`, so QR, spectrum and solution are those of two small matrices.
+//! A full grid without weights: `W = W_u ⊗ W_v`, so QR, spectrum and solution are those of two
+//! small matrices.
 //!
-//! The heights are contracted once, `B = Q_uᵀ Z Q_v`, with products and sums carried in double-double; one more
-//! pass forms the residuals. Everything after that is small.
+//! The heights are contracted once, `B = Q_uᵀ Z Q_v`, with products and sums carried in
+//! double-double; one more pass forms the residuals. Everything after that is small.
 
 use std::sync::Arc;
 
@@ -23,7 +24,8 @@ use crate::numerics::{
 /// Grid rows of one partial sum, and from how many nodes on rows are shared among threads.
 const ROWS: usize = 32;
 const PARALLEL: usize = 65_536;
-/// A residual this small against the heights has lost digits in double precision and is formed anew.
+/// A residual this small against the heights has lost digits in double precision and is formed
+/// anew.
 const SMALL: f64 = 1e-7;
 
 /// The two axes of a full grid, before a height is seen.

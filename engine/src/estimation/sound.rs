@@ -1,6 +1,7 @@
 //! The last look at an answer: no number in it is infinite or NaN.
 //!
-//! A figure that may be absent is left out, with a warning; one that an answer cannot do without refuses the fit.
+//! A figure that may be absent is left out, with a warning; one that an answer cannot do without
+//! refuses the fit.
 
 use super::{
     error::{Faults, FitError},

@@ -1,4 +1,5 @@
-//! What a caller asks for: model, scaling, regularisation. Plain values; [`super::fit::fit`] checks them against the nodes.
+//! What a caller asks for: model, scaling, regularisation. Plain values; [`super::fit::fit`] checks
+//! them against the nodes.
 
 pub use super::estimator::Estimator;
 pub use super::filtering::spec::Filter;
@@ -26,7 +27,8 @@ pub struct FitSpec {
 }
 
 impl FitSpec {
-    /// The defaults of the contract for a model: unit-length scaling, spectral / first_order / auto / min_mse, least squares.
+    /// The defaults of the contract for a model: unit-length scaling, spectral / first_order / auto
+    /// / min_mse, least squares.
     pub fn new(model: Model) -> Self {
         FitSpec {
             model,
@@ -44,19 +46,22 @@ impl FitSpec {
     }
 }
 
-/// How large the coefficients are taken to be. The estimate is the plain answer, but along directions with small eigenvalues it holds little
-/// but error: who chooses λ* because of that must not have the result judged by it. So with anything but [`ExpectedSize::Estimated`] the
-/// mean squared error that takes the estimate for real is no yardstick, and no warning is derived from it.
+/// How large the coefficients are taken to be. The estimate is the plain answer, but along
+/// directions with small eigenvalues it holds little but error: who chooses λ* because of that must
+/// not have the result judged by it. So with anything but [`ExpectedSize::Estimated`] the mean
+/// squared error that takes the estimate for real is no yardstick, and no warning is derived from
+/// it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum ExpectedSize {
     /// As the least-squares estimate: r = ‖Â‖.
     #[default]
     Estimated,
-    /// As large as the heights speak for, in every direction alike: r = √n τ with τ² = ‖P y‖²/Σλᵢ, P y being the part of the heights
-    /// that the columns reach; at least the norm of the regularised estimate.
-    OfHeights,
-    /// Within ± these, one for each coefficient in the caller's unit: r is the norm where all are reached; at least that of the
+    /// As large as the heights speak for, in every direction alike: r = √n τ with τ² = ‖P y‖²/Σλᵢ,
+    /// P y being the part of the heights that the columns reach; at least the norm of the
     /// regularised estimate.
+    OfHeights,
+    /// Within ± these, one for each coefficient in the caller's unit: r is the norm where all are
+    /// reached; at least that of the regularised estimate.
     Within(Vec<f64>),
 }
 
@@ -71,7 +76,8 @@ pub enum Model {
     BSpline {
         degree: Degree,
         knots: Knots,
-        /// Of NURBS: one weight > 0 per control point (for a surface v running fastest). They are given, not fitted.
+        /// Of NURBS: one weight > 0 per control point (for a surface v running fastest). They are
+        /// given, not fitted.
         weights: Option<Vec<f64>>,
     },
     /// The columns of a measurement matrix as they are.
@@ -103,7 +109,8 @@ pub enum Terms {
     Total,
 }
 
-/// Knots of B-splines (full vectors, the last span closed on the right) or a count of equal spans over the domain.
+/// Knots of B-splines (full vectors, the last span closed on the right) or a count of equal spans
+/// over the domain.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Knots {
     /// A full knot vector for a curve.
@@ -207,7 +214,8 @@ pub enum Criterion {
 }
 
 impl Criterion {
-    /// Those that every regularisation with a parameter may be asked for; the others belong to one kind.
+    /// Those that every regularisation with a parameter may be asked for; the others belong to one
+    /// kind.
     pub const ALL: [Criterion; 5] =
         [Criterion::MinMse, Criterion::MinCondition, Criterion::Gcv, Criterion::Discrepancy, Criterion::LCurve];
 

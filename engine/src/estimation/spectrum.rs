@@ -1,8 +1,10 @@
-//! Eigenvalues and eigenvectors of the scaled Fisher information matrix `F = X̃ᵀX̃`, never by forming it.
+//! Eigenvalues and eigenvectors of the scaled Fisher information matrix `F = X̃ᵀX̃`, never by
+//! forming it.
 //!
-//! `X̃ = Q R̃`, so the singular values of the small matrix `R̃` are those of `X̃` and `λᵢ = σᵢ²` (Eq. 23 of the paper needs
-//! the small ones, which forming XᵀX in double precision destroys once cond(X) exceeds 1e8). One-sided Jacobi keeps
-//! their relative accuracy; where double precision cannot promise it, the rotations are repeated in double-double.
+//! `X̃ = Q R̃`, so the singular values of the small matrix `R̃` are those of `X̃` and `λᵢ = σᵢ²`
+//! (Eq. 23 of the paper needs the small ones, which forming XᵀX in double precision destroys once
+//! cond(X) exceeds 1e8). One-sided Jacobi keeps their relative accuracy; where double precision
+//! cannot promise it, the rotations are repeated in double-double.
 
 use std::{ops::Deref, sync::Arc};
 
@@ -22,7 +24,8 @@ const TOLERANCE: f64 = 1e-12;
 const NOT_CONVERGED: FitError =
     FitError::NotConverged("the singular value decomposition did not converge within its limit");
 
-/// The eigen analysis of the scaled columns, before a height is seen; directions in ascending order of eigenvalue.
+/// The eigen analysis of the scaled columns, before a height is seen; directions in ascending order
+/// of eigenvalue.
 #[derive(Clone)]
 pub struct Directions {
     /// λᵢ; 0 where the arithmetic cannot tell it from 0.
@@ -66,7 +69,8 @@ impl Deref for Spectrum {
     }
 }
 
-/// Singular values ascending, right singular vectors and `R̃ V`, with what the arithmetic cannot tell from 0.
+/// Singular values ascending, right singular vectors and `R̃ V`, with what the arithmetic cannot
+/// tell from 0.
 struct Decomposition {
     sigma: Vec<Dd>,
     v: DMatrix<Dd>,
@@ -108,8 +112,8 @@ fn rounding_floor(r: &DMatrix<Dd>, change: &DMatrix<Dd>, scale: impl Fn(usize) -
 }
 
 impl Directions {
-    /// Analyses the scaled columns. Rank does not depend on how columns are scaled, but is told best on columns of
-    /// unit length: where it is known from there, `rank` says so.
+    /// Analyses the scaled columns. Rank does not depend on how columns are scaled, but is told
+    /// best on columns of unit length: where it is known from there, `rank` says so.
     pub fn new(
         factor: &Factor,
         columns: &ScaledColumns,

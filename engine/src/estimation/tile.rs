@@ -1,7 +1,8 @@
-//! Nodes by the tile: thirty-two of them, four side by side, and the Chebyshev polynomials of a tile.
+//! Nodes by the tile: thirty-two of them, four side by side, and the Chebyshev polynomials of a
+//! tile.
 //!
-//! Inner loops over a tile have a fixed length, so that what is done for each term (loads, addresses, loop control) is
-//! shared by eight groups of four nodes.
+//! Inner loops over a tile have a fixed length, so that what is done for each term (loads,
+//! addresses, loop control) is shared by eight groups of four nodes.
 
 use super::{
     design::{Axis, Basis, Design},

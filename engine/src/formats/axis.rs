@@ -52,7 +52,8 @@ impl Axis {
         Axis { degree, knots }
     }
 
-    /// The coordinates that make a spline of the parameter itself: means of `degree` knots (Greville).
+    /// The coordinates that make a spline of the parameter itself: means of `degree` knots
+    /// (Greville).
     pub(super) fn greville(&self) -> impl Iterator<Item = f64> {
         let mean = |inner: &[f64]| {
             // about the first knot, so that equal knots come back as they are

@@ -1,11 +1,14 @@
 //! Splines as every CAD system takes them.
 //!
-//! Points of space, ends of full multiplicity, weights above 0 or none, no jumps inside. Whatever a B-spline of the service has
-//! beyond that is brought to this form without changing the shape or its parametrisation:
-//! - y(x) and z(u, v) become (x, y, 0) and (u, v, z); with Greville abscissae as coordinates a spline gives its own parameter. Where
-//!   there are weights the product of parameter and denominator is a spline of one degree more, and the whole is raised to it.
+//! Points of space, ends of full multiplicity, weights above 0 or none, no jumps inside. Whatever a
+//! B-spline of the service has beyond that is brought to this form without changing the shape or
+//! its parametrisation:
+//! - y(x) and z(u, v) become (x, y, 0) and (u, v, z); with Greville abscissae as coordinates a
+//!   spline gives its own parameter. Where there are weights the product of parameter and
+//!   denominator is a spline of one degree more, and the whole is raised to it.
 //! - Loose ends are clamped by inserting knots.
-//! - At an inner knot that stands degree + 1 times the shape is cut in two, unless both sides meet there.
+//! - At an inner knot that stands degree + 1 times the shape is cut in two, unless both sides meet
+//!   there.
 
 use super::{
     axis::Axis,
@@ -68,7 +71,8 @@ impl CadCurve {
         self.points.iter().all(|p| *p == self.points[0])
     }
 
-    /// The axis that stands upright on the plane of the curve, if that plane is parallel to two axes.
+    /// The axis that stands upright on the plane of the curve, if that plane is parallel to two
+    /// axes.
     pub(super) fn normal(&self) -> Option<Vector> {
         let flat = |k: &usize| self.points.iter().all(|p| p[*k] == self.points[0][*k]);
         [2, 1, 0].iter().find(|k| flat(k)).map(|k| Vector::ith(*k, 1.0))
@@ -160,7 +164,8 @@ struct Control {
 type Lines = Vec<Vec<Control>>;
 
 impl Control {
-    /// The control net of a shape, and whether its weights matter. The number of a graph goes to coordinate `height`.
+    /// The control net of a shape, and whether its weights matter. The number of a graph goes to
+    /// coordinate `height`.
     fn net(
         shape: usize,
         bases: &[&BSplineBasis],
@@ -249,7 +254,8 @@ fn across(lines: &Lines, rational: bool, change: impl Fn(&[Homogeneous]) -> Vec<
     transposed(&rows)
 }
 
-/// Cuts at inner knots of full multiplicity; where both sides have the same control points one of them, and a knot, is dropped.
+/// Cuts at inner knots of full multiplicity; where both sides have the same control points one of
+/// them, and a knot, is dropped.
 fn cut(mut axis: Axis, mut lines: Lines) -> Vec<(Axis, Lines)> {
     for at in axis.jumps().into_iter().rev() {
         cancel::checkpoint();

@@ -22,7 +22,8 @@ pub enum ExportFault {
     #[error("the tolerance {tolerance} is not a length that nodes can be compared by")]
     Tolerance { tolerance: f64 },
     #[error(
-        "chords come no nearer than {reached:e} to the curve within a million of them and the rounding of its places, not {tolerance:e}"
+        "chords come no nearer than {reached:e} to the curve within a million of them and the rounding of its places, \
+         not {tolerance:e}"
     )]
     Chords { tolerance: f64, reached: f64 },
     #[error("the field {name} has {given} values for {wanted} nodes")]

@@ -34,7 +34,8 @@ pub enum FileError {
     ValueCount { place: Place, trace: String, announced: usize, found: usize },
     #[error("{place}: more than {most} {what}")]
     TooMany { place: Place, what: &'static str, most: usize },
-    /// Well-formed, but not what this reader understands: other units, a document type definition, a compressed file.
+    /// Well-formed, but not what this reader understands: other units, a document type definition,
+    /// a compressed file.
     #[error("{place}: {what}")]
     Unsupported { place: Place, what: String },
     /// A fault of the XML grammar.

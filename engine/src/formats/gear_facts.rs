@@ -44,7 +44,8 @@ pub struct GearFacts {
     pub face_width: Option<f64>,
     pub tip_diameter: Option<f64>,
     pub root_diameter: Option<f64>,
-    /// `None`: the file does not say; its gear is taken for an external one unless its tip circle is the smaller.
+    /// `None`: the file does not say; its gear is taken for an external one unless its tip circle
+    /// is the smaller.
     pub internal: Option<bool>,
 }
 
@@ -60,8 +61,9 @@ pub struct Difference {
 }
 
 impl GearFacts {
-    /// Where a file and a gear disagree, as far as both say anything and by more than a file's last digits: a thousandth of lengths and of
-    /// the profile shift coefficient's unit, a fiftieth of a degree.
+    /// Where a file and a gear disagree, as far as both say anything and by more than a file's last
+    /// digits: a thousandth of lengths and of the profile shift coefficient's unit, a fiftieth of a
+    /// degree.
     pub fn differences(&self, gear: &GearData) -> Vec<Difference> {
         let mut found = Vec::new();
         let mut differ = |name, file: String, gear: String, another| {
@@ -106,7 +108,8 @@ impl GearFacts {
         found
     }
 
-    /// Takes a helix angle with its sign, rad: right-hand helices are positive (ISO 21771). A hand that is already known stays.
+    /// Takes a helix angle with its sign, rad: right-hand helices are positive (ISO 21771). A hand
+    /// that is already known stays.
     pub(super) fn set_helix_angle(&mut self, angle: f64) {
         self.helix_angle = Some(angle.abs());
         if angle < 0.0 && self.hand.is_none() {
@@ -134,8 +137,8 @@ impl GearFacts {
         present.into_iter().filter(|(_, present)| !present).map(|(datum, _)| datum).collect()
     }
 
-    /// The data of a gear, not yet checked ([`crate::gear::Gear::new`] does that), or what is missing. A spur gear gets the right hand,
-    /// which means nothing there.
+    /// The data of a gear, not yet checked ([`crate::gear::Gear::new`] does that), or what is
+    /// missing. A spur gear gets the right hand, which means nothing there.
     pub fn gear_data(&self) -> Result<GearData, Vec<Datum>> {
         let (Some(teeth), Some(normal_module), Some(pressure_angle), Some(helix_angle), Some(profile_shift)) =
             (self.teeth, self.normal_module, self.pressure_angle, self.helix_angle, self.profile_shift)
@@ -163,7 +166,8 @@ impl GearFacts {
     }
 }
 
-/// Degrees of a file as rad: one rounding, so that 20 is the very double that the interface makes of 20.
+/// Degrees of a file as rad: one rounding, so that 20 is the very double that the interface makes
+/// of 20.
 pub(super) fn radians(degrees: f64) -> f64 {
     degrees.to_radians()
 }

@@ -21,8 +21,8 @@ pub enum GearFile {
     Points(Vec<ListedPoint>),
 }
 
-/// Reads a file. Its content decides; the ending of its `name` only says what was meant where the content fits nothing, so that the error
-/// can name the line that is wrong.
+/// Reads a file. Its content decides; the ending of its `name` only says what was meant where the
+/// content fits nothing, so that the error can name the line that is wrong.
 pub fn read(bytes: &[u8], name: Option<&str>) -> Result<GearFile, FileError> {
     let text = decode(bytes)?;
     let start = text.trim_start();

@@ -1,11 +1,14 @@
-//! Corrections of a machine under the names of OPC UA for Geometrical Measuring Systems 1.0 (OPC 40210, `CorrectionType`).
+//! Corrections of a machine under the names of OPC UA for Geometrical Measuring Systems 1.0 (OPC
+//! 40210, `CorrectionType`).
 //!
-//! That standard names variables in an address space and no file. The text written here is CSV, a line for each correction with the names of its
-//! variables as header: what an operator opens, a machine control imports, and a server maps one column to one variable; a
-//! structured form is the interface's own answer from the same [`Correction`]s.
+//! That standard names variables in an address space and no file. The text written here is CSV, a
+//! line for each correction with the names of its variables as header: what an operator opens, a
+//! machine control imports, and a server maps one column to one variable; a structured form is the
+//! interface's own answer from the same [`Correction`]s.
 //!
-//! A correction has an absolute value, a relative one, or both: here the relative value is the change to be added to the setting,
-//! the absolute one the setting after it. Limits are those of the absolute value, or of the change where that is all there is.
+//! A correction has an absolute value, a relative one, or both: here the relative value is the
+//! change to be added to the setting, the absolute one the setting after it. Limits are those of
+//! the absolute value, or of the change where that is all there is.
 
 use super::{number::real, points::field};
 
@@ -79,7 +82,8 @@ impl Unit {
         })
     }
 
-    /// `UnitId` of `EUInformation`: the characters of the code as bytes of a number, the first one highest (OPC 10000-8), −1 without a code.
+    /// `UnitId` of `EUInformation`: the characters of the code as bytes of a number, the first one
+    /// highest (OPC 10000-8), −1 without a code.
     pub fn id(&self) -> i32 {
         self.code().map_or(-1, |code| code.bytes().fold(0, |id, byte| id << 8 | i32::from(byte)))
     }
@@ -123,7 +127,8 @@ pub enum CorrectionFault {
     Repeated { first: usize, second: usize, identifier: String },
 }
 
-/// Columns, in the order of the standard's table; units stand where a variable has them as its property.
+/// Columns, in the order of the standard's table; units stand where a variable has them as its
+/// property.
 pub const COLUMNS: [&str; 10] = [
     "Identifier",
     "CharacteristicIdentifier",
@@ -163,7 +168,8 @@ pub fn write_csv(corrections: &[Correction]) -> Result<String, CorrectionFault> 
     Ok(out)
 }
 
-/// Whether every correction is one by the standard: named, with a value, with limits in their order.
+/// Whether every correction is one by the standard: named, with a value, with limits in their
+/// order.
 pub fn check(corrections: &[Correction]) -> Result<(), CorrectionFault> {
     let mut seen = std::collections::HashMap::with_capacity(corrections.len());
     for (index, correction) in corrections.iter().enumerate() {

@@ -1,6 +1,7 @@
 //! What a file says about itself: whose it is, and when it was written.
 
-/// A moment in UTC, handed in by the caller: writers have no clock, so that the same input gives the same bytes.
+/// A moment in UTC, handed in by the caller: writers have no clock, so that the same input gives
+/// the same bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Moment {
     year: u16,
@@ -12,7 +13,8 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// Date (year 0 to 9999, month and day from 1) and time of day; `None` for what no calendar or clock shows.
+    /// Date (year 0 to 9999, month and day from 1) and time of day; `None` for what no calendar or
+    /// clock shows.
     pub fn new([year, month, day]: [u16; 3], [hour, minute, second]: [u8; 3]) -> Option<Self> {
         let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
         let days = match month {
@@ -44,7 +46,8 @@ impl Moment {
     }
 }
 
-/// What a file says about itself. Texts may hold any characters: each format writes them in its own way.
+/// What a file says about itself. Texts may hold any characters: each format writes them in its own
+/// way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Label {
     /// Of the product or mesh, for instance the name of the gear.

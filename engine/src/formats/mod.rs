@@ -1,9 +1,12 @@
-//! Files that other programs read: splines for CAD (IGES, STEP), facets for looking (OBJ, STL, VTK) and nodes with elements for
-//! finite elements (tables, Abaqus, ADINA); and files that are read: gear measurements, gear models, points.
+//! Files that other programs read: splines for CAD (IGES, STEP), facets for looking (OBJ, STL, VTK)
+//! and nodes with elements for finite elements (tables, Abaqus, ADINA); and files that are read:
+//! gear measurements, gear models, points.
 //!
-//! Writers are pure functions from shapes and a [`Label`] to text or bytes, which large files give piece by piece ([`Pieces`]): no clock, no file system, the same bytes for the same
-//! input. Lengths are millimetres where a format has a unit. A double is written with the digits that bring back its very bits, and
-//! a number that is not finite is never written. docs/export.md tells users what to expect of each format.
+//! Writers are pure functions from shapes and a [`Label`] to text or bytes, which large files give
+//! piece by piece ([`Pieces`]): no clock, no file system, the same bytes for the same input.
+//! Lengths are millimetres where a format has a unit. A double is written with the digits that
+//! bring back its very bits, and a number that is not finite is never written. docs/export.md tells
+//! users what to expect of each format.
 
 mod axis;
 pub mod cad;

@@ -1,6 +1,7 @@
 //! Doubles as decimal numbers that come back to the last bit: the shortest digits that do.
 
-/// A real number of ISO 10303-21, also read by every other program that reads C's numbers: `1.5`, `-0.0`, `2.5E-7`.
+/// A real number of ISO 10303-21, also read by every other program that reads C's numbers: `1.5`,
+/// `-0.0`, `2.5E-7`.
 ///
 /// The point is obligatory there. `x` is finite: whoever calls has made sure.
 pub(super) fn real(x: f64) -> String {
@@ -12,7 +13,8 @@ pub(super) fn real(x: f64) -> String {
     }
 }
 
-/// A real constant of IGES: without `D` it would be of single precision, so `D` stands wherever seven digits do not suffice.
+/// A real constant of IGES: without `D` it would be of single precision, so `D` stands wherever
+/// seven digits do not suffice.
 pub(super) fn iges_real(x: f64) -> String {
     let plain = real(x);
     let digits = plain.bytes().filter(u8::is_ascii_digit).count();
@@ -27,7 +29,8 @@ pub(super) fn iges_real(x: f64) -> String {
     }
 }
 
-/// A real number in at most `width` characters (15 or more), rounded to as many digits as that leaves.
+/// A real number in at most `width` characters (15 or more), rounded to as many digits as that
+/// leaves.
 pub(super) fn real_within(x: f64, width: usize) -> String {
     let plain = real(x);
     if plain.len() <= width {

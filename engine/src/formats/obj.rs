@@ -26,7 +26,8 @@ pub struct NamedLine<'a> {
     pub points: Arc<[Vector]>,
 }
 
-/// Objects of faces with normals, and objects of one line each. A face with a node that has no normal is written without.
+/// Objects of faces with normals, and objects of one line each. A face with a node that has no
+/// normal is written without.
 pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<Pieces, ExportFault> {
     if meshes.is_empty() && lines.is_empty() {
         return Err(ExportFault::Nothing);

@@ -1,7 +1,8 @@
 //! Files that are written piece by piece, so that a large one is never in memory as a whole.
 //!
-//! A file is a row of sections, each with a number of lines (or records) and what writes one of them. Whatever could be wrong with the
-//! shape is found when the sections are put together: writing cannot fail.
+//! A file is a row of sections, each with a number of lines (or records) and what writes one of
+//! them. Whatever could be wrong with the shape is found when the sections are put together:
+//! writing cannot fail.
 
 use std::{collections::VecDeque, fmt};
 

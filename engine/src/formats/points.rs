@@ -1,9 +1,10 @@
 //! Lists of points as CSV: `id,x,y,z[,i,j,k]`, mm and directions.
 //!
-//! A header is optional; with one, columns are found by their names (`id x y z i j k`, in any order), without one by their number: 3
-//! (x y z), 4 (id first), 6 (with i j k) or 7. The separator is a tab, a semicolon or a comma, whichever comes first in that order on the first
-//! line. Numbers have a point, or all of them a comma where that is not the separator. Lines that begin with `#` are
-//! remarks. Fields may stand in double quotes.
+//! A header is optional; with one, columns are found by their names (`id x y z i j k`, in any
+//! order), without one by their number: 3 (x y z), 4 (id first), 6 (with i j k) or 7. The separator
+//! is a tab, a semicolon or a comma, whichever comes first in that order on the first line. Numbers
+//! have a point, or all of them a comma where that is not the separator. Lines that begin with `#`
+//! are remarks. Fields may stand in double quotes.
 
 use std::{borrow::Cow, fmt::Write as _};
 
@@ -36,7 +37,8 @@ pub fn read(bytes: &[u8]) -> Result<Vec<ListedPoint>, FileError> {
     parse(&decode(bytes)?)
 }
 
-/// Whether a text's first line looks like one of a list: by a header with x, y, z, or by numbers in a count that a list can have.
+/// Whether a text's first line looks like one of a list: by a header with x, y, z, or by numbers in
+/// a count that a list can have.
 pub(super) fn looks_like_points(text: &str) -> bool {
     let Some(line) = data_lines(text).next() else { return false };
     let separator = separator_of(line.text);

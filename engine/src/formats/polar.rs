@@ -18,7 +18,8 @@ fn support(knots: &[f64], degree: usize, j: usize) -> f64 {
     best[0] + (best[1] - best[0]) / 2.0
 }
 
-/// The same spline over the axis `finer`, of the same degree and with at least the knots that `basis` has in its domain.
+/// The same spline over the axis `finer`, of the same degree and with at least the knots that
+/// `basis` has in its domain.
 pub(super) fn refined(basis: &BSplineBasis, controls: &[Homogeneous], finer: &Axis) -> Vec<Homogeneous> {
     let (p, knots) = (finer.degree, &finer.knots);
     let one = |j: usize| {
@@ -28,9 +29,11 @@ pub(super) fn refined(basis: &BSplineBasis, controls: &[Homogeneous], finer: &Ax
     (0..finer.size()).asking(500).map(one).collect()
 }
 
-/// `t ↦ times(t, f(t))`, of one degree more, over the axis `higher`; `times` is affine in t and linear in f(t).
+/// `t ↦ times(t, f(t))`, of one degree more, over the axis `higher`; `times` is affine in t and
+/// linear in f(t).
 ///
-/// The polar form of the product is the mean of `times(tᵢ, F(all others))` over i, where F is that of f.
+/// The polar form of the product is the mean of `times(tᵢ, F(all others))` over i, where F is that
+/// of f.
 pub(super) fn raised(
     basis: &BSplineBasis,
     controls: &[Homogeneous],

@@ -1,7 +1,7 @@
 //! Quadrilaterals over sampled surfaces, with or without the nodes of neighbouring patches joined.
 //!
-//! A mesh may have millions of nodes, so it is kept small: 64 bytes for a node with its normal and the face that begins there. Joining
-//! happens in place.
+//! A mesh may have millions of nodes, so it is kept small: 64 bytes for a node with its normal and
+//! the face that begins there. Joining happens in place.
 
 use std::collections::HashMap;
 
@@ -53,7 +53,8 @@ impl Face {
         self.corners
     }
 
-    /// What is left of a face when some of its corners are the same node; `None` if it has no area any more.
+    /// What is left of a face when some of its corners are the same node; `None` if it has no area
+    /// any more.
     fn of(corners: [u32; 4]) -> Option<Face> {
         let [a, b, c, d] = corners;
         match [a == b, b == c, c == d, d == a] {
@@ -127,7 +128,8 @@ impl Apart {
         let mut number = leaders(&self.nodes, &self.sizes, tolerance);
         let with_normals = !self.normals.is_empty();
         let mut left = 0;
-        // Nobody joins a later node and nodes only move forward, so that what is written here has been read.
+        // Nobody joins a later node and nodes only move forward, so that what is written here has
+        // been read.
         for i in (0..number.len()).asking(50) {
             let leader = number[i] as usize;
             let to = if leader == i { left } else { number[leader] as usize };
@@ -152,18 +154,21 @@ impl Apart {
 }
 
 impl QuadMesh {
-    /// The quadrilaterals of all samples, as they are: neighbours keep nodes and normals of their own.
+    /// The quadrilaterals of all samples, as they are: neighbours keep nodes and normals of their
+    /// own.
     pub fn of(samples: &[SurfaceSample]) -> Self {
         let Apart { sizes, nodes, normals } = Apart::of(samples);
         let faces = Apart::quads(&sizes).asking(20).map(|corners| Face::quad(corners.map(|i| i as u32))).collect();
         QuadMesh { nodes, normals, faces }
     }
 
-    /// The same with nodes joined that stand on borders of patches no farther apart than `tolerance` (mm, ≥ 0).
+    /// The same with nodes joined that stand on borders of patches no farther apart than
+    /// `tolerance` (mm, ≥ 0).
     ///
-    /// A node joins the first one in the order of nodes that is near enough and has not itself joined another. A quadrilateral on a
-    /// side without length so becomes a triangle; a face without area is left out. Neighbours must be sampled alike along their
-    /// common border, else nodes of one stand between those of the other.
+    /// A node joins the first one in the order of nodes that is near enough and has not itself
+    /// joined another. A quadrilateral on a side without length so becomes a triangle; a face
+    /// without area is left out. Neighbours must be sampled alike along their common border, else
+    /// nodes of one stand between those of the other.
     pub fn joined(samples: &[SurfaceSample], tolerance: f64) -> Result<Self, ExportFault> {
         check_tolerance(tolerance)?;
         Ok(Self::join(Apart::of(samples), tolerance))
@@ -199,7 +204,8 @@ impl QuadMesh {
         &self.nodes
     }
 
-    /// The unit normal at each node; where nodes were joined, that of the sum of theirs. `None` where there is none.
+    /// The unit normal at each node; where nodes were joined, that of the sum of theirs. `None`
+    /// where there is none.
     pub fn normals(&self) -> impl Iterator<Item = Option<Vector>> {
         (0..self.nodes.len()).map(|i| self.normal(i))
     }
@@ -234,8 +240,9 @@ fn on_borders(sizes: &[[usize; 2]]) -> impl Iterator<Item = usize> {
 
 /// For each node the one it joins: itself, or an earlier one within `tolerance`.
 fn leaders(nodes: &[Vector], sizes: &[[usize; 2]], tolerance: f64) -> Vec<u32> {
-    // Cells no smaller than the tolerance: whatever is near enough is in a neighbouring one. The floor keeps numbers of cells
-    // within what a double counts exactly; below it the cell is merely larger than need be.
+    // Cells no smaller than the tolerance: whatever is near enough is in a neighbouring one. The
+    // floor keeps numbers of cells within what a double counts exactly; below it the cell is merely
+    // larger than need be.
     let farthest = nodes.iter().flat_map(|p| p.iter()).fold(0.0, |most: f64, x| most.max(x.abs()));
     let size = tolerance.max(farthest * 1e-12).max(f64::MIN_POSITIVE);
     let cell = |p: &Vector| [p.x, p.y, p.z].map(|x| (x / size).floor() as i64);
@@ -309,7 +316,8 @@ mod tests {
         assert_eq!(Face::of([1, 1, 2, 1]), None);
     }
 
-    /// All 256 faces over four nodes against the rule: equal neighbours are one corner, and what is left must have an area.
+    /// All 256 faces over four nodes against the rule: equal neighbours are one corner, and what is
+    /// left must have an area.
     #[test]
     fn what_is_left_of_a_face() {
         for k in 0..256_u32 {

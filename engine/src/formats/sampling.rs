@@ -26,7 +26,8 @@ pub struct SurfaceSample {
 }
 
 impl SurfaceSample {
-    /// Places and unit normals at all pairs of `us` and `vs`, each ascending with at least two values.
+    /// Places and unit normals at all pairs of `us` and `vs`, each ascending with at least two
+    /// values.
     pub fn new(surface: &dyn Surface, us: &[f64], vs: &[f64]) -> Result<Self, ExportFault> {
         check(us, vs)?;
         let wanted = us.len().saturating_mul(vs.len());
@@ -58,7 +59,8 @@ impl SurfaceSample {
         Self::of_counted(surface, intervals)
     }
 
-    /// The same for surfaces that make one mesh, one sample each; all of their nodes together are counted before the first is made.
+    /// The same for surfaces that make one mesh, one sample each; all of their nodes together are
+    /// counted before the first is made.
     pub fn of_each(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<Vec<Self>, ExportFault> {
         counted(surfaces, intervals)?;
         surfaces.iter().map(|surface| Self::of_counted(*surface, intervals)).collect()
@@ -83,12 +85,14 @@ impl SurfaceSample {
         &self.nodes
     }
 
-    /// Unit vectors along ∂S/∂u × ∂S/∂v. Where that vanishes, its limit from inside; `None` where there is none either.
+    /// Unit vectors along ∂S/∂u × ∂S/∂v. Where that vanishes, its limit from inside; `None` where
+    /// there is none either.
     pub fn normals(&self) -> &[Option<Vector>] {
         &self.normals
     }
 
-    /// Mean (1/mm) and Gaussian curvature (1/mm²), above 0 where the surface bends towards its normal; `None` as with normals.
+    /// Mean (1/mm) and Gaussian curvature (1/mm²), above 0 where the surface bends towards its
+    /// normal; `None` as with normals.
     pub fn curvatures(&self) -> &[Option<[f64; 2]>] {
         &self.curvatures
     }
@@ -107,7 +111,8 @@ pub(super) fn check(us: &[f64], vs: &[f64]) -> Result<(), ExportFault> {
     Ok(())
 }
 
-/// How many nodes there are in all; refuses more than [`MOST_NODES`], before there is any list of that length.
+/// How many nodes there are in all; refuses more than [`MOST_NODES`], before there is any list of
+/// that length.
 pub(super) fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Result<usize, ExportFault> {
     let nodes = |surface: &dyn Surface| {
         let [us, vs] = surface.breaks().map(|breaks| breaks.len().saturating_sub(1));
@@ -118,7 +123,8 @@ pub(super) fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Resul
     if wanted > MOST_NODES { Err(ExportFault::TooManyNodes { wanted, most: MOST_NODES }) } else { Ok(wanted) }
 }
 
-/// `intervals` equal steps (at least one) from each value to the next; the values given are met exactly.
+/// `intervals` equal steps (at least one) from each value to the next; the values given are met
+/// exactly.
 pub fn between(values: &[f64], intervals: usize) -> Vec<f64> {
     let steps = intervals.max(1);
     let inner = |pair: &[f64], k: usize| pair[0] + (pair[1] - pair[0]) * (k as f64 / steps as f64);
@@ -130,10 +136,12 @@ pub fn between(values: &[f64], intervals: usize) -> Vec<f64> {
     all
 }
 
-/// Parameters at which chords stay within `tolerance` (mm) of the curve, looked at in three places of each chord.
+/// Parameters at which chords stay within `tolerance` (mm) of the curve, looked at in three places
+/// of each chord.
 ///
-/// Breaks are always among them. The chord that strays most is halved first; a tolerance that takes more than a million chords, or
-/// lies below the rounding of the places, is refused with what was reached.
+/// Breaks are always among them. The chord that strays most is halved first; a tolerance that takes
+/// more than a million chords, or lies below the rounding of the places, is refused with what was
+/// reached.
 pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, ExportFault> {
     if !(tolerance > 0.0) {
         return Err(ExportFault::Tolerance { tolerance });

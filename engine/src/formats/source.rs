@@ -1,7 +1,7 @@
 //! Text of a file: its characters, its lines, its numbers.
 //!
-//! Bytes that are UTF-8 are taken as such, with or without a byte order mark; anything else is Latin-1, which every sequence of
-//! bytes is. Lines end with LF or CRLF.
+//! Bytes that are UTF-8 are taken as such, with or without a byte order mark; anything else is
+//! Latin-1, which every sequence of bytes is. Lines end with LF or CRLF.
 
 use std::borrow::Cow;
 
@@ -64,7 +64,8 @@ pub(super) struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// Where a part of this line begins. Only a slice of the line has a place; anything else is put at its end.
+    /// Where a part of this line begins. Only a slice of the line has a place; anything else is put
+    /// at its end.
     pub fn place(&self, part: &str) -> Place {
         let offset = (part.as_ptr() as usize).wrapping_sub(self.text.as_ptr() as usize).min(self.text.len());
         let before = self.text.get(..offset).unwrap_or(self.text);
@@ -147,7 +148,8 @@ const TENS: [f64; 23] = [
     1e21, 1e22,
 ];
 
-/// A finite decimal number: digits, one point at most (also first or last), an exponent after `e` or Fortran's `d`.
+/// A finite decimal number: digits, one point at most (also first or last), an exponent after `e`
+/// or Fortran's `d`.
 pub(super) fn number(token: &str) -> Option<f64> {
     match short_number(token.as_bytes()) {
         Some((value, length)) if length == token.len() => Some(value),
@@ -155,8 +157,8 @@ pub(super) fn number(token: &str) -> Option<f64> {
     }
 }
 
-/// The number at the start of some bytes and its length, if whole digits and power of ten are exact doubles, so that one division
-/// rounds correctly.
+/// The number at the start of some bytes and its length, if whole digits and power of ten are exact
+/// doubles, so that one division rounds correctly.
 fn short_number(bytes: &[u8]) -> Option<(f64, usize)> {
     let negative = bytes.first() == Some(&b'-');
     let mut at = usize::from(negative || bytes.first() == Some(&b'+'));

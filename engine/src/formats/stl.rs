@@ -1,7 +1,8 @@
 //! STL: triangles for looking at and for printing. Lengths have no unit there; they are mm.
 //!
-//! A quadrilateral is cut along its shorter diagonal. The normal of a triangle is that of its corners as they are written, and a
-//! triangle without area, in the precision of the file, is left out.
+//! A quadrilateral is cut along its shorter diagonal. The normal of a triangle is that of its
+//! corners as they are written, and a triangle without area, in the precision of the file, is left
+//! out.
 
 use std::{io::Write as _, sync::Arc};
 
@@ -36,7 +37,8 @@ pub fn ascii_file(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFa
     Ok(Pieces::new().text(format!("solid {name}\n")).lines(count, facets).text(format!("endsolid {name}\n")))
 }
 
-/// The binary form: a header of 80 bytes, the number of triangles, and 50 bytes of single precision for each.
+/// The binary form: a header of 80 bytes, the number of triangles, and 50 bytes of single precision
+/// for each.
 pub fn binary_file(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
     let single = |x: f64| f64::from(x as f32);
     if let Some(index) = mesh.nodes().iter().position(|p| p.iter().any(|x| !single(*x).is_finite())) {

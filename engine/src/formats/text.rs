@@ -1,7 +1,8 @@
 //! Names and remarks in the alphabets that formats allow.
 
-/// A string of ISO 10303-21, quotes included: apostrophe and backslash doubled, everything outside of printable ASCII by its
-/// code (`\X2\` four, `\X4\` eight hexadecimal digits for each character).
+/// A string of ISO 10303-21, quotes included: apostrophe and backslash doubled, everything outside
+/// of printable ASCII by its code (`\X2\` four, `\X4\` eight hexadecimal digits for each
+/// character).
 pub(super) fn step_string(text: &str) -> String {
     #[derive(PartialEq)]
     enum Run {
@@ -40,7 +41,8 @@ pub(super) fn step_string(text: &str) -> String {
     out
 }
 
-/// Printable ASCII in one line, for formats that know nothing else; what has no place there becomes `?`, white space a blank.
+/// Printable ASCII in one line, for formats that know nothing else; what has no place there becomes
+/// `?`, white space a blank.
 pub(super) fn ascii(text: &str) -> String {
     let shown = |c: char| match c {
         ' '..='~' => c,
@@ -50,7 +52,8 @@ pub(super) fn ascii(text: &str) -> String {
     text.chars().map(shown).collect()
 }
 
-/// A string of IGES: its length, `H`, and its characters; nothing at all for no text, which is how IGES leaves a field out.
+/// A string of IGES: its length, `H`, and its characters; nothing at all for no text, which is how
+/// IGES leaves a field out.
 pub(super) fn hollerith(text: &str) -> String {
     let text = ascii(text);
     if text.is_empty() { text } else { format!("{}H{text}", text.len()) }

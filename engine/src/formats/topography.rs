@@ -13,7 +13,8 @@ pub struct Topography {
     pub diameter: Vec<f64>,
     /// Places on the face width, mm, ascending.
     pub z: Vec<f64>,
-    /// µm with the sign stored, `deviation[i * z.len() + j]` at `diameter[i]` and `z[j]`; NaN where undefined.
+    /// µm with the sign stored, `deviation[i * z.len() + j]` at `diameter[i]` and `z[j]`; NaN where
+    /// undefined.
     pub deviation: Vec<f64>,
 }
 

@@ -1,7 +1,9 @@
-//! VTK legacy files (version 3.0, text): a structured grid for one surface, poly data for any number of meshes and lines.
+//! VTK legacy files (version 3.0, text): a structured grid for one surface, poly data for any
+//! number of meshes and lines.
 //!
-//! Along with the points go their normals, mean and Gaussian curvature if there are at every node, and whatever fields the caller
-//! has. A node without a normal has the zero vector, since the format has no other way to say so. Lengths are mm.
+//! Along with the points go their normals, mean and Gaussian curvature if there are at every node,
+//! and whatever fields the caller has. A node without a normal has the zero vector, since the
+//! format has no other way to say so. Lengths are mm.
 
 use std::{io::Write as _, sync::Arc};
 

@@ -49,7 +49,8 @@ impl Side {
 pub struct Tool {
     /// mm.
     pub tip_radius: f64,
-    /// Addendum h_aP0* in normal modules, from the datum line, on which tooth and space of the tool are equal.
+    /// Addendum h_aP0* in normal modules, from the datum line, on which tooth and space of the tool
+    /// are equal.
     pub addendum_factor: f64,
     /// How far the tip's rounding stands out of the straight flank, mm along its normal.
     pub protuberance: f64,
@@ -65,7 +66,8 @@ pub struct GearData {
     /// β ≥ 0 on the reference cylinder.
     pub helix_angle: f64,
     pub hand: Hand,
-    /// x as in ISO 21771: positive towards the tip, on internal gears too, so that a positive x makes every tooth thicker.
+    /// x as in ISO 21771: positive towards the tip, on internal gears too, so that a positive x
+    /// makes every tooth thicker.
     pub profile_shift: f64,
     pub face_width: Option<f64>,
     pub tip_diameter: Option<f64>,
@@ -75,7 +77,8 @@ pub struct GearData {
 }
 
 impl GearData {
-    /// An external spur gear without profile shift, α_n = 20°; face width and diameters are left to the defaults.
+    /// An external spur gear without profile shift, α_n = 20°; face width and diameters are left to
+    /// the defaults.
     pub fn spur(teeth: u32, normal_module: f64) -> Self {
         GearData {
             teeth,
@@ -134,7 +137,8 @@ impl Gear {
     fn check_tooth(&self) -> Result<(), Faults> {
         let flank = Flank::new(self, Side::Left);
         let half_tooth = |radius: f64| flank.half_angle(self.roll_length(2.0 * radius).unwrap_or(0.0));
-        // Teeth get thinner outwards on external gears and inwards on internal ones, the spaces the other way.
+        // Teeth get thinner outwards on external gears and inwards on internal ones, the spaces the
+        // other way.
         let inner = if self.data.internal { self.tip_radius } else { self.root_radius };
         let outer = if self.data.internal { self.root_radius } else { self.tip_radius };
         let (thick, wide) = if self.data.internal { (outer, inner) } else { (inner, outer) };

@@ -1,14 +1,19 @@
-//! Nodes of a flank: points and unit normals over a list of profile values and a list of places on the face width.
+//! Nodes of a flank: points and unit normals over a list of profile values and a list of places on
+//! the face width.
 //!
-//! A section z is the section 0 turned by `z tan β_b / r_b`. So sine and cosine are taken once for each profile value and once for each z, and every
-//! node is one turned by the other: 1 million nodes are bound by memory, and a point keeps to the involute within some units of the last place.
+//! A section z is the section 0 turned by `z tan β_b / r_b`. So sine and cosine are taken once for
+//! each profile value and once for each z, and every node is one turned by the other: 1 million
+//! nodes are bound by memory, and a point keeps to the involute within some units of the last
+//! place.
 //!
-//! Modifications move a point by −relief along the *nominal* normal n. The normal answered is that of the *modified* surface: with the
-//! local frame e_r, e_t, e_z of [`super::involute`], w = h tan β_b e_t + e_z, the relief H and A = (L − s σ H cos β_b)/r_b it is the direction of
+//! Modifications move a point by −relief along the *nominal* normal n. The normal answered is that
+//! of the *modified* surface: with the local frame e_r, e_t, e_z of [`super::involute`], w = h tan
+//! β_b e_t + e_z, the relief H and A = (L − s σ H cos β_b)/r_b it is the direction of
 //!
 //! `A n + H_L e_r + A cos² β_b (H_z + σ h tan β_b H_L) w`,
 //!
-//! which is orthogonal to both derivatives of P − H n. Where the modified profile has shrunk into the base cylinder (A ≤ 0), n is kept.
+//! which is orthogonal to both derivatives of P − H n. Where the modified profile has shrunk into
+//! the base cylinder (A ≤ 0), n is kept.
 
 use std::fmt;
 
@@ -48,7 +53,8 @@ pub struct GridSpec {
 pub enum GridWarning {
     /// So many profile values, `first` the first of them, lie beyond the tip form diameter (mm).
     BeyondTip { first: usize, count: usize, diameter: f64 },
-    /// They lie below the root form diameter (mm), where fillet or undercut has replaced the involute.
+    /// They lie below the root form diameter (mm), where fillet or undercut has replaced the
+    /// involute.
     BelowForm { first: usize, count: usize, diameter: f64 },
     /// The places span more than the face width (mm).
     BeyondFace { span: f64, face_width: f64 },
@@ -76,7 +82,8 @@ impl fmt::Display for GridWarning {
             ),
             GridWarning::BelowForm { first, count, diameter } => write!(
                 f,
-                "{}, from number {first} on, below the root form diameter of {} mm, where fillet or undercut has replaced the involute",
+                "{}, from number {first} on, below the root form diameter of {} mm, where fillet or undercut has \
+                 replaced the involute",
                 counted(count, "profile value lies", "profile values lie"),
                 Shown(diameter)
             ),
@@ -102,7 +109,8 @@ pub struct FlankGrid {
 }
 
 impl FlankGrid {
-    /// The nodes of `spec`, modified or not. Faults point at `/profile/values/…`, `/face_width_positions_mm/…` and `/tooth`.
+    /// The nodes of `spec`, modified or not. Faults point at `/profile/values/…`,
+    /// `/face_width_positions_mm/…` and `/tooth`.
     pub fn new(gear: &Gear, spec: &GridSpec, modifications: Option<&Modifications>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         let (rows, columns) = (spec.values.len(), spec.positions.len());

@@ -1,21 +1,25 @@
 //! The involute helicoid: points, normals and where on a tooth they lie.
 //!
-//! The involute of a flank starts on the base circle at the angle `s (ψ + τ inv α_t)` from the tooth's middle, counterclockwise
-//! (s = ±1 for the left and right flank, τ = ±1 for external and internal gears), and unrolls in the direction −σ, σ = s τ. With the base
-//! tangent point at the angle `χ = s (ψ + τ inv α_t) − σ ξ + turn(z)`, ξ = L / r_b:
+//! The involute of a flank starts on the base circle at the angle `s (ψ + τ inv α_t)` from the
+//! tooth's middle, counterclockwise (s = ±1 for the left and right flank, τ = ±1 for external and
+//! internal gears), and unrolls in the direction −σ, σ = s τ. With the base tangent point at the
+//! angle `χ = s (ψ + τ inv α_t) − σ ξ + turn(z)`, ξ = L / r_b:
 //!
 //! `P = r_b e_r(χ) + σ L e_t(χ) + z e_z`, normal `n = s (cos β_b e_t(χ) − h sin β_b e_z)`
 //!
-//! with e_r = (−sin χ, cos χ), e_t = (−cos χ, −sin χ) and h = ±1 for a right- and a left-hand helix. For external gears these are the printed
-//! forms of ISO 21771 and of Litvin; the normal points out of the material.
+//! with e_r = (−sin χ, cos χ), e_t = (−cos χ, −sin χ) and h = ±1 for a right- and a left-hand
+//! helix. For external gears these are the printed forms of ISO 21771 and of Litvin; the normal
+//! points out of the material.
 
 use super::{Gear, Side};
 use crate::geometry::space::Vector;
 
-/// inv α = tan α − α for the roll angle ξ = tan α, without cancellation near 0 (a few units of the last place everywhere).
+/// inv α = tan α − α for the roll angle ξ = tan α, without cancellation near 0 (a few units of the
+/// last place everywhere).
 pub fn inv_of_roll(roll: f64) -> f64 {
     if roll.abs() < 0.5 {
-        // ξ − arctan ξ = ξ³/3 − ξ⁵/5 + …, whose terms beyond these are below the last place of the first.
+        // ξ − arctan ξ = ξ³/3 − ξ⁵/5 + …, whose terms beyond these are below the last place of the
+        // first.
         let square = roll * roll;
         let mut sum = 0.0;
         for k in (1..=28).rev() {
@@ -30,7 +34,8 @@ pub fn inv_of_roll(roll: f64) -> f64 {
 
 /// The roll angle ξ ≥ 0 with ξ − arctan ξ = `involute`, for `involute` ≥ 0.
 ///
-/// The function is convex: Newton's iteration from the lower bound ∛(3 inv) passes the root at most once and comes down to it.
+/// The function is convex: Newton's iteration from the lower bound ∛(3 inv) passes the root at most
+/// once and comes down to it.
 pub fn roll_of_inv(involute: f64) -> f64 {
     let mut roll = (3.0 * involute).cbrt();
     if !(roll > 0.0) {
@@ -75,7 +80,8 @@ impl<'a> Flank<'a> {
         self.side.sign() * self.gear.outward()
     }
 
-    /// Where the involute starts on the base circle of z = 0, rad counterclockwise from the tooth's middle.
+    /// Where the involute starts on the base circle of z = 0, rad counterclockwise from the tooth's
+    /// middle.
     pub fn start_angle(&self) -> f64 {
         self.start_angle
     }
@@ -86,7 +92,8 @@ impl<'a> Flank<'a> {
         self.side.sign() * self.start_angle() - self.gear.outward() * inv
     }
 
-    /// The base tangent point's angle χ at a roll length and a z, rad counterclockwise from the tooth's middle at z = 0.
+    /// The base tangent point's angle χ at a roll length and a z, rad counterclockwise from the
+    /// tooth's middle at z = 0.
     pub fn tangent_angle(&self, roll_length: f64, z: f64) -> f64 {
         let gear = self.gear;
         self.start_angle - self.sense() * roll_length / gear.base_radius() + gear.turn_per_length() * z

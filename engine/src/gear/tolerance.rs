@@ -1,8 +1,9 @@
 //! Tolerances and classes of ISO 1328-1:2013.
 //!
-//! The formulas give class 5; every class is √2 wider than the one before. They hold within the standard's scope only: outside of it there
-//! are no tolerances and no class, and [`OutOfScope`] says which quantity lies where. Totals (F_α, F_β) are made of unrounded parts. Values are
-//! µm, gear data mm.
+//! The formulas give class 5; every class is √2 wider than the one before. They hold within the
+//! standard's scope only: outside of it there are no tolerances and no class, and [`OutOfScope`]
+//! says which quantity lies where. Totals (F_α, F_β) are made of unrounded parts. Values are µm,
+//! gear data mm.
 
 use std::f64::consts::SQRT_2;
 
@@ -110,7 +111,8 @@ fn sentence(excesses: &[Excess]) -> String {
 /// Tolerances of a gear within the scope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tolerances {
-    /// Class 5, unrounded, in the order of [`Characteristic::ALL`]; those of the helix only where the face width is known.
+    /// Class 5, unrounded, in the order of [`Characteristic::ALL`]; those of the helix only where
+    /// the face width is known.
     fifth: [Option<f64>; 9],
 }
 
@@ -156,7 +158,8 @@ impl Tolerances {
         Ok(Tolerances { fifth })
     }
 
-    /// The unrounded tolerance of a class, µm; `None` for classes that there are not and for the helix without a face width.
+    /// The unrounded tolerance of a class, µm; `None` for classes that there are not and for the
+    /// helix without a face width.
     pub fn unrounded(&self, characteristic: Characteristic, class: u8) -> Option<f64> {
         (FINEST..=COARSEST).contains(&class).then_some(())?;
         self.fifth[characteristic as usize].map(|fifth| fifth * step(class))
@@ -167,8 +170,8 @@ impl Tolerances {
         self.unrounded(characteristic, class).map(rounded)
     }
 
-    /// The class that a measured value (of either sign) reaches: the finest one whose tolerance it does not exceed. `None` where there is no
-    /// tolerance or no number.
+    /// The class that a measured value (of either sign) reaches: the finest one whose tolerance it
+    /// does not exceed. `None` where there is no tolerance or no number.
     pub fn class(&self, characteristic: Characteristic, value: f64, rounding: Rounding) -> Option<Class> {
         if value.is_nan() || self.fifth[characteristic as usize].is_none() {
             return None;
@@ -189,7 +192,8 @@ fn step(class: u8) -> f64 {
     if steps.rem_euclid(2) == 1 { whole * SQRT_2 } else { whole }
 }
 
-/// A tolerance in µm as the tables print it: above 10 to whole ones, from 5 to 10 to halves, below 5 to tenths; halves away from 0.
+/// A tolerance in µm as the tables print it: above 10 to whole ones, from 5 to 10 to halves, below
+/// 5 to tenths; halves away from 0.
 pub fn rounded(tolerance: f64) -> f64 {
     if tolerance > 10.0 {
         tolerance.round()

@@ -1,8 +1,8 @@
 //! B-spline basis functions by the Cox–de Boor recursion (Eqs. 7 and 8 of the paper).
 //!
-//! Knots are the full vector `k₀ ≤ … ≤ k_{n+p}`; the basis lives on `[k_p, k_n]`, the last span being closed on
-//! the right. A basis of degree `p` (order `p + 1`) has `n = knots − p − 1` functions, of which `p + 1` are not 0
-//! at any place.
+//! Knots are the full vector `k₀ ≤ … ≤ k_{n+p}`; the basis lives on `[k_p, k_n]`, the last span
+//! being closed on the right. A basis of degree `p` (order `p + 1`) has `n = knots − p − 1`
+//! functions, of which `p + 1` are not 0 at any place.
 
 use crate::numerics::{
     Dd, Real,
@@ -115,7 +115,8 @@ impl BSplineBasis {
         (self.degree + above).saturating_sub(1).clamp(self.degree, n - 1)
     }
 
-    /// Values of the functions that are not 0 at `x` into `out` (length degree + 1); returns the first one's index.
+    /// Values of the functions that are not 0 at `x` into `out` (length degree + 1); returns the
+    /// first one's index.
     pub fn values<T: Real>(&self, x: f64, out: &mut [T]) -> usize {
         let span = self.span(x);
         self.recurse(span, self.degree, x, out);
@@ -188,7 +189,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Exact fractions of the basis of degree 2 on {0,0,0,1,2,3,4,4,5,5,5} at u = 5/2 (worked by hand from Eq. 8).
+    /// Exact fractions of the basis of degree 2 on {0,0,0,1,2,3,4,4,5,5,5} at u = 5/2 (worked by
+    /// hand from Eq. 8).
     #[test]
     fn quadratic_basis_by_hand() {
         let basis = BSplineBasis::new(2, vec![0., 0., 0., 1., 2., 3., 4., 4., 5., 5., 5.]).unwrap();
@@ -210,7 +212,8 @@ mod tests {
         assert!(BSplineBasis::new(0, vec![1., 1.]).is_err());
     }
 
-    /// On one span the functions are polynomials: derivatives against differences of the derivative below.
+    /// On one span the functions are polynomials: derivatives against differences of the derivative
+    /// below.
     #[test]
     fn higher_derivatives_agree_with_differences() {
         let basis = BSplineBasis::new(3, vec![0., 0., 0., 0., 1., 1., 2.5, 4., 4., 4., 4.]).unwrap();

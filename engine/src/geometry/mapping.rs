@@ -2,8 +2,9 @@
 
 use crate::numerics::{Dd, Real};
 
-/// `t = (x − center) · scale`. Both numbers are doubles and taken as exact: whoever maps and whoever changes
-/// the basis uses the same two numbers, so that the rounding of the map is no error at all.
+/// `t = (x − center) · scale`. Both numbers are doubles and taken as exact: whoever maps and
+/// whoever changes the basis uses the same two numbers, so that the rounding of the map is no error
+/// at all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mapping {
     pub center: f64,
@@ -11,8 +12,8 @@ pub struct Mapping {
 }
 
 impl Mapping {
-    /// Maps `[low, high]` onto [-1, 1] (to rounding). A box of zero width, or one too narrow for its
-    /// reciprocal to be a double, gets scale 1.
+    /// Maps `[low, high]` onto [-1, 1] (to rounding). A box of zero width, or one too narrow for
+    /// its reciprocal to be a double, gets scale 1.
     pub fn over(low: f64, high: f64) -> Self {
         let half = 0.5 * high - 0.5 * low;
         let scale = 1.0 / half;

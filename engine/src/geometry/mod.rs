@@ -1,5 +1,5 @@
-//! Bases on an axis (polynomials and B-splines: values, derivatives, changes of basis), and the curves and surfaces of the
-//! paper's section 2 that are made of them.
+//! Bases on an axis (polynomials and B-splines: values, derivatives, changes of basis), and the
+//! curves and surfaces of the paper's section 2 that are made of them.
 //!
 //! Bases are generic over [`crate::numerics::Real`], so that the same code answers in double and in
 //! double-double precision.

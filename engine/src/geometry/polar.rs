@@ -1,9 +1,11 @@
-//! Polar forms (blossoms) of splines: the one mechanism behind knot insertion, degree elevation and splitting.
+//! Polar forms (blossoms) of splines: the one mechanism behind knot insertion, degree elevation and
+//! splitting.
 //!
-//! To every polynomial of degree p belongs one symmetric function of p arguments, affine in each, that is the polynomial where all
-//! arguments are equal. The control points of a spline are its polar form at p consecutive knots, so that a change of knots is an evaluation
-//! (Ramshaw 1987; Boehm's knot insertion is the case of one knot more). Control points have N coordinates; those of a rational
-//! spline are (w x, w y, w z, w).
+//! To every polynomial of degree p belongs one symmetric function of p arguments, affine in each,
+//! that is the polynomial where all arguments are equal. The control points of a spline are its
+//! polar form at p consecutive knots, so that a change of knots is an evaluation (Ramshaw 1987;
+//! Boehm's knot insertion is the case of one knot more). Control points have N coordinates; those
+//! of a rational spline are (w x, w y, w z, w).
 
 use crate::geometry::BSplineBasis;
 use crate::numerics::{Dd, Real};
@@ -30,7 +32,8 @@ pub(crate) fn blossom<T: Real, const N: usize>(
     d[p]
 }
 
-/// The span of `old` that function `index` of `new` is read from: one that both share, as near to the function's middle as there is.
+/// The span of `old` that function `index` of `new` is read from: one that both share, as near to
+/// the function's middle as there is.
 fn source(old: &BSplineBasis, new: &BSplineBasis, index: usize) -> usize {
     let (p, knots) = (new.degree(), new.knots());
     let spans = p..new.size();
@@ -42,7 +45,8 @@ fn source(old: &BSplineBasis, new: &BSplineBasis, index: usize) -> usize {
     old.span(0.5 * knots[span] + 0.5 * knots[span + 1])
 }
 
-/// Control points over the knots of `new`, of the same degree: the same curve wherever every knot of `old` is also one of `new`.
+/// Control points over the knots of `new`, of the same degree: the same curve wherever every knot
+/// of `old` is also one of `new`.
 pub(crate) fn change_knots<T: Real, const N: usize>(
     old: &BSplineBasis,
     controls: &[[T; N]],
@@ -53,7 +57,8 @@ pub(crate) fn change_knots<T: Real, const N: usize>(
     (0..new.size()).map(|i| blossom(old, controls, source(old, new, i), &knots[i + 1..=i + p])).collect()
 }
 
-/// Control points over the knots of `new`, whose degree is one higher and whose knots stand once more each than those of `old`.
+/// Control points over the knots of `new`, whose degree is one higher and whose knots stand once
+/// more each than those of `old`.
 pub(crate) fn raise_degree<T: Real, const N: usize>(
     old: &BSplineBasis,
     controls: &[[T; N]],

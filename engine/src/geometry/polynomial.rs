@@ -1,9 +1,9 @@
 //! Polynomial bases on one axis.
 //!
-//! Fits are computed in Chebyshev polynomials of the mapped abscissa, which stay well conditioned; the caller's
-//! basis (raw monomials, or Chebyshev or Legendre polynomials on a domain) follows by an upper triangular
-//! change of basis `T`, formed in double-double: column `j` holds the caller's function `j` in the working
-//! Chebyshev polynomials, so that `X_caller = X_working · T`.
+//! Fits are computed in Chebyshev polynomials of the mapped abscissa, which stay well conditioned;
+//! the caller's basis (raw monomials, or Chebyshev or Legendre polynomials on a domain) follows by
+//! an upper triangular change of basis `T`, formed in double-double: column `j` holds the caller's
+//! function `j` in the working Chebyshev polynomials, so that `X_caller = X_working · T`.
 
 use nalgebra::DMatrix;
 
@@ -37,7 +37,8 @@ pub fn chebyshev_values<T: Real>(t: T, out: &mut [T]) {
 pub fn chebyshev_derivatives<T: Real>(order: usize, t: T, out: &mut [T]) {
     chebyshev_values(t, out);
     for d in 1..=order {
-        // T⁽ᵈ⁾ⱼ₊₁ = 2t T⁽ᵈ⁾ⱼ + 2d T⁽ᵈ⁻¹⁾ⱼ − T⁽ᵈ⁾ⱼ₋₁; `out` holds order d − 1 ahead of j, order d behind it
+        // T⁽ᵈ⁾ⱼ₊₁ = 2t T⁽ᵈ⁾ⱼ + 2d T⁽ᵈ⁻¹⁾ⱼ − T⁽ᵈ⁾ⱼ₋₁; `out` holds order d − 1 ahead of j, order d
+        // behind it
         let mut below = T::of(0.0);
         for j in 0..out.len() {
             let here = out[j];
@@ -88,7 +89,8 @@ pub fn values_and_derivatives(family: Family, x: f64, values: &mut [f64], deriva
     }
 }
 
-/// The change of basis `T` (upper triangular, `size × size`) from `family` to Chebyshev polynomials of `working`.
+/// The change of basis `T` (upper triangular, `size × size`) from `family` to Chebyshev polynomials
+/// of `working`.
 pub fn change_of_basis(family: Family, working: Mapping, size: usize) -> DMatrix<Dd> {
     // τ = offset + gain · t
     let x_gain = Dd::ONE / working.scale;
@@ -142,7 +144,8 @@ pub fn change_of_basis(family: Family, working: Mapping, size: usize) -> DMatrix
 mod tests {
     use super::*;
 
-    /// The caller's functions evaluated directly agree with their expansion in the working polynomials.
+    /// The caller's functions evaluated directly agree with their expansion in the working
+    /// polynomials.
     #[test]
     fn change_of_basis_reproduces_the_functions() {
         let working = Mapping::over(30.3, 33.9);

@@ -1,7 +1,8 @@
-//! The denominator of a rational B-spline basis, `Rᵢⱼ = wᵢⱼ NᵢNⱼ / W` with `W(u, v) = Σ wᵢⱼ Nᵢ(u) Nⱼ(v)` (Eq. 9).
+//! The denominator of a rational B-spline basis, `Rᵢⱼ = wᵢⱼ NᵢNⱼ / W` with `W(u, v) = Σ wᵢⱼ Nᵢ(u)
+//! Nⱼ(v)` (Eq. 9).
 //!
-//! A curve has one row of weights along u and the single function 1 along v. Who fits with given weights computes in
-//! `NᵢNⱼ / W`, from which `Rᵢⱼ` differs by the factor wᵢⱼ alone.
+//! A curve has one row of weights along u and the single function 1 along v. Who fits with given
+//! weights computes in `NᵢNⱼ / W`, from which `Rᵢⱼ` differs by the factor wᵢⱼ alone.
 
 use crate::numerics::Real;
 
@@ -49,7 +50,8 @@ impl WeightNet {
         &self.weights
     }
 
-    /// Whether weights differ along rows (u), and along columns (v): where they do not, W is constant that way.
+    /// Whether weights differ along rows (u), and along columns (v): where they do not, W is
+    /// constant that way.
     pub fn varies(&self) -> [bool; 2] {
         let rows = || self.weights.chunks_exact(self.columns.max(1));
         let along_u = rows().zip(rows().skip(1)).any(|(one, next)| one != next);
@@ -63,7 +65,8 @@ impl WeightNet {
         largest / least
     }
 
-    /// `Σ wᵢⱼ u[i] v[j]` for functions, or derivatives of functions, along the axes; zeros cost nothing.
+    /// `Σ wᵢⱼ u[i] v[j]` for functions, or derivatives of functions, along the axes; zeros cost
+    /// nothing.
     pub fn sum<T: Real>(&self, u: &[T], v: &[T]) -> T {
         let zero = T::of(0.0);
         let mut total = zero;
@@ -82,8 +85,8 @@ impl WeightNet {
         total
     }
 
-    /// Calls `each(column, ∂u, ∂v)` with the slopes of every `NᵢNⱼ / W` that is not 0 around; `u` and `v` hold values and first
-    /// derivatives along the axes.
+    /// Calls `each(column, ∂u, ∂v)` with the slopes of every `NᵢNⱼ / W` that is not 0 around; `u`
+    /// and `v` hold values and first derivatives along the axes.
     pub fn slopes(&self, u: [&[f64]; 2], v: [&[f64]; 2], mut each: impl FnMut(usize, f64, f64)) {
         let whole = self.sum(u[0], v[0]);
         let (along_u, along_v) = (self.sum(u[1], v[0]) / whole, self.sum(u[0], v[1]) / whole);
@@ -103,7 +106,8 @@ impl WeightNet {
     }
 }
 
-/// Derivatives of order 0 to `order` (at most 3) of n / w from those of n and of w, by Leibniz' rule.
+/// Derivatives of order 0 to `order` (at most 3) of n / w from those of n and of w, by Leibniz'
+/// rule.
 pub fn quotient<T: Real>(order: usize, n: [T; 4], w: [T; 4]) -> [T; 4] {
     const BINOMIAL: [[f64; 4]; 4] =
         [[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]];

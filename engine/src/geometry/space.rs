@@ -1,4 +1,5 @@
-//! What curves and surfaces have in common: points, how many coordinates count, and why a shape is refused.
+//! What curves and surfaces have in common: points, how many coordinates count, and why a shape is
+//! refused.
 
 use nalgebra::Vector3;
 
@@ -7,13 +8,15 @@ use crate::numerics::words::counted;
 /// A point or a derivative; coordinates beyond the shape's [`Dimension`] are 0.
 pub type Vector = Vector3<f64>;
 
-/// The highest degree of a B-spline or Bézier curve or surface. More neither an eye nor a machine could follow.
+/// The highest degree of a B-spline or Bézier curve or surface. More neither an eye nor a machine
+/// could follow.
 pub const HIGHEST_DEGREE: usize = 25;
 
 /// How many coordinates the values of a shape have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Dimension {
-    /// One number over the parameters: y(x) or z(u, v). Its place in space has the parameters as further coordinates.
+    /// One number over the parameters: y(x) or z(u, v). Its place in space has the parameters as
+    /// further coordinates.
     Graph = 1,
     /// Points (x, y).
     Plane = 2,

@@ -1,8 +1,9 @@
 //! Symmetric banded matrices: products, `L Lᵀ`, solves, and the band of the inverse.
 //!
-//! n rows of half-bandwidth w cost O(n w²) to factor, O(n w) to solve and O(n w²) for the entries of the inverse within the band
-//! (Takahashi's recursion), which is all that traces and variances need. Rows are stored end to end, so that the inner loops are
-//! dot products of neighbouring numbers.
+//! n rows of half-bandwidth w cost O(n w²) to factor, O(n w) to solve and O(n w²) for the entries
+//! of the inverse within the band (Takahashi's recursion), which is all that traces and variances
+//! need. Rows are stored end to end, so that the inner loops are dot products of neighbouring
+//! numbers.
 
 use super::cancel;
 use super::real::Real;
@@ -125,8 +126,9 @@ impl<T: Real> SymmetricBand<T> {
         SymmetricBand { size: self.size, width: self.width, entries: self.entries.iter().map(|x| x.to_f64()).collect() }
     }
 
-    /// `A = L Lᵀ`. A column whose pivot is at most `floor` times its diagonal entry is not told from those before it: it is left out
-    /// (as if its row and column were those of the identity) and named.
+    /// `A = L Lᵀ`. A column whose pivot is at most `floor` times its diagonal entry is not told
+    /// from those before it: it is left out (as if its row and column were those of the identity)
+    /// and named.
     pub fn cholesky(mut self, floor: f64) -> Cholesky<T> {
         let mut undetermined = Vec::new();
         let mut skipped = vec![false; self.size];

@@ -1,7 +1,9 @@
-//! Banded matrices: factorisation with row exchanges, solves with the matrix and with its transpose.
+//! Banded matrices: factorisation with row exchanges, solves with the matrix and with its
+//! transpose.
 //!
-//! Interpolation by splines asks for these: `n` equations of which each knows a handful of neighbours. Work and room are
-//! O(n · bandwidth²) and O(n · bandwidth). Over [`super::Dd`] a solve keeps all digits of a double for any spacing that doubles can tell.
+//! Interpolation by splines asks for these: `n` equations of which each knows a handful of
+//! neighbours. Work and room are O(n · bandwidth²) and O(n · bandwidth). Over [`super::Dd`] a solve
+//! keeps all digits of a double for any spacing that doubles can tell.
 
 use super::cancel;
 use super::real::Real;
@@ -12,7 +14,8 @@ pub struct Banded<T> {
     size: usize,
     lower: usize,
     upper: usize,
-    /// Row by row, each with `lower + 1 + upper` entries and `lower` more for what row exchanges fill in.
+    /// Row by row, each with `lower + 1 + upper` entries and `lower` more for what row exchanges
+    /// fill in.
     entries: Vec<T>,
 }
 
@@ -39,7 +42,8 @@ impl<T: Real> Banded<T> {
         2 * self.lower + self.upper + 1
     }
 
-    /// Where entry (row, column) lies; the column is within the band of the row or what may be filled in.
+    /// Where entry (row, column) lies; the column is within the band of the row or what may be
+    /// filled in.
     fn at(&self, row: usize, column: usize) -> usize {
         row * self.width() + column + self.lower - row
     }

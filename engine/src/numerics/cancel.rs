@@ -1,21 +1,24 @@
 //! Cancellation: long loops ask now and then whether their result is still wanted.
 //!
-//! Whoever starts a computation runs it under a [`Handle`] ([`Handle::run`]); loops anywhere below call [`checkpoint`]. Once the
-//! handle is cancelled or past its deadline, the next checkpoint unwinds the stack up to `run`, which answers [`Cancelled`].
-//! Destructors run on the way, so memory, locks and places are given back as at any return.
+//! Whoever starts a computation runs it under a [`Handle`] ([`Handle::run`]); loops anywhere below
+//! call [`checkpoint`]. Once the handle is cancelled or past its deadline, the next checkpoint
+//! unwinds the stack up to `run`, which answers [`Cancelled`]. Destructors run on the way, so
+//! memory, locks and places are given back as at any return.
 //!
-//! Unwinding, and not a `Result` through every signature: mathematics would become half error handling for an error that it can
-//! neither cause nor mend, and a loop in a callback of a library could not pass it on at all. Salsa cancels queries of
-//! rust-analyzer in the same way. The payload is a private type raised by `resume_unwind`, so no panic hook is called, nothing is
-//! logged, and any other panic passes through `run` untouched. A checkpoint decides about going on only: results are the same
-//! bits with and without a handle.
+//! Unwinding, and not a `Result` through every signature: mathematics would become half error
+//! handling for an error that it can neither cause nor mend, and a loop in a callback of a library
+//! could not pass it on at all. Salsa cancels queries of rust-analyzer in the same way. The payload
+//! is a private type raised by `resume_unwind`, so no panic hook is called, nothing is logged, and
+//! any other panic passes through `run` untouched. A checkpoint decides about going on only:
+//! results are the same bits with and without a handle.
 //!
-//! A checkpoint is a read of a thread-local and of a flag (and of the clock if there is a deadline), a few nanoseconds. It belongs into
-//! every loop whose length a request decides, where a turn costs a microsecond or more, such that at most 5 ms pass between two;
-//! kernels over vectors have none. Loops over cheap turns ask once in a stretch of them ([`every`], [`Asking`]).
+//! A checkpoint is a read of a thread-local and of a flag (and of the clock if there is a
+//! deadline), a few nanoseconds. It belongs into every loop whose length a request decides, where a
+//! turn costs a microsecond or more, such that at most 5 ms pass between two; kernels over vectors
+//! have none. Loops over cheap turns ask once in a stretch of them ([`every`], [`Asking`]).
 //!
-//! The handle is installed for the thread. Work that goes to other threads (rayon) takes it along: [`current`] before,
-//! [`carry`] inside.
+//! The handle is installed for the thread. Work that goes to other threads (rayon) takes it along:
+//! [`current`] before, [`carry`] inside.
 
 use std::{
     cell::RefCell,
@@ -77,13 +80,15 @@ impl Handle {
             || self.0.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// Does `work` under this handle. Work that was done before a checkpoint saw the cancellation has its result.
+    /// Does `work` under this handle. Work that was done before a checkpoint saw the cancellation
+    /// has its result.
     pub fn run<T>(&self, work: impl FnOnce() -> T) -> Result<T, Cancelled> {
         let inside = || {
             checkpoint();
             work()
         };
-        // What the work has borrowed is not looked at after an unwinding: it goes on, or only the marker is left of it.
+        // What the work has borrowed is not looked at after an unwinding: it goes on, or only the
+        // marker is left of it.
         match catch_unwind(AssertUnwindSafe(|| carry(Some(self), inside))) {
             Ok(result) => Ok(result),
             Err(payload) => match payload.downcast_ref::<Unwinding>() {
@@ -108,8 +113,8 @@ pub fn current() -> Option<Handle> {
     CURRENT.with_borrow(Clone::clone)
 }
 
-/// Does `work` under a handle that was [`current`] on another thread, or under none where there was none: a thread of rayon that
-/// waits may do the work of another computation meanwhile.
+/// Does `work` under a handle that was [`current`] on another thread, or under none where there was
+/// none: a thread of rayon that waits may do the work of another computation meanwhile.
 pub fn carry<T>(handle: Option<&Handle>, work: impl FnOnce() -> T) -> T {
     let _restore = Restore(CURRENT.replace(handle.cloned()));
     work()
@@ -124,8 +129,9 @@ pub fn checkpoint() {
 /// Work between two checkpoints of a loop, in the unit of [`every`]: a tenth of a millisecond.
 const STRETCH: usize = 100_000;
 
-/// A checkpoint now and then in a loop whose turns cost about `cost` nanoseconds each (or multiplications; an estimate that is
-/// wrong by a factor of ten does no harm). `turn` counts from 0. A loop that is over soon has none.
+/// A checkpoint now and then in a loop whose turns cost about `cost` nanoseconds each (or
+/// multiplications; an estimate that is wrong by a factor of ten does no harm). `turn` counts from
+/// 0. A loop that is over soon has none.
 #[inline]
 pub fn every(cost: usize, turn: usize) {
     if (turn + 1).is_multiple_of(STRETCH / cost.max(1) + 1) {
@@ -133,7 +139,8 @@ pub fn every(cost: usize, turn: usize) {
     }
 }
 
-/// A comparison for sorting that passes a checkpoint now and then. (What a cancelled sort leaves is a permutation, and goes away.)
+/// A comparison for sorting that passes a checkpoint now and then. (What a cancelled sort leaves is
+/// a permutation, and goes away.)
 pub fn comparing<T>(mut compare: impl FnMut(&T, &T) -> Ordering) -> impl FnMut(&T, &T) -> Ordering {
     let mut left = STRETCH / 10;
     move |a, b| {
@@ -183,7 +190,8 @@ impl<I: Iterator> Iterator for Checked<I> {
     }
 }
 
-/// A checkpoint of a handle that is not this thread's: for turns of a parallel loop that are too short to be carried.
+/// A checkpoint of a handle that is not this thread's: for turns of a parallel loop that are too
+/// short to be carried.
 #[inline]
 pub fn ask(handle: Option<&Handle>) {
     if let Some(handle) = handle

@@ -1,8 +1,8 @@
 //! The condition number of a matrix that is only known by what it does to vectors.
 //!
-//! The largest singular value of `A` and of `A⁻¹` by the bidiagonalisation of Golub and Kahan, every vector made
-//! orthogonal to all before it. As many steps as rows give the value itself; for larger matrices [`STEPS`] of them come within
-//! about 1e-6 of it, from below.
+//! The largest singular value of `A` and of `A⁻¹` by the bidiagonalisation of Golub and Kahan,
+//! every vector made orthogonal to all before it. As many steps as rows give the value itself; for
+//! larger matrices [`STEPS`] of them come within about 1e-6 of it, from below.
 
 use nalgebra::DMatrix;
 
@@ -15,8 +15,8 @@ pub const STEPS: usize = 96;
 /// Between two looks at whether the value still grows.
 const STRIDE: usize = 8;
 
-/// Largest singular value of the `size × size` matrix behind `forward` (A x) and `transposed` (Aᵀ x), both in place.
-/// None if it is not finite.
+/// Largest singular value of the `size × size` matrix behind `forward` (A x) and `transposed` (Aᵀ
+/// x), both in place. None if it is not finite.
 pub fn largest_singular_value(
     size: usize,
     mut forward: impl FnMut(&mut [f64]),
@@ -57,7 +57,8 @@ pub fn largest_singular_value(
     None
 }
 
-/// A start without symmetry, so that no singular vector is missed: the fractions of multiples of the golden ratio.
+/// A start without symmetry, so that no singular vector is missed: the fractions of multiples of
+/// the golden ratio.
 fn start(size: usize) -> Vec<f64> {
     (1..=size).map(|i| (i as f64 * 0.618_033_988_749_894_9).fract() - 0.45).collect()
 }
@@ -77,7 +78,8 @@ fn scale(v: &mut [f64]) -> Option<f64> {
     length.is_finite().then_some(length)
 }
 
-/// Takes the parts along `others` (orthonormal) away, twice, and everything if only rounding is left.
+/// Takes the parts along `others` (orthonormal) away, twice, and everything if only rounding is
+/// left.
 fn orthogonalise(v: &mut [f64], others: &[Vec<f64>]) {
     let length = |v: &[f64]| v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let before = length(v);

@@ -1,9 +1,10 @@
 //! Quantiles of Fisher's F, by the regularised incomplete beta function.
 //!
-//! With a and b degrees of freedom `P(F > f) = I_x(b/2, a/2)`, `x = b / (b + a f)`. Student's t of b degrees of freedom is the square root
-//! of F with 1 and b.
+//! With a and b degrees of freedom `P(F > f) = I_x(b/2, a/2)`, `x = b / (b + a f)`. Student's t of
+//! b degrees of freedom is the square root of F with 1 and b.
 
-/// f with `P(F > f) = tail` for F of `a` and `b` degrees of freedom, both at least 1 and 0 < tail < 1: by bisection.
+/// f with `P(F > f) = tail` for F of `a` and `b` degrees of freedom, both at least 1 and 0 < tail <
+/// 1: by bisection.
 pub fn upper_quantile(tail: f64, a: f64, b: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     // I grows with x, and f falls with it

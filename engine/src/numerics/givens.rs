@@ -1,9 +1,10 @@
 //! A triangular factor that takes one row at a time, by Givens rotations.
 //!
-//! Folding a row into `[R | Qᵀy]` costs O(n²) and keeps nothing of the row: what the columns cannot reach of `y` goes to the
-//! residual sum of squares. Entries of the row that are exactly 0 cost nothing, so rows of B-splines are cheap, and a
-//! direction that no row has touched stays exactly 0. Rotations are orthogonal: after any number of rows `R` is the factor of
-//! all of them to rounding, however they were handed over.
+//! Folding a row into `[R | Qᵀy]` costs O(n²) and keeps nothing of the row: what the columns cannot
+//! reach of `y` goes to the residual sum of squares. Entries of the row that are exactly 0 cost
+//! nothing, so rows of B-splines are cheap, and a direction that no row has touched stays exactly
+//! 0. Rotations are orthogonal: after any number of rows `R` is the factor of all of them to
+//! rounding, however they were handed over.
 
 use nalgebra::DMatrix;
 
@@ -78,7 +79,8 @@ impl<T: Real> Triangle<T> {
         self.rss.is_finite() && self.rows.iter().chain(&self.qty).all(|x| x.is_finite())
     }
 
-    /// Multiplies the rows seen so far (and what was seen of `y`) by `factor`, whose square is `squared`.
+    /// Multiplies the rows seen so far (and what was seen of `y`) by `factor`, whose square is
+    /// `squared`.
     pub fn scale(&mut self, factor: T, squared: T) {
         self.rows.iter_mut().chain(&mut self.qty).for_each(|x| *x *= factor);
         self.rss *= squared;
@@ -109,7 +111,8 @@ impl<T: Real> Triangle<T> {
     }
 }
 
-/// `c`, `s` and `√(a² + b²)` of the rotation that turns `(a, b)` into `(√(a² + b²), 0)`; `b` is not 0.
+/// `c`, `s` and `√(a² + b²)` of the rotation that turns `(a, b)` into `(√(a² + b²), 0)`; `b` is not
+/// 0.
 fn rotation<T: Real>(a: T, b: T) -> (T, T, T) {
     const RANGE: std::ops::Range<f64> = 1e-120..1e120;
     let one = T::one();

@@ -1,12 +1,14 @@
 //! Singular values and vectors by one-sided Jacobi rotations.
 //!
-//! Pairs of columns are rotated until all are orthogonal to working precision, relative to their own lengths. That is what
-//! keeps the digits of small singular values: for `A = B D` with any diagonal `D` every singular value is accurate to
-//! the condition of `B`, not of `A`. Columns are taken longest first (de Rijk), which saves sweeps.
+//! Pairs of columns are rotated until all are orthogonal to working precision, relative to their
+//! own lengths. That is what keeps the digits of small singular values: for `A = B D` with any
+//! diagonal `D` every singular value is accurate to the condition of `B`, not of `A`. Columns are
+//! taken longest first (de Rijk), which saves sweeps.
 //!
-//! The matrix is scaled by a power of two to the top of the range of a double, so that columns shorter than the longest by
-//! up to 280 decimal orders still have squares; what is shorter counts as zero. A column that rotations have shortened
-//! to the square of the roundoff is a dependent one and becomes zero.
+//! The matrix is scaled by a power of two to the top of the range of a double, so that columns
+//! shorter than the longest by up to 280 decimal orders still have squares; what is shorter counts
+//! as zero. A column that rotations have shortened to the square of the roundoff is a dependent one
+//! and becomes zero.
 
 use nalgebra::DMatrix;
 
@@ -18,11 +20,13 @@ use super::real::Real;
 
 /// Sweeps over all pairs after which the iteration counts as failed; 5 to 10 are usual.
 const SWEEP_LIMIT: usize = 60;
-/// The binary exponent the largest entry is scaled to; leaves room for the squares of columns of a million entries.
+/// The binary exponent the largest entry is scaled to; leaves room for the squares of columns of a
+/// million entries.
 const TOP_EXPONENT: i32 = 490;
 /// Squared lengths below this have lost digits to underflow.
 const SMALLEST_SQUARE: f64 = 1e-270;
-/// Entries that differ by less than this count as equal where the sign of a vector is chosen: rounding must not choose it.
+/// Entries that differ by less than this count as equal where the sign of a vector is chosen:
+/// rounding must not choose it.
 const SIGN_TIE: f64 = 1e-9;
 
 /// The singular value decomposition `A V = U Σ`.
@@ -32,8 +36,8 @@ pub struct Svd<T: Real> {
     pub sigma: Vec<T>,
     /// `A V`: column `i` is `σᵢ uᵢ`.
     pub us: DMatrix<T>,
-    /// The right singular vectors, `n x n`; of each the entry of largest modulus, the first of those equal to
-    /// nine digits, is positive.
+    /// The right singular vectors, `n x n`; of each the entry of largest modulus, the first of
+    /// those equal to nine digits, is positive.
     pub v: DMatrix<T>,
 }
 
@@ -94,7 +98,8 @@ struct Facts<T> {
     square: T,
     /// Length, as a double.
     length: f64,
-    /// The squared length of what the column was made from: its root times the roundoff is what its entries may be wrong by.
+    /// The squared length of what the column was made from: its root times the roundoff is what its
+    /// entries may be wrong by.
     origin: f64,
 }
 
@@ -140,7 +145,8 @@ impl<T: Real> Columns<T> {
         for _ in 0..SWEEP_LIMIT {
             cancel::checkpoint();
             let worst = self.sweep(tolerance);
-            // Rotations leave of every cosine at most about the product of two such numbers, times the pairs that mix.
+            // Rotations leave of every cosine at most about the product of two such numbers, times
+            // the pairs that mix.
             if worst.cosine * worst.turn * self.n as f64 <= tolerance {
                 for j in 0..self.n {
                     self.measure(j);
@@ -247,7 +253,8 @@ impl<T: Real> Columns<T> {
             let column = &self.lanes[j * self.stride..(j + 1) * self.stride];
             let read = |lanes: &[T::Lanes], i: usize| lanes[i / WIDTH].get(i % WIDTH);
             let (above, below) = column.split_at(top);
-            // The roundings of many cosines add up to a length of `v` off by some units; `A V` carries the same factor.
+            // The roundings of many cosines add up to a length of `v` off by some units; `A V`
+            // carries the same factor.
             let unit = T::one() / dot::<T>(below, below).sqrt();
             let largest = (0..n).map(|i| read(below, i).to_f64().abs()).fold(0.0, f64::max);
             let first = (0..n).map(|i| read(below, i).to_f64()).find(|x| x.abs() >= largest * (1.0 - SIGN_TIE));
@@ -265,8 +272,8 @@ struct Worst {
     turn: f64,
 }
 
-/// The tangent of the smaller of the two angles that make a pair orthogonal; `difference` is the squared length of the first
-/// column less that of the second, `inner` their scalar product.
+/// The tangent of the smaller of the two angles that make a pair orthogonal; `difference` is the
+/// squared length of the first column less that of the second, `inner` their scalar product.
 #[inline(always)]
 fn tangent(difference: f64, inner: f64) -> f64 {
     let zeta = difference * 0.5 / inner;

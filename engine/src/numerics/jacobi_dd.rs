@@ -1,7 +1,8 @@
 //! The singular value decomposition in double-double, started from the one in double.
 //!
-//! Sweeps in double-double are dear, so all but the last one or two are done in double: the right singular vectors of the
-//! rounded matrix, made orthogonal to double-double precision, turn the matrix into one whose columns are nearly orthogonal.
+//! Sweeps in double-double are dear, so all but the last one or two are done in double: the right
+//! singular vectors of the rounded matrix, made orthogonal to double-double precision, turn the
+//! matrix into one whose columns are nearly orthogonal.
 
 use nalgebra::DMatrix;
 
@@ -10,11 +11,13 @@ use super::dd::Dd;
 use super::jacobi::{Columns, Svd, scale_exponent, svd, write};
 use super::lanes::{DdLanes, Lanes, WIDTH, axpy, dot, lanes_for};
 
-/// Decomposes `a` to double-double precision. None if an entry is not finite or the iteration does not end.
+/// Decomposes `a` to double-double precision. None if an entry is not finite or the iteration does
+/// not end.
 pub fn svd_dd(a: &DMatrix<Dd>) -> Option<Svd<Dd>> {
     let exponent = scale_exponent(a)?;
     let (rows, n) = a.shape();
-    // The rounded matrix is scaled too, so that no entry that counts is lost to the range of a double.
+    // The rounded matrix is scaled too, so that no entry that counts is lost to the range of a
+    // double.
     let start = match svd(a.map(|x| x.ldexp(exponent).hi)) {
         Some(double) => orthonormal(&double.v),
         None => identity(n),
@@ -42,7 +45,8 @@ pub fn svd_dd(a: &DMatrix<Dd>) -> Option<Svd<Dd>> {
     Some(columns.finish(exponent))
 }
 
-/// Makes a matrix orthogonal that is so to double precision: `V (3/2 I - VᵀV / 2)` and the next term of that series.
+/// Makes a matrix orthogonal that is so to double precision: `V (3/2 I - VᵀV / 2)` and the next
+/// term of that series.
 fn orthonormal(v: &DMatrix<f64>) -> Vec<DdLanes> {
     let n = v.ncols();
     let side = lanes_for(n);

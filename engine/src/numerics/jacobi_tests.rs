@@ -76,7 +76,8 @@ fn compare(sigma: &[Dd], descending: &[&str], digits: i32) {
 
 #[test]
 fn hilbert_matrix_of_order_five() {
-    // Computed with 100 digits from H[i][j] = 1/(i+j+1); the second list from its entries rounded to double.
+    // Computed with 100 digits from H[i][j] = 1/(i+j+1); the second list from its entries rounded
+    // to double.
     let exact = DMatrix::from_fn(5, 5, |i, j| Dd::ONE / (i + j + 1) as f64);
     let svd = svd_dd(&exact).expect("converges");
     check(&exact, &svd, 100.0);

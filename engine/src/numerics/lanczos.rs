@@ -1,5 +1,5 @@
-//! The largest eigenvalue of a symmetric positive semidefinite operator that can only be applied (Lanczos, with the basis kept
-//! orthogonal throughout).
+//! The largest eigenvalue of a symmetric positive semidefinite operator that can only be applied
+//! (Lanczos, with the basis kept orthogonal throughout).
 
 use super::cancel::{self, Asking};
 
@@ -7,11 +7,13 @@ use super::cancel::{self, Asking};
 const MOST: usize = 400;
 /// Applications between two looks at the small eigenproblem.
 const STRIDE: usize = 12;
-/// Residual of the eigenvector at the end, relative to the eigenvalue, whose own error is of the second order in it.
+/// Residual of the eigenvector at the end, relative to the eigenvalue, whose own error is of the
+/// second order in it.
 const TOLERANCE: f64 = 1e-7;
 
-/// The largest eigenvalue of the operator `apply` on vectors of length `size`; `None` where it is not found within the limit.
-/// The same operator gives the same bits: the start is a fixed sequence of numbers.
+/// The largest eigenvalue of the operator `apply` on vectors of length `size`; `None` where it is
+/// not found within the limit. The same operator gives the same bits: the start is a fixed sequence
+/// of numbers.
 pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Option<f64> {
     let length = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut state = 0x9e37_79b9_7f4a_7c15u64;

@@ -1,10 +1,11 @@
 //! Inner loops over four numbers at a time.
 //!
-//! Columns are stored as slices of lanes (double-doubles with their high and low parts apart, so that both fill whole
-//! vector registers), padded with zeros. Padding never disturbs: every operation maps zeros to zeros.
+//! Columns are stored as slices of lanes (double-doubles with their high and low parts apart, so
+//! that both fill whole vector registers), padded with zeros. Padding never disturbs: every
+//! operation maps zeros to zeros.
 //!
-//! Sums of double-doubles are "sloppy" here: their error is relative to the terms, not to the sum, which is all that an
-//! orthogonal transformation of a column needs, at half the cost.
+//! Sums of double-doubles are "sloppy" here: their error is relative to the terms, not to the sum,
+//! which is all that an orthogonal transformation of a column needs, at half the cost.
 
 use super::dd::{Dd, quick_two_sum, two_prod, two_sum};
 use super::real::Real;
@@ -21,7 +22,8 @@ pub trait Lanes<T>: Copy + Send + Sync {
     fn get(&self, k: usize) -> T;
     /// Puts `x` into lane `k`.
     fn set(&mut self, k: usize, x: T);
-    /// `self + x * y` in every lane, for running sums: not normalised, only [`Lanes::total`] may follow.
+    /// `self + x * y` in every lane, for running sums: not normalised, only [`Lanes::total`] may
+    /// follow.
     fn accumulate(self, x: Self, y: Self) -> Self;
     /// The sum of two running sums.
     fn join(self, other: Self) -> Self;
@@ -196,7 +198,8 @@ pub fn axpy<T: Real>(factor: T, x: &[T::Lanes], y: &mut [T::Lanes]) {
     }
 }
 
-/// `x <- x + t y` and `y <- y - t x`: the plane rotation by `atan t` without its common factor `cos`.
+/// `x <- x + t y` and `y <- y - t x`: the plane rotation by `atan t` without its common factor
+/// `cos`.
 #[inline(always)]
 pub fn shear<T: Real>(t: f64, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
     for (x, y) in x.iter_mut().zip(y) {
@@ -206,7 +209,8 @@ pub fn shear<T: Real>(t: f64, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
     }
 }
 
-/// The plane rotation `x <- c (x + t y)`, `y <- c (y - t x)`. Equal columns and `t = 1` leave exact zeros in `y`.
+/// The plane rotation `x <- c (x + t y)`, `y <- c (y - t x)`. Equal columns and `t = 1` leave exact
+/// zeros in `y`.
 #[inline(always)]
 pub fn rotate<T: Real>(t: f64, c: T, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
     for (x, y) in x.iter_mut().zip(y) {

@@ -1,13 +1,15 @@
 //! Number kernels that know nothing but numbers.
 //!
-//! The small eigenvalues of a measurement are what the service is about, so everything here is made to keep them:
-//! an orthogonal triangularisation ([`qr`]) instead of the normal equations, one-sided Jacobi ([`jacobi`]) for singular
-//! values with high relative accuracy, and the same algorithms once more in double-double ([`dd`]) for data whose
-//! digits a double cannot hold. [`Real`] is the number type the algorithms are generic over; [`lanes`] holds its
-//! inner loops over columns, four numbers at a time, and [`wide`] those over nodes.
+//! The small eigenvalues of a measurement are what the service is about, so everything here is made
+//! to keep them: an orthogonal triangularisation ([`qr`]) instead of the normal equations,
+//! one-sided Jacobi ([`jacobi`]) for singular values with high relative accuracy, and the same
+//! algorithms once more in double-double ([`dd`]) for data whose digits a double cannot hold.
+//! [`Real`] is the number type the algorithms are generic over; [`lanes`] holds its inner loops
+//! over columns, four numbers at a time, and [`wide`] those over nodes.
 //!
-//! Conventions: matrices are column-major `nalgebra::DMatrix`; triangular factors are upper; singular values ascend.
-//! Every result is a fixed sequence of operations: equal input gives equal bits.
+//! Conventions: matrices are column-major `nalgebra::DMatrix`; triangular factors are upper;
+//! singular values ascend. Every result is a fixed sequence of operations: equal input gives equal
+//! bits.
 
 pub mod band_cholesky;
 pub mod banded;

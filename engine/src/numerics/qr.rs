@@ -1,9 +1,11 @@
-//! The triangular factor of a tall matrix and the right-hand side carried along, by Householder reflections.
+//! The triangular factor of a tall matrix and the right-hand side carried along, by Householder
+//! reflections.
 //!
-//! The first block of rows is triangularised where it stands. Later rows are folded into the factor block by block: one
-//! reflection per column sends the column of the block to nothing and the diagonal of `R` to the joint length. So the
-//! work stays in the cache however many rows there are. `Q` is never formed. Each column of `R` is as accurate
-//! as the column of the matrix it came from, whatever the sizes of the other columns.
+//! The first block of rows is triangularised where it stands. Later rows are folded into the factor
+//! block by block: one reflection per column sends the column of the block to nothing and the
+//! diagonal of `R` to the joint length. So the work stays in the cache however many rows there are.
+//! `Q` is never formed. Each column of `R` is as accurate as the column of the matrix it came from,
+//! whatever the sizes of the other columns.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,10 +20,12 @@ const BLOCK: usize = 128;
 /// Columns between two checkpoints: small matrices have few.
 const STRETCH: usize = 8;
 
-/// The triangular factor, the transformed right-hand side and the squared length of what the columns cannot reach.
+/// The triangular factor, the transformed right-hand side and the squared length of what the
+/// columns cannot reach.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Qr<T: Real> {
-    /// `n x n`, upper triangular, diagonal not negative; zero rows below if there were fewer than `n` rows.
+    /// `n x n`, upper triangular, diagonal not negative; zero rows below if there were fewer than
+    /// `n` rows.
     pub r: DMatrix<T>,
     /// The first `n` entries of `Qᵀy`; zeros where `r` has zero rows.
     pub qty: DVector<T>,
@@ -29,7 +33,8 @@ pub struct Qr<T: Real> {
     pub rss: T,
 }
 
-/// Triangularises `a` and applies the same reflections to `y`, which has as many entries as `a` has rows.
+/// Triangularises `a` and applies the same reflections to `y`, which has as many entries as `a` has
+/// rows.
 pub fn qr_with_rhs<T: Real>(a: DMatrix<T>, y: DVector<T>) -> Qr<T> {
     let (rows, n) = a.shape();
     let block = BLOCK.max(2 * n);
@@ -150,7 +155,8 @@ impl<T: Real> Fold<T> {
     }
 }
 
-/// The reflection `I - factor v vᵀ` that turns a column into `diagonal` on top of zeros; `v` is `top` on top of the block column.
+/// The reflection `I - factor v vᵀ` that turns a column into `diagonal` on top of zeros; `v` is
+/// `top` on top of the block column.
 struct Reflection<T> {
     top: T,
     factor: T,
@@ -158,8 +164,8 @@ struct Reflection<T> {
 }
 
 impl<T: Real> Reflection<T> {
-    /// None for a zero column. Scales `tail` (and with it `v`, whose length does not matter) by a power of two where its
-    /// squares would leave the range of a double.
+    /// None for a zero column. Scales `tail` (and with it `v`, whose length does not matter) by a
+    /// power of two where its squares would leave the range of a double.
     fn of(head: T, tail: &mut [T::Lanes]) -> Option<Self> {
         const RANGE: std::ops::Range<f64> = 1e-120..1e120;
         let mut head = head;

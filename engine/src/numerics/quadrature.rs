@@ -1,5 +1,5 @@
-//! Gauss–Legendre quadrature to double-double precision: exact for polynomials, so that penalties are integrals and no
-//! approximations of them.
+//! Gauss–Legendre quadrature to double-double precision: exact for polynomials, so that penalties
+//! are integrals and no approximations of them.
 
 use super::dd::Dd;
 

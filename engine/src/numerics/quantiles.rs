@@ -1,7 +1,8 @@
 //! Medians and quantiles of finite numbers.
 //!
-//! A quantile between two order statistics is interpolated linearly (type 7 of Hyndman and Fan, what most
-//! statistical programs give unasked); the median is the middle one, or the mean of the two in the middle.
+//! A quantile between two order statistics is interpolated linearly (type 7 of Hyndman and Fan,
+//! what most statistical programs give unasked); the median is the middle one, or the mean of the
+//! two in the middle.
 
 /// The median; `values` is put into another order. NaN for no values.
 pub fn median(values: &mut [f64]) -> f64 {

@@ -1,4 +1,5 @@
-//! The number type the algorithms are generic over: `f64`, or [`Dd`] where a double has too few digits.
+//! The number type the algorithms are generic over: `f64`, or [`Dd`] where a double has too few
+//! digits.
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 

@@ -1,8 +1,8 @@
 //! Compensated sums and products of slices of doubles, with the result kept in double-double.
 //!
-//! Both behave as if computed in twice the precision: the error is about `len^2 * 2^-106` times the sum of the moduli
-//! of the terms. Eight running sums hide the latency of the additions; the order is fixed, so the same slices always
-//! give the same bits.
+//! Both behave as if computed in twice the precision: the error is about `len^2 * 2^-106` times the
+//! sum of the moduli of the terms. Eight running sums hide the latency of the additions; the order
+//! is fixed, so the same slices always give the same bits.
 
 use super::dd::{Dd, two_prod, two_sum};
 

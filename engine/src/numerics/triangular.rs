@@ -1,7 +1,8 @@
 //! Upper triangular matrices: Cholesky factor, solves, inverse, product.
 //!
-//! All loops run down columns, which is how the entries lie. Only the upper triangle is ever read. A zero on the diagonal
-//! makes a solve answer with infinities or NaN; whoever may meet one looks at the diagonal first.
+//! All loops run down columns, which is how the entries lie. Only the upper triangle is ever read.
+//! A zero on the diagonal makes a solve answer with infinities or NaN; whoever may meet one looks
+//! at the diagonal first.
 
 use nalgebra::DMatrix;
 
@@ -10,7 +11,8 @@ use super::real::Real;
 
 /// The upper triangular `R` of positive diagonal with `RᵀR = G`, from the upper triangle of `g`.
 ///
-/// None if a pivot is not above `n * EPSILON * g_jj`, where rounding could have made it up, or is not finite.
+/// None if a pivot is not above `n * EPSILON * g_jj`, where rounding could have made it up, or is
+/// not finite.
 pub fn cholesky<T: Real>(g: &DMatrix<T>) -> Option<DMatrix<T>> {
     let n = g.ncols();
     let mut r = DMatrix::<T>::zeros(n, n);

@@ -1,8 +1,9 @@
 //! Four doubles in one register.
 //!
-//! Compilers turn loops over small arrays into vector instructions, but lose sight of them in longer kernels. Where the
-//! target has AVX and FMA a [`F64x4`] is therefore such a register by name; elsewhere it is an array. Both do the same
-//! correctly rounded operations in the same order, so that results do not depend on the processor.
+//! Compilers turn loops over small arrays into vector instructions, but lose sight of them in
+//! longer kernels. Where the target has AVX and FMA a [`F64x4`] is therefore such a register by
+//! name; elsewhere it is an array. Both do the same correctly rounded operations in the same order,
+//! so that results do not depend on the processor.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

@@ -16,7 +16,8 @@ pub trait Lanes: Copy + Send + Sync {
     fn doubled(self) -> Self;
     /// `self · a + b`.
     fn fma(self, a: Self, b: Self) -> Self;
-    /// `self + a · b` for running sums, whose low part may overlap the high one: call [`Self::settled`] at the end.
+    /// `self + a · b` for running sums, whose low part may overlap the high one: call
+    /// [`Self::settled`] at the end.
     fn accumulate(self, a: Self, b: Self) -> Self;
     /// A running sum as a number again.
     fn settled(self) -> Self;

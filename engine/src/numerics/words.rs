@@ -4,7 +4,8 @@
 
 use std::fmt;
 
-/// A number in a message: in plain digits where that is short, else with an exponent. Nothing is rounded away.
+/// A number in a message: in plain digits where that is short, else with an exponent. Nothing is
+/// rounded away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown(pub f64);
 

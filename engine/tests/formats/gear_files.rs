@@ -1,4 +1,5 @@
-//! One door for all files, and what comes through it damaged: no panic, no more memory than the input allows, faults within the file.
+//! One door for all files, and what comes through it damaged: no panic, no more memory than the
+//! input allows, faults within the file.
 
 use flankfit_engine::formats::{
     FileError, GearFile, Place,
@@ -274,7 +275,8 @@ fn random_bytes_are_refused_or_read() {
 
 #[test]
 fn promised_counts_take_no_memory() {
-    // a thousand heads that each promise thousands of millions: the first one is refused, and nothing was set aside for it
+    // a thousand heads that each promise thousands of millions: the first one is refused, and
+    // nothing was set aside for it
     let head = "Zahn-Nr.: 1 links / 4000000000 Werte x= 1\n";
     let text = format!("HEADER KS.MK.FILE\n{}", head.repeat(1000));
     let fault = read(text.as_bytes(), None).unwrap_err();

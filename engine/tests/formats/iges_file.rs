@@ -97,7 +97,8 @@ fn number(text: &str) -> usize {
     text.trim().parse().unwrap_or_else(|_| panic!("{text:?} is not a number"))
 }
 
-/// Comma-separated fields up to the semicolon; what follows is blank. The global section begins with its delimiters.
+/// Comma-separated fields up to the semicolon; what follows is blank. The global section begins
+/// with its delimiters.
 fn fields(data: &str, global: bool) -> Vec<Field> {
     let mut fields = Vec::new();
     let mut rest = data;

@@ -1,4 +1,5 @@
-//! Curve files: every shape of the format is read to the same traces, and what cannot be read has a line and a column.
+//! Curve files: every shape of the format is read to the same traces, and what cannot be read has a
+//! line and a column.
 
 use flankfit_engine::{
     formats::{
@@ -297,7 +298,8 @@ fn tables_behind_the_traces() {
 
 /// A small file with something put in the place of a line.
 fn small(from: &str, to: &str) -> Result<Curves, FileError> {
-    let text = "HEADER KS.MK.FILE\nUNITS mm\n  22 :Zähnezahl z....: 52\nProfil:\nZahn-Nr.: 3 links / 4 Werte z= 7.5\n 1.0 2.0 .5\n -.25\n\nZahn-Nr.: 4 links / 1 Werte z= 7.5\n 9\n";
+    let text = "HEADER KS.MK.FILE\nUNITS mm\n  22 :Zähnezahl z....: 52\nProfil:\nZahn-Nr.: 3 links / 4 Werte z= 7.5\n \
+        1.0 2.0 .5\n -.25\n\nZahn-Nr.: 4 links / 1 Werte z= 7.5\n 9\n";
     assert!(text.contains(from), "{from}");
     read_curves(text.replacen(from, to, 1).as_bytes())
 }

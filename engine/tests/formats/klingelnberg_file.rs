@@ -1,4 +1,5 @@
-//! A writer of curve and value files in every shape that instruments give them. It shares nothing with the reader.
+//! A writer of curve and value files in every shape that instruments give them. It shares nothing
+//! with the reader.
 
 /// Where the titles of traces stand.
 #[derive(Clone, Copy, Debug, PartialEq)]

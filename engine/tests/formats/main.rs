@@ -1,5 +1,6 @@
-//! Exported files, read by small parsers of the formats' grammars that share nothing with the writers.
-//! `tools/check_cad.py` does the same with a CAD kernel. Files that are read come from writers of the tests' own.
+//! Exported files, read by small parsers of the formats' grammars that share nothing with the
+//! writers. `tools/check_cad.py` does the same with a CAD kernel. Files that are read come from
+//! writers of the tests' own.
 
 mod gear_files;
 mod gms;

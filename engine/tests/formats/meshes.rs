@@ -1,4 +1,5 @@
-//! Facets and elements: what is read back has the nodes, the orientation and the area of the surface.
+//! Facets and elements: what is read back has the nodes, the orientation and the area of the
+//! surface.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -180,7 +181,8 @@ fn integers(line: &str) -> Vec<usize> {
 #[test]
 fn listings_for_finite_elements_tell_the_same_mesh() {
     let mesh = Arc::new(QuadMesh::joined(&samples(), 1e-9).expect("a mesh"));
-    // 3×5 + 4×5 with 5 in common; the cone has one apex instead of 25, and one foot on a corner of the second patch
+    // 3×5 + 4×5 with 5 in common; the cone has one apex instead of 25, and one foot on a corner of
+    // the second patch
     assert_eq!(mesh.nodes().len(), 30 + 25 * 5 + 1 - 1);
     assert_eq!(mesh.faces().len(), 8 + 12 + 120);
 

@@ -1,4 +1,5 @@
-//! A measured gear: the samples that are published of it, written as a curve file and read back to the same positions and deviations.
+//! A measured gear: the samples that are published of it, written as a curve file and read back to
+//! the same positions and deviations.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Lists of points: every spelling of the same list, the way out and back, and faults with their places.
+//! Lists of points: every spelling of the same list, the way out and back, and faults with their
+//! places.
 
 use flankfit_engine::{
     formats::{

@@ -1,4 +1,5 @@
-//! Gear models: attributes of gear and flanks with their units, topographies of every layout, several gears, faults with places.
+//! Gear models: attributes of gear and flanks with their units, topographies of every layout,
+//! several gears, faults with places.
 
 use flankfit_engine::{
     formats::{

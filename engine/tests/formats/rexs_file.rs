@@ -27,7 +27,8 @@ impl Model {
     pub fn flanks(&mut self, gear: u32, left: u32, right: u32) -> &mut Self {
         let _ = writeln!(
             self.relations,
-            "    <relation id=\"{gear}\" type=\"flank\">\n      <ref hint=\"cylindrical_gear\" id=\"{gear}\" role=\"gear\"/>\n      \
+            "    <relation id=\"{gear}\" type=\"flank\">\n      <ref hint=\"cylindrical_gear\" id=\"{gear}\" \
+             role=\"gear\"/>\n      \
              <ref id=\"{left}\" role=\"left\"/>\n      <ref id=\"{right}\" role=\"right\"/>\n    </relation>"
         );
         self
@@ -49,7 +50,10 @@ impl Model {
         );
         // results of a load case, with the ids of the components again
         out.push_str("  <load_spectrum id=\"1\"><load_case id=\"1\"><component id=\"15\" type=\"cylindrical_gear\">");
-        out.push_str("<attribute id=\"number_of_teeth\" unit=\"none\">999</attribute></component></load_case></load_spectrum>\n</model>\n");
+        out.push_str(
+            "<attribute id=\"number_of_teeth\" \
+            unit=\"none\">999</attribute></component></load_case></load_spectrum>\n</model>\n",
+        );
         if self.namespace {
             for name in [
                 "model",

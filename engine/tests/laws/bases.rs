@@ -1,4 +1,5 @@
-//! Three bases of one space: the same least-squares surface; and the order and meaning of the terms.
+//! Three bases of one space: the same least-squares surface; and the order and meaning of the
+//! terms.
 
 use crate::oracle::design::{Basis, surface};
 use crate::oracle::matrix::{doubles, least_squares, vector};

@@ -1,6 +1,6 @@
-//! What standard errors and predicted errors are worth once λ* was chosen by the same nodes. They are not yet what they
-//! should be: these are the figures that README, docs/mathematics-notes.md and the contract quote, so that nobody takes
-//! them for more.
+//! What standard errors and predicted errors are worth once λ* was chosen by the same nodes. They
+//! are not yet what they should be: these are the figures that README, docs/mathematics-notes.md
+//! and the contract quote, so that nobody takes them for more.
 //!
 //! `cargo test --test laws chosen_errors -- --nocapture` prints them.
 
@@ -11,8 +11,8 @@ use flankfit_engine::estimation::{
     spec::{Degree, FitSpec, Model, PolynomialBasis, Regularization, Terms},
 };
 
-/// Crownings of 3 and 4 µm, a profile slope of 9 µm and a twist of 3 µm, as `examples/flank_z52.json` has them; probe
-/// noise 0.5 µm.
+/// Crownings of 3 and 4 µm, a profile slope of 9 µm and a twist of 3 µm, as
+/// `examples/flank_z52.json` has them; probe noise 0.5 µm.
 const SQUARES: [f64; 2] = [-3.0, -4.0];
 const SLOPE: f64 = 4.5;
 const TWIST: f64 = 0.75;
@@ -69,8 +69,8 @@ impl Places {
     }
 }
 
-/// Shares of coefficients within one standard error of the truth, least and most over the terms, and the mean of the
-/// predicted over the mean of the true squared error.
+/// Shares of coefficients within one standard error of the truth, least and most over the terms,
+/// and the mean of the predicted over the mean of the true squared error.
 fn measured(regularization: Option<Regularization>) -> ([f64; 2], f64) {
     let (places, mut random) = (Places::new(), Random::new(310));
     let (mut hits, mut predicted, mut true_error) = ([0usize; 9], 0.0, 0.0);

@@ -1,4 +1,5 @@
-//! Section 5: variance inflation, correlation, variance proportions and near dependencies by their definitions.
+//! Section 5: variance inflation, correlation, variance proportions and near dependencies by their
+//! definitions.
 
 use crate::oracle::big::Big;
 use crate::oracle::matrix::{column, dot, doubles, eigen, gram, inverse, least_squares, rows};
@@ -76,7 +77,8 @@ proptest! {
             let index = (lambda[n - 1] / lambda[i]).sqrt();
             assert_close("condition index", near.condition_index.unwrap(), index, 1e-7, 0.0);
             prop_assert!(near.terms.len() >= 2 && !near.sentence.is_empty());
-            // With two terms their cosine; with more, R² (about 0) of the leading one on the others.
+            // With two terms their cosine; with more, R² (about 0) of the leading one on the
+            // others.
             let place = |term: &String| result.coefficients.iter().position(|c| c.term == *term).unwrap();
             let terms: Vec<usize> = near.terms.iter().map(place).collect();
             if let [a, b] = terms[..] {
@@ -127,7 +129,8 @@ fn two_parallel_columns_are_named() {
     assert!(near.terms.iter().all(|t| near.sentence.contains(t.as_str())), "{}", near.sentence);
 }
 
-/// A partner of small weight without which the others would be told far better: all three are named, with figures of the pair of its own.
+/// A partner of small weight without which the others would be told far better: all three are
+/// named, with figures of the pair of its own.
 #[test]
 fn every_partner_of_a_dependency_is_named() {
     let mut random = Random::new(21);

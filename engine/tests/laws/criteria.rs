@@ -1,5 +1,5 @@
-//! Every criterion for λ*: what it chooses is what a brute-force search over its definition finds, and the figures
-//! that stand beside each choice are those of that λ*.
+//! Every criterion for λ*: what it chooses is what a brute-force search over its definition finds,
+//! and the figures that stand beside each choice are those of that λ*.
 
 use crate::oracle::spectral::{Filter, Sums, brute_force_minimum, logarithmic};
 use crate::problems::{Problem, assert_close, by, columns, config, filter, fit, linear, spectral, warned};
@@ -85,7 +85,8 @@ impl Trial<'_> {
             Criterion::LCurve => {
                 let curvature = |t: f64| sums.curvature(filter, t);
                 let greatest = logarithmic(low, high, 4001).into_iter().map(curvature).fold(f64::MIN, f64::max);
-                // At a λᵢ the filters have a kink, where the curvature is that of one side or the other.
+                // At a λᵢ the filters have a kink, where the curvature is that of one side or the
+                // other.
                 let got = [t * (1.0 - 1e-9), t, t * (1.0 + 1e-9)].map(curvature).into_iter().fold(f64::MIN, f64::max);
                 let slack = 1e-3 * greatest.abs() + 1e-9;
                 assert!(got >= greatest - slack, "{name}: curvature {got:e} at {t:e}, elsewhere {greatest:e}");

@@ -1,4 +1,5 @@
-//! Laws of curves: what B-splines keep, what interpolation means, and that measures agree with their definitions.
+//! Laws of curves: what B-splines keep, what interpolation means, and that measures agree with
+//! their definitions.
 
 use crate::problems::config;
 use flankfit_engine::geometry::BSplineBasis;
@@ -13,7 +14,8 @@ fn vector() -> impl Strategy<Value = Vector> {
     prop::array::uniform3(-1.0f64..1.0).prop_map(Vector::from)
 }
 
-/// A B-spline curve of space, clamped, with inner knots of any multiplicity that keeps it continuous; with weights or without.
+/// A B-spline curve of space, clamped, with inner knots of any multiplicity that keeps it
+/// continuous; with weights or without.
 fn b_spline() -> impl Strategy<Value = BSplineCurve> {
     let spans = prop::collection::vec((0.1f64..1.0, 1usize..5), 0..5);
     (1usize..6, spans, any::<bool>(), prop::collection::vec((vector(), 0.2f64..3.0), 31)).prop_map(
@@ -110,7 +112,8 @@ proptest! {
 
     #[test]
     fn inside_the_hull_of_its_control_points(curve in b_spline(), normal in vector()) {
-        // in every direction: no value beyond the extremes of the degree + 1 control points that count
+        // in every direction: no value beyond the extremes of the degree + 1 control points that
+        // count
         for t in places(&curve, 40) {
             let mut basis = vec![0.0; curve.basis().degree() + 1];
             let first = curve.basis().values(t, &mut basis);

@@ -1,4 +1,5 @@
-//! Data at the edge of what doubles hold: an answer that is right, or a refusal, never zeros that look like one.
+//! Data at the edge of what doubles hold: an answer that is right, or a refusal, never zeros that
+//! look like one.
 
 use flankfit_engine::estimation::spec::{
     Degree, FitSpec, Model, Parameter, PolynomialBasis, Regularization, Scaling, Terms,
@@ -9,7 +10,8 @@ fn polynomial(degree: usize, basis: PolynomialBasis) -> FitSpec {
     FitSpec::new(Model::Polynomial { degree: Degree::Both(degree), basis, terms: Terms::Tensor })
 }
 
-/// T₂ is constant on x = ±1: it must not take the slope with it. Two levels, means 2 and 4.5: slope 1.25, RSS 2.5.
+/// T₂ is constant on x = ±1: it must not take the slope with it. Two levels, means 2 and 4.5: slope
+/// 1.25, RSS 2.5.
 #[test]
 fn a_column_that_is_constant_in_effect_leaves_the_others_alone() {
     let nodes = Nodes::curve(vec![-1., -1., -1., 1., 1.], vec![1., 2., 3., 5., 4.], None).unwrap();

@@ -1,4 +1,5 @@
-//! Whatever finite numbers are posted: an answer of finite numbers, or a refusal, never a panic, an infinity or a NaN.
+//! Whatever finite numbers are posted: an answer of finite numbers, or a refusal, never a panic, an
+//! infinity or a NaN.
 
 use crate::oracle::random::Random;
 use crate::problems::config;
@@ -146,7 +147,8 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
     }
 }
 
-/// Every number of an answer passes through its debug form (warnings are sentences and may speak of infinity).
+/// Every number of an answer passes through its debug form (warnings are sentences and may speak of
+/// infinity).
 fn finite(result: &FitResult) -> Result<(), String> {
     let text = format!("{:#?}", FitResult { warnings: Vec::new(), ..result.clone() });
     let bad = |line: &&str| {

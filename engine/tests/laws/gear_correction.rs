@@ -76,7 +76,8 @@ proptest! {
         }
     }
 
-    /// Within limits the answer is the minimum of the weighted sum: the conditions of Karush, Kuhn and Tucker hold.
+    /// Within limits the answer is the minimum of the weighted sum: the conditions of Karush, Kuhn
+    /// and Tucker hold.
     #[test]
     fn limits_hold_with_their_multipliers(
         j in entries(60, 1.0), d in entries(12, 10.0), w in proptest::collection::vec(0.1f64..3.0, 12), size in 0.1f64..8.0,
@@ -110,7 +111,8 @@ proptest! {
         prop_assert!(solution.warnings.iter().all(|w| w.code != "limits_not_settled"));
     }
 
-    /// A node of weight 2 counts as two nodes of weight 1; weight 0 and an undefined deviation are as good as no node.
+    /// A node of weight 2 counts as two nodes of weight 1; weight 0 and an undefined deviation are
+    /// as good as no node.
     #[test]
     fn weights_count_nodes_and_undefined_ones_take_no_part(j in entries(40, 1.0), d in entries(10, 5.0)) {
         let mut weight = vec![1.0; 10];
@@ -133,8 +135,8 @@ proptest! {
         prop_assert!((weighted.predicted.rms - repeated.predicted.rms).abs() < 1e-9);
     }
 
-    /// Without noise the change misses what is wanted by no more than the bound wherever that has at most the norm that the bound assumes,
-    /// of nearly collinear settings as of others.
+    /// Without noise the change misses what is wanted by no more than the bound wherever that has
+    /// at most the norm that the bound assumes, of nearly collinear settings as of others.
     #[test]
     fn bounds_hold_for_wanted_changes_within_their_norm(
         j in entries(60, 1.0), wanted in entries(5, 10.0), apart in -6.0f64..0.0, limits in proptest::option::of(1.0f64..4.0),
@@ -234,8 +236,8 @@ fn settings_that_cannot_be_told_apart_are_named() {
     assert!(solution.predicted.rms < 1.0);
 }
 
-/// The default does not measure itself by the run-away estimate that it is there to avoid: bounds are of the size of settings, and no warning
-/// sends the reader back to plain least squares.
+/// The default does not measure itself by the run-away estimate that it is there to avoid: bounds
+/// are of the size of settings, and no warning sends the reader back to plain least squares.
 #[test]
 fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itself() {
     for seed in 0..40 {
@@ -248,7 +250,8 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
             let rows = machine.sensitivity.chunks_exact(6).zip(&asked.deviation).filter(|(_, d)| !d.is_nan());
             rows.map(|(row, _)| row[j] * row[j]).sum::<f64>().sqrt()
         };
-        // r by its definition: unit columns have Σλ = n, so √n τ is the length of what the settings reach of the deviations
+        // r by its definition: unit columns have Σλ = n, so √n τ is the length of what the settings
+        // reach of the deviations
         let square: f64 = asked.deviation.iter().filter(|d| !d.is_nan()).map(|d| d * d).sum();
         let reached = (square - own.fit.residuals.least_squares_rss).sqrt();
         let norm = (0..6).map(|j| (own.settings[j].change * length(j)).powi(2)).sum::<f64>().sqrt();
@@ -285,7 +288,8 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
     }
 }
 
-/// Two settings that do exactly the same share the change; a limit on one sends the rest to the other.
+/// Two settings that do exactly the same share the change; a limit on one sends the rest to the
+/// other.
 #[test]
 fn settings_that_do_the_same_share_the_change() {
     let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0, f64::from(k) - 4.0]).collect();
@@ -305,7 +309,8 @@ fn settings_that_do_the_same_share_the_change() {
     assert!(solution.predicted.rms < 1e-9);
 }
 
-/// Nearly collinear settings within narrow limits: regularised fits settle, and the others make up for what one may not do.
+/// Nearly collinear settings within narrow limits: regularised fits settle, and the others make up
+/// for what one may not do.
 #[test]
 fn limits_settle_for_nearly_collinear_settings() {
     for seed in 0..40 {
@@ -430,7 +435,8 @@ fn fixed_settings_stay_as_they_are() {
     assert_eq!(with.predicted.rms, without.predicted.rms);
 }
 
-/// Deviations without a datum: what they have in common changes nothing, and a setting that changes all nodes alike is left alone.
+/// Deviations without a datum: what they have in common changes nothing, and a setting that changes
+/// all nodes alike is left alone.
 #[test]
 fn what_all_nodes_have_in_common_is_no_deviation_without_a_datum() {
     let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k), (f64::from(k) - 4.0).powi(2)]).collect();
@@ -466,7 +472,8 @@ fn what_all_nodes_have_in_common_is_no_deviation_without_a_datum() {
     assert_eq!(one.noise.unwrap().freedom, Some(6));
 }
 
-/// All pairs of multiples within reach, by trying them: rounding with a new fit of the rest leaves hardly more, rounding each by itself far more.
+/// All pairs of multiples within reach, by trying them: rounding with a new fit of the rest leaves
+/// hardly more, rounding each by itself far more.
 #[test]
 fn rounded_changes_are_nearly_the_best_there_are() {
     let (mut sum, mut best_sum, mut naive_sum) = (0.0, 0.0, 0.0);

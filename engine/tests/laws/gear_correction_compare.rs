@@ -3,7 +3,8 @@
 use flankfit_engine::gear::correction::{Answer, Asked, Comparison, Correction, Noise, Verdict, compare};
 use flankfit_engine::gear::simulation::{Simulation, Strategy, case, run};
 
-/// A machine of the ill-conditioned case whose response is `factor` times the one that it was drawn with.
+/// A machine of the ill-conditioned case whose response is `factor` times the one that it was drawn
+/// with.
 fn answer(seed: u64, factor: f64, extra: impl Fn(usize) -> f64) -> Answer {
     let mut machine = Simulation::new(case::ill_conditioned(seed)).unwrap();
     let asked = machine.asked().clone();
@@ -39,7 +40,8 @@ fn other_answers_are_different() {
     assert!(count(Verdict::Different, -1.0, |_| 0.0) >= 196);
 }
 
-/// Settings that run away may do anything to the flank: that they did is no answer as predicted, and how much came is not known.
+/// Settings that run away may do anything to the flank: that they did is no answer as predicted,
+/// and how much came is not known.
 #[test]
 fn a_correction_that_may_do_anything_is_never_answered_as_predicted() {
     let (mut undecided, mut worse) = (0, 0);
@@ -102,13 +104,15 @@ fn what_cannot_be_told_is_undecided_and_has_no_ratio() {
     let far = one_setting(8.0, 0.0, 3.5);
     assert!(far.chi_squared < far.chi_squared_limit);
     assert_eq!(far.verdict, Verdict::Undecided, "{}", far.sentence);
-    // what could be told is: no answer at all is not as predicted, though each node alone would allow it
+    // what could be told is: no answer at all is not as predicted, though each node alone would
+    // allow it
     let none = one_setting(5.0, 0.0, 0.0);
     assert!(none.chi_squared < none.chi_squared_limit);
     assert_eq!(none.verdict, Verdict::Weaker, "{}", none.sentence);
 }
 
-/// Measured twice without a correction of the machine: what the correction took from the noise of the first measurement is no answer.
+/// Measured twice without a correction of the machine: what the correction took from the noise of
+/// the first measurement is no answer.
 #[test]
 fn the_noise_of_the_first_measurement_is_taken_out() {
     let at = |leverage: Option<Vec<f64>>| {

@@ -1,5 +1,6 @@
-//! What a correction says of its own errors, by simulation: standard errors cover 0.60 to 0.76 of the draws they should cover 0.683 of.
-//! Over 1,000 draws a coverage has itself a standard deviation of 0.015, so that the bounds lie five of them away; seeds are fixed.
+//! What a correction says of its own errors, by simulation: standard errors cover 0.60 to 0.76 of
+//! the draws they should cover 0.683 of. Over 1,000 draws a coverage has itself a standard
+//! deviation of 0.015, so that the bounds lie five of them away; seeds are fixed.
 
 use crate::machines::{Machine, Plant, each, times};
 use crate::oracle::random::Random;
@@ -11,8 +12,8 @@ use nalgebra::{DMatrix, DVector};
 const DRAWS: u64 = 1000;
 const BASE: Plant = Plant { grid: [5, 9], settings: 6, apart: 1.0, off: 10.0, sigma: 0.3, eta: 0.0, whole: false };
 
-/// What the settings should have been changed by: the least squares of the machine's true response over `free` settings, the others being
-/// changed as they were.
+/// What the settings should have been changed by: the least squares of the machine's true response
+/// over `free` settings, the others being changed as they were.
 fn wanted(machine: &Machine, form: &[f64], solution: &Solution) -> Vec<Option<f64>> {
     let n = machine.off.len();
     let free: Vec<usize> = (0..n).filter(|&j| solution.settings[j].limited.is_none()).collect();
@@ -107,7 +108,8 @@ fn standard_errors_cover_what_they_say() {
     }
 }
 
-/// Regularised: the standard error is that of the correction about its own average, and with the bias bound it covers what is wanted.
+/// Regularised: the standard error is that of the correction about its own average, and with the
+/// bias bound it covers what is wanted.
 #[test]
 fn regularised_errors_are_about_their_average_and_bounds_do_the_rest() {
     for (name, plant) in [

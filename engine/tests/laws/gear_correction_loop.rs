@@ -31,7 +31,8 @@ fn below(runs: &[Vec<f64>], round: usize, limit: f64) -> usize {
     runs.iter().filter(|run| run[round] < limit).count()
 }
 
-/// The case of the ill-conditioned settings, 100 seeds: below 0.5 µm after two corrections, and it stays there.
+/// The case of the ill-conditioned settings, 100 seeds: below 0.5 µm after two corrections, and it
+/// stays there.
 #[test]
 fn the_default_brings_the_flank_below_half_a_micrometre() {
     for eta in [DEFAULT_RESPONSE_UNCERTAINTY, 0.01] {
@@ -66,7 +67,8 @@ fn the_case_is_as_ill_conditioned_as_it_says() {
     );
 }
 
-/// Eight settings of which two are nearly mixtures, in very different units; settings of both kinds off.
+/// Eight settings of which two are nearly mixtures, in very different units; settings of both kinds
+/// off.
 fn two_mixtures(apart: f64) -> impl Fn(u64) -> Asked {
     move |seed| {
         let unit = [1.0, 1e-3, 20.0, 1.0, 300.0, 1.0, 0.05, 7.0];
@@ -99,7 +101,8 @@ fn other_ill_conditioned_machines_are_brought_down() {
         for (probe_noise, response_noise) in [(0.3, 0.01), (0.05, 0.02), (1.0, 0.03)] {
             let machine = |seed| Asked { probe_noise, response_noise, ..two_mixtures(apart)(seed) };
             let runs = runs(machine, &Strategy::uncertainty(), DEFAULT_RESPONSE_UNCERTAINTY, 4, 25);
-            // what noise leaves of eight settings on 65 nodes, what the response leaves of what cannot be told, and a margin
+            // what noise leaves of eight settings on 65 nodes, what the response leaves of what
+            // cannot be told, and a margin
             let limit = 1.2 * probe_noise * (8.0f64 / 65.0).sqrt() + 2.0 * response_noise * median(&runs, 0);
             for round in 2..=4 {
                 let good = below(&runs, round, limit);
@@ -109,7 +112,8 @@ fn other_ill_conditioned_machines_are_brought_down() {
     }
 }
 
-/// The built-in machine on a helical gear, one flank only: thickness and offset cannot be told apart at all.
+/// The built-in machine on a helical gear, one flank only: thickness and offset cannot be told
+/// apart at all.
 #[test]
 fn a_grinding_machine_is_brought_down() {
     let gear = Gear::new(GearData {
@@ -157,7 +161,8 @@ fn a_grinding_machine_is_brought_down() {
     }
 }
 
-/// With an exact response, no noise and settings that can be told apart the first correction is the last.
+/// With an exact response, no noise and settings that can be told apart the first correction is the
+/// last.
 #[test]
 fn an_exact_machine_needs_one_correction() {
     for seed in 0..10 {

@@ -1,5 +1,6 @@
-//! Built-in sensitivities against flanks that are made with changed settings: where a line along the nominal normal meets them is found by
-//! Newton's iteration on three unknowns, which shares nothing with the formulas.
+//! Built-in sensitivities against flanks that are made with changed settings: where a line along
+//! the nominal normal meets them is found by Newton's iteration on three unknowns, which shares
+//! nothing with the formulas.
 
 use flankfit_engine::gear::correction::machine::{FlankNode, Machine, Ranges, Sensitivity};
 use flankfit_engine::gear::correction::{Asked, Correction};
@@ -34,7 +35,8 @@ fn gears() -> Vec<Gear> {
     .to_vec()
 }
 
-/// Five by five nodes on both flanks between reference circle −1 mm and +2 mm, for external and internal gears.
+/// Five by five nodes on both flanks between reference circle −1 mm and +2 mm, for external and
+/// internal gears.
 fn nodes(gear: &Gear) -> (Vec<FlankNode>, Ranges) {
     let at = |radius: f64| gear.roll_length(2.0 * radius).unwrap();
     let r = gear.reference_radius();
@@ -148,7 +150,8 @@ fn columns_are_those_of_made_flanks() {
     }
 }
 
-/// Mean, f_Hα, f_Hβ by DIN, C_α, C_β and 4c_uv of deviations over 5 × 5 nodes: second-order surface by a solve of the test's own.
+/// Mean, f_Hα, f_Hβ by DIN, C_α, C_β and 4c_uv of deviations over 5 × 5 nodes: second-order surface
+/// by a solve of the test's own.
 fn figures(deviations: &[f64], side: Side) -> [f64; 6] {
     let along = |k: usize| k as f64 / 2.0 - 1.0;
     let x = nalgebra::DMatrix::from_fn(25, 6, |k, c| {
@@ -161,8 +164,8 @@ fn figures(deviations: &[f64], side: Side) -> [f64; 6] {
     [c[0], 2.0 * c[1], s * 2.0 * c[2], -c[3], -c[4], 4.0 * c[5]]
 }
 
-/// docs/machine-settings.md: what a positive change of every setting of both machines is called on either flank, hand and kind of gear, by
-/// flanks that are made anew where they can be.
+/// docs/machine-settings.md: what a positive change of every setting of both machines is called on
+/// either flank, hand and kind of gear, by flanks that are made anew where they can be.
 #[test]
 fn every_setting_has_the_sense_that_its_page_says() {
     for gear in gears() {
@@ -210,7 +213,8 @@ fn every_setting_has_the_sense_that_its_page_says() {
                         (Machine::FormGrinding, "helix_crowning") => {
                             one(c_beta) && none(f_alpha) && none(f_beta) && none(c_alpha) && none(twist)
                         }
-                        // the natural twist: 4 c_uv of −v_t², of either sign with the hand and the flank, none on spur gears
+                        // the natural twist: 4 c_uv of −v_t², of either sign with the hand and the
+                        // flank, none on spur gears
                         (_, "helix_crowning") => {
                             let sense = -s * gear.hand() * gear.outward() * (ranges.profile[1] - ranges.profile[0]);
                             one(c_beta) && if beta == 0.0 { none(twist) } else { twist * sense > 0.0 }
@@ -255,7 +259,8 @@ fn a_greater_pressure_angle_takes_from_the_tip() {
     assert_eq!(angle[..25], angle[25..]);
 }
 
-/// Where a worm is when it touches a node: turned until its normal meets the pitch line, which it then reaches at z_t.
+/// Where a worm is when it touches a node: turned until its normal meets the pitch line, which it
+/// then reaches at z_t.
 fn tool_position(gear: &Gear, node: FlankNode) -> f64 {
     let place = Flank::new(gear, node.side).at(node.roll_length, node.z);
     let r = gear.reference_radius();
@@ -316,7 +321,8 @@ fn one_flank_cannot_tell_offset_from_thickness() {
     }
 }
 
-/// On one flank of a form grinder thickness, infeed and offset undo each other three together: the pair of them alone is told far better.
+/// On one flank of a form grinder thickness, infeed and offset undo each other three together: the
+/// pair of them alone is told far better.
 #[test]
 fn the_sentence_names_every_partner() {
     let gear = &gears()[1];

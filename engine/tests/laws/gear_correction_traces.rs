@@ -33,7 +33,8 @@ fn nodes(profiles: &[f64], helices: &[f64], count: usize) -> Vec<Node> {
     profiles_there.chain(helices.iter().enumerate().flat_map(helix)).collect()
 }
 
-/// The same changes, errors and noise as with a constant of its own for each trace, and whatever the zeros are.
+/// The same changes, errors and noise as with a constant of its own for each trace, and whatever
+/// the zeros are.
 #[test]
 fn centring_each_trace_is_a_constant_for_each() {
     let mut random = Random::new(3);
@@ -101,7 +102,8 @@ fn machine(profiles: &[f64], helices: &[f64]) -> (Vec<Setting>, Vec<f64>, Vec<us
     (found.settings, found.matrix, traces, nodes)
 }
 
-/// Settings of a machine are determined where a trace along which they act is there, however many others are.
+/// Settings of a machine are determined where a trace along which they act is there, however many
+/// others are.
 #[test]
 fn settings_are_told_by_traces_along_which_they_act() {
     let five = [-0.8, -0.4, 0.0, 0.4, 0.8];

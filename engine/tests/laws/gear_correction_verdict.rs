@@ -1,7 +1,9 @@
-//! How often the verdict on a machine is wrong, and how often it finds what is there, by simulation.
+//! How often the verdict on a machine is wrong, and how often it finds what is there, by
+//! simulation.
 //!
-//! The quantiles of the verdict leave 0.001 for χ² and 0.001 for β̂ on both sides, so at most two false alarms in a thousand are expected where
-//! normal distributions hold exactly. Counts are binomial: of 2,000 pairs with a rate of 0.002 more than 12 come in 3 of 10,000 set-ups, and of
+//! The quantiles of the verdict leave 0.001 for χ² and 0.001 for β̂ on both sides, so at most two
+//! false alarms in a thousand are expected where normal distributions hold exactly. Counts are
+//! binomial: of 2,000 pairs with a rate of 0.002 more than 12 come in 3 of 10,000 set-ups, and of
 //! 28,000 more than 84 (3 in 1,000) in one of 5,000. Seeds are fixed.
 
 use crate::machines::{Plant, each};
@@ -76,7 +78,8 @@ fn set_ups() -> Vec<(&'static str, Plant, Way)> {
     ]
 }
 
-/// A machine that is what J says within its uncertainty: at most 3 in 1,000 are called anything else.
+/// A machine that is what J says within its uncertainty: at most 3 in 1,000 are called anything
+/// else.
 #[test]
 fn true_machines_are_hardly_ever_called_anything_else() {
     let mut all = 0;
@@ -91,7 +94,8 @@ fn true_machines_are_hardly_ever_called_anything_else() {
     println!("{told:?}");
 }
 
-/// Half of the change, and half as much again, where signal, noise and the uncertainty of J let it be told: 0.5 is five standard errors.
+/// Half of the change, and half as much again, where signal, noise and the uncertainty of J let it
+/// be told: 0.5 is five standard errors.
 #[test]
 fn weak_and_strong_machines_are_found() {
     let pairs = 400;

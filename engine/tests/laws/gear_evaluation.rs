@@ -1,4 +1,5 @@
-//! Laws of the evaluation of traces: what was put in comes back, invariances, plus material, what is missing.
+//! Laws of the evaluation of traces: what was put in comes back, invariances, plus material, what
+//! is missing.
 
 use flankfit_engine::gear::{
     Gear, GearData, Hand, Kind, Side, Trace,
@@ -48,7 +49,8 @@ pub fn range(gear: &Gear, kind: Kind) -> [f64; 2] {
     }
 }
 
-/// `count` samples a little beyond the range, with the deviation as a function of u in [-1, 1] over the range.
+/// `count` samples a little beyond the range, with the deviation as a function of u in [-1, 1] over
+/// the range.
 pub fn trace(gear: &Gear, kind: Kind, side: Side, count: usize, deviation: impl Fn(f64) -> f64) -> Trace {
     let [low, high] = range(gear, kind);
     let u = |i: usize| -1.05 + 2.13 * i as f64 / (count - 1) as f64;
@@ -115,7 +117,8 @@ proptest! {
         }
     }
 
-    /// A constant changes nothing, a factor (the unit) scales everything, reversed samples are the same trace.
+    /// A constant changes nothing, a factor (the unit) scales everything, reversed samples are the
+    /// same trace.
     #[test]
     fn heights_units_and_order_do_not_matter(
         seed in prop::collection::vec(-20.0..20.0f64, 40), constant in -1e3..1e3f64, factor in 1e-3..1e3f64,

@@ -96,7 +96,8 @@ fn outside_the_scope_there_is_nothing() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// The class is the finest one whose tolerance holds; greater values never reach a finer one, and signs do not matter.
+    /// The class is the finest one whose tolerance holds; greater values never reach a finer one,
+    /// and signs do not matter.
     #[test]
     fn classes_grow_with_the_value(value in 0.0..400.0f64, more in 0.0..100.0f64, k in 0usize..9, unrounded: bool) {
         let tolerances = Tolerances::new(&gear(|_| ())).expect("within the scope");
@@ -117,7 +118,8 @@ proptest! {
         prop_assert_eq!(class(limit(7)), Class::Within(7));
     }
 
-    /// Index deviations, angles and single pitches of the same gear answer the same; where teeth are counted from does not matter.
+    /// Index deviations, angles and single pitches of the same gear answer the same; where teeth
+    /// are counted from does not matter.
     #[test]
     fn pitches_agree_in_every_form(index in prop::collection::vec(-30.0..30.0f64, 50), start in 0usize..50, offset in -3.0..3.0f64) {
         let gear = gear(|_| ());
@@ -143,7 +145,8 @@ proptest! {
         near(total, 0.0, 1e-9);
     }
 
-    /// Readings of an eccentric gear: twice the amount, at its angle; readings from both flanks' index deviations see the same.
+    /// Readings of an eccentric gear: twice the amount, at its angle; readings from both flanks'
+    /// index deviations see the same.
     #[test]
     fn eccentricity_is_found(amount in 0.1..80.0f64, angle in -3.0..3.0f64, level in -100.0..100.0f64, gap in 0usize..50) {
         let gear = gear(|g| g.teeth = 48);
@@ -216,14 +219,16 @@ fn pitch_of_few_teeth_by_hand() {
     assert_eq!(places, ["/deviations", "/diameter_mm", "/sector"]);
 }
 
-/// An eccentric gear moves both flanks of a space along with it; narrower spaces alone lift the ball.
+/// An eccentric gear moves both flanks of a space along with it; narrower spaces alone lift the
+/// ball.
 #[test]
 fn runout_follows_from_both_flanks() {
     let gear = gear(|_| ());
     let tan = gear.transverse_pressure_angle().tan();
     let e = 10.0;
     for counting in [Counting::Counterclockwise, Counting::Clockwise] {
-        // a flank is moved along its normal, ±cos α along the circle and sin α outwards; the space after tooth i lies about the angle of i
+        // a flank is moved along its normal, ±cos α along the circle and sin α outwards; the space
+        // after tooth i lies about the angle of i
         let of = |side: Side, offset: f64, first: f64, sign: f64| {
             let at = |i: i32| TAU * (f64::from(i) - first) / 50.0 + offset;
             let index = (0..50).map(|i| e * (-at(i).sin() + sign * tan * at(i).cos())).collect();

@@ -9,7 +9,8 @@ use flankfit_engine::gear::{
 
 const COUNT: usize = 1501;
 
-/// Waves of 15 periods with noise, of which `kept` says by u in [-1, 1] over the range what is defined.
+/// Waves of 15 periods with noise, of which `kept` says by u in [-1, 1] over the range what is
+/// defined.
 fn waves(count: usize, mut kept: impl FnMut(f64) -> bool) -> Evaluation {
     let (gear, mut random) = (gear(), Random::new(31));
     let wave = |u: f64| 3.0 * (std::f64::consts::TAU * phase(u, 15.0)).cos();
@@ -35,7 +36,8 @@ fn codes(answer: &Evaluation) -> Vec<&str> {
     answer.notices.iter().map(|notice| notice.code).filter(|code| *code != "undefined_samples").collect()
 }
 
-/// The crests are left: 6 µm of form would be 2 µm, and nothing but the length that is missing shows it.
+/// The crests are left: 6 µm of form would be 2 µm, and nothing but the length that is missing
+/// shows it.
 #[test]
 fn gaps_below_a_hole_count_together() {
     let whole = waves(COUNT, |_| true);

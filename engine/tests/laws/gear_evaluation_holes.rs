@@ -1,4 +1,5 @@
-//! Slope and crowning over holes: what they answer, how sure they are of it, and when they keep silent.
+//! Slope and crowning over holes: what they answer, how sure they are of it, and when they keep
+//! silent.
 
 use crate::gear_evaluation::{gear, near, one, settings, trace};
 use crate::oracle::random::Random;
@@ -25,8 +26,9 @@ fn asked(mean: MeanCurve) -> Settings {
     Settings { helix: Some(helix), ..settings() }
 }
 
-/// Slope of the least-squares line over the whole range, height of the least-squares parabola over its chord, and slope
-/// of that chord: Legendre's coefficients by Simpson's rule on 4,000 steps, µm.
+/// Slope of the least-squares line over the whole range, height of the least-squares parabola over
+/// its chord, and slope of that chord: Legendre's coefficients by Simpson's rule on 4,000 steps,
+/// µm.
 fn quadrature(shape: impl Fn(f64) -> f64) -> [f64; 3] {
     let steps = 4_000;
     let mut moments = [0.0; 3];
@@ -59,7 +61,8 @@ fn figures(answer: &Evaluated) -> Option<[[f64; 2]; 2]> {
     Some([[values.slope, values.slope_std_error?], [values.crowning, values.crowning_std_error?]])
 }
 
-/// Shares of figures within one standard error of the truth, over holes of every width at every place.
+/// Shares of figures within one standard error of the truth, over holes of every width at every
+/// place.
 struct Coverage {
     told: usize,
     silent: usize,
@@ -124,7 +127,8 @@ fn standard_errors_over_holes_hold_on_crowned_traces() {
     assert!(found.shares.iter().all(|share| (0.60..=0.76).contains(share)), "{:?} {:?}", found.shares, found.scores);
 }
 
-/// Where waves are left, errors say what they may hide: over many waves at random, as often as they should.
+/// Where waves are left, errors say what they may hide: over many waves at random, as often as they
+/// should.
 #[test]
 fn standard_errors_over_holes_know_of_waves() {
     let waves = |random: &mut Random| -> Box<dyn Fn(f64) -> f64> {
@@ -138,8 +142,8 @@ fn standard_errors_over_holes_know_of_waves() {
     assert!(found.shares.iter().all(|share| (0.58..=0.78).contains(share)), "{:?} {:?}", found.shares, found.scores);
 }
 
-/// A trace crowned by 20 µm whose slope is 4 µm: class 5 of the gear. Without the side next to one end a line through
-/// the rest rises by twice as much.
+/// A trace crowned by 20 µm whose slope is 4 µm: class 5 of the gear. Without the side next to one
+/// end a line through the rest rises by twice as much.
 #[test]
 fn a_hole_does_not_turn_a_crowned_trace() {
     let gear = gear();
@@ -196,7 +200,8 @@ fn a_slope_that_the_hole_leaves_open_has_no_class() {
     assert!(notice.message.contains("leaves it open"), "{}", notice.message);
 }
 
-/// Ends that are not reached: to a twentieth of the range the figures go on, with errors and without classes.
+/// Ends that are not reached: to a twentieth of the range the figures go on, with errors and
+/// without classes.
 #[test]
 fn nothing_is_extended_far_beyond_the_samples() {
     let gear = gear();

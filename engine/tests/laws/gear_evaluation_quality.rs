@@ -1,5 +1,5 @@
-//! What an evaluation says about how good its traces are: standard errors that hold, sampling that does not matter,
-//! holes, dust, a range that begins at the base circle.
+//! What an evaluation says about how good its traces are: standard errors that hold, sampling that
+//! does not matter, holes, dust, a range that begins at the base circle.
 
 use crate::gear_evaluation::{data, gear, near, one, range, settings, trace};
 use crate::oracle::random::Random;
@@ -32,7 +32,8 @@ fn plain() -> Settings {
     }
 }
 
-/// Shares of 1,000 figures that lie within one standard error of the truth, for slope, crowning and twist.
+/// Shares of 1,000 figures that lie within one standard error of the truth, for slope, crowning and
+/// twist.
 fn coverage(count: usize, noise: f64, mean: MeanCurve, shape: impl Fn(f64) -> f64) -> [f64; 3] {
     const RUNS: usize = 1000;
     let (gear, mut random) = (gear(), Random::new(71 + count as u64));
@@ -58,7 +59,8 @@ fn coverage(count: usize, noise: f64, mean: MeanCurve, shape: impl Fn(f64) -> f6
     hits.map(|hits| hits as f64 / RUNS as f64)
 }
 
-/// 0.683 of normal errors lie within one standard deviation; the share of 1,000 has a standard deviation of 0.015.
+/// 0.683 of normal errors lie within one standard deviation; the share of 1,000 has a standard
+/// deviation of 0.015.
 #[test]
 fn standard_errors_of_traces_hold_with_and_without_crowning() {
     for (count, noise, crowning, waves) in
@@ -73,7 +75,8 @@ fn standard_errors_of_traces_hold_with_and_without_crowning() {
     }
 }
 
-/// A trace crowned by 20 µm with a noise of 0.1 µm: 2√3 σ/√n, times what a line over [-1, 1] makes of it.
+/// A trace crowned by 20 µm with a noise of 0.1 µm: 2√3 σ/√n, times what a line over [-1, 1] makes
+/// of it.
 #[test]
 fn crowning_and_reliefs_are_no_noise() {
     let (gear, mut random) = (gear(), Random::new(5));
@@ -125,7 +128,8 @@ fn integral_slope(deviation: impl Fn(f64) -> f64) -> f64 {
     2.0 * top / bottom
 }
 
-/// Whether samples are equally far apart in roll length, in diameter or at random: the slope is that of the curve.
+/// Whether samples are equally far apart in roll length, in diameter or at random: the slope is
+/// that of the curve.
 #[test]
 fn how_samples_are_spaced_makes_no_difference() {
     let data = GearData { teeth: 18, helix_angle: 0.0, profile_shift: 0.3, ..data() };
@@ -295,7 +299,8 @@ fn sound_traces_have_no_suspects() {
     }
 }
 
-/// On internal gears whose tip circle lies within the base circle, the flank ends at the base circle.
+/// On internal gears whose tip circle lies within the base circle, the flank ends at the base
+/// circle.
 #[test]
 fn plus_material_of_internal_gears_counts_down_to_the_base_circle() {
     let internal =
@@ -338,7 +343,8 @@ fn a_range_that_begins_at_the_base_circle_is_warned_of() {
     assert!(range(&gear, Kind::Profile)[0] > 0.0);
 }
 
-/// The twist of the surface through three helices and two profiles with waves of 2 µm, and a noise of 0.3 µm.
+/// The twist of the surface through three helices and two profiles with waves of 2 µm, and a noise
+/// of 0.3 µm.
 #[test]
 fn standard_errors_of_surfaces_are_those_of_the_noise() {
     let (gear, mut random, runs) = (gear(), Random::new(17), 400);

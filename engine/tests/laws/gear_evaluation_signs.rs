@@ -38,7 +38,8 @@ fn signs_are_those_documented() {
     }
 }
 
-/// A flank turned towards the right hand is positive by DIN: points of the helicoid of a gear with a little more helix angle.
+/// A flank turned towards the right hand is positive by DIN: points of the helicoid of a gear with
+/// a little more helix angle.
 #[test]
 fn a_right_hand_deviation_is_positive_on_both_flanks() {
     for hand in [Hand::Right, Hand::Left] {

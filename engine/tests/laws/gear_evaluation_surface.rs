@@ -133,7 +133,8 @@ proptest! {
         }
     }
 
-    /// Regularisation moves a figure by no more than the bound that stands beside it, and reports what it would be without.
+    /// Regularisation moves a figure by no more than the bound that stands beside it, and reports
+    /// what it would be without.
     #[test]
     fn bias_stays_within_its_bound(put in prop::array::uniform6(-20.0..20.0f64), k in 1e-4..1.0f64) {
         use flankfit_engine::estimation::spec::Parameter;
@@ -193,7 +194,8 @@ fn signs_follow_flank_and_convention() {
     }
 }
 
-/// The tip of an internal gear lies at the smaller diameters; a grid by diameter is a grid by roll length.
+/// The tip of an internal gear lies at the smaller diameters; a grid by diameter is a grid by roll
+/// length.
 #[test]
 fn internal_gears_and_diameters() {
     let internal = Gear::new(GearData { internal: true, profile_shift: 0.0, ..data() }).expect("the gear exists");
@@ -240,8 +242,8 @@ fn impossible_requests_name_their_place() {
     assert_eq!(places(&full.nodes(), &beside), ["/border_percent"]);
 }
 
-/// The figures by name are those of the surface; a cross of a profile and a lead tells all but the twist, wherever they cross; one trace
-/// tells nothing, and regularisation is not looked at.
+/// The figures by name are those of the surface; a cross of a profile and a lead tells all but the
+/// twist, wherever they cross; one trace tells nothing, and regularisation is not looked at.
 #[test]
 fn figures_are_told_as_far_as_the_nodes_reach() {
     let gear = gear();

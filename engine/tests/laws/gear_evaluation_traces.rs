@@ -137,7 +137,8 @@ proptest! {
     }
 }
 
-/// The same estimates as by a column for the zero of each trace, samples of sparse traces counting for more.
+/// The same estimates as by a column for the zero of each trace, samples of sparse traces counting
+/// for more.
 #[test]
 fn centring_is_a_column_for_each_zero() {
     let (gear, mut random) = (gear(), Random::new(5));
@@ -170,7 +171,8 @@ fn centring_is_a_column_for_each_zero() {
     }
 }
 
-/// Three profiles tell nothing across, a cross tells no twist, two pairs tell all; a lone trace has no surface.
+/// Three profiles tell nothing across, a cross tells no twist, two pairs tell all; a lone trace has
+/// no surface.
 #[test]
 fn figures_are_answered_where_the_traces_tell_them() {
     let gear = gear();
@@ -230,7 +232,8 @@ fn without_a_range_the_figures_are_over_what_was_measured() {
     near(found.figures.twist.unwrap().value, 4.0 * 3.0 * 0.5, 1e-8);
 }
 
-/// Of 1,000 flanks of zeroed traces one standard error holds the truth of each figure in 0.60 to 0.76 of them.
+/// Of 1,000 flanks of zeroed traces one standard error holds the truth of each figure in 0.60 to
+/// 0.76 of them.
 #[test]
 fn one_standard_error_covers_the_truth_of_zeroed_traces() {
     const RUNS: u32 = 1000;
@@ -273,7 +276,8 @@ fn shuffled_flank(gear: &Gear, random: &mut Random, count: usize, wave: f64, noi
     traces
 }
 
-/// Noise and waves are no contradiction: at most 3 of 1,000 sound flanks are warned of, however many samples there are.
+/// Noise and waves are no contradiction: at most 3 of 1,000 sound flanks are warned of, however
+/// many samples there are.
 #[test]
 fn sound_flanks_are_not_warned_of() {
     let (gear, mut random) = (gear(), Random::new(31));
@@ -290,8 +294,8 @@ fn sound_flanks_are_not_warned_of() {
     }
 }
 
-/// Helices with the other sign contradict the profiles where there is a twist (or, with one zero, any level).
-/// Traces of a flank that is not of second order contradict too, and no sign mends it.
+/// Helices with the other sign contradict the profiles where there is a twist (or, with one zero,
+/// any level). Traces of a flank that is not of second order contradict too, and no sign mends it.
 #[test]
 fn traces_that_contradict_each_other_are_warned_of() {
     let (gear, mut random) = (gear(), Random::new(37));

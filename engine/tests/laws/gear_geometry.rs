@@ -1,4 +1,5 @@
-//! Laws of the nominal flank: the involute, its normals, thicknesses, measures over teeth and balls, and gears that cannot be.
+//! Laws of the nominal flank: the involute, its normals, thicknesses, measures over teeth and
+//! balls, and gears that cannot be.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -47,7 +48,8 @@ pub fn side_of(left: bool) -> Side {
     if left { Side::Left } else { Side::Right }
 }
 
-/// How far the generating line of a point misses the base circle, from the point and the transverse direction of its normal.
+/// How far the generating line of a point misses the base circle, from the point and the transverse
+/// direction of its normal.
 pub fn miss(gear: &Gear, point: &[f64; 3], normal: &[f64; 3]) -> f64 {
     let across = normal[0].hypot(normal[1]);
     ((point[0] * normal[1] - point[1] * normal[0]) / across).abs() - gear.base_radius()

@@ -1,4 +1,5 @@
-//! Laws of the generated root: fillet, undercut, envelope, closed profile. The oracle is the tool itself, moved over the gear in small steps.
+//! Laws of the generated root: fillet, undercut, envelope, closed profile. The oracle is the tool
+//! itself, moved over the gear in small steps.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -35,7 +36,8 @@ fn generated() -> impl Strategy<Value = Gear> {
     )
 }
 
-/// The tool's transverse profile, built from its description: the tip land, the rounding as a circle of the normal section, the flank.
+/// The tool's transverse profile, built from its description: the tip land, the rounding as a
+/// circle of the normal section, the flank.
 fn tool_points(gear: &Gear, count: usize, top: f64) -> Vec<[f64; 2]> {
     let data = gear.data();
     let tool = data.tool.unwrap();
@@ -43,7 +45,8 @@ fn tool_points(gear: &Gear, count: usize, top: f64) -> Vec<[f64; 2]> {
     let rho = tool.tip_radius;
     // Normal section about the tool's datum line, the tool's middle at −π m / 2, its tip down.
     let depth = tool.addendum_factor * m;
-    // The centre stands ρ above the tip and ρ − pr behind the flank line through (−π m/4, 0) that leans by α.
+    // The centre stands ρ above the tip and ρ − pr behind the flank line through (−π m/4, 0) that
+    // leans by α.
     let height = rho - depth;
     let centre = -FRAC_PI_4 * m + height * alpha.tan() - (rho - tool.protuberance) / alpha.cos();
     let mut points = vec![[-FRAC_PI_2 * m, -depth]];
@@ -79,7 +82,8 @@ fn half_angle_at(flank: &[Polar], radius: f64) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Brute force: wherever the tool gets to, no material is left; and it gets everywhere to the profile's border.
+    /// Brute force: wherever the tool gets to, no material is left; and it gets everywhere to the
+    /// profile's border.
     #[test]
     fn the_profile_is_what_the_moving_tool_leaves(gear in generated()) {
         let steps = Steps { involute: 600, fillet: 600, tip: 4, root: 4 };
@@ -100,7 +104,8 @@ proptest! {
                 let (x, y) = (x * cos + y * sin, y * cos - x * sin);
                 let radius = x.hypot(y);
                 prop_assert!(radius > flank[0].radius * (1.0 - 1e-12));
-                // At its foot the angle of a sharp fillet grows with the root of the radius, and is not linear between points.
+                // At its foot the angle of a sharp fillet grows with the root of the radius, and is
+                // not linear between points.
                 if radius >= top || radius < flank[0].radius + 1e-3 * m {
                     continue;
                 }
@@ -272,7 +277,8 @@ fn a_pinion_cutter_leaves_the_involute() {
         let motion = Motion::Pinion { tool_pitch_radius: 25.0, gear_pitch_radius: 60.0, internal };
         let mut count = 0;
         for k in 1..40 {
-            // The cutter's tooth left of the gear's own: from below on an internal gear, from above on an external one.
+            // The cutter's tooth left of the gear's own: from below on an internal gear, from above
+            // on an external one.
             let (side, turn) = if internal { (Side::Right, half) } else { (Side::Left, PI - half) };
             let place = Flank::new(&cutter, side).at(0.35 * f64::from(k), 0.0);
             let (sin, cos) = turn.sin_cos();
@@ -296,7 +302,8 @@ fn a_pinion_cutter_leaves_the_involute() {
     }
 }
 
-/// A spline through points of the rounding comes near the exact one with the fourth power of their distance.
+/// A spline through points of the rounding comes near the exact one with the fourth power of their
+/// distance.
 #[test]
 fn a_smooth_profile_by_points() {
     let tool = Tool { tip_radius: 0.8, addendum_factor: 1.25, protuberance: 0.0 };
@@ -374,7 +381,8 @@ fn a_root_circle_and_a_tool_that_disagree_are_told() {
     assert!(codes(75.0).is_empty());
 }
 
-/// A pitch line that turns the gear a million times while the tool passes asks for billions of points.
+/// A pitch line that turns the gear a million times while the tool passes asks for billions of
+/// points.
 #[test]
 fn an_envelope_has_a_total_of_points() {
     let points = [[-1.57, -1.25], [-1.2403609562, -1.25], [-0.4214279291, 1.0]];

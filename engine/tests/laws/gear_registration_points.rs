@@ -1,4 +1,5 @@
-//! Measured points against the nominal flank: the closed form of the distance, ball compensation, borders, faults.
+//! Measured points against the nominal flank: the closed form of the distance, ball compensation,
+//! borders, faults.
 
 use crate::gear_registration::{above, gear, helical, rolls, side};
 use crate::oracle::random::Random;
@@ -21,8 +22,8 @@ fn measured(gear: &Gear, touches: &[Touch], measurement: &Measurement) -> Deviat
     measure(&Reference::new(gear), touches, measurement).expect("points of the flank")
 }
 
-/// The closest place of the flank by search on an ever finer grid of (L, z), then by Newton on the gradient of the squared distance with numerical
-/// derivatives of the points.
+/// The closest place of the flank by search on an ever finer grid of (L, z), then by Newton on the
+/// gradient of the squared distance with numerical derivatives of the points.
 fn closest(gear: &Gear, side: Side, point: &Vector, mut place: [f64; 2]) -> ([f64; 2], f64) {
     let flank = Flank::new(gear, side);
     let square = |at: [f64; 2]| (flank.at(at[0], at[1]).point - point).norm_squared();
@@ -81,7 +82,8 @@ proptest! {
             let transverse = Measurement { direction: Direction::Transverse, ..Measurement::default() };
             let node = measured(&gear, &[named], &transverse).nodes[0];
             prop_assert!((node.deviation * gear.base_helix_angle().cos() - delta).abs() < accuracy);
-            // and that size is indeed the way along the base tangent, in the plane z = const, from a place of the same generating line
+            // and that size is indeed the way along the base tangent, in the plane z = const, from
+            // a place of the same generating line
             let step = 1e-3 * node.deviation;
             let place = Flank::new(&gear, side).at(roll, z);
             let tangent = Vector::new(place.normal.x, place.normal.y, 0.0).normalize();
@@ -157,7 +159,8 @@ proptest! {
             Hand::Right => Hand::Left,
             Hand::Left => Hand::Right,
         };
-        let mirrored = Gear::new(flankfit_engine::gear::GearData { hand: other, ..gear.data().clone() }).expect("the same gear");
+        let mirrored = Gear::new(flankfit_engine::gear::GearData { hand: other, ..gear.data().clone() }).expect("the \
+            same gear");
         let mut random = Random::new(seed ^ 5);
         let [low, high] = rolls(&gear);
         let point = above(&gear, 1, Side::Left, random.between(low.max(0.5), high), random.between(-9.0, 9.0), delta);

@@ -1,5 +1,5 @@
-//! Rotation and axial shift together: a rotation stays a rotation, and a modification that changes along z tells a real
-//! axial shift.
+//! Rotation and axial shift together: a rotation stays a rotation, and a modification that changes
+//! along z tells a real axial shift.
 
 use crate::gear_registration::helical;
 use crate::gear_registration_motion::{moved, places, plain};
@@ -91,7 +91,8 @@ fn without_a_slope_along_z_a_screw_is_rotation() {
     assert!((rotation + 1e3 * gear.turn_per_length() * 300.0).abs() < 1e-3 && answer.rms_after < 1e-6);
 }
 
-/// Noise of 0.5 µm: a turned part stays unshifted, and the errors of a shifted one are those of the noise.
+/// Noise of 0.5 µm: a turned part stays unshifted, and the errors of a shifted one are those of the
+/// noise.
 #[test]
 fn noise_makes_no_axial_shift_and_errors_are_true() {
     let gear = helical(22.0, Hand::Left);

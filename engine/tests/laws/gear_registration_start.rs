@@ -1,5 +1,5 @@
-//! Registration of parts that lie anywhere: turned by any angle, shifted by as much as the module, tilted, with noise,
-//! on gears of every kind.
+//! Registration of parts that lie anywhere: turned by any angle, shifted by as much as the module,
+//! tilted, with noise, on gears of every kind.
 
 use crate::gear_registration::{gear, helical};
 use crate::gear_registration_motion::{moved, places, plain};
@@ -72,7 +72,8 @@ fn has(answer: &Registration, code: &str) -> bool {
 proptest! {
     #![proptest_config(config(24))]
 
-    /// Without teeth and flanks any position is found, up to whole pitches, or the answer is doubted.
+    /// Without teeth and flanks any position is found, up to whole pitches, or the answer is
+    /// doubted.
     #[test]
     fn any_position_is_found_or_doubted(seed: u64) {
         let gear = gear(seed);
@@ -223,8 +224,8 @@ fn motions_that_these_points_do_not_tell_have_no_error() {
     assert!(has(&answer, "motions_indistinguishable"));
 }
 
-/// A single flank that lies a third of a pitch off: what it does not tell stays damped, and damped towards where it
-/// lies.
+/// A single flank that lies a third of a pitch off: what it does not tell stays damped, and damped
+/// towards where it lies.
 #[test]
 fn regularisation_counts_from_where_the_part_lies() {
     let gear = helical(20.0, Hand::Left);

@@ -1,4 +1,5 @@
-//! Registration with wrongly named teeth, and with motions that do not have all that the part was moved by.
+//! Registration with wrongly named teeth, and with motions that do not have all that the part was
+//! moved by.
 
 use crate::gear_registration::{gear, helical};
 use crate::gear_registration_motion::{moved, places, plain};
@@ -92,8 +93,8 @@ proptest! {
         }
     }
 
-    /// Whatever was moved and whatever is free: what the free motions can have is found, and no answer without a doubt
-    /// is far from what was done.
+    /// Whatever was moved and whatever is free: what the free motions can have is found, and no
+    /// answer without a doubt is far from what was done.
     #[test]
     fn no_combination_of_motions_runs_away(seed: u64, free in 1usize..64, done in 0usize..64, told: bool, far: bool) {
         let gear = gear(seed);
@@ -163,7 +164,8 @@ fn without_a_majority_of_names_there_is_no_place() {
     assert!(faults.list()[0].detail.contains("1 pitch "), "{}", faults.list()[0].detail);
 }
 
-/// A part that is turned, with only the axial shift free: the screw that does the same is answered, with a warning.
+/// A part that is turned, with only the axial shift free: the screw that does the same is answered,
+/// with a warning.
 #[test]
 fn an_axial_shift_that_stands_for_a_rotation_is_said() {
     let gear = helical(22.0, Hand::Right);

@@ -1,5 +1,5 @@
-//! Node sets that no basis makes easy: clumped abscissae, nearly empty spans, weights over many decades, and the
-//! fast paths of larger sets, all against the exact solution.
+//! Node sets that no basis makes easy: clumped abscissae, nearly empty spans, weights over many
+//! decades, and the fast paths of larger sets, all against the exact solution.
 
 use crate::oracle::big::{Big, digits};
 use crate::oracle::design::{Basis, curve, surface};
@@ -20,8 +20,8 @@ fn polynomial(degree: Degree, basis: PolynomialBasis) -> Model {
     Model::Polynomial { degree, basis, terms: Terms::Tensor }
 }
 
-/// Coefficients to `wanted` digits of the worst or a ten-millionth of their standard error; the spectrum to 1e-9; claimed digits
-/// at most those reached.
+/// Coefficients to `wanted` digits of the worst or a ten-millionth of their standard error; the
+/// spectrum to 1e-9; claimed digits at most those reached.
 #[track_caller]
 fn check(name: &str, result: &FitResult, x: &Rows, y: &[Big], wanted: f64) {
     let exact = least_squares(x, y);
@@ -69,7 +69,8 @@ fn clumped_abscissae() {
 
 #[test]
 fn a_domain_far_wider_than_the_nodes() {
-    // Mapped bases on a domain of which the nodes fill a thousandth are nearly as bad as raw monomials.
+    // Mapped bases on a domain of which the nodes fill a thousandth are nearly as bad as raw
+    // monomials.
     let mut random = Random::new(22);
     let x: Vec<f64> = (0..60).map(|i| 30.0 + 4.0 * f64::from(i) / 59.0).collect();
     let y: Vec<f64> = x.iter().map(|x| 0.01 * (x - 32.0).powi(2) + 1e-3 * random.normal()).collect();

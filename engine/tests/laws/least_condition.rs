@@ -1,11 +1,13 @@
-//! Eq. 49: no λ* on a fine grid has a smaller condition than the closed form, and its plateau is the whole plateau.
+//! Eq. 49: no λ* on a fine grid has a smaller condition than the closed form, and its plateau is
+//! the whole plateau.
 
 use crate::oracle::spectral::{Filter, Sums, logarithmic};
 use crate::problems::{Problem, assert_close, by, close, config, filter, fit, linear, spectral};
 use flankfit_engine::estimation::spec::{Count, Criterion, FitSpec, Scaling, Scheme};
 use proptest::prelude::*;
 
-/// The interval of minimisers found by trying: the grid points within a hair of the least condition.
+/// The interval of minimisers found by trying: the grid points within a hair of the least
+/// condition.
 fn tried(sums: &Sums, filter: Filter) -> (f64, f64, f64) {
     let grid = logarithmic(sums.lambda[0], sums.lambda[sums.n() - 1], 20_001);
     let conditions: Vec<f64> = grid.iter().map(|t| sums.condition(filter, *t)).collect();
@@ -45,7 +47,8 @@ proptest! {
         let step = (sums.lambda[n - 1] / sums.lambda[0]).powf(1.0 / 20_000.0);
         // Between eigenvalues equal to rounding the least minimiser is anyone's choice.
         let tied = sums.lambda[count - 1] * (1.0 + 1e-9) > sums.lambda[count];
-        prop_assert!(tied || chosen <= first * step * (1.0 + 1e-9), "{chosen:e} is not the least minimiser, {first:e} is");
+        prop_assert!(tied || chosen <= first * step * (1.0 + 1e-9), "{chosen:e} is not the least minimiser, {first:e} \
+            is");
         match report.lambda_star_interval {
             Some([low, high]) => {
                 assert_close("low end", low, chosen, 1e-12, 0.0);

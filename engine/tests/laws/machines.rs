@@ -1,14 +1,17 @@
-//! Machines drawn at random, to be measured and corrected many times: shares no code with the crate's simulation.
+//! Machines drawn at random, to be measured and corrected many times: shares no code with the
+//! crate's simulation.
 
 use crate::oracle::random::Random;
 use flankfit_engine::gear::correction::{Asked, Setting};
 
-/// What machines are drawn from. Columns are products of Legendre polynomials over the nodes, of RMS 1/√(2p+1)(2q+1) µm per unit.
+/// What machines are drawn from. Columns are products of Legendre polynomials over the nodes, of
+/// RMS 1/√(2p+1)(2q+1) µm per unit.
 #[derive(Clone, Copy, Debug)]
 pub struct Plant {
     pub grid: [usize; 2],
     pub settings: usize,
-    /// What sets the last setting apart from a mixture of the second and the third; 1 where it is none.
+    /// What sets the last setting apart from a mixture of the second and the third; 1 where it is
+    /// none.
     pub apart: f64,
     /// What settings are off by, µm.
     pub off: f64,

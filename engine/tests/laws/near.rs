@@ -1,4 +1,5 @@
-//! Curves and surfaces near points: the shape is the fit; NURBS with given weights; what they reproduce.
+//! Curves and surfaces near points: the shape is the fit; NURBS with given weights; what they
+//! reproduce.
 
 use flankfit_engine::estimation::near::{Shape, shape_of};
 use flankfit_engine::estimation::spec::{
@@ -74,7 +75,8 @@ proptest! {
         }
     }
 
-    /// Coefficients, residuals and digits of a NURBS surface with a net of weights against a dense oracle.
+    /// Coefficients, residuals and digits of a NURBS surface with a net of weights against a dense
+    /// oracle.
     #[test]
     fn nurbs_with_given_weights_are_least_squares(seed: u64, p in 1usize..4, q in 1usize..3) {
         let mut random = Random::new(seed);

@@ -1,4 +1,5 @@
-//! Curves near points: every coordinate is a fit of the service; circles; knots by data and by residuals.
+//! Curves near points: every coordinate is a fit of the service; circles; knots by data and by
+//! residuals.
 
 use flankfit_engine::estimation::near::{
     Adaptive, CurveAsked, CurveFit, CurvePoints, KnotPlacement, Parameters, Stop, curve,
@@ -60,7 +61,8 @@ fn every_coordinate_is_a_fit_of_the_service() {
     }
 }
 
-/// Points of a circle at the parameters of its quadratic NURBS with the weights of a circle: control points, and the circle everywhere.
+/// Points of a circle at the parameters of its quadratic NURBS with the weights of a circle:
+/// control points, and the circle everywhere.
 #[test]
 fn a_circle_stays_a_circle() {
     let s = 0.5f64.sqrt();
@@ -89,8 +91,8 @@ fn a_circle_stays_a_circle() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
 
-    /// Knots by residuals meet the tolerance on smooth points, and say so; or come within twice of it where parabolas have no more room between
-    /// points that happen to lie far apart.
+    /// Knots by residuals meet the tolerance on smooth points, and say so; or come within twice of
+    /// it where parabolas have no more room between points that happen to lie far apart.
     #[test]
     fn adaptive_knots_meet_the_tolerance(seed: u64, degree in 2usize..5, power in 2i32..4, steep in 5.0f64..20.0) {
         let mut random = Random::new(seed);
@@ -137,7 +139,8 @@ fn adaptive_knots_end_where_they_must() {
     assert!(all.curve.basis().size() <= 60);
 }
 
-/// Tolerances that the points cannot tell of: the curve stays a curve near them, also where no residual looks.
+/// Tolerances that the points cannot tell of: the curve stays a curve near them, also where no
+/// residual looks.
 #[test]
 fn adaptive_knots_leave_no_swings_between_the_points() {
     let x: Vec<f64> = (0..=40).map(|i| f64::from(i) / 4.0).collect();

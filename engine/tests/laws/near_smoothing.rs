@@ -1,4 +1,5 @@
-//! The smoothing spline: what it becomes at the ends of λ, and the dense penalised solution of an oracle.
+//! The smoothing spline: what it becomes at the ends of λ, and the dense penalised solution of an
+//! oracle.
 
 use flankfit_engine::estimation::smoothing::spline::{Asked, Points};
 use flankfit_engine::estimation::smoothing::{Smoothing, SmoothingFault, SmoothingSpline, smoothing_spline};
@@ -25,7 +26,8 @@ fn smooth(x: &[f64], y: &[f64], weight: Option<&[f64]>, asked: &Asked) -> Smooth
     smoothing_spline(&Points { x, coordinates: &[y.to_vec()], weight }, asked).unwrap()
 }
 
-/// Values at distinct abscissae: `(Ω + λ K) g = Ω y`, K = Q R⁻¹ Qᵀ, dense; and the smoother's matrix.
+/// Values at distinct abscissae: `(Ω + λ K) g = Ω y`, K = Q R⁻¹ Qᵀ, dense; and the smoother's
+/// matrix.
 fn dense(x: &[f64], y: &[f64], w: &[f64], lambda: f64) -> (DVector<f64>, DMatrix<f64>, f64, f64) {
     let m = x.len();
     let h: Vec<f64> = x.windows(2).map(|p| p[1] - p[0]).collect();
@@ -115,7 +117,8 @@ proptest! {
         }
     }
 
-    /// Repeated measurements: the same as their means with the sums of their weights, but for RSS and m.
+    /// Repeated measurements: the same as their means with the sums of their weights, but for RSS
+    /// and m.
     #[test]
     fn repeated_abscissae_are_repeated_measurements(seed: u64) {
         let mut random = Random::new(seed);

@@ -1,4 +1,5 @@
-//! Big scattered surfaces: banded is dense, to the digits; what they reproduce; undetermined coefficients; penalties and their choice.
+//! Big scattered surfaces: banded is dense, to the digits; what they reproduce; undetermined
+//! coefficients; penalties and their choice.
 
 use flankfit_engine::estimation::near::{Shape, SurfaceFit, SurfaceInclude, SurfacePoints, shape_of, surface};
 use flankfit_engine::estimation::spec::{
@@ -115,7 +116,8 @@ proptest! {
         prop_assert!(close(banded.coordinates[0].rss, dense.residuals.rss, 1e-10));
     }
 
-    /// A polynomial within the degree is found without a residual, over several coordinates at once.
+    /// A polynomial within the degree is found without a residual, over several coordinates at
+    /// once.
     #[test]
     fn polynomials_are_reproduced(seed: u64, spans in 2usize..12) {
         let Data { u, v, .. } = data(seed, 4000, false);
@@ -133,7 +135,8 @@ proptest! {
     }
 }
 
-/// Wherever they lie: outside the others they would stretch the knots, or be refused outside given ones.
+/// Wherever they lie: outside the others they would stretch the knots, or be refused outside given
+/// ones.
 #[test]
 fn nodes_of_weight_0_say_nothing() {
     let counted = data(11, 1500, false);
@@ -167,7 +170,8 @@ fn criteria_choose_what_the_service_chooses() {
     }
 }
 
-/// Nodes on a ring only: the corners and the middle are not told by the nodes, and a penalty fills them in.
+/// Nodes on a ring only: the corners and the middle are not told by the nodes, and a penalty fills
+/// them in.
 #[test]
 fn starved_cells_are_named_or_smoothed() {
     let mut random = Random::new(4);
@@ -206,7 +210,8 @@ fn starved_cells_are_named_or_smoothed() {
     assert!(surface(&points, &spec(model([3, 3], [12, 12]), automatic), ALL).is_ok());
 }
 
-/// Nodes that crowd in a corner of every cell leave columns nearly parallel: doubles do not suffice, double-double does.
+/// Nodes that crowd in a corner of every cell leave columns nearly parallel: doubles do not
+/// suffice, double-double does.
 #[test]
 fn delicate_nodes_are_factored_in_double_double() {
     let mut random = Random::new(9);

@@ -1,4 +1,5 @@
-//! The same nodes said in another way: weights and repetition, order, grid and scattered, missing nodes, the matrix itself.
+//! The same nodes said in another way: weights and repetition, order, grid and scattered, missing
+//! nodes, the matrix itself.
 
 use crate::oracle::random::Random;
 use crate::problems::{
@@ -134,7 +135,8 @@ proptest! {
 
     #[test]
     fn a_polynomial_is_the_matrix_of_its_monomials(seed: u64, decay in 0.1f64..0.8, degree in 1usize..4) {
-        // Abscissae of few bits: their powers are exact doubles, so both ways pose the same problem.
+        // Abscissae of few bits: their powers are exact doubles, so both ways pose the same
+        // problem.
         let surface = Surface::new(seed, [2, 2], decay, 5e-4);
         let curve = surface.nodes.iter().map(|n| n[0]).collect::<Vec<f64>>();
         let powers = |t: f64| (0..=degree as i32).map(move |p| t.powi(p)).collect::<Vec<f64>>();

@@ -1,5 +1,5 @@
-//! Every figure of a penalised fit by its definition, in the oracle's numbers: normal equations, and directions of matrix
-//! and penalty from two eigen analyses.
+//! Every figure of a penalised fit by its definition, in the oracle's numbers: normal equations,
+//! and directions of matrix and penalty from two eigen analyses.
 
 use crate::oracle::big::Big;
 use crate::oracle::matrix::{Rows, column, dot, doubles, eigen, gram, inverse, times, vector};
@@ -104,7 +104,8 @@ pub fn check(result: &FitResult, x: &Rows, y: &[f64], penalty: &Rows, unit: bool
         assert_close("bias bound", c.bias_bound, bound, 1e-6, 0.0);
     }
     let best = |criterion: Criterion| result.regularization.choices.iter().find(|c| c.criterion == Some(criterion));
-    // variance part of the predicted error cannot be undercut, and nothing answered beats the criterion's own choice
+    // variance part of the predicted error cannot be undercut, and nothing answered beats the
+    // criterion's own choice
     let own = best(Criterion::MinMse).expect("min_mse").predicted_mse.unwrap();
     for choice in &result.regularization.choices {
         assert!(choice.predicted_mse.unwrap() >= own * (1.0 - 1e-9), "{choice:?} beats {own}");

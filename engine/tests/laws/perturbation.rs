@@ -1,4 +1,5 @@
-//! Ineqs. 16–23, mended: nodes moved within their uncertainty never move the coefficients beyond the bounds.
+//! Ineqs. 16–23, mended: nodes moved within their uncertainty never move the coefficients beyond
+//! the bounds.
 
 use crate::oracle::random::Random;
 use crate::oracle::spectral::Columns;
@@ -102,7 +103,8 @@ proptest! {
         let spec = FitSpec { scaling, node_uncertainty, regularization, ..linear() };
         let report = fit(&problem.nodes(), &spec).perturbation.unwrap();
 
-        // ‖δX‖ in the scaled columns when every entry moves by `position`, ‖δY‖ when every height moves by `height`.
+        // ‖δX‖ in the scaled columns when every entry moves by `position`, ‖δY‖ when every height
+        // moves by `height`.
         let m = problem.y.len() as f64;
         let moved_x = position * spectrum.scales.iter().map(|s| m / s.to_f64().powi(2)).sum::<f64>().sqrt();
         let moved_y = height * m.sqrt();

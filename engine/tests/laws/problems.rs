@@ -25,13 +25,14 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// `X = U Σ Vᵀ` with random U and V and singular values graded so that cond(XᵀX) is 10^`log_condition`;
-    /// heights of random coefficients with noise.
+    /// `X = U Σ Vᵀ` with random U and V and singular values graded so that cond(XᵀX) is
+    /// 10^`log_condition`; heights of random coefficients with noise.
     pub fn graded(seed: u64, n: usize, extra: usize, log_condition: f64) -> Self {
         Self::of(seed, n, extra, log_condition, false)
     }
 
-    /// The same, with some eigenvalues equal in every third case (their directions are then anyone's choice).
+    /// The same, with some eigenvalues equal in every third case (their directions are then
+    /// anyone's choice).
     pub fn clustered(seed: u64, n: usize, extra: usize, log_condition: f64) -> Self {
         Self::of(seed, n, extra, log_condition, seed.is_multiple_of(3))
     }
@@ -51,7 +52,8 @@ impl Problem {
                 10f64.powf(-0.5 * log_condition * place)
             })
             .collect();
-        // Along the small directions the true components may be as small as the matrix or as large as its inverse.
+        // Along the small directions the true components may be as small as the matrix or as large
+        // as its inverse.
         let grading = random.between(-1.0, 1.0);
         let size = 10f64.powf(random.between(-2.0, 2.0));
         let truth: Vec<f64> = singular.iter().map(|s| random.normal() * s.powf(grading)).collect();
@@ -160,8 +162,8 @@ pub fn assert_all_close(what: &str, a: &[f64], b: &[f64], relative: f64) {
     }
 }
 
-/// Two answers to the same question: every coefficient agrees to a millionth of its standard error, the spectrum and
-/// what hangs on it to `relative`.
+/// Two answers to the same question: every coefficient agrees to a millionth of its standard error,
+/// the spectrum and what hangs on it to `relative`.
 #[track_caller]
 pub fn assert_same_fit(one: &FitResult, two: &FitResult, relative: f64) {
     assert_eq!(one.coefficients.len(), two.coefficients.len());
@@ -179,7 +181,8 @@ pub fn assert_same_fit(one: &FitResult, two: &FitResult, relative: f64) {
     assert_close("bias", one.bias.norm, two.bias.norm, 1e3 * relative, 1e-9 * one.bias.coefficient_norm_limit);
 }
 
-/// A surface over `[30, 30 + 4] × [0, 20]` mm whose coefficients in products of Legendre polynomials decay.
+/// A surface over `[30, 30 + 4] × [0, 20]` mm whose coefficients in products of Legendre
+/// polynomials decay.
 pub struct Surface {
     pub nodes: Vec<[f64; 2]>,
     pub z: Vec<f64>,

@@ -1,4 +1,5 @@
-//! Dependent columns: told from independent ones, named, answered by the least solution or refused where λ₁ > 0 is needed.
+//! Dependent columns: told from independent ones, named, answered by the least solution or refused
+//! where λ₁ > 0 is needed.
 
 use crate::oracle::matrix::{doubles, least_squares, rows, vector};
 use crate::oracle::random::Random;
@@ -41,7 +42,8 @@ proptest! {
         let exact = least_squares(&rows(&independent), &vector(&y));
         assert_close("rss", result.residuals.rss, exact.rss.to_f64(), 1e-10, 0.0);
         let exact = doubles(&exact.coefficients);
-        // In unit-length columns the copy takes half; in the columns as they are, f / (1 + f²) beside 1 / (1 + f²).
+        // In unit-length columns the copy takes half; in the columns as they are, f / (1 + f²)
+        // beside 1 / (1 + f²).
         let (own, copy) = if none {
             (1.0 / (1.0 + factor * factor), factor / (1.0 + factor * factor))
         } else {

@@ -53,7 +53,8 @@ fn same(batch: &FitResult, stream: &FitResult, slack: f64) {
     assert!(stream.numerics.correct_digits <= batch.numerics.correct_digits + 2.0);
 }
 
-/// Nodes of a wavy surface, some of weight 0, at places that wander from a corner so that boxes must grow.
+/// Nodes of a wavy surface, some of weight 0, at places that wander from a corner so that boxes
+/// must grow.
 struct Track {
     u: Vec<f64>,
     v: Vec<f64>,

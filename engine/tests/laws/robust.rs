@@ -1,5 +1,5 @@
-//! Robust estimates against searches through everything: all vertices, all subsets, all pairs; and laws that every
-//! such estimator keeps.
+//! Robust estimates against searches through everything: all vertices, all subsets, all pairs; and
+//! laws that every such estimator keeps.
 
 use crate::oracle::random::Random;
 use flankfit_engine::estimation::{
@@ -18,7 +18,8 @@ struct Problem {
 }
 
 impl Problem {
-    /// A constant and `n − 1` columns; some heights are grossly wrong. `round` leaves integers, so that much coincides.
+    /// A constant and `n − 1` columns; some heights are grossly wrong. `round` leaves integers, so
+    /// that much coincides.
     fn new(seed: u64, m: usize, n: usize, round: bool) -> Self {
         let mut random = Random::new(seed);
         let mut number = |size: f64| {
@@ -326,7 +327,8 @@ fn lp_has_no_gradient_and_runs_from_absolute_deviations_to_squares() {
                     let slope: f64 =
                         r.iter().zip(&problem.x).map(|(r, x)| r.signum() * r.abs().powf(p - 1.0) * x[j]).sum();
                     let size: f64 = r.iter().zip(&problem.x).map(|(r, x)| (r.abs().powf(p - 1.0) * x[j]).abs()).sum();
-                    // rounding moves tiny residuals by as much as they are, and for p near 1 these count
+                    // rounding moves tiny residuals by as much as they are, and for p near 1 these
+                    // count
                     let unsure: f64 = r
                         .iter()
                         .zip(&problem.x)
@@ -401,7 +403,8 @@ fn every_estimator_is_equivariant_and_answers_the_same_bits_again() {
             assert!((4.0 * a.value + add - b.value).abs() < 1e-6, "{estimator:?}: {} {}", a.value, b.value);
             near("standard error", b.std_error.unwrap(), 4.0 * a.std_error.unwrap(), 1e-6);
         }
-        // scaling of columns changes nothing without regularisation, and standardised columns have standard errors too
+        // scaling of columns changes nothing without regularisation, and standardised columns have
+        // standard errors too
         for scaling in [Scaling::None, Scaling::Standardized] {
             let spec =
                 FitSpec { estimator, scaling, regularization: Regularization::None, ..FitSpec::new(Model::Linear) };

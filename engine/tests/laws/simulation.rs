@@ -1,7 +1,8 @@
-//! Least condition is not least error: what each criterion costs and gains over many simulated surfaces whose true
-//! coefficients are known. Seeded, so that every run sees the same noise.
+//! Least condition is not least error: what each criterion costs and gains over many simulated
+//! surfaces whose true coefficients are known. Seeded, so that every run sees the same noise.
 //!
-//! `cargo test --test laws simulation -- --nocapture` prints the figures that the documentation quotes.
+//! `cargo test --test laws simulation -- --nocapture` prints the figures that the documentation
+//! quotes.
 
 use crate::oracle::design::{Basis, crossings, surface};
 use crate::oracle::matrix::{column, doubles, least_squares};
@@ -49,7 +50,8 @@ struct Truth<'a> {
 }
 
 impl<'a> Truth<'a> {
-    /// Coefficients of the orthogonal products decay like `decay` to the order; the constant is about 20 µm.
+    /// Coefficients of the orthogonal products decay like `decay` to the order; the constant is
+    /// about 20 µm.
     fn new(place: &'a Place, random: &mut Random, decay: f64) -> Self {
         let size = 0..=place.degree;
         let orders = size.clone().flat_map(|p| size.clone().map(move |q| p + q));

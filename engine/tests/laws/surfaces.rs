@@ -1,4 +1,5 @@
-//! Laws of patches: derivatives against differences, borders reproduced, affine maps and convex hulls, known curvatures.
+//! Laws of patches: derivatives against differences, borders reproduced, affine maps and convex
+//! hulls, known curvatures.
 
 use flankfit_engine::geometry::{
     BSplineBasis,
@@ -42,7 +43,8 @@ pub(crate) fn boundary_curves() -> impl Strategy<Value = [BSplineCurve; 4]> {
     })
 }
 
-/// Every derivative of the jet against the central difference of the one below, at a place with no break within 1e-5.
+/// Every derivative of the jet against the central difference of the one below, at a place with no
+/// break within 1e-5.
 pub(crate) fn derivatives_agree(surface: &dyn Surface, u: f64, v: f64) -> Result<(), TestCaseError> {
     let [[a, b], [c, d]] = surface.domain();
     let (hu, hv) = ((b - a) * 1e-5, (d - c) * 1e-5);
@@ -290,7 +292,8 @@ fn three_sided_coons_patches() {
         assert_eq!(found[0].border, missing);
         assert!((found[0].point - c).norm() < 1e-15);
         let tip = missing.place(patch.domain(), 0.4);
-        // the curved border opposite is drawn into the tip as a cone: a normal along each line, and no curvature
+        // the curved border opposite is drawn into the tip as a cone: a normal along each line, and
+        // no curvature
         let normal = normal(&patch, tip.0, tip.1).expect("a limit");
         let (u, v) = (0.999 * tip.0 + 0.001 * 0.4, 0.999 * tip.1 + 0.001 * 0.4);
         let nearby = Differential::at(&patch, u, v).expect("a regular place");
@@ -337,7 +340,8 @@ fn refused_boundaries() {
     assert_eq!(fault, BoundaryFault::Twist { corner: [1, 0] });
 }
 
-/// Heights over the parameters: a patch of plane boundary curves of two families of planes reproduces u·f(v) + g(v) + v·h(u) + k(u).
+/// Heights over the parameters: a patch of plane boundary curves of two families of planes
+/// reproduces u·f(v) + g(v) + v·h(u) + k(u).
 #[test]
 fn heights_between_plane_curves() {
     let quadratic = |c: [f64; 3], [low, high]: [f64; 2]| {

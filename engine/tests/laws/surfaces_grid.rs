@@ -136,7 +136,8 @@ proptest! {
         prop_assert!((surface.value(x, y).x - truth).abs() < 1e-13 * size);
     }
 
-    /// The residuals are at right angles to every product of basis functions, and a surface of the space is found again.
+    /// The residuals are at right angles to every product of basis functions, and a surface of the
+    /// space is found again.
     #[test]
     fn least_squares_residuals_are_orthogonal_to_all_functions(
         u in places(14), v in places(11), z in prop::collection::vec(-1.0..1.0f64, 154), (p, q) in (1usize..4, 1usize..4),

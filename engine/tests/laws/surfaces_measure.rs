@@ -1,4 +1,5 @@
-//! Laws of what is measured on surfaces: closest points against dense sampling, areas of known bodies.
+//! Laws of what is measured on surfaces: closest points against dense sampling, areas of known
+//! bodies.
 
 use crate::oracle::random::Random;
 use crate::surfaces::{boundary_curves, revolved, vector};
@@ -77,7 +78,8 @@ proptest! {
         not_beaten(&gregory, &node, &ClosestPoint::on(&gregory).to(&node))?;
     }
 
-    /// A point lifted along the normal by less than the radius of curvature has its foot where it came from.
+    /// A point lifted along the normal by less than the radius of curvature has its foot where it
+    /// came from.
     #[test]
     fn a_lifted_point_falls_back(s in 0.02..0.98f64, t in 0.02..0.98f64, lift in -0.8..3.0f64) {
         let quarter = [[1.0, 0.0, 1.0], [1.0, 1.0, FRAC_1_SQRT_2], [0.0, 1.0, 1.0]];
@@ -93,7 +95,8 @@ proptest! {
     }
 }
 
-/// Heights that jump by several times the distance of the control points: many feet, the nearest of them in a narrow valley.
+/// Heights that jump by several times the distance of the control points: many feet, the nearest of
+/// them in a narrow valley.
 #[test]
 fn the_nearest_of_many_feet_on_rough_heights() {
     let mut random = Random::new(4711);
@@ -146,7 +149,8 @@ fn areas_of_known_bodies() {
     let known = [
         (revolved(&[[2.0, 0.0, 1.0], [2.0, 5.0, 1.0]]), 2.0 * PI * 2.0 * 5.0 / 4.0),
         (revolved(&quarter.map(|[x, y, w]| [3.0 * x, 3.0 * y, w])), 4.0 * PI * 9.0 / 8.0),
-        // a quarter turn of the outer upper quarter of a tube: Pappus, with the centroid 2/π outside of the tube's centre
+        // a quarter turn of the outer upper quarter of a tube: Pappus, with the centroid 2/π
+        // outside of the tube's centre
         (revolved(&quarter.map(|[x, y, w]| [4.0 + x, y, w])), PI / 2.0 * PI / 2.0 * (4.0 + 2.0 / PI)),
         (revolved(&[[0.0, 0.0, 1.0], [3.0, 4.0, 1.0]]), PI * 3.0 * 5.0 / 4.0),
     ];

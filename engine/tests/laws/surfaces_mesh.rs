@@ -1,4 +1,5 @@
-//! Laws of meshes of curves, of the continuity between patches, of conversions to B-splines, and of the door to all surfaces.
+//! Laws of meshes of curves, of the continuity between patches, of conversions to B-splines, and of
+//! the door to all surfaces.
 
 use crate::surfaces::{boundary_curves, revolved, vector};
 use flankfit_engine::geometry::{
@@ -44,7 +45,8 @@ fn mesh_of(f: impl Fn(f64, f64) -> f64, us: &[f64], vs: &[f64]) -> CurveMesh {
     }
 }
 
-/// Curves that are 0.002 apart where they cross: corners stand half-way, off both by 0.001, whatever the mesh is filled with.
+/// Curves that are 0.002 apart where they cross: corners stand half-way, off both by 0.001,
+/// whatever the mesh is filled with.
 #[test]
 fn a_gap_at_the_crossings_is_a_deviation_from_the_curves() {
     let (us, vs) = ([0.0, 0.5, 1.2], [1.0, 1.7, 2.2]);
@@ -67,7 +69,8 @@ fn a_gap_at_the_crossings_is_a_deviation_from_the_curves() {
     }
 }
 
-/// A Gregory patch of three sides as a B-spline within a millionth of its extent, which files take by default.
+/// A Gregory patch of three sides as a B-spline within a millionth of its extent, which files take
+/// by default.
 #[test]
 fn three_sided_gregory_patches_are_approached_closely() {
     let curve = |points: [[f64; 3]; 4]| {
@@ -99,7 +102,8 @@ fn three_sided_gregory_patches_are_approached_closely() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// Whatever the filling: curves kept (or met by cubics at the nodes), and smooth across lines where that is promised.
+    /// Whatever the filling: curves kept (or met by cubics at the nodes), and smooth across lines
+    /// where that is promised.
     #[test]
     fn filled_meshes_keep_their_curves_and_join_smoothly(c in prop::collection::vec(-1.0..1.0f64, 4)) {
         let f = |u: f64, v: f64| c[0] * (u + c[1] * v).sin() + c[2] * (u * v).cos() + c[3] * u * u * v;
@@ -114,7 +118,8 @@ proptest! {
                 for k in 0..=20 {
                     let v = 1.0 + 1.2 * f64::from(k) / 20.0;
                     let off = (filled.patchwork.value(*u, v) - curve.as_ref().unwrap().value(v)).norm();
-                    prop_assert!(off < if cubic_borders { filled.deviation.value + 1e-13 } else { 1e-13 }, "{fill:?} {u} {v} {off}");
+                    prop_assert!(off < if cubic_borders { filled.deviation.value + 1e-13 } else { 1e-13 }, "{fill:?} \
+                        {u} {v} {off}");
                 }
             }
             let found = joints(&filled.patchwork, 7);

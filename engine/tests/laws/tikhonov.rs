@@ -1,4 +1,5 @@
-//! Tikhonov: the solution of (XᵀX + λP) A = XᵀY with P integrated by the power rule, and every figure by its definition.
+//! Tikhonov: the solution of (XᵀX + λP) A = XᵀY with P integrated by the power rule, and every
+//! figure by its definition.
 
 use crate::oracle::big::Big;
 use crate::oracle::design::{Basis, functions, surface};
@@ -122,7 +123,8 @@ fn wave(seed: u64, m: usize) -> (Vec<f64>, Vec<f64>) {
     (x, y)
 }
 
-/// B-splines, whose derivatives are taken here by differences in the oracle's numbers at Gauss points of each span.
+/// B-splines, whose derivatives are taken here by differences in the oracle's numbers at Gauss
+/// points of each span.
 #[test]
 fn b_splines() {
     let knots = [0.0, 0.0, 0.0, 0.0, 1.0, 1.5, 1.5, 3.0, 5.0, 5.0, 5.0, 5.0];
@@ -186,7 +188,8 @@ fn b_splines() {
                 assert_close("coefficient", *value, *exact, 1e-5, 1e-6);
             }
             let free = result.regularization.filter_factors.iter().filter(|f| **f == 1.0).count();
-            // a double knot leaves second derivatives continuous in pieces only; order 3 sees none of the jumps
+            // a double knot leaves second derivatives continuous in pieces only; order 3 sees none
+            // of the jumps
             assert!(free >= order, "order {order}: {free} directions are free");
         }
     }

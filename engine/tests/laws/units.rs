@@ -62,7 +62,8 @@ proptest! {
         let gcv = Regularization::Ridge { parameter: Parameter::Criterion(Criterion::Gcv) };
         for regularization in [Regularization::default(), Regularization::None, fixed, gcv] {
             let own = fit(&surface.scattered(), &spec(regularization.clone(), 1.0));
-            // A power of 2 changes no digit; inches round every number once, which the small eigenvalues feel.
+            // A power of 2 changes no digit; inches round every number once, which the small
+            // eigenvalues feel.
             for (unit, slack) in [(2f64.powi(power), 1e-10), (1.0 / 25.4, 1e-7)] {
                 let other = fit(&surface.scattered_in(unit), &spec(regularization.clone(), unit));
                 compare(&own, &other, unit, slack);

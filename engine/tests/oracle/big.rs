@@ -1,5 +1,5 @@
-//! Binary floating point of 640 bits on top of big integers: `mantissa · 2^exponent`, rounded to nearest.
-//! Every double is exact in it, and so is every product of a few doubles.
+//! Binary floating point of 640 bits on top of big integers: `mantissa · 2^exponent`, rounded to
+//! nearest. Every double is exact in it, and so is every product of a few doubles.
 
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
@@ -88,7 +88,8 @@ impl Big {
             return 0.0;
         }
         let (sign, magnitude) = (self.mantissa.sign(), self.mantissa.magnitude());
-        // 64 leading bits with everything below folded into the last: converting u64 to f64 then rounds correctly.
+        // 64 leading bits with everything below folded into the last: converting u64 to f64 then
+        // rounds correctly.
         let excess = magnitude.bits() as i64 - 64;
         let top = if excess > 0 {
             let kept = magnitude >> excess as u64;
@@ -206,7 +207,8 @@ impl fmt::Debug for Big {
     }
 }
 
-/// Correct decimal digits of a double: −log10 of its relative error. Where the truth is 0, of its absolute error.
+/// Correct decimal digits of a double: −log10 of its relative error. Where the truth is 0, of its
+/// absolute error.
 pub fn digits(got: f64, truth: &Big) -> f64 {
     let error = &Big::from(got) - truth;
     if error.is_zero() {

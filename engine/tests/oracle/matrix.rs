@@ -1,4 +1,5 @@
-//! Dense linear algebra in the oracle's numbers, rows in vectors: normal equations by elimination, eigenvalues by Jacobi.
+//! Dense linear algebra in the oracle's numbers, rows in vectors: normal equations by elimination,
+//! eigenvalues by Jacobi.
 
 use super::big::Big;
 
@@ -86,7 +87,8 @@ pub fn eigen(a: &Rows) -> (Vec<Big>, Vec<Vec<Big>>) {
         let mut still = true;
         for p in 0..n {
             for q in p + 1..n {
-                // Relative to the diagonal, so that small eigenvalues of graded matrices converge too.
+                // Relative to the diagonal, so that small eigenvalues of graded matrices converge
+                // too.
                 let scale = a[p][p].log10() + a[q][q].log10();
                 if a[p][q].log10() < floor || 2.0 * a[p][q].log10() < scale - 200.0 {
                     continue;

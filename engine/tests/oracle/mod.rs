@@ -1,6 +1,7 @@
-//! An oracle for the tests: everything the service computes in doubles, computed again the plain way in 640-bit
-//! floating point, so that conditions of 1e40 still leave a hundred digits. It shares no code with the crate:
-//! it forms XᵀX, solves by elimination and finds eigenvalues by two-sided Jacobi, exactly what the crate must not do.
+//! An oracle for the tests: everything the service computes in doubles, computed again the plain
+//! way in 640-bit floating point, so that conditions of 1e40 still leave a hundred digits. It
+//! shares no code with the crate: it forms XᵀX, solves by elimination and finds eigenvalues by
+//! two-sided Jacobi, exactly what the crate must not do.
 
 pub mod big;
 pub mod design;

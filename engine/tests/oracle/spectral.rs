@@ -1,5 +1,5 @@
-//! The spectrum of a scaled measurement matrix, and every sum over it that the criteria and bounds are made of,
-//! by their definitions.
+//! The spectrum of a scaled measurement matrix, and every sum over it that the criteria and bounds
+//! are made of, by their definitions.
 
 use super::big::Big;
 use super::matrix::{Rows, column, dot, eigen, gram, times};
@@ -129,7 +129,8 @@ pub struct Sums {
     pub rss: f64,
     pub m: usize,
     pub total_weight: f64,
-    /// Directions that no filter touches and that are not listed (the constant of a standardised fit).
+    /// Directions that no filter touches and that are not listed (the constant of a standardised
+    /// fit).
     pub unpenalised: usize,
 }
 
@@ -198,7 +199,8 @@ impl Sums {
         self.rss_at(filter, t) / (1.0 - kept / self.m as f64).powi(2)
     }
 
-    /// Curvature of (log ‖residual‖, log ‖estimate‖), differentiated by hand in log t; positive at a corner.
+    /// Curvature of (log ‖residual‖, log ‖estimate‖), differentiated by hand in log t; positive at
+    /// a corner.
     pub fn curvature(&self, filter: Filter, t: f64) -> f64 {
         let (mut r, mut r1, mut r2, mut e, mut e1, mut e2) = (self.rss, 0.0, 0.0, 0.0, 0.0, 0.0);
         for (i, (a, l, f, d)) in self.directions(filter, t).enumerate() {
@@ -231,7 +233,8 @@ pub fn logarithmic(low: f64, high: f64, count: usize) -> Vec<f64> {
     (0..count).map(|i| if i + 1 == count { high } else { low * (i as f64 * step).exp() }).collect()
 }
 
-/// The least value of `objective` over [low, high]: a fine grid, then golden sections around its best points.
+/// The least value of `objective` over [low, high]: a fine grid, then golden sections around its
+/// best points.
 pub fn brute_force_minimum(low: f64, high: f64, objective: impl Fn(f64) -> f64) -> (f64, f64) {
     let grid = logarithmic(low, high, 4001);
     let values: Vec<f64> = grid.iter().map(|t| objective(*t)).collect();

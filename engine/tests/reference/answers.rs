@@ -46,8 +46,9 @@ pub fn exact_of(x: &Rows, y: &[f64]) -> Vec<Big> {
     least_squares(x, &vector(y)).coefficients
 }
 
-/// Digits that the posted doubles leave undetermined when they are themselves roundings of something: how far the
-/// exact solution moves when every number that is not a short binary fraction is moved by up to one unit in its last place.
+/// Digits that the posted doubles leave undetermined when they are themselves roundings of
+/// something: how far the exact solution moves when every number that is not a short binary
+/// fraction is moved by up to one unit in its last place.
 pub fn data_floor(exact: &[Big], solve: impl Fn(&mut dyn FnMut(f64) -> f64) -> Vec<Big>) -> f64 {
     let mut random = Random::new(11);
     let mut floor = f64::INFINITY;
@@ -82,9 +83,10 @@ pub fn matrix_floor(coefficients: &[Big], x: &[Vec<f64>], y: &[f64]) -> f64 {
     })
 }
 
-/// `numerics.correct_digits` must not promise more than there is, nor be so shy that nobody can use it: at most five
-/// digits below what is reached of the doubles, or below what the data determine, where that is less (`floor`).
-/// Coefficients that are 0 (but for what the oracle's own rounding leaves) have no relative digits and do not count.
+/// `numerics.correct_digits` must not promise more than there is, nor be so shy that nobody can use
+/// it: at most five digits below what is reached of the doubles, or below what the data determine,
+/// where that is less (`floor`). Coefficients that are 0 (but for what the oracle's own rounding
+/// leaves) have no relative digits and do not count.
 #[track_caller]
 pub fn judge_digits(name: &str, result: &FitResult, exact: &[Big], floor: f64) {
     let largest = exact.iter().map(Big::log10).fold(f64::NEG_INFINITY, f64::max);

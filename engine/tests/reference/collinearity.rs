@@ -38,7 +38,8 @@ fn longley() {
     for (column, truth) in report.columns[1..].iter().zip(numbers(&file["vif"])) {
         assert!(near(column.vif.expect("a vif"), truth, 1e-9), "{}: {:?} {truth}", column.term, column.vif);
     }
-    // Indices 43275, 6280, 1049, 228 and so on: those above 30 are near dependencies, the worst first.
+    // Indices 43275, 6280, 1049, 228 and so on: those above 30 are near dependencies, the worst
+    // first.
     let beyond: Vec<f64> = indices.iter().rev().copied().filter(|index| *index > 30.0).collect();
     assert!(report.near_dependencies.len() >= beyond.len());
     for (found, index) in report.near_dependencies.iter().zip(&beyond) {

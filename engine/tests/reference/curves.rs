@@ -1,4 +1,5 @@
-//! Curves through points: polynomials, piecewise cubics, splines, B-splines and circles, against exactly computed values.
+//! Curves through points: polynomials, piecewise cubics, splines, B-splines and circles, against
+//! exactly computed values.
 
 use crate::folder::{number, numbers, reference, table};
 use flankfit_engine::geometry::BSplineBasis;

@@ -1,5 +1,6 @@
-//! Sets like the hardest of the NIST collection, made here: 82 nodes on [-9, -3], degree 10, cond(X) about 1.8e15,
-//! where the best packages keep 8 digits and double precision determines 13 to 14. Needs no reference folder.
+//! Sets like the hardest of the NIST collection, made here: 82 nodes on [-9, -3], degree 10,
+//! cond(X) about 1.8e15, where the best packages keep 8 digits and double precision determines 13
+//! to 14. Needs no reference folder.
 
 use crate::answers::{
     answer, at_least, curve, curve_floor, exact_of, judge_digits, monomials, plain, std_errors, values,
@@ -8,7 +9,8 @@ use crate::oracle::design::{self, Basis};
 use crate::oracle::matrix::{least_squares, vector};
 use crate::oracle::random::Random;
 
-/// A rational bump like a spectrometer's, on abscissae given to three decimals, with noise rounded to four.
+/// A rational bump like a spectrometer's, on abscissae given to three decimals, with noise rounded
+/// to four.
 fn nodes(seed: u64) -> (Vec<f64>, Vec<f64>) {
     let mut random = Random::new(seed);
     let x: Vec<f64> = (0..82)

@@ -1,5 +1,6 @@
-//! Traces of a real spur gear (z = 52, m_n = 1 mm), 17 of them, and what the instrument itself printed for its left flank. The
-//! measurement stands in `tests/data/p40`; every 12th of the 480 samples of a trace, so form and total deviation cannot agree.
+//! Traces of a real spur gear (z = 52, m_n = 1 mm), 17 of them, and what the instrument itself
+//! printed for its left flank. The measurement stands in `tests/data/p40`; every 12th of the 480
+//! samples of a trace, so form and total deviation cannot agree.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -132,7 +133,8 @@ fn slopes_are_those_that_the_instrument_printed() {
     assert_eq!(whole.map(|surface| surface.tooth.as_str()).collect::<Vec<_>>(), ["1", "1"]);
 }
 
-/// The instrument's own numbers count clockwise on every trace; read so, the DIN slopes are the same.
+/// The instrument's own numbers count clockwise on every trace; read so, the DIN slopes are the
+/// same.
 #[test]
 fn the_sign_of_the_curve_file_leads_to_the_same_slopes() {
     let text = file("97340-neu_nodes.csv");

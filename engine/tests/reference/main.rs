@@ -1,4 +1,5 @@
-//! Published and exactly computed reference results. `tests/refdata/README.md` says where each file comes from.
+//! Published and exactly computed reference results. `tests/refdata/README.md` says where each file
+//! comes from.
 
 #[expect(dead_code, reason = "the oracle is shared by the test binaries, each of which uses a part")]
 #[path = "../oracle/mod.rs"]

@@ -1,4 +1,5 @@
-//! Least-squares B-splines as shapes: values and derivatives of the curve, and the bicubic surface from the same nodes scattered.
+//! Least-squares B-splines as shapes: values and derivatives of the curve, and the bicubic surface
+//! from the same nodes scattered.
 
 use crate::answers::plain;
 use crate::folder::{number, numbers, reference, table};

@@ -1,4 +1,5 @@
-//! The NIST StRD linear sets, posted as doubles the way a client would: raw monomials, or the matrix itself.
+//! The NIST StRD linear sets, posted as doubles the way a client would: raw monomials, or the
+//! matrix itself.
 
 use crate::answers::{
     answer, at_least, curve, curve_floor, exact, exact_of, judge_digits, matrix, matrix_floor, monomials, plain,

@@ -83,7 +83,8 @@ fn batting_averages() {
         let result = answer(&matrix(&identity, &y), &spec);
         near(name, factor(&result), number(&truth[shrink]), 1e-12);
         at_least(name, &values(&result), &decimals(&truth[estimates]), 13.0);
-        // the constant as a column of its own, left unpenalised: mean and differences from the last player
+        // the constant as a column of its own, left unpenalised: mean and differences from the last
+        // player
         let coded: Vec<Vec<f64>> =
             identity.iter().map(|row| [vec![1.0], row[..players - 1].to_vec()].concat()).collect();
         let spec = FitSpec { scaling: Scaling::Standardized, ..spec };

@@ -133,7 +133,8 @@ fn designs_of_the_nist_sets() {
 
 #[test]
 fn hard_matrices_made_here() {
-    // Hilbert 7 and 8, Vandermonde 12, nearly equal columns: cond(XᵀX) up to 1e20, no better basis to flee to.
+    // Hilbert 7 and 8, Vandermonde 12, nearly equal columns: cond(XᵀX) up to 1e20, no better basis
+    // to flee to.
     let hilbert = |n: usize| -> Vec<Vec<f64>> {
         (0..n + 3).map(|i| (0..n).map(|j| 1.0 / (i + j + 1) as f64).collect()).collect()
     };

@@ -95,7 +95,8 @@ fn bilinear_coons_patch_of_cubics() {
             near(name, got, point(&sample[name]), 14.5);
         }
     }
-    // the equivalent Bézier net, and the same net filled again from its borders and its own twists and cross derivatives
+    // the equivalent Bézier net, and the same net filled again from its borders and its own twists
+    // and cross derivatives
     let rows = file["equivalent_bicubic_bezier_net_fraction"].as_array().expect("rows");
     let exact: Vec<Vector> = rows
         .iter()
@@ -146,7 +147,8 @@ fn bicubic_least_squares_on_a_grid() {
     let (surface, rss) = least_squares(&grid, [3, 3], knots).expect("a fit");
     let truth = file["coef"].as_array().expect("rows").iter().flat_map(numbers);
     for (got, truth) in surface.control_points().iter().zip(truth) {
-        // the reference has decimal heights; as doubles they leave the smallest coefficient its first 13 digits
+        // the reference has decimal heights; as doubles they leave the smallest coefficient its
+        // first 13 digits
         assert!((got.x - truth).abs() <= 1e-13 * truth.abs(), "{} {truth}", got.x);
     }
     assert!((rss - number(&file["rss"])).abs() <= 1e-13 * rss);

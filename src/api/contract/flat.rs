@@ -1,7 +1,7 @@
 //! Objects of several parts (`allOf`) as one object.
 //!
-//! Where a part refuses unknown properties, it refuses those of the other parts too: such a schema takes nothing. Generators make
-//! classes of the parts, and name them by their place.
+//! Where a part refuses unknown properties, it refuses those of the other parts too: such a schema
+//! takes nothing. Generators make classes of the parts, and name them by their place.
 
 use std::collections::BTreeMap;
 

@@ -1,9 +1,12 @@
-//! What generators of clients make wrong code of, taken out of their copy of the document (`docs/clients.md`).
+//! What generators of clients make wrong code of, taken out of their copy of the document
+//! (`docs/clients.md`).
 //!
-//! - A union of numbers and arrays, or of arrays of different depth, becomes a value of any form: C# and C++ get two constructors of the same
-//!   signature otherwise. Its description says which forms there are. Unions of objects stay; they have discriminators or
-//!   different required properties.
-//! - Where a body may be JSON or a form, the form is left out: one method with two bodies is beyond most generators.
+//! - A union of numbers and arrays, or of arrays of different depth, becomes a value of any form:
+//!   C# and C++ get two constructors of the same signature otherwise. Its description says which
+//!   forms there are. Unions of objects stay; they have discriminators or different required
+//!   properties.
+//! - Where a body may be JSON or a form, the form is left out: one method with two bodies is beyond
+//!   most generators.
 //! - The address of a server, since clients have none from which the document came.
 
 use std::collections::BTreeSet;

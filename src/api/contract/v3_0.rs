@@ -1,8 +1,9 @@
-//! OpenAPI 3.1 to 3.0, for generators: what most of them do not read yet, and what they make wrong code of.
+//! OpenAPI 3.1 to 3.0, for generators: what most of them do not read yet, and what they make wrong
+//! code of.
 //!
-//! What differs in the parts that are used here: type arrays become `nullable`, `examples` of a schema becomes
-//! `example`, `const` becomes a one-value `enum`, exclusive bounds become booleans beside the bounds, and the
-//! licence identifier (3.1 only) is dropped.
+//! What differs in the parts that are used here: type arrays become `nullable`, `examples` of a
+//! schema becomes `example`, `const` becomes a one-value `enum`, exclusive bounds become booleans
+//! beside the bounds, and the licence identifier (3.1 only) is dropped.
 
 use serde_json::{Map, Value, json};
 

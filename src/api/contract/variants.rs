@@ -1,6 +1,8 @@
-//! Alternatives that stand within their union get names of their own, by their `type` and the union: `TipReliefFlankModification`.
+//! Alternatives that stand within their union get names of their own, by their `type` and the
+//! union: `TipReliefFlankModification`.
 //!
-//! Generators name what has no name by its place (`FlankModificationOneOf3`), and anew when the order changes.
+//! Generators name what has no name by its place (`FlankModificationOneOf3`), and anew when the
+//! order changes.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +13,8 @@ use utoipa::openapi::{
 
 type Schemas = BTreeMap<String, RefOr<Schema>>;
 
-/// Names the alternatives of every union whose alternatives carry `type`, and says of each property `type` what it is.
+/// Names the alternatives of every union whose alternatives carry `type`, and says of each property
+/// `type` what it is.
 pub fn name(schemas: &mut Schemas) {
     let mut named = Schemas::new();
     for (union, schema) in schemas.iter_mut() {

@@ -16,7 +16,8 @@ use flankfit_engine::{
 #[serde(deny_unknown_fields)]
 #[schema(as = FlankBorders)]
 pub struct BordersBody {
-    /// Percent of the measured profile (in roll length) and of the measured width that are left out at each edge. Default 0.
+    /// Percent of the measured profile (in roll length) and of the measured width that are left out
+    /// at each edge. Default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub root_percent: Option<f64>,
     /// At the tip end, in percent of the measured profile's roll length. Default 0.

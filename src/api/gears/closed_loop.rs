@@ -1,4 +1,5 @@
-//! A closed loop simulated: measure, correct, machine again, with hidden errors of the machine and noise of the probe.
+//! A closed loop simulated: measure, correct, machine again, with hidden errors of the machine and
+//! noise of the probe.
 
 use std::sync::Arc;
 
@@ -32,8 +33,9 @@ use flankfit_engine::{
 /// Most corrections of a run.
 const MOST_CORRECTIONS: usize = 20;
 
-/// A machine whose settings are off, and ways to correct it. Without a word it is the ill-conditioned case: 5 × 9 nodes, six settings of
-/// which the sixth is nearly a mixture of two others.
+/// A machine whose settings are off, and ways to correct it. Without a word it is the
+/// ill-conditioned case: 5 × 9 nodes, six settings of which the sixth is nearly a mixture of two
+/// others.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ClosedLoopRequest)]
@@ -45,8 +47,8 @@ pub struct ClosedLoopBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 20)]
     pub corrections: Option<usize>,
-    /// Ways to correct. Default `spectral_uncertainty` (what corrections do by default) and `least_squares`; further `spectral_min_mse`,
-    /// `ridge_gcv` and so on.
+    /// Ways to correct. Default `spectral_uncertainty` (what corrections do by default) and
+    /// `least_squares`; further `spectral_min_mse`, `ridge_gcv` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strategies: Option<Vec<String>>,
     /// Names of the settings, with `matrix`.
@@ -58,10 +60,12 @@ pub struct ClosedLoopBody {
     /// Of the nodes of `matrix`, which then are a grid over [-1, 1] × [-1, 1]: rows and columns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grid: Option<[usize; 2]>,
-    /// Standard deviation of what each setting is off by at first. Default 12 µm in the ill-conditioned case; needed with `matrix`.
+    /// Standard deviation of what each setting is off by at first. Default 12 µm in the
+    /// ill-conditioned case; needed with `matrix`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setting_error: Option<Vec<f64>>,
-    /// By how much an entry of the true response differs from the matrix, relative to it (standard deviation). Default 0.01.
+    /// By how much an entry of the true response differs from the matrix, relative to it (standard
+    /// deviation). Default 0.01.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1)]
     pub response_noise: Option<f64>,
@@ -73,11 +77,13 @@ pub struct ClosedLoopBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1e6)]
     pub probe_noise_um: Option<f64>,
-    /// Share of the nodes that a measurement misses; as many as there are settings must be left. Default 0.1.
+    /// Share of the nodes that a measurement misses; as many as there are settings must be left.
+    /// Default 0.1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, exclusive_maximum = 1)]
     pub missing: Option<f64>,
-    /// Whether each run is kept as a job with its iterations and corrections, all in one transaction. Default false.
+    /// Whether each run is kept as a job with its iterations and corrections, all in one
+    /// transaction. Default false.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub store: Option<bool>,
 }
@@ -99,7 +105,8 @@ pub struct ClosedLoopResultBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ClosedLoopRun)]
 pub struct ClosedLoopRunBody {
-    /// How corrections were computed, such as `least_squares`, or the regularisation and its criterion.
+    /// How corrections were computed, such as `least_squares`, or the regularisation and its
+    /// criterion.
     pub strategy: String,
     /// Where it is kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -259,7 +266,8 @@ fn placed(faults: Faults) -> Problem {
     Problem::invalid(faults.moved(|pointer| pointer.strip_prefix("/sensitivity").unwrap_or(pointer).to_owned()))
 }
 
-/// What a run cannot go on with, by places in the request; `number` is how often the machine was corrected.
+/// What a run cannot go on with, by places in the request; `number` is how often the machine was
+/// corrected.
 fn place(number: usize) -> impl Fn(&str) -> String {
     move |pointer| match pointer {
         pointer if pointer.starts_with("/regularization") => "/strategies".to_owned(),

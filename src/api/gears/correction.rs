@@ -37,11 +37,13 @@ pub struct CorrectionBody {
     /// How λ* came about; left out where the request says how to regularise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trust: Option<TrustBody>,
-    /// The fit of all settings that may be changed, without limits, as `POST /v1/fits` answers it: the sensitivity matrix is the measurement matrix, the wanted
-    /// change of each deviation the height. Present when `result` was included.
+    /// The fit of all settings that may be changed, without limits, as `POST /v1/fits` answers it:
+    /// the sensitivity matrix is the measurement matrix, the wanted change of each deviation the
+    /// height. Present when `result` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<FitResultBody>,
-    /// The fit of the settings that stay free, where some are at their limits. Present when `result` was included.
+    /// The fit of the settings that stay free, where some are at their limits. Present when
+    /// `result` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limited_result: Option<FitResultBody>,
     /// What to know about the answer; empty where there is nothing to say.
@@ -65,17 +67,19 @@ pub struct SettingChangeBody {
     /// What is asked for without limits; left out where it is the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unlimited: Option<f64>,
-    /// Of noise and errors of the sensitivity (`response_uncertainty`) together: how far the change lies from what this regularised correction
-    /// is on average, once in three times further. What regularisation takes away on average is not in it but in `bias_bound`: what is
-    /// wanted lies within the sum of both two times in three. Left out at a limit and without degrees of freedom.
+    /// Of noise and errors of the sensitivity (`response_uncertainty`) together: how far the change
+    /// lies from what this regularised correction is on average, once in three times further. What
+    /// regularisation takes away on average is not in it but in `bias_bound`: what is wanted lies
+    /// within the sum of both two times in three. Left out at a limit and without degrees of
+    /// freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// The part of errors of the sensitivity in it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_std_error: Option<f64>,
-    /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most the norm
-    /// `result.bias.coefficient_norm_limit` (its source stands beside it); where that is `limits`,
-    /// no more than the way from the change to its farther limit. Left out at a limit.
+    /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most
+    /// the norm `result.bias.coefficient_norm_limit` (its source stands beside it); where that is
+    /// `limits`, no more than the way from the change to its farther limit. Left out at a limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
     /// Whether it stands at a limit.
@@ -89,7 +93,8 @@ pub struct SettingChangeBody {
     pub undetermined: bool,
 }
 
-/// The flank after the correction, if the machine answers as the sensitivity says. Of the nodes that take part.
+/// The flank after the correction, if the machine answers as the sensitivity says. Of the nodes
+/// that take part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PredictedFlank)]
 pub struct PredictedBody {
@@ -101,13 +106,16 @@ pub struct PredictedBody {
     pub rms_before_um: f64,
     /// Largest amount of the deviations before the correction.
     pub max_before_um: f64,
-    /// Of every node in the order posted; `null` where undefined. Present when `nodes` was included.
+    /// Of every node in the order posted; `null` where undefined. Present when `nodes` was
+    /// included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation_um: Option<Vec<Option<f64>>>,
-    /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity leaves. Present when `nodes` was included.
+    /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity
+    /// leaves. Present when `nodes` was included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty_um: Option<Vec<Option<f64>>>,
-    /// What the evaluation of the flank says before and after, with a machine; left out where the nodes do not tell it.
+    /// What the evaluation of the flank says before and after, with a machine; left out where the
+    /// nodes do not tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FiguresBeforeAfterBody>,
 }
@@ -120,12 +128,14 @@ pub struct FiguresBeforeAfterBody {
     pub after: FlankFiguresBody,
 }
 
-/// Of the second-order surface over the ranges of the machine, by plain least squares through the nodes with a weight above 0; along the normal,
-/// as corrections count, which on helical gears is less than along the base tangent by cos β_b.
+/// Of the second-order surface over the ranges of the machine, by plain least squares through the
+/// nodes with a weight above 0; along the normal, as corrections count, which on helical gears is
+/// less than along the base tangent by cos β_b.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionFigures)]
 pub struct FlankFiguresBody {
-    /// f_Hα: from root to tip; positive where material grows towards the tip. Like every figure left out where the nodes do not tell it.
+    /// f_Hα: from root to tip; positive where material grows towards the tip. Like every figure
+    /// left out where the nodes do not tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_slope_um: Option<f64>,
     /// f_Hβ over the width, by DIN: positive where the helix deviates towards the right hand.
@@ -137,7 +147,8 @@ pub struct FlankFiguresBody {
     /// C_β.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_crowning_um: Option<f64>,
-    /// 4 c_uv of the surface, over the whole ranges, with the sign of f_Hβ; crossed traces do not tell it.
+    /// 4 c_uv of the surface, over the whole ranges, with the sign of f_Hβ; crossed traces do not
+    /// tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist_um: Option<f64>,
 }
@@ -172,10 +183,12 @@ pub struct TrustBody {
     pub gain: f64,
 }
 
-const FLANK_ASSUMED: &str = "neither the request nor the iteration says which flank was measured: it is taken for a left one; on a right one the changes \
+const FLANK_ASSUMED: &str = "neither the request nor the iteration says which flank was measured: it is taken for a \
+    left one; on a right one the changes \
      that turn the helix have the other sign";
 
-/// Computes a correction by the nodes of an iteration: the whole of it, and what of it is asked for. Processor work.
+/// Computes a correction by the nodes of an iteration: the whole of it, and what of it is asked
+/// for. Processor work.
 pub fn build(
     text: &[u8],
     nodes: &Nodes,
@@ -211,7 +224,8 @@ fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
 }
 
-/// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include` that of the fits.
+/// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include`
+/// that of the fits.
 pub fn write(
     solution: &Solution,
     figures: Option<FiguresBeforeAfterBody>,

@@ -71,14 +71,17 @@ pub struct MachineAnswerBody {
     pub rms_difference_um: f64,
     /// What noise and the uncertainty of the sensitivity let expect of it.
     pub rms_expected_difference_um: f64,
-    /// How much of the predicted change came, without what the noise of the first measurement puts into it through the correction; left out
-    /// where it is not told from none at all (standard error above 0.3).
+    /// How much of the predicted change came, without what the noise of the first measurement puts
+    /// into it through the correction; left out where it is not told from none at all (standard
+    /// error above 0.3).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio: Option<f64>,
-    /// Of the noise of both measurements, and of errors of the sensitivity that its settings have as a whole.
+    /// Of the noise of both measurements, and of errors of the sensitivity that its settings have
+    /// as a whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio_std_error: Option<f64>,
-    /// Of measured minus predicted against noise and all that errors of the sensitivity explain, and its quantile of 0.999.
+    /// Of measured minus predicted against noise and all that errors of the sensitivity explain,
+    /// and its quantile of 0.999.
     pub chi_squared: f64,
     /// The quantile of 0.999 that it is held against.
     pub chi_squared_limit: f64,
@@ -109,7 +112,8 @@ pub enum VerdictName {
     Stronger,
     /// What came is no multiple of what was predicted.
     Different,
-    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that an answer is not told from none.
+    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that
+    /// an answer is not told from none.
     Undecided,
 }
 
@@ -237,7 +241,8 @@ fn answer(
     }
     let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
     let change: Vec<f64> = told.settings.iter().map(|setting| setting.change).collect();
-    // the request says what the sensitivity is, and how the changes follow the noise of the deviations
+    // the request says what the sensitivity is, and how the changes follow the noise of the
+    // deviations
     let of_gear = earlier.flank.is_some();
     let again = Correction::new(earlier.asked)
         .map_err(FitError::Invalid)

@@ -45,7 +45,8 @@ struct Change {
     undetermined: bool,
 }
 
-/// A line for each setting: its change as the relative value, limits of the change as control limits.
+/// A line for each setting: its change as the relative value, limits of the change as control
+/// limits.
 pub fn write(record: &Record) -> Result<Vec<u8>, Problem> {
     let request: Request = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
     let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;

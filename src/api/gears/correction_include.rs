@@ -6,7 +6,8 @@ use utoipa::ToSchema;
 use crate::api::{json_merge::without, problem::Problem};
 use flankfit_engine::estimation::spec;
 
-/// What is answered only when asked for; each name only adds to the answer, and one that stands twice counts once.
+/// What is answered only when asked for; each name only adds to the answer, and one that stands
+/// twice counts once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = CorrectionInclude)]
@@ -32,7 +33,8 @@ pub enum CorrectionIncludeName {
 #[serde(rename_all = "snake_case")]
 #[schema(as = KeptCorrectionInclude)]
 pub enum KeptIncludeName {
-    /// What is predicted of each node, what was measured there, and what the request says node by node.
+    /// What is predicted of each node, what was measured there, and what the request says node by
+    /// node.
     Nodes,
     /// The fits of the settings, `result` and `limited_result`.
     Result,

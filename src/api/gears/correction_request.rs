@@ -41,14 +41,17 @@ pub struct CorrectionRequestBody {
     /// By the names of the settings; a setting that is not named may go anywhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<BTreeMap<String, LimitsBody>>,
-    /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that were laid into the nominal one have no such datum:
-    /// then what all nodes have in common is left aside, and settings that change all nodes nearly alike come back `undetermined`. Default true
-    /// with `matrix`, false with `machine` and wherever traces have a zero each.
+    /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that were
+    /// laid into the nominal one have no such datum: then what all nodes have in common is left
+    /// aside, and settings that change all nodes nearly alike come back `undetermined`. Default
+    /// true with `matrix`, false with `machine` and wherever traces have a zero each.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absolute: Option<bool>,
-    /// For each node the number of the trace that it belongs to, where profiles and helices were measured that have a zero each: what the nodes of
-    /// a trace have in common is left aside then, and a setting that changes the nodes of every trace nearly alike comes back `undetermined`. By
-    /// default what `trace_lengths` of the iteration's heights say, as after an import. Without `absolute`.
+    /// For each node the number of the trace that it belongs to, where profiles and helices were
+    /// measured that have a zero each: what the nodes of a trace have in common is left aside then,
+    /// and a setting that changes the nodes of every trace nearly alike comes back `undetermined`.
+    /// By default what `trace_lengths` of the iteration's heights say, as after an import. Without
+    /// `absolute`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trace: Option<Vec<u32>>,
     /// For each node. By default the weights of the iteration.
@@ -68,13 +71,15 @@ pub struct CorrectionRequestBody {
     /// How errors of the sensitivity matrix hang together. Default `independent`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub response_errors: Option<ResponseErrorsName>,
-    /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for, so that repeated corrections converge.
+    /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for,
+    /// so that repeated corrections converge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub regularization: Option<RegularizationBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scaling: Option<ScalingName>,
-    /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By default the norm that `limits` allow where every
-    /// setting has both, else what the deviations speak for (√n τ, see `result.bias`); with `regularization` that of the least-squares estimate.
+    /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By default
+    /// the norm that `limits` allow where every setting has both, else what the deviations speak
+    /// for (√n τ, see `result.bias`); with `regularization` that of the least-squares estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub coefficient_norm_limit: Option<f64>,
@@ -83,7 +88,8 @@ pub struct CorrectionRequestBody {
     pub include: Option<Vec<CorrectionIncludeName>>,
 }
 
-/// What a unit of each setting does to each node: as a matrix, or by a machine for cylindrical gears that is known here.
+/// What a unit of each setting does to each node: as a matrix, or by a machine for cylindrical
+/// gears that is known here.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = Sensitivity)]
 pub struct SensitivityBody {
@@ -93,22 +99,26 @@ pub struct SensitivityBody {
     /// Units of the settings, with `matrix`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<Vec<String>>,
-    /// µm per unit: a row for each node in the order posted (of a grid row by row, missing ones too), an entry for each setting.
+    /// µm per unit: a row for each node in the order posted (of a grid row by row, missing ones
+    /// too), an entry for each setting.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matrix: Option<Vec<Vec<f64>>>,
     /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a gear.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub machine: Option<MachineName>,
-    /// With `machine`: the flank that was measured. By default that of the iteration, and `left` (warning `flank_assumed`) where it tells none.
+    /// With `machine`: the flank that was measured. By default that of the iteration, and `left`
+    /// (warning `flank_assumed`) where it tells none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
-    /// With `machine`: what u of the nodes is. By default what the iteration's axes say, else `roll_length`.
+    /// With `machine`: what u of the nodes is. By default what the iteration's axes say, else
+    /// `roll_length`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile_axis: Option<ProfileAxisName>,
     /// With `machine`: what crownings refer to. By default what the nodes span.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile_diameter_range_mm: Option<[f64; 2]>,
-    /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By default that of the nodes.
+    /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By default
+    /// that of the nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub helix_range_mm: Option<[f64; 2]>,
 }
@@ -124,7 +134,8 @@ pub struct LimitsBody {
     /// Greatest change.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// Step of the control: the change is a multiple of it, and predicted figures are those of the rounded changes.
+    /// Step of the control: the change is a multiple of it, and predicted figures are those of the
+    /// rounded changes.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub increment: Option<f64>,
@@ -140,7 +151,8 @@ pub struct LimitsBody {
 pub enum ResponseErrorsName {
     /// Each entry has one of its own: they average out over many nodes.
     Independent,
-    /// Each setting has one, as a scale that is wrong: its whole column is too large or too small by the same share.
+    /// Each setting has one, as a scale that is wrong: its whole column is too large or too small
+    /// by the same share.
     PerSetting,
 }
 
@@ -153,8 +165,9 @@ impl From<ResponseErrorsName> for ResponseErrors {
     }
 }
 
-/// A machine that grinds cylindrical gears. Deviations are along the normal, + = material left standing; s is +1 on left and −1 on right flanks,
-/// u and v run from −1 to 1 over the ranges from root to tip and along z. docs/machine-settings.md has a figure of each setting.
+/// A machine that grinds cylindrical gears. Deviations are along the normal, + = material left
+/// standing; s is +1 on left and −1 on right flanks, u and v run from −1 to 1 over the ranges from
+/// root to tip and along z. docs/machine-settings.md has a figure of each setting.
 ///
 /// | setting | unit | a positive change | what the flank gets |
 /// |---|---|---|---|
@@ -213,7 +226,8 @@ pub struct Read {
     pub include: CorrectionInclude,
 }
 
-/// Reads a request for the nodes of an iteration, which are of `measurand`, and the gear of its job.
+/// Reads a request for the nodes of an iteration, which are of `measurand`, and the gear of its
+/// job.
 pub fn read(
     text: &[u8],
     nodes: &Nodes,
@@ -412,7 +426,8 @@ fn of_machine(
     Some(Known { name: machine.name(), settings: found.settings, matrix: found.matrix, flank, flank_assumed })
 }
 
-/// What u and v of the iteration are: by what is asked, else by its axes, else roll lengths and z in mm.
+/// What u and v of the iteration are: by what is asked, else by its axes, else roll lengths and z
+/// in mm.
 fn coordinates(asked: Option<ProfileAxisName>, axes: &AxesBody, faults: &mut Faults) -> Option<Coordinates> {
     let told = axes.profile().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;
     let v = axes.along().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;
@@ -427,7 +442,8 @@ fn coordinates(asked: Option<ProfileAxisName>, axes: &AxesBody, faults: &mut Fau
     }
 }
 
-/// Faults of a machine's sensitivity by places in the request, one for each place; `asked` says which ranges are in it.
+/// Faults of a machine's sensitivity by places in the request, one for each place; `asked` says
+/// which ranges are in it.
 fn placed(found: &Faults, [profile, helix]: [bool; 2]) -> Faults {
     let mut faults = Faults::default();
     let nodes = found.list().iter().filter(|fault| fault.pointer.starts_with("/nodes")).count();

@@ -45,7 +45,8 @@ pub struct DeviationsBody {
     pub diameter_mm: Vec<Option<f64>>,
     /// Place of each point's foot along the axis.
     pub z_mm: Vec<Option<f64>>,
-    /// Counted clockwise from 1, the tooth at the top; 0 where a point is undefined and none was given.
+    /// Counted clockwise from 1, the tooth at the top; 0 where a point is undefined and none was
+    /// given.
     pub tooth: Vec<u32>,
     /// Flank that each point belongs to.
     pub flank: Vec<SideName>,
@@ -87,7 +88,8 @@ pub struct StrayBody {
     pub reason: String,
 }
 
-/// Answers a request; `own` is the gear of the job and `of` what the iteration that the points belong to measured. Processor work.
+/// Answers a request; `own` is the gear of the job and `of` what the iteration that the points
+/// belong to measured. Processor work.
 pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
     let mut faults = Faults::default();
     let asked = deviations_request::read(text, &mut faults)?;

@@ -40,20 +40,25 @@ pub struct DeviationsRequestBody {
     /// May be left out where the points belong to a job that has it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
-    /// `[x, y, z]` of each point, mm; `null` where undefined. The tooth at the top (+y) in z = 0 is tooth 1.
+    /// `[x, y, z]` of each point, mm; `null` where undefined. The tooth at the top (+y) in z = 0 is
+    /// tooth 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(max_items = 2_000_000)]
     pub points: Option<Vec<Option<[f64; 3]>>>,
-    /// The tooth of each point, counted clockwise from 1 as the viewer sees it. By default the nearest; a registration then answers the rotation up to
-    /// whole pitches (warning `rotation_modulo_pitch`). With `teeth` and `flanks` it finds any rotation of the full circle.
+    /// The tooth of each point, counted clockwise from 1 as the viewer sees it. By default the
+    /// nearest; a registration then answers the rotation up to whole pitches (warning
+    /// `rotation_modulo_pitch`). With `teeth` and `flanks` it finds any rotation of the full
+    /// circle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub teeth: Option<Vec<u32>>,
-    /// The flank of each point. By default the nearest, after a registration that of the part laid in place.
+    /// The flank of each point. By default the nearest, after a registration that of the part laid
+    /// in place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flanks: Option<Vec<SideName>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<DeviationGridBody>,
-    /// What is taken off the involute on purpose, superposed: deviations refer to the flank that is left.
+    /// What is taken off the involute on purpose, superposed: deviations refer to the flank that is
+    /// left.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub modifications: Vec<ModificationBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -65,7 +70,8 @@ pub struct DeviationsRequestBody {
     /// Along what deviations are taken. Default `normal`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub direction: Option<DirectionName>,
-    /// How far from its flank a point may lie. By default a quarter of the base pitch, at most 2 mm.
+    /// How far from its flank a point may lie. By default a quarter of the base pitch, at most 2
+    /// mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub reach_mm: Option<f64>,
@@ -74,8 +80,9 @@ pub struct DeviationsRequestBody {
     pub strays: Option<StraysName>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub borders: Option<BordersBody>,
-    /// Best fit of the part to the nominal gear before its deviations are answered. `points` may lie turned by any angle, and off centre by up to two
-    /// modules where shifts are free: the start is sought.
+    /// Best fit of the part to the nominal gear before its deviations are answered. `points` may
+    /// lie turned by any angle, and off centre by up to two modules where shifts are free: the
+    /// start is sought.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub registration: Option<RegistrationRequestBody>,
     /// For the registration.
@@ -272,7 +279,8 @@ fn touches(slice: &[u8], fields: &Fields<'_>, faults: &mut Faults) -> Option<Vec
 }
 
 impl DeviationGridBody {
-    /// Faults of the topography by their places in the request, whose profile may be given by diameters.
+    /// Faults of the topography by their places in the request, whose profile may be given by
+    /// diameters.
     pub fn placed(&self, faults: &Faults) -> Faults {
         faults.moved(|pointer| match pointer.strip_prefix("/roll_length_mm").filter(|_| self.diameter_mm.is_some()) {
             Some(rest) => format!("/grid/diameter_mm{rest}"),

@@ -36,7 +36,8 @@ pub struct EvaluationBody {
     pub means: Vec<MeanBody>,
     /// Of teeth with helices near root and tip or with profiles at both ends.
     pub twists: Vec<TwistBody>,
-    /// Second-order surfaces of the tooth flanks with two traces or more whose sections are known, each figure where the traces tell it.
+    /// Second-order surfaces of the tooth flanks with two traces or more whose sections are known,
+    /// each figure where the traces tell it.
     pub surfaces: Vec<TraceSurfaceBody>,
     /// The coarsest class of all traces, 1 to 11; left out where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -57,16 +58,17 @@ pub struct EvaluatedTraceBody {
     pub tooth: String,
     pub flank: SideName,
     pub kind: KindName,
-    /// f_Hα or f_Hβ: slope of the least-squares line over the whole evaluation range, extended to the
-    /// reference length. A hole is filled with what the flank most likely is there. Left out, like all
-    /// figures, where the samples do not reach the ends of the range to 1/20 of it or cover less than 3/4
-    /// of it.
+    /// f_Hα or f_Hβ: slope of the least-squares line over the whole evaluation range, extended to
+    /// the reference length. A hole is filled with what the flank most likely is there. Left out,
+    /// like all figures, where the samples do not reach the ends of the range to 1/20 of it or
+    /// cover less than 3/4 of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_um: Option<f64>,
-    /// What noise of the samples makes of the slope; crowning, reliefs and waviness are the flank's and no
-    /// noise. It knows of independent noise and of noise that goes together over up to 1/64 of the samples,
-    /// not of what is the same all along a trace (alignment, drift). Over a hole it also has what the hole
-    /// may hide, told from the form beside it. Left out where the samples are too few to tell it.
+    /// What noise of the samples makes of the slope; crowning, reliefs and waviness are the flank's
+    /// and no noise. It knows of independent noise and of noise that goes together over up to 1/64
+    /// of the samples, not of what is the same all along a trace (alignment, drift). Over a hole it
+    /// also has what the hole may hide, told from the form beside it. Left out where the samples
+    /// are too few to tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_std_error_um: Option<f64>,
     /// f_fα or f_fβ: peak to valley about the mean curve.
@@ -87,10 +89,10 @@ pub struct EvaluatedTraceBody {
     /// By how much material beyond the evaluation range raised the total deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total_plus_material_um: Option<f64>,
-    /// By ISO 1328-1:2013; left out where the standard gives none, and where samples do not reach both ends
-    /// of the evaluation range. Over a hole, a stretch without samples of more than 1/20 of the range (and
-    /// of 2.5 usual distances), form and total have none, and the slope has one where two standard errors
-    /// up and down have the same.
+    /// By ISO 1328-1:2013; left out where the standard gives none, and where samples do not reach
+    /// both ends of the evaluation range. Over a hole, a stretch without samples of more than 1/20
+    /// of the range (and of 2.5 usual distances), form and total have none, and the slope has one
+    /// where two standard errors up and down have the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<ClassesBody>,
     pub samples: SamplesBody,
@@ -100,8 +102,8 @@ pub struct EvaluatedTraceBody {
 }
 
 /// Samples that stand out of their neighbours by more than six times the scale (1.4826 × median
-/// absolute deviation) of the trace and of their own neighbourhood, and behind which the trace comes
-/// back.
+/// absolute deviation) of the trace and of their own neighbourhood, and behind which the trace
+/// comes back.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceOutliers)]
 pub struct OutliersBody {
@@ -202,9 +204,11 @@ pub struct SpreadBody {
     pub worst_tooth: String,
 }
 
-/// Twist of a tooth flank from two single traces: f_Hβ near the tip minus f_Hβ near the root (helices), f_Hα at the upper end minus f_Hα at the
-/// lower one (profiles), in the sign of helix slopes, between the sections that were measured. It is not extended: sections half the range apart show
-/// half of the `twist_um` of a surface, which is that over the whole ranges; and helix slopes here are extended to the reference length.
+/// Twist of a tooth flank from two single traces: f_Hβ near the tip minus f_Hβ near the root
+/// (helices), f_Hα at the upper end minus f_Hα at the lower one (profiles), in the sign of helix
+/// slopes, between the sections that were measured. It is not extended: sections half the range
+/// apart show half of the `twist_um` of a surface, which is that over the whole ranges; and helix
+/// slopes here are extended to the reference length.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceTwist)]
 pub struct TwistBody {
@@ -213,7 +217,8 @@ pub struct TwistBody {
     pub flank: SideName,
     /// Of which traces it is.
     pub kind: KindName,
-    /// Difference of the two `slope_um`, between the two sections; not the figure of the same name of a surface.
+    /// Difference of the two `slope_um`, between the two sections; not the figure of the same name
+    /// of a surface.
     pub twist_um: f64,
     /// From the standard errors of the two slopes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -223,9 +228,11 @@ pub struct TwistBody {
     pub sections_mm: Option<[f64; 2]>,
 }
 
-/// The second-order surface through all traces of a tooth flank, over the evaluation ranges (not extended to reference lengths), transverse; by
-/// plain least squares, every sample counting by the length that it stands for. Each trace has a zero of its own, unless `traces_share_zero`. Standard
-/// errors are what noise of the samples makes of the figures, as for traces: form that the surface leaves is no noise.
+/// The second-order surface through all traces of a tooth flank, over the evaluation ranges (not
+/// extended to reference lengths), transverse; by plain least squares, every sample counting by the
+/// length that it stands for. Each trace has a zero of its own, unless `traces_share_zero`.
+/// Standard errors are what noise of the samples makes of the figures, as for traces: form that the
+/// surface leaves is no noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceSurface)]
 pub struct TraceSurfaceBody {
@@ -239,7 +246,8 @@ pub struct TraceSurfaceBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub figures: TraceFiguresBody,
-    /// Roll lengths that the figures are over: the evaluation range, or what was measured where no range of profiles is told.
+    /// Roll lengths that the figures are over: the evaluation range, or what was measured where no
+    /// range of profiles is told.
     pub roll_length_range_mm: [f64; 2],
     /// The same along the width.
     pub z_range_mm: [f64; 2],

@@ -34,7 +34,8 @@ pub struct EvaluateBody {
     pub gear: Option<GearBody>,
     /// Profiles and helices, each on its own; at least one.
     pub traces: Vec<TraceBody>,
-    /// What is taken off the involute on purpose, superposed: the design line of every trace, beside its own `design_um`.
+    /// What is taken off the involute on purpose, superposed: the design line of every trace,
+    /// beside its own `design_um`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modifications: Vec<ModificationBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -42,7 +43,8 @@ pub struct EvaluateBody {
     pub evaluation: EvaluationSettingsBody,
 }
 
-/// Ranges, reference lengths, signs and rules; what is left open is a default that the answer repeats.
+/// Ranges, reference lengths, signs and rules; what is left open is a default that the answer
+/// repeats.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = EvaluationSettings)]
@@ -68,7 +70,8 @@ pub struct EvaluationSettingsBody {
     /// The sign of the answered slopes. Default `din`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sign: Option<SignName>,
-    /// The sign of the posted deviations. By default that of `sign`: `din` for `din`, else `material`.
+    /// The sign of the posted deviations. By default that of `sign`: `din` for `din`, else
+    /// `material`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation_sign: Option<DeviationSignName>,
     /// Along what deviations were taken. Default `transverse`; answers are transverse.
@@ -88,11 +91,13 @@ pub struct EvaluationSettingsBody {
     /// Which tolerances decide the class. Default `rounded`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerances: Option<RoundingName>,
-    /// What becomes of samples that stand far out of their neighbours, as dust does. Default `keep`.
+    /// What becomes of samples that stand far out of their neighbours, as dust does. Default
+    /// `keep`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outliers: Option<OutliersName>,
-    /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero each profile and each helix by itself; then
-    /// the levels of traces say nothing, and surfaces tell only what follows from slopes and shapes. Set it where traces were cut out of one
+    /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
+    /// each profile and each helix by itself; then the levels of traces say nothing, and surfaces
+    /// tell only what follows from slopes and shapes. Set it where traces were cut out of one
     /// measurement of the flank. Default false.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traces_share_zero: Option<bool>,
@@ -139,9 +144,11 @@ names! {
 }
 
 names! {
-    /// The sign of slopes. Profile slopes are positive under `din` and `vdi` where material grows from root to tip.
+    /// The sign of slopes. Profile slopes are positive under `din` and `vdi` where material grows
+    /// from root to tip.
     SignName as SlopeSign for SlopeSign {
-        /// Helix slopes are positive where the helix deviates towards the right hand, on both flanks.
+        /// Helix slopes are positive where the helix deviates towards the right hand, on both
+        /// flanks.
         Din => SlopeSign::Din,
         /// Helix slopes are positive where material grows with z.
         Vdi => SlopeSign::Vdi,
@@ -155,10 +162,11 @@ names! {
     DeviationSignName as DeviationSign for DeviationSign {
         /// Positive where material stands out of the flank.
         Material => DeviationSign::Material,
-        /// Profiles as `material`; helices positive where the flank is turned counterclockwise, so that a rising trace deviates towards the
-        /// right hand on both flanks.
+        /// Profiles as `material`; helices positive where the flank is turned counterclockwise, so
+        /// that a rising trace deviates towards the right hand on both flanks.
         Din => DeviationSign::Din,
-        /// Positive where the flank is turned clockwise, on every trace, as some curve files hold it.
+        /// Positive where the flank is turned clockwise, on every trace, as some curve files hold
+        /// it.
         Clockwise => DeviationSign::Clockwise,
     }
 }
@@ -184,7 +192,8 @@ names! {
 }
 
 names! {
-    /// Where material counts that stands out beyond the evaluation range (up to the tip, up to the ends of a helix) more than all within.
+    /// Where material counts that stands out beyond the evaluation range (up to the tip, up to the
+    /// ends of a helix) more than all within.
     PlusMaterialName as PlusMaterial for PlusMaterial {
         Ignored => PlusMaterial::Ignored,
         FormAndTotal => PlusMaterial::FormAndTotal,

@@ -21,23 +21,26 @@ pub struct FiguresBody {
     /// Positive where material stands out half-way between root and tip.
     pub profile_crowning_um: FigureBody,
     pub helix_crowning_um: FigureBody,
-    /// 4 c_uv of the surface: how much more the profile slope is at the end of great z than at that of small z, over the whole evaluation
-    /// ranges, by the sign asked for. On traces `twists` hold another figure of that name, between the sections that were measured.
+    /// 4 c_uv of the surface: how much more the profile slope is at the end of great z than at that
+    /// of small z, over the whole evaluation ranges, by the sign asked for. On traces `twists` hold
+    /// another figure of that name, between the sections that were measured.
     pub twist_um: FigureBody,
 }
 
-/// What the traces of a flank have in common, in µm over the evaluation range. A figure that they do not tell is left out.
+/// What the traces of a flank have in common, in µm over the evaluation range. A figure that they
+/// do not tell is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = TraceSurfaceFigures)]
 pub struct TraceFiguresBody {
     /// In the middle of the flank; only with `traces_share_zero`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_um: Option<FigureBody>,
-    /// From root to tip in the middle of the width (without `twist_um` in the sections of the profiles); positive where material grows towards
-    /// the tip.
+    /// From root to tip in the middle of the width (without `twist_um` in the sections of the
+    /// profiles); positive where material grows towards the tip.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_slope_um: Option<FigureBody>,
-    /// Over the width half-way between root and tip (without `twist_um` on the diameters of the helices), by the sign asked for.
+    /// Over the width half-way between root and tip (without `twist_um` on the diameters of the
+    /// helices), by the sign asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_slope_um: Option<FigureBody>,
     /// Positive where material stands out half-way between root and tip.
@@ -46,8 +49,10 @@ pub struct TraceFiguresBody {
     /// Positive where material stands out half-way between the ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_crowning_um: Option<FigureBody>,
-    /// 4 c_uv of the surface: slope at the tip minus slope at the root of helices over the **whole** evaluation ranges, from all traces together, with
-    /// the sign of helix slopes. `twists` hold another figure of that name: the difference of two traces, between the sections that were measured.
+    /// 4 c_uv of the surface: slope at the tip minus slope at the root of helices over the
+    /// **whole** evaluation ranges, from all traces together, with the sign of helix slopes.
+    /// `twists` hold another figure of that name: the difference of two traces, between the
+    /// sections that were measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist_um: Option<FigureBody>,
 }
@@ -58,7 +63,8 @@ pub struct TraceFiguresBody {
 pub struct FigureBody {
     /// The figure itself, in the unit that the name of its field ends in.
     pub value: f64,
-    /// Standard error, by the noise that the residuals show or that was given; left out where neither tells it.
+    /// Standard error, by the noise that the residuals show or that was given; left out where
+    /// neither tells it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// Most by which regularisation can have moved it.

@@ -42,16 +42,19 @@ pub struct ImportSpecBody {
     /// The flank whose traces become nodes. Default `left`, where it was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
-    /// How traces are evaluated. Ranges and reference lengths that are left out are those of the file.
+    /// How traces are evaluated. Ranges and reference lengths that are left out are those of the
+    /// file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evaluation: Option<EvaluationSettingsBody>,
-    /// Of a REXS model: the id of the gear whose flanks become nodes. Needed where there are several.
+    /// Of a REXS model: the id of the gear whose flanks become nodes. Needed where there are
+    /// several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub component: Option<String>,
     /// Of points that are centres of a ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probe_radius_mm: Option<f64>,
-    /// Kept as the iteration's note, 1 to 4000 characters. By default a sentence says what was imported.
+    /// Kept as the iteration's note, 1 to 4000 characters. By default a sentence says what was
+    /// imported.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
@@ -94,7 +97,8 @@ pub struct FileRead {
     pub evaluation: Option<EvaluationBody>,
     /// Of points and topographies.
     pub deviations: Option<Deviations>,
-    /// Nodes with u = roll length and v = z (mm), heights in µm along the normal, positive where material stands out; with what they are of.
+    /// Nodes with u = roll length and v = z (mm), heights in µm along the normal, positive where
+    /// material stands out; with what they are of.
     pub nodes: Vec<FlankNodes>,
     pub warnings: Vec<NoticeBody>,
 }
@@ -105,7 +109,8 @@ pub struct FlankNodes {
     pub side: Side,
     /// Traces, or 0 for points.
     pub traces: usize,
-    /// (roll length, z, deviation); undefined ones are left out. Of traces with a zero each one after the other.
+    /// (roll length, z, deviation); undefined ones are left out. Of traces with a zero each one
+    /// after the other.
     pub places: Vec<[f64; 3]>,
     /// Of traces with a zero each.
     pub own_zeros: Option<OwnZeros>,

@@ -23,7 +23,8 @@ use flankfit_engine::{
 pub(super) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&Gear>) -> Result<FileRead, Problem> {
     let asked = spec.evaluation.as_ref().and_then(|evaluation| evaluation.direction);
     if curves.header.rules().section == Some(SliceOf::Axial) && asked.is_none() {
-        let detail = "deviations of axial sections (code 183) are not known to be along any direction; say it as `direction` of `evaluation`";
+        let detail = "deviations of axial sections (code 183) are not known to be along any direction; say it as \
+            `direction` of `evaluation`";
         return Err(Problem::invalid(Faults::one("/spec/evaluation/direction", detail)));
     }
     let mut notes = curves.notes.clone();
@@ -124,8 +125,8 @@ fn evaluated(
     }
 }
 
-/// The flanks with their samples as nodes, along the normal. Zeros that traces have by themselves are set so that the traces meet in the
-/// second-order surface that they tell.
+/// The flanks with their samples as nodes, along the normal. Zeros that traces have by themselves
+/// are set so that the traces meet in the second-order surface that they tell.
 fn nodes_of(gear: &Gear, traces: &[Trace], settings: &EvaluationSettingsBody) -> Vec<FlankNodes> {
     let to_normal = gear.base_helix_angle().cos();
     let settings = settings.settings();

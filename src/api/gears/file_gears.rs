@@ -149,8 +149,9 @@ fn degrees(angle: f64) -> f64 {
     shorter.into_iter().find(|short| short.to_radians() == angle).unwrap_or(exact)
 }
 
-/// The gear of a file's traces: `own` (asked for with the file, or that of the job), else the one that the file describes. A file of
-/// another gear than the job's is refused; one that differs in details, or from a gear asked for, is a warning.
+/// The gear of a file's traces: `own` (asked for with the file, or that of the job), else the one
+/// that the file describes. A file of another gear than the job's is refused; one that differs in
+/// details, or from a gear asked for, is a warning.
 pub(super) fn chosen(
     facts: &GearFacts,
     own: Option<&Gear>,
@@ -170,7 +171,8 @@ pub(super) fn chosen(
         let whose = if asked { "the gear given" } else { "the job's gear" };
         if another && !asked {
             let detail = format!(
-                "another gear: `{name}` is {file} in the file and {gear} in the job; give `gear` in `spec` to import it all the same"
+                "another gear: `{name}` is {file} in the file and {gear} in the job; give `gear` in `spec` to import \
+                 it all the same"
             );
             faults.push("/file", detail);
         } else {

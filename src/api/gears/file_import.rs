@@ -1,4 +1,5 @@
-//! A file of a gear tester as an iteration: nodes of one flank with their second-order surface, and the evaluation of all traces.
+//! A file of a gear tester as an iteration: nodes of one flank with their second-order surface, and
+//! the evaluation of all traces.
 
 use std::{collections::BTreeSet, sync::Arc};
 
@@ -76,8 +77,9 @@ pub fn draft(
     })
 }
 
-/// The surface of the nodes with the most terms that they tell: of second order, without the squares across two parallel traces, or a plane; and
-/// what is to be said of it. Where traces have a zero each, what lies across parallel ones is not measured, and a plain cross tells no twist.
+/// The surface of the nodes with the most terms that they tell: of second order, without the
+/// squares across two parallel traces, or a plane; and what is to be said of it. Where traces have
+/// a zero each, what lies across parallel ones is not measured, and a plain cross tells no twist.
 fn surface(nodes: &Nodes, own: Option<&OwnZeros>, plans: &Plans) -> Result<(Computed, &'static str), Problem> {
     let of = |degree, terms| FitSpec::new(Model::Polynomial { degree, terms, basis: PolynomialBasis::Monomial });
     let whole = (of(Degree::Both(2), Terms::Total), "");

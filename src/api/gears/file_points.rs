@@ -47,7 +47,8 @@ pub(super) fn of_list(points: &[ListedPoint], spec: &ImportSpecBody, own: Option
     of_deviations(gear.clone(), deviations, warnings)
 }
 
-/// Reads the topographies of one gear of a model: deviations along the normal, the sign as it is stored.
+/// Reads the topographies of one gear of a model: deviations along the normal, the sign as it is
+/// stored.
 pub(super) fn of_model(model: &RexsModel, spec: &ImportSpecBody, own: Option<&Gear>) -> Result<FileRead, Problem> {
     let of_gear = model
         .gear(spec.component.as_deref())
@@ -59,7 +60,8 @@ pub(super) fn of_model(model: &RexsModel, spec: &ImportSpecBody, own: Option<&Ge
     let mut warnings = Vec::new();
     let gear = file_gears::chosen(&of_gear.facts, own, spec.gear.is_some(), &mut warnings)?;
     warnings.extend(told(&model.notes));
-    let message = "a model does not say what its amounts count from; they are taken for positive where material stands out, along the normal";
+    let message = "a model does not say what its amounts count from; they are taken for positive where material stands \
+        out, along the normal";
     warnings.push(NoticeBody::new("sign_assumed", &message));
     let mut nodes = Vec::new();
     for flank in &of_gear.flanks {
@@ -104,7 +106,8 @@ fn of_deviations(gear: Gear, deviations: Deviations, warnings: Vec<NoticeBody>) 
     Ok(FileRead { gear, traces: Vec::new(), evaluation: None, deviations: Some(deviations), nodes, warnings })
 }
 
-/// Whether a place is between root and tip circle, and not far beyond the face (whose z may begin at its end or in its middle).
+/// Whether a place is between root and tip circle, and not far beyond the face (whose z may begin
+/// at its end or in its middle).
 fn on_the_tooth(gear: &Gear, diameter: f64, z: f64) -> bool {
     let (tip, root) = (2.0 * gear.tip_radius(), 2.0 * gear.root_radius());
     let slack = 0.1 * gear.data().normal_module;

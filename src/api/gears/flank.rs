@@ -53,7 +53,8 @@ pub struct ProfileBody {
     pub values: Vec<f64>,
 }
 
-/// Nodes, a row for each profile value and in it one for each z. Normals are those of the modified flank.
+/// Nodes, a row for each profile value and in it one for each z. Normals are those of the modified
+/// flank.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankNodes)]
 pub struct FlankBody {
@@ -114,7 +115,8 @@ fn computed(text: &[u8], room: Room) -> Result<Computed, Problem> {
     Ok(Computed { gear, side, modifications, grid, hand_assumed: body.gear.hand_assumed() })
 }
 
-/// Answers a request as a list of points, `id,x,y,z,i,j,k`; the id is `row.column`, both from 1. Processor work.
+/// Answers a request as a list of points, `id,x,y,z,i,j,k`; the id is `row.column`, both from 1.
+/// Processor work.
 pub fn csv(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let grid = computed(text, room)?.grid;
     let columns = grid.columns().max(1);

@@ -32,7 +32,8 @@ use flankfit_engine::{
 };
 
 // Declared for the document; `build` reads it.
-/// Deviations over a flank: on a grid (`deviation_um` is a row for each `profile`), or one for each node.
+/// Deviations over a flank: on a grid (`deviation_um` is a row for each `profile`), or one for each
+/// node.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = FlankSurfaceRequest)]
 pub struct FlankSurfaceRequestBody {
@@ -45,8 +46,8 @@ pub struct FlankSurfaceRequestBody {
     pub profile: Vec<f64>,
     /// Of a grid ascending.
     pub z_mm: Vec<f64>,
-    /// Rows of numbers (grid) or numbers (scattered nodes), positive where material stands out unless `deviation_sign` says otherwise; `null` where
-    /// undefined.
+    /// Rows of numbers (grid) or numbers (scattered nodes), positive where material stands out
+    /// unless `deviation_sign` says otherwise; `null` where undefined.
     #[schema(value_type = Vec<serde_json::Value>)]
     pub deviation_um: Vec<serde_json::Value>,
     /// Evaluation range in the unit of `profile`. By default what the nodes span.
@@ -60,7 +61,8 @@ pub struct FlankSurfaceRequestBody {
     /// The sign of slopes and twist. Default `din`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sign: Option<SignName>,
-    /// Default `material`, which is what `din` means for a whole flank too; helix slope and twist are answered by `sign`.
+    /// Default `material`, which is what `din` means for a whole flank too; helix slope and twist
+    /// are answered by `sign`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deviation_sign: Option<DeviationSignName>,
     /// How is fitted; by default by plain least squares.
@@ -74,7 +76,8 @@ pub struct FlankSurfaceRequestBody {
 #[serde(deny_unknown_fields, default)]
 #[schema(as = BorderPercent)]
 pub struct BorderPercentBody {
-    /// At the end of small diameters (of internal gears: of great ones), in percent of the profile's roll length.
+    /// At the end of small diameters (of internal gears: of great ones), in percent of the
+    /// profile's roll length.
     pub root: f64,
     /// At the tip end, in percent of the profile's roll length.
     pub tip: f64,

@@ -1,4 +1,5 @@
-//! A gear's data: kept by a job as they were given, checked as a whole before anything is computed from them.
+//! A gear's data: kept by a job as they were given, checked as a whole before anything is computed
+//! from them.
 
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use utoipa::ToSchema;

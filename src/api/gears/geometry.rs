@@ -18,7 +18,8 @@ pub struct GeometryRequestBody {
     pub gear: GearBody,
 }
 
-/// Derived quantities (ISO 21771). Diameters and thicknesses are positive, on internal gears too; what a gear has not got is left out.
+/// Derived quantities (ISO 21771). Diameters and thicknesses are positive, on internal gears too;
+/// what a gear has not got is left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearGeometry)]
 pub struct GeometryBody {
@@ -100,7 +101,8 @@ pub struct GeometryBody {
     pub span: Option<SpanBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub balls: Option<BallsBody>,
-    /// What to know about the gear: undercut, a pointed tip and the like; empty where there is nothing to say.
+    /// What to know about the gear: undercut, a pointed tip and the like; empty where there is
+    /// nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -126,7 +128,8 @@ pub struct SpanBody {
     pub contact_diameter_mm: f64,
     /// The least face width with which a helical gear can be measured so.
     pub least_face_width_mm: f64,
-    /// Whether it can be measured: the contact lies on the usable flank and the face is wide enough.
+    /// Whether it can be measured: the contact lies on the usable flank and the face is wide
+    /// enough.
     pub feasible: bool,
 }
 
@@ -136,7 +139,8 @@ pub struct SpanBody {
 pub struct BallsBody {
     /// Diameter of the balls, as asked for.
     pub ball_diameter_mm: f64,
-    /// M_dK: over two balls in opposite spaces (of an odd number of teeth in those nearest to opposite).
+    /// M_dK: over two balls in opposite spaces (of an odd number of teeth in those nearest to
+    /// opposite).
     pub dimension_mm: f64,
     /// Diameter of the circle on which the centres of the balls lie.
     pub centre_diameter_mm: f64,

@@ -1,4 +1,5 @@
-//! The nodes of an iteration as deviations of a flank: heights in µm, u along the profile and v along the axis.
+//! The nodes of an iteration as deviations of a flank: heights in µm, u along the profile and v
+//! along the axis.
 
 use super::profile_axis::ProfileAxisName;
 use flankfit_engine::{
@@ -14,8 +15,8 @@ use flankfit_engine::{
     },
 };
 
-/// Deviations in µm, positive where material stands out, in the order posted, row by row of a grid; NaN where missing. `factor` makes them of
-/// the heights.
+/// Deviations in µm, positive where material stands out, in the order posted, row by row of a grid;
+/// NaN where missing. `factor` makes them of the heights.
 pub fn deviations(nodes: &Nodes, factor: f64) -> Vec<f64> {
     let mut heights = heights(nodes);
     if factor != 1.0 {
@@ -93,8 +94,9 @@ pub struct Flank {
 }
 
 impl Flank {
-    /// The figures of `deviation` (µm, an entry for each node, NaN where undefined) over the ranges, by the nodes of a `weight` above 0;
-    /// signs of ISO 1328-1 with DIN's for slopes. `None` where the nodes do not tell them.
+    /// The figures of `deviation` (µm, an entry for each node, NaN where undefined) over the
+    /// ranges, by the nodes of a `weight` above 0; signs of ISO 1328-1 with DIN's for slopes.
+    /// `None` where the nodes do not tell them.
     pub fn figures(&self, deviation: &[f64], weight: Option<&[f64]>) -> Option<FlankFigures> {
         let [root, tip] = self.ranges.profile;
         if let Some(traces) = self.traces.as_ref().filter(|traces| traces.len() == deviation.len()) {

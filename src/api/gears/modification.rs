@@ -12,8 +12,9 @@ use flankfit_engine::{
     },
 };
 
-/// What is taken off the involute flank on purpose. Amounts are µm along the normal, positive where material is removed. They refer to the
-/// range given with them, over which u runs from root to tip and v from the lower to the higher end, both from −1 to 1.
+/// What is taken off the involute flank on purpose. Amounts are µm along the normal, positive where
+/// material is removed. They refer to the range given with them, over which u runs from root to tip
+/// and v from the lower to the higher end, both from −1 to 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 #[schema(as = FlankModification)]
@@ -144,7 +145,8 @@ pub enum InterpolationName {
     BSpline,
 }
 
-/// What the amounts of modifications refer to. By default the usable profile, and the face width from z = 0.
+/// What the amounts of modifications refer to. By default the usable profile, and the face width
+/// from z = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ModificationRange)]
@@ -155,7 +157,8 @@ pub struct ModificationRangeBody {
     pub helix_range_mm: [f64; 2],
 }
 
-/// The modifications at `/modifications` over the range at `/modification_range`; none where the list is empty.
+/// The modifications at `/modifications` over the range at `/modification_range`; none where the
+/// list is empty.
 pub fn read(
     gear: &Gear,
     list: &[ModificationBody],

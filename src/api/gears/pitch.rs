@@ -17,8 +17,8 @@ use flankfit_engine::{
     },
 };
 
-/// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth stand in the order of counting; `null` where a tooth
-/// was not measured.
+/// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth stand in the
+/// order of counting; `null` where a tooth was not measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchRequest)]
@@ -28,7 +28,8 @@ pub struct PitchRequestBody {
     pub left: Option<PitchMeasuredBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<PitchMeasuredBody>,
-    /// Radial readings of a ball in each tooth space, outwards positive. Without them the run-out follows from the pitches of both flanks.
+    /// Radial readings of a ball in each tooth space, outwards positive. Without them the run-out
+    /// follows from the pitches of both flanks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub readings_um: Option<Vec<Option<f64>>>,
     /// Diameter of the measuring circle. Default the reference circle.
@@ -39,7 +40,8 @@ pub struct PitchRequestBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub sector: Option<usize>,
-    /// Which way teeth are counted: it decides which flanks bound a space, for a run-out from pitches. Default `clockwise`, as everywhere.
+    /// Which way teeth are counted: it decides which flanks bound a space, for a run-out from
+    /// pitches. Default `clockwise`, as everywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counting: Option<CountingName>,
     /// Which tolerances decide the class. Default `rounded`.
@@ -52,10 +54,12 @@ pub struct PitchRequestBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchMeasured)]
 pub struct PitchMeasuredBody {
-    /// How far each flank stands beyond its place, along the measuring circle, in the direction in which teeth are counted.
+    /// How far each flank stands beyond its place, along the measuring circle, in the direction in
+    /// which teeth are counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index_deviation_um: Option<Vec<Option<f64>>>,
-    /// Where each flank is, from anywhere, in the direction in which teeth are counted (their angles ascend, but for full turns).
+    /// Where each flank is, from anywhere, in the direction in which teeth are counted (their
+    /// angles ascend, but for full turns).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle_deg: Option<Vec<Option<f64>>>,
     /// Deviation of the pitch that ends at each flank.
@@ -108,7 +112,8 @@ pub struct PitchBody {
     /// Pitches of a sector.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k: Option<usize>,
-    /// F_pk: the cumulative deviation over k pitches of greatest amount, at the tooth where the sector ends.
+    /// F_pk: the cumulative deviation over k pitches of greatest amount, at the tooth where the
+    /// sector ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sector_pitch: Option<ExtremeBody>,
     /// f_u: the greatest difference of neighbouring pitches, at the later of the two.
@@ -134,7 +139,8 @@ pub struct ExtremeBody {
     pub tooth: usize,
 }
 
-/// Classes 1 to 11 of ISO 1328-1:2013; left out is what has none, or exceeds even class 11 (then `beyond` names it).
+/// Classes 1 to 11 of ISO 1328-1:2013; left out is what has none, or exceeds even class 11 (then
+/// `beyond` names it).
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PitchClasses)]
 pub struct PitchClassesBody {

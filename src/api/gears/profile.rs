@@ -88,9 +88,10 @@ pub struct EnvelopeRequestBody {
     pub radii_mm: Option<Vec<f64>>,
 }
 
-/// Points of a tool's profile from its tip along the flank that cuts the left flank of the gear's tooth at the top, mm. Of a rack: along the
-/// pitch line from the middle of the gear's tooth (so that the tool lies at negative values), and outwards from the pitch line. Of a
-/// pinion: x and y from its own centre, the gear's tooth below it (−y), of an internal gear above it.
+/// Points of a tool's profile from its tip along the flank that cuts the left flank of the gear's
+/// tooth at the top, mm. Of a rack: along the pitch line from the middle of the gear's tooth (so
+/// that the tool lies at negative values), and outwards from the pitch line. Of a pinion: x and y
+/// from its own centre, the gear's tooth below it (−y), of an internal gear above it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ToolProfile)]
@@ -126,7 +127,8 @@ pub enum ToolMotionBody {
         /// Radius of the gear's circle that rolls on the pitch line.
         pitch_radius_mm: f64,
     },
-    /// Two pitch circles that roll on each other, the tool's inside the gear's where it is internal.
+    /// Two pitch circles that roll on each other, the tool's inside the gear's where it is
+    /// internal.
     Pinion {
         /// Radius of the tool's circle.
         tool_pitch_radius_mm: f64,
@@ -142,9 +144,11 @@ pub enum ToolMotionBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ToolEnvelope)]
 pub struct EnvelopeBody {
-    /// Points (x, y) of the envelope on the left flank of the tooth at the top, in the tool's order; a new branch begins where no point is touched.
+    /// Points (x, y) of the envelope on the left flank of the tooth at the top, in the tool's
+    /// order; a new branch begins where no point is touched.
     pub branches: Vec<Vec<[f64; 2]>>,
-    /// Of each radius asked for: half the angle of the tooth that is left; `null` where nothing of the tool passes.
+    /// Of each radius asked for: half the angle of the tooth that is left; `null` where nothing of
+    /// the tool passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub half_angle_deg: Option<Vec<Option<f64>>>,
 }

@@ -11,7 +11,8 @@ use flankfit_engine::{
     gear::registration::Registration,
 };
 
-/// The motions of the part that were found; the deviations beside them are those of the part carried back.
+/// The motions of the part that were found; the deviations beside them are those of the part
+/// carried back.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = GearRegistration)]
 pub struct RegistrationBody {
@@ -31,14 +32,17 @@ pub struct RegistrationBody {
     pub indistinguishable: Vec<IndistinguishableBody>,
     /// The last fit, as `POST /v1/fits` answers it: heights are normal deviations in µm.
     pub result: FitResultBody,
-    /// Where motions were taken together in the fit: plain least squares with a column for each (spectrum, collinearity).
+    /// Where motions were taken together in the fit: plain least squares with a column for each
+    /// (spectrum, collinearity).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_motion: Option<FitResultBody>,
-    /// `rotation_modulo_pitch`: no point tells its tooth. `flanks_reassigned`: points lie on other flanks than were nearest before. Doubts:
-    /// `flanks_ambiguous`, `teeth_contradict` (points count on the teeth that they lie on, not on those told),
-    /// `axial_shift_for_rotation`, `poor_fit`, `points_misfit`, `points_beyond_flank`, `registration_not_converged`.
-    /// `motions_indistinguishable`: rotation and axial shift of a helical part are one motion, and all of it is taken as rotation;
-    /// `axial_shift_by_modification`: modifications that change along z, and they alone, told the two apart.
+    /// `rotation_modulo_pitch`: no point tells its tooth. `flanks_reassigned`: points lie on other
+    /// flanks than were nearest before. Doubts: `flanks_ambiguous`, `teeth_contradict` (points
+    /// count on the teeth that they lie on, not on those told), `axial_shift_for_rotation`,
+    /// `poor_fit`, `points_misfit`, `points_beyond_flank`, `registration_not_converged`.
+    /// `motions_indistinguishable`: rotation and axial shift of a helical part are one motion, and
+    /// all of it is taken as rotation; `axial_shift_by_modification`: modifications that change
+    /// along z, and they alone, told the two apart.
     pub warnings: Vec<WarningBody>,
 }
 
@@ -50,12 +54,13 @@ pub struct MotionBody {
     pub motion: String,
     /// How far the part was moved, in `unit`.
     pub value: f64,
-    /// Where the fit began, 0 but for parts that lie off by more than a tenth of the module: coefficients of `result`, and what regularisation
-    /// damps, count from there.
+    /// Where the fit began, 0 but for parts that lie off by more than a tenth of the module:
+    /// coefficients of `result`, and what regularisation damps, count from there.
     pub start: f64,
     /// `um` or `urad`.
     pub unit: String,
-    /// Left out where the points do not determine the motion. Where a regularisation chose its λ* by these points it is too small, as in any fit.
+    /// Left out where the points do not determine the motion. Where a regularisation chose its λ*
+    /// by these points it is too small, as in any fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// Sharp bound on what regularisation moved.

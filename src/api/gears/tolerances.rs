@@ -29,7 +29,8 @@ pub struct TolerancesBody {
     pub class: u8,
     /// As the formulas give them; totals are made of these.
     pub unrounded: ToleranceValuesBody,
-    /// As the tables of the standard print them: above 10 µm to whole ones, from 5 to 10 µm to halves, below to tenths.
+    /// As the tables of the standard print them: above 10 µm to whole ones, from 5 to 10 µm to
+    /// halves, below to tenths.
     pub rounded: ToleranceValuesBody,
 }
 
@@ -60,7 +61,8 @@ pub struct ToleranceValuesBody {
     pub helix_total_um: Option<f64>,
 }
 
-/// Answers a request. Outside the scope of the standard there are no tolerances: every quantity beyond it is a fault.
+/// Answers a request. Outside the scope of the standard there are no tolerances: every quantity
+/// beyond it is a fault.
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let body: TolerancesRequestBody = read_json(text)?;
     let mut faults = Faults::default();

@@ -14,8 +14,8 @@ use flankfit_engine::{
     },
 };
 
-/// A flank of a tooth that points up, seen with the axis towards the viewer; on internal gears too, where the tooth at the top points down and
-/// the left flank lies at negative x.
+/// A flank of a tooth that points up, seen with the axis towards the viewer; on internal gears too,
+/// where the tooth at the top points down and the left flank lies at negative x.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = FlankSide)]
@@ -40,9 +40,10 @@ pub enum KindName {
 #[serde(deny_unknown_fields)]
 #[schema(as = GearTrace)]
 pub struct TraceBody {
-    /// Its number from 1, behind it a letter for traces beside the middle: `1k` and `1f` are helices near the tip and near the root, `1u` and
-    /// `1o` profiles at the lower and at the upper end. These count for the twist, not in the
-    /// means. A number is written in one way: `01` is refused.
+    /// Its number from 1, behind it a letter for traces beside the middle: `1k` and `1f` are
+    /// helices near the tip and near the root, `1u` and `1o` profiles at the lower and at the upper
+    /// end. These count for the twist, not in the means. A number is written in one way: `01` is
+    /// refused.
     pub tooth: String,
     pub flank: SideName,
     pub kind: KindName,
@@ -55,14 +56,16 @@ pub struct TraceBody {
     /// Of a helix: where its samples lie.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z_mm: Option<Vec<f64>>,
-    /// `null` where undefined. Positive as `deviation_sign` of the evaluation says; by default (sign `din`) profiles where material stands out, helices
-    /// where the flank is turned counterclockwise: material on left and space on right flanks. Material-positive helices of right flanks need
-    /// `"deviation_sign": "material"`.
+    /// `null` where undefined. Positive as `deviation_sign` of the evaluation says; by default
+    /// (sign `din`) profiles where material stands out, helices where the flank is turned
+    /// counterclockwise: material on left and space on right flanks. Material-positive helices of
+    /// right flanks need `"deviation_sign": "material"`.
     pub deviation_um: Vec<Option<f64>>,
     /// Which samples count. Default all that are defined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid: Option<Vec<bool>>,
-    /// The design line of a modified flank at the samples, in the sign of the deviations: taken away from them.
+    /// The design line of a modified flank at the samples, in the sign of the deviations: taken
+    /// away from them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design_um: Option<Vec<f64>>,
     /// Of a profile: its z.

@@ -1,4 +1,5 @@
-//! Nodes as CSV: a header `u,v,z[,weight]` (surface, scattered) or `x,y[,weight]` (curve), one node a line.
+//! Nodes as CSV: a header `u,v,z[,weight]` (surface, scattered) or `x,y[,weight]` (curve), one node
+//! a line.
 //!
 //! An empty height is a missing node and is left out. Every other cell must hold a finite number
 //! with a decimal point (−0 is 0); faults name line and column and point to the node's number among

@@ -152,8 +152,8 @@ impl<'a> Cursor<'a> {
         rest.starts_with(word.as_bytes()) && !rest.get(word.len()).is_some_and(u8::is_ascii_alphanumeric)
     }
 
-    /// A number, correctly rounded; infinite when it is beyond double. −0 is read as 0, so that requests with
-    /// the same digest have the same answer to the last sign.
+    /// A number, correctly rounded; infinite when it is beyond double. −0 is read as 0, so that
+    /// requests with the same digest have the same answer to the last sign.
     #[inline]
     pub fn number(&mut self) -> Result<f64, Syntax> {
         match self.usual_number() {
@@ -192,8 +192,8 @@ impl<'a> Cursor<'a> {
             self.at += length;
             return Ok(value + 0.0);
         }
-        // The general parser is laxer than JSON only in what has just been looked at; an exponent without digits
-        // it leaves in the text, where the next look finds it.
+        // The general parser is laxer than JSON only in what has just been looked at; an exponent
+        // without digits it leaves in the text, where the next look finds it.
         match fast_float2::parse_partial::<f64, _>(rest) {
             Ok((value, length)) if length >= i => {
                 self.at += length;

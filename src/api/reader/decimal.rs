@@ -1,9 +1,10 @@
 //! Decimal text to the nearest double, for numbers as measuring machines write them.
 //!
-//! Digits are gathered eight at a time into an integer `w`, and `w · 10^q` is rounded by one or two 128-bit products
-//! with a truncated power of five (D. Lemire, *Number parsing at a gigabyte per second*, Software: Practice and
-//! Experience 51, 2021). For at most 19 digits and −27 ≤ q ≤ 55 the product always decides the rounding and
-//! neither overflows nor underflows. Everything else is left to the general parser, which is slower and has no bounds.
+//! Digits are gathered eight at a time into an integer `w`, and `w · 10^q` is rounded by one or two
+//! 128-bit products with a truncated power of five (D. Lemire, *Number parsing at a gigabyte per
+//! second*, Software: Practice and Experience 51, 2021). For at most 19 digits and −27 ≤ q ≤ 55 the
+//! product always decides the rounding and neither overflows nor underflows. Everything else is
+//! left to the general parser, which is slower and has no bounds.
 
 /// Least and greatest power of ten that are handled here.
 const LEAST: i64 = -27;
@@ -12,7 +13,8 @@ const GREATEST: i64 = 55;
 /// Most digits that fit an integer of 64 bits, whatever they are.
 const MOST_DIGITS: usize = 19;
 
-/// The first 128 bits of 5^q, the highest bit set: truncated for q ≥ 0 (and exact, since 5^55 < 2^128), rounded up for q < 0.
+/// The first 128 bits of 5^q, the highest bit set: truncated for q ≥ 0 (and exact, since 5^55 <
+/// 2^128), rounded up for q < 0.
 static POWERS: [u128; (GREATEST - LEAST + 1) as usize] = powers();
 
 const fn powers() -> [u128; (GREATEST - LEAST + 1) as usize] {
@@ -45,10 +47,11 @@ const fn reciprocal(d: u128) -> u128 {
     quotient + 1
 }
 
-/// The number at the beginning of `text` and its length, when it has a form and a size that are handled here.
+/// The number at the beginning of `text` and its length, when it has a form and a size that are
+/// handled here.
 ///
-/// `text` begins with an optional sign and a digit, without a superfluous zero, and a decimal point in it is
-/// followed by a digit. An exponent without digits is not taken.
+/// `text` begins with an optional sign and a digit, without a superfluous zero, and a decimal point
+/// in it is followed by a digit. An exponent without digits is not taken.
 #[inline]
 pub fn parse(text: &[u8]) -> Option<(f64, usize)> {
     let negative = text.first() == Some(&b'-');
@@ -94,7 +97,8 @@ fn digits(text: &[u8], at: &mut usize, w: &mut u64) {
     }
 }
 
-/// Eight ASCII digits, the first in the lowest byte, as a number: pairs, then pairs of pairs, then the two halves.
+/// Eight ASCII digits, the first in the lowest byte, as a number: pairs, then pairs of pairs, then
+/// the two halves.
 #[inline]
 fn eight_digits(bytes: u64) -> Option<u64> {
     let digits = bytes.wrapping_sub(0x3030_3030_3030_3030);
@@ -113,14 +117,17 @@ fn together(digits: u64) -> u64 {
     (fours.wrapping_mul(10_000).wrapping_add(fours >> 32)) & 0xffff_ffff
 }
 
-/// Bytes that are looked at for one number, its sign apart: eight digits, a point, 24 digits and what follows.
+/// Bytes that are looked at for one number, its sign apart: eight digits, a point, 24 digits and
+/// what follows.
 const WINDOW: usize = 40;
 
-/// The number at the beginning of `text` and its length when it has the usual form: strict JSON, at most eight digits before a
-/// point and 24 behind it, and a text that goes on for a while. `None` says nothing about the text.
+/// The number at the beginning of `text` and its length when it has the usual form: strict JSON, at
+/// most eight digits before a point and 24 behind it, and a text that goes on for a while. `None`
+/// says nothing about the text.
 ///
-/// How many digits a number has changes from one to the next and cannot be foreseen by the processor, so hardly a branch depends
-/// on it: the sixteen bytes behind the point are made a number at once, with what follows its digits shifted out.
+/// How many digits a number has changes from one to the next and cannot be foreseen by the
+/// processor, so hardly a branch depends on it: the sixteen bytes behind the point are made a
+/// number at once, with what follows its digits shifted out.
 #[inline]
 pub fn usual(text: &[u8]) -> Option<(f64, usize)> {
     let negative = text.first() == Some(&b'-');
@@ -174,13 +181,15 @@ const TENS: [u64; 17] = {
     tens
 };
 
-/// The digits that sixteen bytes begin with as a number, and how many there are; `None` without any.
+/// The digits that sixteen bytes begin with as a number, and how many there are; `None` without
+/// any.
 #[inline]
 fn sixteen(bytes: &[u8; 16]) -> Option<(u64, usize)> {
     const OVER_9: u128 = u128::from_le_bytes([0x76; 16]);
     const HIGHEST_BITS: u128 = u128::from_le_bytes([0x80; 16]);
     let digits = u128::from_le_bytes(*bytes) ^ u128::from_le_bytes([b'0'; 16]);
-    // The highest bit of every byte above 9. A carry goes from such a byte to later ones only, which do not count any more.
+    // The highest bit of every byte above 9. A carry goes from such a byte to later ones only,
+    // which do not count any more.
     let others = (digits.wrapping_add(OVER_9) | digits) & HIGHEST_BITS;
     let count = others.trailing_zeros() / 8;
     let digits = digits.checked_shl(128 - 8 * count)?;
@@ -217,7 +226,8 @@ fn nearest(w: u64, q: i64) -> Option<f64> {
     let power = POWERS[(q - LEAST) as usize];
     let shift = w.leading_zeros();
     let w = w << shift;
-    // The upper 128 bits of w · 5^q, the second product only where the first leaves the rounding open.
+    // The upper 128 bits of w · 5^q, the second product only where the first leaves the rounding
+    // open.
     let mut product = u128::from(w) * (power >> 64);
     if product >> 64 & 0x1ff == 0x1ff {
         product = product.wrapping_add((u128::from(w) * (power & u128::from(u64::MAX))) >> 64);

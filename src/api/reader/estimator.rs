@@ -1,4 +1,5 @@
-//! The estimator of a request: wire form to a checked [`Estimator`], with the contract's defaults and ranges.
+//! The estimator of a request: wire form to a checked [`Estimator`], with the contract's defaults
+//! and ranges.
 
 use super::{
     request::read_part,
@@ -62,7 +63,8 @@ pub fn read_estimator(slice: &[u8], faults: &mut Faults) -> Option<Estimator> {
             unknown_type(
                 AT,
                 other,
-                "least_squares, m_estimator, least_absolute_deviations, lp, quantile, least_trimmed_squares and rank are",
+                "least_squares, m_estimator, least_absolute_deviations, lp, quantile, least_trimmed_squares and rank \
+                 are",
                 faults,
             );
             return None;

@@ -1,6 +1,8 @@
-//! Requests other than fits: the fields of an object as slices of its text, and arrays of numbers from slices.
+//! Requests other than fits: the fields of an object as slices of its text, and arrays of numbers
+//! from slices.
 //!
-//! What is big (points, parameters, grids) goes straight into vectors; what is small is left to serde on its slice.
+//! What is big (points, parameters, grids) goes straight into vectors; what is small is left to
+//! serde on its slice.
 
 use super::{
     ReadError,
@@ -19,7 +21,8 @@ pub struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    /// The fields of a whole request. Unknown ones and those that stand twice are faults; what is not JSON is an error.
+    /// The fields of a whole request. Unknown ones and those that stand twice are faults; what is
+    /// not JSON is an error.
     pub fn of_request(text: &'a [u8], keys: &[&'static str], faults: &mut Faults) -> Result<Self, ReadError> {
         let mut cursor = Cursor::new(text);
         let fields = Self::walk(&mut cursor, "", keys, faults);
@@ -92,7 +95,8 @@ pub fn read_numbers(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<f
     Some(numbers.values)
 }
 
-/// Rows of numbers that stand at `at`, known to be JSON: the numbers end to end and the lengths of the rows.
+/// Rows of numbers that stand at `at`, known to be JSON: the numbers end to end and the lengths of
+/// the rows.
 pub fn read_rows(slice: &[u8], at: &str, faults: &mut Faults) -> Option<(Vec<f64>, Vec<usize>)> {
     let numbers = read_array(slice, at, faults)?;
     match numbers.rows {

@@ -1,11 +1,13 @@
 //! Reads fit requests: bytes in, checked nodes and spec out, every fault by its JSON Pointer.
 //!
-//! Number arrays are most of a fit request, and a general JSON deserializer spends most of its time on them.
-//! So the request is walked by hand: the arrays of `nodes` go straight into `Vec<f64>` (correctly rounded, strict
-//! JSON grammar), everything else is small and left to serde on its slice of the text.
+//! Number arrays are most of a fit request, and a general JSON deserializer spends most of its time
+//! on them. So the request is walked by hand: the arrays of `nodes` go straight into `Vec<f64>`
+//! (correctly rounded, strict JSON grammar), everything else is small and left to serde on its
+//! slice of the text.
 //!
-//! Two kinds of refusal: text that is not JSON ([`ReadError::Malformed`], 400), and JSON that asks for the
-//! impossible ([`ReadError::Invalid`], 422), of which all faults are collected before answering.
+//! Two kinds of refusal: text that is not JSON ([`ReadError::Malformed`], 400), and JSON that asks
+//! for the impossible ([`ReadError::Invalid`], 422), of which all faults are collected before
+//! answering.
 
 mod csv;
 mod cursor;

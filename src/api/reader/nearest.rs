@@ -1,7 +1,8 @@
 //! Which known name a misspelt one may have been meant to be.
 
-/// The known name that is nearest by insertions, deletions, changes and swaps of neighbours, if a third of it or less would have to be
-/// changed. Names of other case, or with other signs between their words, are near at once.
+/// The known name that is nearest by insertions, deletions, changes and swaps of neighbours, if a
+/// third of it or less would have to be changed. Names of other case, or with other signs between
+/// their words, are near at once.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A long name is nobody's typing error.
     let name: Vec<char> = bare(name).take(64).collect();

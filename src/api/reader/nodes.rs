@@ -165,8 +165,8 @@ impl<'a> RawNodes<'a> {
     }
 }
 
-/// Builds the nodes. The faults of reading come first; where one is known already, the check's word on the
-/// placeholder that stands there is dropped.
+/// Builds the nodes. The faults of reading come first; where one is known already, the check's word
+/// on the placeholder that stands there is dropped.
 fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, Faults>) -> Result<Nodes, Faults> {
     if faults.count() >= Faults::MOST {
         return Err(faults);

@@ -1,7 +1,9 @@
-//! Where `null` may stand in a request: among the entries of arrays, for what was not measured, and nowhere else.
+//! Where `null` may stand in a request: among the entries of arrays, for what was not measured, and
+//! nowhere else.
 //!
-//! What each array makes of it is for the reader of that array to say. A field that is `null` is refused here, for all
-//! requests alike; were it taken for one that is left out, a caller's mistake would become a default without a word.
+//! What each array makes of it is for the reader of that array to say. A field that is `null` is
+//! refused here, for all requests alike; were it taken for one that is left out, a caller's mistake
+//! would become a default without a word.
 
 use super::{
     cursor::{Cursor, Syntax, Token},
@@ -10,7 +12,8 @@ use super::{
 use flankfit_engine::estimation::Faults;
 
 /// What is said of it.
-const REFUSED: &str = "null is no value of a field; give a value, or leave the field out where it is optional (null marks only what was \
+const REFUSED: &str = "null is no value of a field; give a value, or leave the field out where it is optional (null \
+    marks only what was \
      not measured, within arrays)";
 
 /// A step into a value.
@@ -19,7 +22,8 @@ enum Step {
     Entry(usize),
 }
 
-/// Adds a fault for every field that is `null`, if the walk of `cursor` over all of its text met one.
+/// Adds a fault for every field that is `null`, if the walk of `cursor` over all of its text met
+/// one.
 pub fn refuse(cursor: &Cursor, faults: &mut Faults) {
     if cursor.met_null_field() {
         // The text has been walked over before, so that nothing can be wrong with it.

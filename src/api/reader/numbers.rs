@@ -1,6 +1,7 @@
 //! Arrays of numbers, flat or in rows, straight into a vector.
 //!
-//! What stands where a number should is noted with its place and read on, so that every bad node is named at once.
+//! What stands where a number should is noted with its place and read on, so that every bad node is
+//! named at once.
 
 use super::cursor::{Cursor, Syntax, Token};
 use flankfit_engine::estimation::Faults;
@@ -113,8 +114,9 @@ impl Numbers {
         }
     }
 
-    /// Takes room for the numbers to come, judging by how long the last ones were: a big array is neither copied nor
-    /// held twice while it grows. (Room that turns out not to be needed is never written to.)
+    /// Takes room for the numbers to come, judging by how long the last ones were: a big array is
+    /// neither copied nor held twice while it grows. (Room that turns out not to be needed is never
+    /// written to.)
     #[cold]
     fn reserve(&mut self, cursor: &Cursor, row_bytes: usize) {
         let in_row = self.values.len() - self.row_begin;
@@ -145,7 +147,9 @@ impl Numbers {
                 note(&mut self.nulls, || {
                     (
                         place,
-                        "null marks a missing node only in the heights of `nodes` of type `grid`; leave the node out, or send it as such".into(),
+                        "null marks a missing node only in the heights of `nodes` of type `grid`; leave the node out, \
+                         or send it as such"
+                            .into(),
                     )
                 });
             }

@@ -189,7 +189,8 @@ impl Read for Asking<'_> {
     }
 }
 
-/// [`read_part`] of what must be an object: serde would take an array for the fields in their order too.
+/// [`read_part`] of what must be an object: serde would take an array for the fields in their order
+/// too.
 pub fn read_object<T: DeserializeOwned>(text: &[u8], pointer: &str, faults: &mut Faults) -> Option<T> {
     match Cursor::new(text).token() {
         Ok(Token::Object) => read_part(text, pointer, faults),

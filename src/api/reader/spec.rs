@@ -1,4 +1,5 @@
-//! Everything about a fit but the nodes: wire parts to a checked [`FitSpec`], with the contract's defaults and ranges.
+//! Everything about a fit but the nodes: wire parts to a checked [`FitSpec`], with the contract's
+//! defaults and ranges.
 
 use serde::Deserialize;
 

@@ -58,7 +58,8 @@ fn the_defaults_are_those_of_the_contract() {
 #[test]
 fn keys_come_in_any_order_with_any_space_and_any_escapes() {
     let text = "\r\n\t{ \"mod\\u0065l\" : {\"degree\" : [1 , 0],\n\"type\":\"polynomial\"} , \"nodes\" :\n\
-                { \"z\" : [ [ 1 , null ] , [ 2.5e0, -4E-1 ] ] ,\"\\u0076\":[0,1],\"u\" : [ 0.0 , 1 ],\"type\":\"grid\" } }\n ";
+                { \"z\" : [ [ 1 , null ] , [ 2.5e0, -4E-1 ] ] ,\"\\u0076\":[0,1],\"u\" : [ 0.0 , 1 ],\"type\":\"grid\" \
+                } }\n ";
     let (nodes, spec) = read(text).unwrap();
     let Nodes::Grid(grid) = nodes else { panic!() };
     assert_eq!((grid.u(), grid.v(), grid.valid(), grid.weight()), (&[0.0, 1.0][..], &[0.0, 1.0][..], None, None));
@@ -451,7 +452,8 @@ proptest! {
         prop_assert!(!text.contains("null"));
     }
 
-    /// Whatever bytes arrive: an answer, never a panic; what serde_json takes for JSON is never called malformed.
+    /// Whatever bytes arrive: an answer, never a panic; what serde_json takes for JSON is never
+    /// called malformed.
     #[test]
     fn mutated_requests_are_answered(
         cut in 0..400_usize, insert in r#"[\[\]{},:"0-9eE.+\-a-z \\]{0,6}"#, delete in 0..4_usize, which in 0..5_usize,

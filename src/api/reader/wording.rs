@@ -1,7 +1,8 @@
 //! What serde says of a wrong value, in the words of the contract.
 //!
-//! serde names Rust's types (`usize`, `struct Tag`) and repeats the caller's text however long it is. Messages come in a few
-//! forms; one that is in none of them was written here in the first place, and stays.
+//! serde names Rust's types (`usize`, `struct Tag`) and repeats the caller's text however long it
+//! is. Messages come in a few forms; one that is in none of them was written here in the first
+//! place, and stays.
 
 use std::borrow::Cow;
 
@@ -14,8 +15,8 @@ const REPEATED: usize = 64;
 /// What ids are.
 pub const UUID: &str = "a UUID such as 0190b0de-0000-7000-8000-000000000000, in quotes";
 
-/// The message, without the place in the slice (which is not the place in the request), and the field that it speaks of when that
-/// is unknown, missing or twice.
+/// The message, without the place in the slice (which is not the place in the request), and the
+/// field that it speaks of when that is unknown, missing or twice.
 pub fn explain(message: &str) -> (Option<String>, String) {
     let message = message.rsplit_once(" at line ").map_or(message, |(before, _)| before);
     // The caller's text may hold anything, so what serde says after it is looked for from the end.
@@ -25,7 +26,8 @@ pub fn explain(message: &str) -> (Option<String>, String) {
         Some(rest.rsplit_once("`, expected ").unwrap_or((bare, "")))
     };
     if let Some((name, known)) = named("unknown field `") {
-        // serde lists them as "`a`, `b`", "`a` or `b`" or "one of `a`, `b`": every second piece between the quotes is a name
+        // serde lists them as "`a`, `b`", "`a` or `b`" or "one of `a`, `b`": every second piece
+        // between the quotes is a name
         let names: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
         return (Some(name.to_owned()), no_such_field(name, &names));
     }

@@ -45,8 +45,8 @@ pub struct CurveFeetBody {
     pub points: Vec<Vec<f64>>,
     /// Distance of each given point from the curve, in the caller's unit, never negative.
     pub distances: Vec<f64>,
-    /// For a plane curve or graph: > 0 where the given point lies to the left of the curve. Left out where the curve has no
-    /// direction at one of the closest points.
+    /// For a plane curve or graph: > 0 where the given point lies to the left of the curve. Left
+    /// out where the curve has no direction at one of the closest points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signed_distances: Option<Vec<f64>>,
 }

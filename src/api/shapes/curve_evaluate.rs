@@ -60,14 +60,16 @@ pub struct CurveValuesBody {
     /// By order: first derivatives, second ones, …
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub derivatives: Option<Vec<Vec<PointBody>>>,
-    /// With two derivatives and more: 1/radius; of plane curves and graphs > 0 where the curve turns left. Left out where the curve
-    /// stands still at one of the parameters, with a warning.
+    /// With two derivatives and more: 1/radius; of plane curves and graphs > 0 where the curve
+    /// turns left. Left out where the curve stands still at one of the parameters, with a warning.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curvature: Option<Vec<f64>>,
-    /// With three derivatives, of a curve in space that is nowhere straight at the parameters: how fast it leaves its plane.
+    /// With three derivatives, of a curve in space that is nowhere straight at the parameters: how
+    /// fast it leaves its plane.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torsion: Option<Vec<f64>>,
-    /// Length from the start of the domain to each parameter; of a graph that of the line (x, y(x)).
+    /// Length from the start of the domain to each parameter; of a graph that of the line (x,
+    /// y(x)).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arc_length: Option<Vec<f64>>,
     /// Length of the whole curve.
@@ -137,7 +139,8 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     }
     warnings.extend(bends.still.map(|(first, count)| {
         let message = format!(
-            "the curve stands still (its first derivative is 0) at {count} of the parameters, first at number {first}: it has no \
+            "the curve stands still (its first derivative is 0) at {count} of the parameters, first at number {first}: \
+             it has no \
              curvature there"
         );
         ("no_curvature", message)

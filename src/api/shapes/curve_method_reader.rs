@@ -33,7 +33,8 @@ impl Asked {
         match self {
             Asked::Through { .. } => Some(THROUGH),
             Asked::Near { method: NearBody::Smoothing(_), .. } => Some(
-                "a smoothing spline has its `parameter`, `noise_sigma` and `weight` in its method, and no other estimator",
+                "a smoothing spline has its `parameter`, `noise_sigma` and `weight` in its method, and no other \
+                 estimator",
             ),
             Asked::Near { .. } => None,
         }

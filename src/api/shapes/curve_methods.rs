@@ -57,7 +57,8 @@ pub struct HermiteMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: HermiteTag,
-    /// For each point its derivatives from the first on; as many as are known there, which may be none.
+    /// For each point its derivatives from the first on; as many as are known there, which may be
+    /// none.
     pub derivatives: Vec<Vec<PointBody>>,
 }
 
@@ -74,8 +75,8 @@ pub struct CubicHermiteMethod {
     pub values: Option<Vec<PointBody>>,
 }
 
-/// Where the tangents of cubic pieces come from. `monotone` (Fritsch and Butland) keeps values between those of the neighbours;
-/// `akima` is least disturbed by outlying points.
+/// Where the tangents of cubic pieces come from. `monotone` (Fritsch and Butland) keeps values
+/// between those of the neighbours; `akima` is least disturbed by outlying points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = Tangents)]
@@ -180,7 +181,8 @@ pub struct BSplineCurveMethod {
     pub knots: Option<Vec<f64>>,
 }
 
-/// The B-spline nearest to the points. Exactly one of `knots`, `spans`, `control_count` and `tolerance` says where knots are.
+/// The B-spline nearest to the points. Exactly one of `knots`, `spans`, `control_count` and
+/// `tolerance` says where knots are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineLeastSquaresCurveMethod {
@@ -201,7 +203,8 @@ pub struct BSplineLeastSquaresCurveMethod {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub control_count: Option<usize>,
-    /// Knots are inserted where a point lies further off than this, until none does or none can be inserted.
+    /// Knots are inserted where a point lies further off than this, until none does or none can be
+    /// inserted.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub tolerance: Option<f64>,
@@ -243,7 +246,8 @@ pub struct SmoothingSplineMethod {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub noise_sigma: Option<f64>,
-    /// Instead of `parameter`: how many parameters the curve is worth, more than 2 (a line) and less than the number of points (the interpolant).
+    /// Instead of `parameter`: how many parameters the curve is worth, more than 2 (a line) and
+    /// less than the number of points (the interpolant).
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 2)]
     pub degrees_of_freedom: Option<f64>,

@@ -1,4 +1,5 @@
-//! Curves near points: least squares by the fit of the service, coordinate by coordinate, and smoothing splines.
+//! Curves near points: least squares by the fit of the service, coordinate by coordinate, and
+//! smoothing splines.
 
 use super::{
     curve_method_reader::NearBody,
@@ -138,7 +139,8 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveAske
     let swing = fit.swing(&points);
     if swing > near::WILD {
         let message = format!(
-            "between the points the curve swings out by {swing:.1} times their extent: take fewer control points, or regularise"
+            "between the points the curve swings out by {swing:.1} times their extent: take fewer control points, or \
+             regularise"
         );
         warnings.push(("swings_out", message));
     }

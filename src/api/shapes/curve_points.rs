@@ -12,7 +12,8 @@ use flankfit_engine::{
     },
 };
 
-/// Points of a curve: a graph y(x), or points of plane or space in the order in which the curve passes them.
+/// Points of a curve: a graph y(x), or points of plane or space in the order in which the curve
+/// passes them.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = CurvePoints)]
@@ -40,7 +41,8 @@ pub struct SpacePoints {
     pub parametrization: Option<ParametrizationName>,
 }
 
-/// How the parameter grows from point to point, from 0 to 1: evenly, by distance, or by its square root (calmest in sharp bends).
+/// How the parameter grows from point to point, from 0 to 1: evenly, by distance, or by its square
+/// root (calmest in sharp bends).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = Parametrization)]

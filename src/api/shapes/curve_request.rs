@@ -47,7 +47,8 @@ pub struct KeptCurveRequest {
     pub fit: FitFields,
 }
 
-/// Builds the curve of a request, whose points may be left out where there are nodes of an iteration. Processor work.
+/// Builds the curve of a request, whose points may be left out where there are nodes of an
+/// iteration. Processor work.
 pub fn build(text: &[u8], own: Option<&Nodes>) -> Result<Built, Problem> {
     let mut faults = Faults::default();
     let keys = [&["points", "method"], &FIT_KEYS[..]].concat();

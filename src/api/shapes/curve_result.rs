@@ -42,8 +42,8 @@ pub struct BuiltCurveBody {
     pub warnings: Vec<WarningBody>,
 }
 
-/// How far a curve through points can be trusted between them: the paper's warnings about oscillation, as figures. A figure that
-/// does not exist is left out, and a warning says why.
+/// How far a curve through points can be trusted between them: the paper's warnings about
+/// oscillation, as figures. A figure that does not exist is left out, and a warning says why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Stability)]
 pub struct StabilityBody {
@@ -53,7 +53,8 @@ pub struct StabilityBody {
     /// The parameter at which they grow most.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lebesgue_at: Option<f64>,
-    /// The farthest that the curve leaves the range of the two points it runs between; left out where it never does.
+    /// The farthest that the curve leaves the range of the two points it runs between; left out
+    /// where it never does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overshoot: Option<OvershootBody>,
     /// Condition number of the equations that were solved, in the 2-norm.
@@ -149,7 +150,8 @@ fn warnings(stability: &Stability) -> Vec<(&'static str, String)> {
         warnings.push((
             "overshoot",
             format!(
-                "between points {before} and {after} the curve leaves their range by {:.3e}, {:.0} % of the range of all points",
+                "between points {before} and {after} the curve leaves their range by {:.3e}, {:.0} % of the range of \
+                 all points",
                 overshoot.amount,
                 100.0 * relative
             ),

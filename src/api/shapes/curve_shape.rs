@@ -38,8 +38,8 @@ pub enum CurveBody {
     Nurbs(NurbsCurveBody),
 }
 
-/// One polynomial over the whole domain: in the barycentric form by `nodes`, `weights` and `values`, in Newton's form by `nodes`
-/// (each as often as it has conditions) and `coefficients`.
+/// One polynomial over the whole domain: in the barycentric form by `nodes`, `weights` and
+/// `values`, in Newton's form by `nodes` (each as often as it has conditions) and `coefficients`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PolynomialCurve)]
@@ -50,7 +50,8 @@ pub struct PolynomialCurveBody {
     pub form: PolynomialFormName,
     /// Where the polynomial was interpolated.
     pub nodes: Vec<f64>,
-    /// Barycentric: Σ wᵢ yᵢ/(x − xᵢ) / Σ wᵢ/(x − xᵢ). They follow from the nodes and may be left out.
+    /// Barycentric: Σ wᵢ yᵢ/(x − xᵢ) / Σ wᵢ/(x − xᵢ). They follow from the nodes and may be left
+    /// out.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub weights: Option<Vec<f64>>,
     /// Barycentric: the values at the nodes.
@@ -59,7 +60,8 @@ pub struct PolynomialCurveBody {
     /// Newton: divided differences c₀ + c₁(x − x₀) + c₂(x − x₀)(x − x₁) + ….
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<Vec<PointBody>>,
-    /// Newton: what the doubles of `coefficients` leave of the differences; without them a few digits fewer.
+    /// Newton: what the doubles of `coefficients` leave of the differences; without them a few
+    /// digits fewer.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub coefficient_remainders: Option<Vec<PointBody>>,
 }
@@ -212,7 +214,8 @@ fn polynomial(body: PolynomialCurveBody, at: &str, faults: &mut Faults) -> Optio
     }
 }
 
-/// Given weights must be those of the nodes, up to a common factor: others would be another, rational, curve.
+/// Given weights must be those of the nodes, up to a common factor: others would be another,
+/// rational, curve.
 fn check_weights(given: Option<&[f64]>, polynomial: &Polynomial, at: &str, faults: &mut Faults) -> Option<()> {
     let (Some(given), Form::Barycentric(form)) = (given, polynomial.form()) else { return Some(()) };
     let own = form.weights();

@@ -51,14 +51,15 @@ pub struct ExportCurveBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
-    /// Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from the curve. Default a thousandth of the
-    /// curve's extent.
+    /// Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from the
+    /// curve. Default a thousandth of the curve's extent.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub tolerance: Option<f64>,
 }
 
-/// Files of curves: IGES (entity 126) and STEP AP242 hold the curve itself; OBJ, VTK and CSV a chain of points on it.
+/// Files of curves: IGES (entity 126) and STEP AP242 hold the curve itself; OBJ, VTK and CSV a
+/// chain of points on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = CurveFormat)]
@@ -80,8 +81,9 @@ pub struct ExportSurfaceBody {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
-    /// Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of rational curves) may be from the one
-    /// written. Default a millionth of the surface's extent. Of meshes: nodes on common borders no farther apart are one.
+    /// Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of
+    /// rational curves) may be from the one written. Default a millionth of the surface's extent.
+    /// Of meshes: nodes on common borders no farther apart are one.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub tolerance: Option<f64>,
@@ -91,8 +93,8 @@ pub struct ExportSurfaceBody {
     pub samples: Option<[usize; 2]>,
 }
 
-/// Files of surfaces: IGES (entity 128) and STEP AP242 hold the surface itself; OBJ, STL and VTK facets for looking; CSV, Abaqus and
-/// ADINA a mesh of quadrilaterals for finite elements.
+/// Files of surfaces: IGES (entity 128) and STEP AP242 hold the surface itself; OBJ, STL and VTK
+/// facets for looking; CSV, Abaqus and ADINA a mesh of quadrilaterals for finite elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = SurfaceFormat)]

@@ -24,7 +24,8 @@ pub fn knot_fault(fault: &KnotFault, at: &str, faults: &mut Faults) {
     }
 }
 
-/// A fault of control points or weights of the shape at `at`; `place` writes an index as the end of a pointer.
+/// A fault of control points or weights of the shape at `at`; `place` writes an index as the end of
+/// a pointer.
 pub fn control_fault(fault: &ControlFault, at: &str, place: impl Fn(usize) -> String, faults: &mut Faults) {
     let pointer = match fault {
         ControlFault::Degree { .. } => format!("{at}/degree"),
@@ -62,7 +63,8 @@ pub fn curve_fault(fault: &CurveFault, at: &str, fields: &CurveFields, faults: &
     faults.push(pointer, fault.to_string());
 }
 
-/// Faults of a fit by their places in a request whose method is the model and whose nodes stand at `base`.
+/// Faults of a fit by their places in a request whose method is the model and whose nodes stand at
+/// `base`.
 pub fn moved(faults: &Faults, base: &str) -> Faults {
     faults.moved(|pointer| moved_pointer(pointer, base))
 }

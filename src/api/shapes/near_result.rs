@@ -1,4 +1,5 @@
-//! What is said of curves and surfaces near points: fits of coordinates, inserted knots, smoothing, and fits of many coefficients.
+//! What is said of curves and surfaces near points: fits of coordinates, inserted knots, smoothing,
+//! and fits of many coefficients.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -25,8 +26,8 @@ pub struct KnotInsertionBody {
     pub steps: Vec<KnotInsertionStep>,
 }
 
-/// Why no more knots were inserted: the tolerance is met; no span that misses it holds enough points for another knot; the most
-/// knots or rounds are reached.
+/// Why no more knots were inserted: the tolerance is met; no span that misses it holds enough
+/// points for another knot; the most knots or rounds are reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum KnotInsertionStop {
@@ -82,7 +83,8 @@ pub struct CoordinateResidualsBody {
     /// √(RSS/(m − effective degrees of freedom)); left out where there is nothing left.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
-    /// Of a surface of many coefficients without a penalty: the standard error of each control point, in their rows.
+    /// Of a surface of many coefficients without a penalty: the standard error of each control
+    /// point, in their rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_errors: Option<Vec<Vec<f64>>>,
     /// With `"include": ["residuals"]`: of the counted nodes, in the order posted.
@@ -100,7 +102,8 @@ pub struct BandedFitBody {
     pub degrees_of_freedom: f64,
     /// The number of coefficients, or the trace of the smoother under a penalty.
     pub effective_degrees_of_freedom: f64,
-    /// Condition number of the Fisher information matrix (with penalty) on a unit diagonal; left out where it could not be found.
+    /// Condition number of the Fisher information matrix (with penalty) on a unit diagonal; left
+    /// out where it could not be found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
     /// The residuals of each coordinate: one entry for a graph, two or three for points.
@@ -113,7 +116,8 @@ pub struct BandedFitBody {
     pub penalty: Option<PenaltyBody>,
     /// `double` or `double_double`: how the matrix was factored.
     pub arithmetic: String,
-    /// Corrections of the coefficients by residuals in double-double, and the size of the last one against them.
+    /// Corrections of the coefficients by residuals in double-double, and the size of the last one
+    /// against them.
     pub corrections: usize,
     /// Size of the last correction against that of the coefficients; 0 where there was none.
     pub last_correction: f64,

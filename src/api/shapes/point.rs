@@ -1,4 +1,5 @@
-//! Values of curves and surfaces as they are written: numbers of a graph, or points of plane or space.
+//! Values of curves and surfaces as they are written: numbers of a graph, or points of plane or
+//! space.
 
 use std::{borrow::Cow, fmt};
 

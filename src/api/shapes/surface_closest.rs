@@ -39,7 +39,8 @@ pub struct SurfaceFeetBody {
     /// > 0 on the side that the normal S_u × S_v points to. Left out where there is no normal at one of the closest points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signed_distances: Option<Vec<f64>>,
-    /// Whether the connection stands at right angles on the surface; where not, the closest point lies on a border or an edge.
+    /// Whether the connection stands at right angles on the surface; where not, the closest point
+    /// lies on a border or an edge.
     pub orthogonal: Vec<bool>,
 }
 

@@ -78,7 +78,8 @@ impl Places {
     }
 }
 
-/// Answers a request, as far as there is `room`: two axes may ask for the grid of all their pairs. Processor work.
+/// Answers a request, as far as there is `room`: two axes may ask for the grid of all their pairs.
+/// Processor work.
 pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let Wanted { surface, places, derivatives, forms, area: wants_area } = read(text)?;
     let width = surface.dimension().count();

@@ -11,9 +11,10 @@ use super::{
 };
 use crate::api::fit_spec::{DegreeBody, DomainBody, SpansBody, present, tags};
 
-/// How a surface is made. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or every mesh of `mesh`, `bezier` the
-/// latter; `b_spline` passes through the nodes of `grid` or `xyz`, `b_spline_least_squares` near these or near scattered `nodes`;
-/// `bezier`, `b_spline`, `nurbs` and `gregory` take `control_points` as they are.
+/// How a surface is made. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or
+/// every mesh of `mesh`, `bezier` the latter; `b_spline` passes through the nodes of `grid` or
+/// `xyz`, `b_spline_least_squares` near these or near scattered `nodes`; `bezier`, `b_spline`,
+/// `nurbs` and `gregory` take `control_points` as they are.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = SurfaceMethod, discriminator(property_name = "type", mapping(
@@ -45,7 +46,8 @@ pub struct MeshBody {
     /// Where the curves over u stand, ascending.
     #[schema(min_items = 2)]
     pub v: Vec<f64>,
-    /// For each u its curve over v. Of points in space the first or the last may be `null`: a tip, where the patches have three sides.
+    /// For each u its curve over v. Of points in space the first or the last may be `null`: a tip,
+    /// where the patches have three sides.
     pub u_curves: Vec<Option<CurveBody>>,
     /// For each v its curve over u; `null` as above.
     pub v_curves: Vec<Option<CurveBody>>,
@@ -66,19 +68,21 @@ pub struct CoonsBicubicMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: CoonsBicubicTag,
-    /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are estimated.
+    /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are
+    /// estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cross_derivatives: Option<BordersBody>,
 }
 
-/// Gregory patches: tangent planes continuous across the lines of a mesh, whatever the twists; borders become cubics. Of
-/// `control_points` with `inner_points`: the patch itself.
+/// Gregory patches: tangent planes continuous across the lines of a mesh, whatever the twists;
+/// borders become cubics. Of `control_points` with `inner_points`: the patch itself.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct GregoryMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: GregoryTag,
-    /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are estimated.
+    /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are
+    /// estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cross_derivatives: Option<BordersBody>,
     /// With `control_points`: 2 × 2, the inner points that are felt along u0 and u1.
@@ -109,12 +113,14 @@ pub struct BSplineSurfaceMethod {
     #[schema(inline)]
     pub kind: BSplineSurfaceTag,
     pub degree: DegreeBody,
-    /// Full knot vectors of u and v; default averages of neighbouring parameters. Needed with `control_points`.
+    /// Full knot vectors of u and v; default averages of neighbouring parameters. Needed with
+    /// `control_points`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub knots: Option<[Vec<f64>; 2]>,
 }
 
-/// The B-spline surface nearest to nodes. Exactly one of `knots`, `spans` and `placed_spans` says where knots are.
+/// The B-spline surface nearest to nodes. Exactly one of `knots`, `spans` and `placed_spans` says
+/// where knots are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineLeastSquaresSurfaceMethod {

@@ -1,4 +1,5 @@
-//! Surfaces near nodes: the fit of the service where its spectrum can be told, the banded one where there are too many coefficients.
+//! Surfaces near nodes: the fit of the service where its spectrum can be told, the banded one where
+//! there are too many coefficients.
 
 use super::{
     curve_result::write_warnings, fault::refused_fit, places::beyond, surface_method_reader::Asked,
@@ -19,10 +20,12 @@ use flankfit_engine::{
     geometry::surface::{SurfaceShape, construct::Method, least_squares::AxisKnots},
 };
 
-/// Coefficients up to which every fit is that of the service: beyond, its spectrum costs more than it tells.
+/// Coefficients up to which every fit is that of the service: beyond, its spectrum costs more than
+/// it tells.
 const FEW: usize = 150;
 
-/// Fits the B-spline that was asked for to nodes with u and v, which stand at `base` in the request.
+/// Fits the B-spline that was asked for to nodes with u and v, which stand at `base` in the
+/// request.
 pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base: &str) -> Result<Vec<u8>, Problem> {
     if matches!(nodes, Nodes::Curve(_) | Nodes::Matrix(_)) {
         return refuse(&format!("{base}/type"), "a surface takes nodes with u and v");

@@ -80,7 +80,8 @@ pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Surfa
     }
 }
 
-/// The boundary curves of the object whose fields these are, and the tolerance under which they meet.
+/// The boundary curves of the object whose fields these are, and the tolerance under which they
+/// meet.
 fn boundaries(fields: &Fields, at: &str, faults: &mut Faults) -> Option<(Boundaries, f64)> {
     let (curves, tolerance) = boundary_curves(fields, at, faults)?;
     Boundaries::three_sided(curves, tolerance)

@@ -35,8 +35,9 @@ use flankfit_engine::{
 const MOST_PATCHES: usize = 10_000;
 
 // Declared for the document; `build` reads it.
-/// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points` and `nodes`. One that is kept with an
-/// iteration may say none of them: then it is made of the iteration's nodes.
+/// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points` and
+/// `nodes`. One that is kept with an iteration may say none of them: then it is made of the
+/// iteration's nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct SurfaceRequest {
     #[serde(flatten)]
@@ -64,8 +65,8 @@ pub struct SurfaceParts {
     pub boundaries: Option<BordersBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshBody>,
-    /// Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the caller's unit. Default 1e-6 of the largest
-    /// coordinate at their ends.
+    /// Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the caller's
+    /// unit. Default 1e-6 of the largest coordinate at their ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub tolerance: Option<f64>,
@@ -77,7 +78,8 @@ pub struct SurfaceParts {
     pub nodes: Option<NodesBody>,
 }
 
-/// Builds the surface of a request, made of the nodes of an iteration where it says nothing else. Processor work.
+/// Builds the surface of a request, made of the nodes of an iteration where it says nothing else.
+/// Processor work.
 pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, Problem> {
     let mut faults = Faults::default();
     let keys = [&GIVEN_KEYS[..], &["parametrization", "tolerance", "method"], &FIT_KEYS[..]].concat();
@@ -109,7 +111,8 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         GivenSurface::Points { .. } if asked.is_near() && !plain => {
             let mut faults = Faults::default();
             for key in FIT_KEYS.iter().filter(|key| fields.get(key).is_some()) {
-                let detail = "points of space are fitted by plain least squares, axis by axis; this belongs to `nodes` or `grid`";
+                let detail = "points of space are fitted by plain least squares, axis by axis; this belongs to `nodes` \
+                    or `grid`";
                 faults.push(format!("/{key}"), detail);
             }
             return Err(Problem::invalid(faults));

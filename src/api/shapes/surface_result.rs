@@ -43,13 +43,15 @@ pub struct BuiltSurfaceBody {
     /// √(rss/count).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms: Option<f64>,
-    /// √(rss/degrees of freedom/coordinates), the noise of a coordinate; left out where nothing is left.
+    /// √(rss/degrees of freedom/coordinates), the noise of a coordinate; left out where nothing is
+    /// left.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
     /// Of a mesh: the largest gap between curves that cross, and where.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<WorstBody>,
-    /// Of meshes, borders and patches with cubic borders: how far they are from the curves at worst, and where.
+    /// Of meshes, borders and patches with cubic borders: how far they are from the curves at
+    /// worst, and where.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<WorstBody>,
     /// Of several patches: how they meet.
@@ -58,7 +60,8 @@ pub struct BuiltSurfaceBody {
     /// Borders that are points: there the surface has three sides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub degenerate_borders: Option<Vec<DegenerateBorderBody>>,
-    /// Of least squares with up to some hundred coefficients: the fit, as `POST /v1/fits` answers it.
+    /// Of least squares with up to some hundred coefficients: the fit, as `POST /v1/fits` answers
+    /// it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fits: Option<Vec<CoordinateFitBody>>,
     /// Of least squares with more of them.
@@ -99,8 +102,8 @@ pub struct ContinuityBody {
     pub joints: Vec<JointBody>,
 }
 
-/// How two patches meet, from worst to best: a gap; one line with an edge; one tangent plane; the same first derivatives; the same
-/// second ones, hence one curvature.
+/// How two patches meet, from worst to best: a gap; one line with an edge; one tangent plane; the
+/// same first derivatives; the same second ones, hence one curvature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = ContinuityClass)]
@@ -172,7 +175,8 @@ const ROUNDING: f64 = 1e-9;
 /// Angles of normals that rounding may leave, in radians.
 const ANGLE: f64 = 1e-7;
 
-/// The answer of a surface that was built of `nodes` nodes; `tolerance` is the one its curves meet under.
+/// The answer of a surface that was built of `nodes` nodes; `tolerance` is the one its curves meet
+/// under.
 pub fn built(built: &Built, nodes: Option<usize>, tolerance: Option<f64>) -> Result<Vec<u8>, Problem> {
     let Built { shape, parameters, residual_sum_of_squares, gap, deviation, joints, degenerate } = built;
     let mut json = Json::with_capacity(4096);
@@ -258,7 +262,8 @@ fn class_name(class: ContinuityClass) -> &'static str {
     }
 }
 
-/// What counts as continuous: curves may leave gaps as large as their tolerance, derivatives jump as rounding lets them.
+/// What counts as continuous: curves may leave gaps as large as their tolerance, derivatives jump
+/// as rounding lets them.
 fn tolerances(shape: &SurfaceShape, tolerance: Option<f64>) -> ContinuityTolerance {
     let [us, vs] = shape.breaks();
     let jets = us.iter().flat_map(|u| vs.iter().map(move |v| shape.jet(*u, *v)));

@@ -92,7 +92,8 @@ pub struct BilinearCoonsBody {
     #[schema(inline)]
     pub kind: CoonsBilinearTag,
     pub boundaries: BordersBody,
-    /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the largest coordinate.
+    /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the
+    /// largest coordinate.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub tolerance: Option<f64>,
@@ -110,14 +111,15 @@ pub struct BicubicCoonsBody {
     /// ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are estimated.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub cross_derivatives: Option<BordersBody>,
-    /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the largest coordinate.
+    /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the
+    /// largest coordinate.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub tolerance: Option<f64>,
 }
 
-/// Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest u, `v0` and `v1` along u. Of points
-/// in space one may be missing: the patch then has three sides.
+/// Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest u,
+/// `v0` and `v1` along u. Of points in space one may be missing: the patch then has three sides.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Borders)]
@@ -165,7 +167,8 @@ pub struct PatchworkBody {
     /// Where patches meet, both ends included, ascending.
     #[schema(min_items = 2)]
     pub v: Vec<f64>,
-    /// For each interval of u a row, for each of v a patch over that rectangle; none a patchwork itself.
+    /// For each interval of u a row, for each of v a patch over that rectangle; none a patchwork
+    /// itself.
     #[schema(no_recursion)]
     pub patches: Vec<Vec<SurfaceBody>>,
 }
@@ -181,7 +184,8 @@ tags! {
 }
 
 impl SurfaceBody {
-    /// A surface as it is written. `tolerance` is the one under which corners were found to meet, where it was given.
+    /// A surface as it is written. `tolerance` is the one under which corners were found to meet,
+    /// where it was given.
     pub fn of(shape: &SurfaceShape, tolerance: Option<f64>) -> Self {
         match shape {
             SurfaceShape::BSpline(surface) => b_spline(surface),

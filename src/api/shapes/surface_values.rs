@@ -38,7 +38,8 @@ pub struct ParameterGridBody {
     pub v: Vec<f64>,
 }
 
-/// What is answered of a surface only when asked for. `normals` come with one derivative, `curvatures` with two without asking.
+/// What is answered of a surface only when asked for. `normals` come with one derivative,
+/// `curvatures` with two without asking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = SurfaceInclude)]
@@ -56,8 +57,8 @@ pub struct SurfaceValuesBody {
     /// With one derivative and more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub derivatives: Option<SurfaceDerivativesBody>,
-    /// With one derivative and more: unit normals along S_u × S_v; of a graph those of (u, v, z). Left out, with a warning, where
-    /// one of them does not exist.
+    /// With one derivative and more: unit normals along S_u × S_v; of a graph those of (u, v, z).
+    /// Left out, with a warning, where one of them does not exist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normals: Option<Vec<Vec<f64>>>,
     /// With two derivatives.

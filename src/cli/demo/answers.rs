@@ -1,4 +1,5 @@
-//! What the demonstration reads of the service's answers: a client's view of the contract, which may leave fields out.
+//! What the demonstration reads of the service's answers: a client's view of the contract, which
+//! may leave fields out.
 
 use serde::Deserialize;
 

@@ -1,4 +1,5 @@
-//! `flankfit demo --closed-loop`: a machine whose settings cannot be told apart, corrected with and without λ*.
+//! `flankfit demo --closed-loop`: a machine whose settings cannot be told apart, corrected with and
+//! without λ*.
 
 use std::io::Write;
 
@@ -54,7 +55,8 @@ pub fn tell(client: &Client, out: &mut impl Write) -> Result<Vec<String>, StoryE
     let first = ask(1, true)?;
     writeln!(
         out,
-        "\n5 × 9 nodes, six settings of which the sixth is nearly a mixture of two others (condition of JᵀJ {:.1e}); the machine
+        "\n5 × 9 nodes, six settings of which the sixth is nearly a mixture of two others (condition of JᵀJ {:.1e}); \
+         the machine
 answers 1 % off, the probe is 0.3 µm off and misses every tenth node.",
         first.condition
     )?;

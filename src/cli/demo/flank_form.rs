@@ -1,9 +1,10 @@
-//! A fitted deviation surface in a gear cell's words: slopes, crownings and twist over the fitted domain.
+//! A fitted deviation surface in a gear cell's words: slopes, crownings and twist over the fitted
+//! domain.
 //!
-//! With s and t the two axes mapped to [-1, 1] (Litvin's second-order surface), c the coefficients of the surface's
-//! second-order part there: profile slope 2 c_s, helix slope 2 c_t, profile crowning −c_ss, helix crowning −c_tt and
-//! twist 4 c_st. They are read off nine heights of the surface, each at the middle of the other axis, so any degree up
-//! to (2, 2) gives them exactly.
+//! With s and t the two axes mapped to [-1, 1] (Litvin's second-order surface), c the coefficients
+//! of the surface's second-order part there: profile slope 2 c_s, helix slope 2 c_t, profile
+//! crowning −c_ss, helix crowning −c_tt and twist 4 c_st. They are read off nine heights of the
+//! surface, each at the middle of the other axis, so any degree up to (2, 2) gives them exactly.
 
 use super::answers::Fit;
 

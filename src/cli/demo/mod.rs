@@ -1,4 +1,5 @@
-//! `flankfit demo`: a gear job from first measurement to acceptance, driven over real HTTP and printed as tables.
+//! `flankfit demo`: a gear job from first measurement to acceptance, driven over real HTTP and
+//! printed as tables.
 
 mod answers;
 mod client;
@@ -35,10 +36,12 @@ use crate::{
 
 #[derive(Debug, Args)]
 pub struct DemoArguments {
-    /// Fit requests or nodes of your own (JSON; CSV with u,v,z or x,y; traces of a gear tester) in place of the bundled flank.
+    /// Fit requests or nodes of your own (JSON; CSV with u,v,z or x,y; traces of a gear tester) in
+    /// place of the bundled flank.
     #[arg(long, value_name = "FILE")]
     nodes: Option<PathBuf>,
-    /// Show corrections of a simulated machine in a loop instead: measured, corrected, machined again.
+    /// Show corrections of a simulated machine in a loop instead: measured, corrected, machined
+    /// again.
     #[arg(long, conflicts_with = "nodes")]
     closed_loop: bool,
     /// Stop when the tables are printed, instead of serving on.
@@ -53,7 +56,8 @@ pub struct DemoArguments {
     bind: SocketAddr,
 }
 
-/// The bundled flank, before and after the correction; `examples/flank_z52.md` says how it was made.
+/// The bundled flank, before and after the correction; `examples/flank_z52.md` says how it was
+/// made.
 const FLANK: &str = include_str!("../../../examples/flank_z52.json");
 const FLANK_REMACHINED: &str = include_str!("../../../examples/flank_z52_remachined.json");
 const JOB: &str = include_str!("../../../examples/requests/job.json");
@@ -144,7 +148,8 @@ struct Chapter {
 /// For flanks of gears that the demonstration knows nothing of.
 const DEMONSTRATION_LIMIT: SlopeLimit = SlopeLimit { um: 5.0, of: "this demonstration" };
 
-/// f_Hα of class 5 by ISO 1328-1:2013, unrounded: 0.4 m_n + 0.001 d + 4 µm, here for m_n = 1 mm and d = 52 mm.
+/// f_Hα of class 5 by ISO 1328-1:2013, unrounded: 0.4 m_n + 0.001 d + 4 µm, here for m_n = 1 mm and
+/// d = 52 mm.
 const BUNDLED_GEAR_LIMIT: SlopeLimit = SlopeLimit { um: 4.452, of: "class 5" };
 
 impl Chapter {

@@ -3,7 +3,8 @@
 //! - JSON: a fit request, or a `nodes` object alone.
 //! - CSV with the header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
 //! - CSV of gear tester traces, see [`super::traces`].
-//! - what `POST …/import` takes: curves of a gear tester (.mka), a REXS model with topographies. Of each flank the tooth with the most nodes.
+//! - what `POST …/import` takes: curves of a gear tester (.mka), a REXS model with topographies. Of
+//!   each flank the tooth with the most nodes.
 
 use std::{
     fs, io,
@@ -96,7 +97,8 @@ pub fn read(path: &Path) -> Result<Vec<NodeSet>, NodeFileError> {
     from_csv(path, text).map(|set| vec![set])
 }
 
-/// Nodes with the model that suits their type: a second-order surface, a cubic, the columns themselves.
+/// Nodes with the model that suits their type: a second-order surface, a cubic, the columns
+/// themselves.
 pub fn request_for(nodes: Value) -> Value {
     let model = match nodes.get("type").and_then(Value::as_str) {
         Some("matrix") => json!({"type": "linear"}),
@@ -137,7 +139,8 @@ fn from_traces(path: &Path, text: &str) -> Result<Vec<NodeSet>, NodeFileError> {
     Ok(sets.collect())
 }
 
-/// Whether content or ending say curves, values or a gear model. CSV is taken for nodes: points on a gear need the gear beside them.
+/// Whether content or ending say curves, values or a gear model. CSV is taken for nodes: points on
+/// a gear need the gear beside them.
 fn is_of_a_tester(name: &str, content: &[u8]) -> bool {
     let start = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
     let ending = name.rsplit_once('.').map(|(_, ending)| ending.to_lowercase());

@@ -35,7 +35,8 @@ pub fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// Rounds `x` to the place of the second significant digit of its `uncertainty`; four digits when there is none.
+/// Rounds `x` to the place of the second significant digit of its `uncertainty`; four digits when
+/// there is none.
 pub fn as_certain_as(x: f64, uncertainty: Option<f64>) -> String {
     match uncertainty {
         Some(u) if u > 0.0 && u.is_finite() => {

@@ -192,7 +192,8 @@ pub fn trace(trace: &Trace) -> String {
             ));
         }
     }
-    // Times are RFC 3339 of one width, so they sort as text; the sort keeps the order of equal ones.
+    // Times are RFC 3339 of one width, so they sort as text; the sort keeps the order of equal
+    // ones.
     events.sort_by_key(|(time, _)| *time);
     let mut table = Table::new(headings, 3).with_remark();
     for (time, cells) in events {

@@ -42,8 +42,8 @@ pub struct Story<'a, W: Write> {
 }
 
 impl<W: Write> Story<'_, W> {
-    /// One gear job: measure, fit, refit with another λ*, choose, decide; measure again after re-machining.
-    /// Returns the path of the job.
+    /// One gear job: measure, fit, refit with another λ*, choose, decide; measure again after
+    /// re-machining. Returns the path of the job.
     pub fn tell(&mut self, job: &Value, first: &NodeSet, second: Option<&NodeSet>) -> Result<String, StoryError> {
         let created: Job = self.client.post("/v1/jobs", job)?;
         let path = format!("/v1/jobs/{}", created.id);
@@ -106,7 +106,8 @@ impl<W: Write> Story<'_, W> {
         Ok(())
     }
 
-    /// Refits the stored nodes by another criterion and lets the fit with the smaller predicted error stand.
+    /// Refits the stored nodes by another criterion and lets the fit with the smaller predicted
+    /// error stand.
     fn refit(
         &mut self,
         job: &str,
@@ -145,7 +146,8 @@ impl<W: Write> Story<'_, W> {
         Ok(better.clone())
     }
 
-    /// Accepts a flank or sends it back to the machine, by its profile slope; only where heights are known to be µm.
+    /// Accepts a flank or sends it back to the machine, by its profile slope; only where heights
+    /// are known to be µm.
     fn decide(
         &mut self,
         job: &str,
@@ -181,7 +183,8 @@ fn chosen(iteration: &Iteration) -> Result<&StoredFit, StoryError> {
     iteration.fits.first().ok_or(StoryError::NoFit(iteration.number))
 }
 
-/// Of the criteria whose λ* is clearly another than the fit's own (by more than a tenth), the one with the smallest predicted error.
+/// Of the criteria whose λ* is clearly another than the fit's own (by more than a tenth), the one
+/// with the smallest predicted error.
 fn best_other(fit: &Fit) -> Option<&str> {
     let current = fit.regularization.lambda_star;
     let differs = |other: f64| current.is_none_or(|current| (other - current).abs() > 0.1 * current);

@@ -1,5 +1,5 @@
-//! Aligned text tables: headings, a rule, rows. One character is taken to be one column wide, which holds for the
-//! Latin and Greek letters and the superscripts printed here.
+//! Aligned text tables: headings, a rule, rows. One character is taken to be one column wide, which
+//! holds for the Latin and Greek letters and the superscripts printed here.
 
 use std::fmt;
 

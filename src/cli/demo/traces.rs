@@ -1,14 +1,16 @@
 //! Profile and helix traces of a gear tester as scattered nodes of one flank surface.
 //!
-//! The file holds one sample a line (`flank, tooth_tag, trace, …, roll_length_mm, z_mm, deviation_um_DIN_sign`); a tag
-//! is the tooth's number, with a letter for traces off the middle (`1`, `1f`, `1k`, `1u`, `1o`). Of each flank the tooth
-//! with the most traces is taken: its leads and profiles cross, so together they are a surface. A sample without a
-//! deviation is a point that the tester did not reach: it is left out and counted.
+//! The file holds one sample a line (`flank, tooth_tag, trace, …, roll_length_mm, z_mm,
+//! deviation_um_DIN_sign`); a tag is the tooth's number, with a letter for traces off the middle
+//! (`1`, `1f`, `1k`, `1u`, `1o`). Of each flank the tooth with the most traces is taken: its leads
+//! and profiles cross, so together they are a surface. A sample without a deviation is a point that
+//! the tester did not reach: it is left out and counted.
 //!
-//! Signs. The sign of a lead is a convention of its own on many testers (it may count a slope towards one end of the
-//! face instead of material), while that of a profile counts material. Where both cross they saw the same point, so
-//! there the file itself says whether the leads of a flank count as the profiles do: they are turned when that makes
-//! them agree better, and the report says by how much.
+//! Signs. The sign of a lead is a convention of its own on many testers (it may count a slope
+//! towards one end of the face instead of material), while that of a profile counts material. Where
+//! both cross they saw the same point, so there the file itself says whether the leads of a flank
+//! count as the profiles do: they are turned when that makes them agree better, and the report says
+//! by how much.
 
 use std::{collections::BTreeMap, io::Read};
 
@@ -16,7 +18,8 @@ use serde::Deserialize;
 
 use super::{numbers::short, table::Table};
 
-/// One flank's cross grid, ready to be fitted: positions in mm (roll length, face width), heights in µm.
+/// One flank's cross grid, ready to be fitted: positions in mm (roll length, face width), heights
+/// in µm.
 #[derive(Debug)]
 pub struct Flank {
     /// `left, tooth 1`.
@@ -55,7 +58,8 @@ impl Kind {
     }
 }
 
-/// One stroke of the probe: `at` is the coordinate that stands still, `points` are (running coordinate, deviation).
+/// One stroke of the probe: `at` is the coordinate that stands still, `points` are (running
+/// coordinate, deviation).
 #[derive(Default)]
 struct Trace {
     at: f64,

@@ -1,4 +1,5 @@
-//! `flankfit study [FILE]`: the answer of `POST /v1/studies/randomization` as tables, and the paper's Figs. 4 and 5 as SVG.
+//! `flankfit study [FILE]`: the answer of `POST /v1/studies/randomization` as tables, and the
+//! paper's Figs. 4 and 5 as SVG.
 
 mod figures;
 mod svg;
@@ -19,7 +20,8 @@ const DEFAULT: &str = include_str!("../../../examples/requests/study_flank.json"
 
 #[derive(Debug, Args)]
 pub struct StudyArguments {
-    /// A study request as JSON; `-` reads standard input. Without it: the profile of a flank whose columns are nearly parallel.
+    /// A study request as JSON; `-` reads standard input. Without it: the profile of a flank whose
+    /// columns are nearly parallel.
     file: Option<PathBuf>,
     /// Also write both figures into this folder, as fig4.svg and fig5.svg.
     #[arg(long, value_name = "DIR")]

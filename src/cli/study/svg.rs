@@ -1,5 +1,6 @@
-//! A small writer of SVG figures: two panels side by side, a curve with its quartiles over a logarithmic axis, and
-//! horizontal lines to compare with. Coordinates have two decimals, so that equal studies give equal bytes.
+//! A small writer of SVG figures: two panels side by side, a curve with its quartiles over a
+//! logarithmic axis, and horizontal lines to compare with. Coordinates have two decimals, so that
+//! equal studies give equal bytes.
 
 use std::fmt::Write;
 
@@ -36,7 +37,8 @@ pub fn page(title: &str, panels: &[Panel; 2]) -> String {
     // writing to a string cannot fail
     let _ = writeln!(
         out,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" \
+         font-size=\"12\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n\
          <text x=\"{LEFT:.0}\" y=\"20\" font-size=\"15\">{}</text>",
         escape(title)
@@ -53,7 +55,8 @@ fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// Ends of an axis and the distance of its ticks: 1, 2 or 5 times a power of ten, at most eight of them.
+/// Ends of an axis and the distance of its ticks: 1, 2 or 5 times a power of ten, at most eight of
+/// them.
 fn ticks(values: impl Iterator<Item = f64>) -> [f64; 3] {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for value in values {
@@ -78,7 +81,8 @@ fn draw(out: &mut String, panel: &Panel, left: f64) {
     let _ = writeln!(
         out,
         "<text x=\"{left:.2}\" y=\"42\">{}</text>\n\
-         <rect x=\"{left:.2}\" y=\"{TOP:.2}\" width=\"{WIDTH:.2}\" height=\"{HEIGHT:.2}\" fill=\"none\" stroke=\"#888888\"/>",
+         <rect x=\"{left:.2}\" y=\"{TOP:.2}\" width=\"{WIDTH:.2}\" height=\"{HEIGHT:.2}\" fill=\"none\" \
+         stroke=\"#888888\"/>",
         escape(&panel.title)
     );
     for i in 0..=((top - bottom) / step).round() as usize {
@@ -113,7 +117,8 @@ fn draw(out: &mut String, panel: &Panel, left: f64) {
     for (line, (colour, dashes)) in panel.lines.iter().zip(STROKES) {
         let _ = writeln!(
             out,
-            "<path d=\"M{left:.2} {:.2}h{WIDTH:.2}\" stroke=\"{colour}\" stroke-width=\"1.5\" stroke-dasharray=\"{dashes}\"/>",
+            "<path d=\"M{left:.2} {:.2}h{WIDTH:.2}\" stroke=\"{colour}\" stroke-width=\"1.5\" \
+             stroke-dasharray=\"{dashes}\"/>",
             y(line.at)
         );
     }
@@ -149,7 +154,8 @@ fn legend(out: &mut String, lines: &[Line], at: f64) {
     let mut entry = |name: &str, colour: &str, dashes: &str, width: f64| {
         let _ = writeln!(
             out,
-            "<path d=\"M{left:.2} {:.2}h28\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-dasharray=\"{dashes}\"/>\
+            "<path d=\"M{left:.2} {:.2}h28\" stroke=\"{colour}\" stroke-width=\"{width}\" \
+             stroke-dasharray=\"{dashes}\"/>\
              <text x=\"{:.2}\" y=\"{at:.2}\">{}</text>",
             at - 4.0,
             left + 34.0,

@@ -1,5 +1,5 @@
-//! The dearest request of each operation that its limits allow, or nearly: bodies are kept to some megabytes, for it is not reading
-//! that is to be cancelled.
+//! The dearest request of each operation that its limits allow, or nearly: bodies are kept to some
+//! megabytes, for it is not reading that is to be cancelled.
 
 use serde_json::{Value, json};
 
@@ -75,7 +75,8 @@ pub fn lp_refit() -> Body {
     of(&lp_spec())
 }
 
-/// A fit that takes long enough to be left when it is computed again, and not too long to be stored first.
+/// A fit that takes long enough to be left when it is computed again, and not too long to be stored
+/// first.
 pub fn replayed() -> Value {
     json!({
         "model": {"type": "polynomial", "degree": [3, 3], "basis": "chebyshev"},

@@ -1,4 +1,5 @@
-//! What an end leaves behind: a key that is free, a stream that goes on, a process that is gone, the same numbers as ever.
+//! What an end leaves behind: a key that is free, a stream that goes on, a process that is gone,
+//! the same numbers as ever.
 
 use std::time::{Duration, Instant};
 

@@ -1,5 +1,5 @@
-//! One list of all operations that take a POST: a new one fails the test until it is entered here, with the dearest request that its
-//! limits allow or the reason why there is none.
+//! One list of all operations that take a POST: a new one fails the test until it is entered here,
+//! with the dearest request that its limits allow or the reason why there is none.
 
 use std::{
     collections::BTreeSet,
@@ -13,10 +13,12 @@ use serde_json::{Value, json};
 use super::dear::{self, Body};
 use crate::jobs::kill::Server;
 
-/// How long a worker may go on after its client has left. On a quiet machine it is some milliseconds.
+/// How long a worker may go on after its client has left. On a quiet machine it is some
+/// milliseconds.
 const REST: Duration = Duration::from_secs(2);
 
-/// When the client leaves, after the work was seen running: at once (often while the request is still read), and in the midst of it.
+/// When the client leaves, after the work was seen running: at once (often while the request is
+/// still read), and in the midst of it.
 const MOMENTS: [Duration; 2] = [Duration::ZERO, Duration::from_millis(150)];
 
 /// How often a client tries to leave before it is answered, at half the moment each time.
@@ -194,7 +196,8 @@ fn every_operation_ends_with_its_client() {
     server.kill();
 }
 
-/// How long the worker went on after a client that left at `moment`, or earlier on a machine that has answered by then; and when.
+/// How long the worker went on after a client that left at `moment`, or earlier on a machine that
+/// has answered by then; and when.
 fn left_in_time(
     address: &str,
     process: u32,
@@ -212,7 +215,8 @@ fn left_in_time(
     panic!("{operation}: answered before the client could leave; ask for something dearer");
 }
 
-/// Sends a request, leaves when its work has run for `moment`, and tells how long the worker went on; nothing if the answer came first.
+/// Sends a request, leaves when its work has run for `moment`, and tells how long the worker went
+/// on; nothing if the answer came first.
 fn left_after(
     address: &str,
     process: u32,

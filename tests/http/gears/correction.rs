@@ -98,7 +98,8 @@ async fn limits_hold_and_machines_are_known() {
     assert!(ground["predicted"]["rms_um"].as_f64().unwrap() < 1.5, "{}", ground["predicted"]["rms_um"]);
     let apart = ground["settings"].as_array().unwrap().iter().filter(|s| s["undetermined"] == true).count();
     assert_eq!(apart, 2, "thickness and offset move the flank as a whole, the infeed is fixed");
-    // seven settings on one flank depend on each other: the default is not measured by the estimate that it is there to avoid
+    // seven settings on one flank depend on each other: the default is not measured by the estimate
+    // that it is there to avoid
     let bias = &ground["result"]["bias"];
     assert_eq!(bias["coefficient_norm_limit_source"], "heights", "{bias}");
     for setting in ground["settings"].as_array().unwrap() {

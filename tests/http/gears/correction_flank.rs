@@ -62,7 +62,8 @@ async fn an_imported_flank_is_corrected_as_the_flank_that_it_is() {
         slopes.push(slope(&nodes));
         turns.push(change(&made, "helix_angle"));
     }
-    // the same turn of the helix leans the material of the two flanks in opposite ways, so per slope of material it has two signs
+    // the same turn of the helix leans the material of the two flanks in opposite ways, so per
+    // slope of material it has two signs
     assert!(slopes.iter().all(|slope| slope.abs() > 0.3), "{slopes:?}");
     let [left, right] = [turns[0] / slopes[0], turns[1] / slopes[1]];
     assert!(left * right < 0.0, "{turns:?} {slopes:?}");
@@ -70,7 +71,8 @@ async fn an_imported_flank_is_corrected_as_the_flank_that_it_is() {
     app.stop().await;
 }
 
-/// Whatever zeros the traces of a file have: the fit, the correction and its figures are the same; nobody takes their mean for measured.
+/// Whatever zeros the traces of a file have: the fit, the correction and its figures are the same;
+/// nobody takes their mean for measured.
 #[tokio::test]
 async fn zeros_of_imported_traces_are_no_deviations() {
     let app = TestApp::start().await;
@@ -208,7 +210,8 @@ async fn measure(app: &TestApp, job: &str, body: Value) {
     assert_eq!(made.status, 201, "{}", made.text);
 }
 
-/// Heights in mm, positive into the material, v in µm: the correction is that of the same flank in µm of material over mm.
+/// Heights in mm, positive into the material, v in µm: the correction is that of the same flank in
+/// µm of material over mm.
 #[tokio::test]
 async fn units_and_signs_of_the_axes_count() {
     let app = TestApp::start().await;

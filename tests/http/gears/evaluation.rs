@@ -191,7 +191,8 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
     let diameter = |l: f64| base.hypot(2.0 * l);
     let z: Vec<f64> = (0..=30).map(|i| 0.5 * f64::from(i)).collect();
     let roll: Vec<f64> = (0..=40).map(|i| 5.0 + 0.15 * f64::from(i)).collect();
-    // material over u on roll lengths 6 to 10 and v on z 1 to 14: all six terms; beyond the ranges a heap that must not count
+    // material over u on roll lengths 6 to 10 and v on z 1 to 14: all six terms; beyond the ranges
+    // a heap that must not count
     let material = |l: f64, z: f64| {
         let (u, v) = ((l - 8.0) / 2.0, (z - 7.5) / 6.5);
         let beyond = if u.abs() > 1.01 || v.abs() > 1.01 { 1000.0 } else { 0.0 };
@@ -262,7 +263,8 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
         let answer = taken(&app, "/v1/gears/evaluate", &as_given).await;
         let slope = answer["surfaces"][0]["helix_slope_um"]["value"].as_f64().unwrap();
         assert_eq!(slope.signum(), answer["traces"][2]["slope_um"].as_f64().unwrap().signum());
-        // what a third trace does not tell: nothing defined, out of the range, the same place once more
+        // what a third trace does not tell: nothing defined, out of the range, the same place once
+        // more
         let mut nothing = helix("4k", 9.5);
         nothing["deviation_um"] = json!(vec![Value::Null; z.len()]);
         for third in [nothing, helix("4k", 12.0), profile("4o", 14.8), helix("4k", 8.0001)] {

@@ -1,4 +1,5 @@
-//! Files out and in again: nodes of a flank as CSV, corrections as CSV, gears of files, models, and files that contradict the job.
+//! Files out and in again: nodes of a flank as CSV, corrections as CSV, gears of files, models, and
+//! files that contradict the job.
 
 use std::process::Command;
 

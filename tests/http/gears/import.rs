@@ -16,8 +16,8 @@ use crate::{
 
 const SAMPLES: usize = 60;
 
-/// Three profiles and three leads of the left flank of tooth 1, tilted by 10 µm over the evaluated profile and 6 µm over the width, as the
-/// instrument stores them: minus the material.
+/// Three profiles and three leads of the left flank of tooth 1, tilted by 10 µm over the evaluated
+/// profile and 6 µm over the width, as the instrument stores them: minus the material.
 pub fn file(undefined: bool) -> Vec<u8> {
     file_of(undefined, |_| true)
 }
@@ -98,7 +98,8 @@ async fn curves_become_an_iteration_with_its_evaluation() {
     assert_eq!(made.status, 201, "{}", made.text);
     let iteration = made.json();
     assert_eq!(iteration["number"], 1);
-    // undefined samples and those beyond the evaluation range are no nodes; coefficients are µm of material over roll length and z
+    // undefined samples and those beyond the evaluation range are no nodes; coefficients are µm of
+    // material over roll length and z
     let nodes = iteration["node_count"].as_u64().unwrap();
     assert!(nodes > 5 * SAMPLES as u64 && nodes < 6 * SAMPLES as u64 - 3 * 4, "{nodes}");
     let fit = &iteration["fits"][0]["result"];
@@ -118,7 +119,8 @@ async fn curves_become_an_iteration_with_its_evaluation() {
         close(trace["slope_um"].as_f64().unwrap(), truth, 2e-3);
     }
     assert_eq!(traces[3]["samples"]["undefined"], 4);
-    // next to them the surface of the flank: 10 µm over the evaluated profile, 6 µm over 15 mm of width
+    // next to them the surface of the flank: 10 µm over the evaluated profile, 6 µm over 15 mm of
+    // width
     let surface = &kept["result"]["surfaces"][0];
     let over = kept["result"]["evaluation"]["helix_range_mm"].as_array().unwrap();
     let width = over[1].as_f64().unwrap() - over[0].as_f64().unwrap();
@@ -154,7 +156,8 @@ async fn a_cross_and_a_lone_trace_are_imported_as_what_they_tell() {
     assert!(terms(&lead).iter().any(|(term, value)| term == "x" && (value - 0.4).abs() < 2e-3), "{:?}", terms(&lead));
     let records = send(app.get(&format!("{job}/iterations/2/records"))).await.json();
     assert_eq!(records["items"][0]["kind"], "evaluation");
-    // two parallel traces with one zero tell all but the square across them; with a zero each nothing across
+    // two parallel traces with one zero tell all but the square across them; with a zero each
+    // nothing across
     for (profile, shared, terms_told) in [(true, true, 6), (false, true, 6), (true, false, 3), (false, false, 3)] {
         let beside = |trace: &Trace| trace.profile == profile && trace.tooth != "1";
         let spec = json!({"evaluation": {"traces_share_zero": shared}});

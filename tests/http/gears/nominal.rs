@@ -123,7 +123,8 @@ async fn a_section_is_closed_and_an_envelope_is_the_involute() {
     assert!(std::f64::consts::PI * root * root < gear && gear < std::f64::consts::PI * tip * tip, "{gear}");
     assert!(area(&answer["tooth"]) > 0.0);
 
-    // a straight rack flank at 20° about the pitch line of z = 52, m = 1, left of the tooth, cuts half angles ψ + inv α − inv α_y
+    // a straight rack flank at 20° about the pitch line of z = 52, m = 1, left of the tooth, cuts
+    // half angles ψ + inv α − inv α_y
     let slope = 20f64.to_radians().tan();
     let quarter = std::f64::consts::PI / 4.0;
     let points: Vec<[f64; 2]> = [-1.0, 1.0].iter().map(|y| [slope * y - quarter, *y]).collect();

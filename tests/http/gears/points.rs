@@ -12,7 +12,8 @@ fn helical() -> Value {
     json!({"teeth": 31, "normal_module_mm": 2.0, "normal_pressure_angle_deg": 20.0, "helix_angle_deg": 15.0, "hand": "right", "face_width_mm": 20.0})
 }
 
-/// Points of the service's own flank, moved along its normals by `out` µm; the laws hold the flank to the formulas.
+/// Points of the service's own flank, moved along its normals by `out` µm; the laws hold the flank
+/// to the formulas.
 async fn points(app: &TestApp, flank: &str, tooth: u32, out: f64) -> Vec<Vec<f64>> {
     let request = json!({"gear": helical(), "flank": flank, "tooth": tooth,
                          "profile": {"axis": "diameter", "values": [63.0, 65.0, 67.0]}, "face_width_positions_mm": [1.0, 10.0, 19.0]});
@@ -40,7 +41,8 @@ async fn points_have_the_deviation_that_they_were_moved_by() {
     assert_eq!((answer["deviation_um"][27].clone(), answer["undefined"].clone()), (Value::Null, json!(1)));
     assert_eq!((&answer["tooth"][20], &answer["flank"][10]), (&json!(12), &json!("right")));
     close(answer["rms_um"].as_f64().unwrap(), 7.0, 1e-9);
-    // transverse deviations are greater by 1 / cos β_b, and a ball's centre stands out by its radius
+    // transverse deviations are greater by 1 / cos β_b, and a ball's centre stands out by its
+    // radius
     let beta_b = (15f64.to_radians().sin() * 20f64.to_radians().cos()).asin();
     let request = json!({"gear": helical(), "points": points(&app, "left", 1, 507.0).await, "probe_radius_mm": 0.5, "direction": "transverse"});
     let answer = taken(&app, "/v1/gears/deviations", &request).await;

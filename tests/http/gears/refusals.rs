@@ -151,7 +151,8 @@ async fn traces_refer_to_the_modified_flank() {
     let beta_b = (15f64.to_radians().sin() * 20f64.to_radians().cos()).asin();
     let base = 62.0 / 15f64.to_radians().cos() * ((20f64.to_radians().tan() / 15f64.to_radians().cos()).atan()).cos();
     let diameter = |roll: f64| base.hypot(2.0 * roll);
-    // 8 v² of crowning over the width, 6 u/2 of slope over the roll lengths, transverse: what a perfect flank shows, and 4 µm of slope more
+    // 8 v² of crowning over the width, 6 u/2 of slope over the roll lengths, transverse: what a
+    // perfect flank shows, and 4 µm of slope more
     let v = |z: f64| (z - 10.0) / 10.0;
     let u = |l: f64| (l - 12.0) / 5.0;
     for flank in ["left", "right"] {

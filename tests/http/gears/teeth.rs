@@ -169,7 +169,8 @@ async fn a_gear_does_not_lose_a_tooth_that_was_measured() {
     app.stop().await;
 }
 
-/// A file is read by the gear that the job has; by the time that it is stored the job may have another one.
+/// A file is read by the gear that the job has; by the time that it is stored the job may have
+/// another one.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_import_is_not_stored_by_a_gear_that_is_no_more() {
     let app = TestApp::start_with(|settings| settings.workers = 1).await;

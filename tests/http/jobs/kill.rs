@@ -1,4 +1,5 @@
-//! `kill -9` under concurrent writers: everything that was answered with 201 is there afterwards, whole.
+//! `kill -9` under concurrent writers: everything that was answered with 201 is there afterwards,
+//! whole.
 
 use std::{
     io::{BufRead, BufReader},
@@ -119,7 +120,8 @@ async fn a_full_disk_is_not_the_end() {
     server.kill();
 }
 
-/// With fewer handles than there are idle clients, an honest one is served, and the store has its files.
+/// With fewer handles than there are idle clients, an honest one is served, and the store has its
+/// files.
 #[cfg(unix)]
 #[tokio::test]
 async fn idle_clients_do_not_take_all_handles() {

@@ -1,4 +1,5 @@
-//! Short answers: what grows with the nodes or with the square of the coefficients comes only when asked for, and asking only adds.
+//! Short answers: what grows with the nodes or with the square of the coefficients comes only when
+//! asked for, and asking only adds.
 
 use std::collections::BTreeMap;
 
@@ -30,7 +31,8 @@ fn members(text: &str) -> BTreeMap<String, Box<serde_json::value::RawValue>> {
     serde_json::from_str(text).unwrap()
 }
 
-/// Everything in `short` stands in `long` with the same bytes; objects and lists of objects may have more members there.
+/// Everything in `short` stands in `long` with the same bytes; objects and lists of objects may
+/// have more members there.
 #[track_caller]
 fn only_added(short: &str, long: &str, at: &str) {
     if short.starts_with('{') {
@@ -150,7 +152,8 @@ async fn what_is_asked_for_later_is_what_was_asked_for_at_first() {
     app.stop().await;
 }
 
-/// What is answered as `spec` is a request: sent back it gives the same bytes, as a fit, as a refit and after a change.
+/// What is answered as `spec` is a request: sent back it gives the same bytes, as a fit, as a refit
+/// and after a change.
 #[tokio::test]
 async fn the_spec_that_is_answered_can_be_sent_back() {
     let mut app = TestApp::start().await;

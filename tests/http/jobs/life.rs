@@ -41,7 +41,8 @@ async fn a_job_from_creation_to_acceptance() {
     assert_eq!(serde_json::to_value(body).unwrap(), first);
     assert_eq!(first["measured_at"], "2026-11-21T08:30:00.000000Z");
     let place = format!("{job}/iterations/1");
-    // Looked at again it names its fit by its figures; the fit itself is answered in full, byte for byte.
+    // Looked at again it names its fit by its figures; the fit itself is answered in full, byte for
+    // byte.
     let seen = app.get(&place).await.expect(200);
     let body: IterationBody = serde_json::from_str(&seen.text).unwrap();
     assert_eq!(serde_json::to_value(body).unwrap(), seen.json());
@@ -138,7 +139,8 @@ async fn a_replay_says_how_another_engines_answer_differs() {
     let job = app.job().await;
     let place = app.iteration(&job).await;
     let fit = app.get(&place).await.json()["fits"][0]["id"].as_str().unwrap().to_owned();
-    // An older engine's answer, as it would lie in an older database. (Only a test takes the trigger away.)
+    // An older engine's answer, as it would lie in an older database. (Only a test takes the
+    // trigger away.)
     app.restart_after(async |database| {
         let options = sqlx::sqlite::SqliteConnectOptions::new().filename(database);
         let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();

@@ -1,4 +1,5 @@
-//! `kill -9` in the middle of a stream: every block that was answered counts, once, and the estimate goes on as if nothing had been.
+//! `kill -9` in the middle of a stream: every block that was answered counts, once, and the
+//! estimate goes on as if nothing had been.
 
 use reqwest::Client;
 use serde_json::json;

@@ -1,4 +1,5 @@
-//! What a stream's model rules out: refused when it is opened, or by the block that tells how many coefficients there are.
+//! What a stream's model rules out: refused when it is opened, or by the block that tells how many
+//! coefficients there are.
 
 use reqwest::Method;
 use serde_json::json;
@@ -47,7 +48,8 @@ async fn a_regularisation_that_the_model_rules_out_is_refused_at_opening() {
     app.stop().await;
 }
 
-/// The columns of a measurement matrix are counted in its first block: that one is refused, and another may take its place.
+/// The columns of a measurement matrix are counted in its first block: that one is refused, and
+/// another may take its place.
 #[tokio::test]
 async fn the_first_block_that_decides_n_is_refused_where_it_rules_the_regularisation_out() {
     let mut app = TestApp::start().await;

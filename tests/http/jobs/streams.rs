@@ -148,7 +148,8 @@ async fn blocks_count_once_and_in_turn() {
     app.stop().await;
 }
 
-/// Nodes that no later fit could take would spoil the stream for ever: their block is refused and takes no turn.
+/// Nodes that no later fit could take would spoil the stream for ever: their block is refused and
+/// takes no turn.
 #[tokio::test]
 async fn numbers_whose_powers_are_no_doubles_are_refused_at_once() {
     let mut app = TestApp::start().await;

@@ -48,7 +48,8 @@ async fn every_example_is_a_curve_that_can_be_sent_back() {
     }
 }
 
-/// Numbers of Burden and Faires (Numerical Analysis, 3.3): J₀ of the Bessel function at 1.5 from five nodes.
+/// Numbers of Burden and Faires (Numerical Analysis, 3.3): J₀ of the Bessel function at 1.5 from
+/// five nodes.
 #[tokio::test]
 async fn one_polynomial_in_two_forms() {
     let app = TestApp::start().await;
@@ -64,7 +65,8 @@ async fn one_polynomial_in_two_forms() {
     }
 }
 
-/// y = x³ from values and slopes at 0 and 1, and from values, slope and bending at 0 alone with the value at 1.
+/// y = x³ from values and slopes at 0 and 1, and from values, slope and bending at 0 alone with the
+/// value at 1.
 #[tokio::test]
 async fn derivatives_of_mixed_order_are_met() {
     let app = TestApp::start().await;
@@ -77,7 +79,8 @@ async fn derivatives_of_mixed_order_are_met() {
     }
 }
 
-/// The natural spline through (0,0), (1,1), (2,0) is 1.5 x − 0.5 x³ on [0, 1] (by hand); the others reproduce x³.
+/// The natural spline through (0,0), (1,1), (2,0) is 1.5 x − 0.5 x³ on [0, 1] (by hand); the others
+/// reproduce x³.
 #[tokio::test]
 async fn cubic_splines_with_every_end() {
     let app = TestApp::start().await;

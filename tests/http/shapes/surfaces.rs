@@ -36,7 +36,8 @@ async fn every_example_is_a_surface_that_can_be_sent_back() {
     }
 }
 
-/// Coons' patch keeps its borders; at the middle it is the mean of the borders' middles, twice, less that of the corners.
+/// Coons' patch keeps its borders; at the middle it is the mean of the borders' middles, twice,
+/// less that of the corners.
 #[tokio::test]
 async fn a_coons_patch_by_hand() {
     let app = TestApp::start().await;

@@ -1,4 +1,5 @@
-//! Passes over the nodes: the Fisher information matrix `F = XᵀΩX` with `XᵀΩz`, and residuals with their projections.
+//! Passes over the nodes: the Fisher information matrix `F = XᵀΩX` with `XᵀΩz`, and residuals with
+//! their projections.
 //!
 //! One row of cells (a span of u) is a task; what tasks found is added in their order.
 

@@ -1,7 +1,8 @@
 //! B-splines of one axis span by span, as polynomials about the middle of the span.
 //!
-//! A million nodes ask for values without a division: `t = (x − middle) · 2ᵏ`, and each of the p + 1 functions is a polynomial in t,
-//! its coefficients formed once in double-double from the derivatives at the middle.
+//! A million nodes ask for values without a division: `t = (x − middle) · 2ᵏ`, and each of the p +
+//! 1 functions is a polynomial in t, its coefficients formed once in double-double from the
+//! derivatives at the middle.
 
 use crate::{
     geometry::BSplineBasis,

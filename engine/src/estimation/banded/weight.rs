@@ -1,7 +1,8 @@
 //! The weight λ of a penalty on a big surface: what each λ gives, and the search.
 //!
-//! `edf(λ) = trace(F (F + λP)⁻¹)` needs the inverse within the band only, which is exact; where even that costs too much, a fixed set of
-//! random signs estimates it (Hutchinson 1990), and the answer says so.
+//! `edf(λ) = trace(F (F + λP)⁻¹)` needs the inverse within the band only, which is exact; where
+//! even that costs too much, a fixed set of random signs estimates it (Hutchinson 1990), and the
+//! answer says so.
 
 use rand_chacha::{
     ChaCha8Rng,
@@ -60,7 +61,8 @@ pub fn choose(
     if !(unit > 0.0 && unit.is_finite()) {
         return Err(NoParameter::Unsolved);
     }
-    // sums about one solution of a medium λ, so that RSS of another is no difference of large numbers
+    // sums about one solution of a medium λ, so that RSS of another is no difference of large
+    // numbers
     let reference = system.solve(Some(Penalty { lambda: 1e-4 * unit, matrix })).map_err(|_| NoParameter::Unsolved)?;
     let about = Reference::new(&reference);
     let problem = Problem {

@@ -1,13 +1,16 @@
-//! What filters do to the columns of X: condition, correlation and variance inflation before and after.
+//! What filters do to the columns of X: condition, correlation and variance inflation before and
+//! after.
 //!
-//! A linear filter S turns `Y = X A + R` into `S Y = (S X) A + S R`. The fit is that of the model to the filtered
-//! heights at the nodes, hence with X; but whether the nodes can still tell the coefficients apart once S has
-//! smoothed away what told them apart is seen in `S X`, and that is what the paper warns of. So the figures after
-//! filtering are those of S X, S being all steps in order with their decisions (peaks, robustness weights) as taken on the
-//! heights; a removed node is a row less. X stands for the functions over the box of the nodes posted.
+//! A linear filter S turns `Y = X A + R` into `S Y = (S X) A + S R`. The fit is that of the model
+//! to the filtered heights at the nodes, hence with X; but whether the nodes can still tell the
+//! coefficients apart once S has smoothed away what told them apart is seen in `S X`, and that is
+//! what the paper warns of. So the figures after filtering are those of S X, S being all steps in
+//! order with their decisions (peaks, robustness weights) as taken on the heights; a removed node
+//! is a row less. X stands for the functions over the box of the nodes posted.
 //!
-//! S is applied to the well-conditioned working basis W, and the caller's columns follow from `S X = (S W) T`: an
-//! error of S W's triangular factor then is a *relative* one of every singular value, also of the smallest.
+//! S is applied to the well-conditioned working basis W, and the caller's columns follow from `S X
+//! = (S W) T`: an error of S W's triangular factor then is a *relative* one of every singular
+//! value, also of the smallest.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -29,10 +32,12 @@ use crate::{
     numerics::{Dd, cancel::Asking, jacobi, qr},
 };
 
-/// Products of a weight and a number that filtering columns may take, and numbers that columns may hold.
+/// Products of a weight and a number that filtering columns may take, and numbers that columns may
+/// hold.
 const MOST_PRODUCTS: usize = 2_000_000_000;
 const MOST_NUMBERS: usize = 20_000_000;
-/// Condition of the filtered working basis from which on double precision cannot vouch for what is left of it.
+/// Condition of the filtered working basis from which on double precision cannot vouch for what is
+/// left of it.
 const DEGENERATE: f64 = 1e11;
 
 /// Figures before and after; what cannot be given is left out, with a warning.
@@ -86,7 +91,8 @@ pub fn compare(
         warnings.push(Warning {
             code: "filtering_raises_collinearity",
             message: format!(
-                "filtering raises the condition of the columns from {low:.3e} to {high:.3e}: what tells the terms apart is \
+                "filtering raises the condition of the columns from {low:.3e} to {high:.3e}: what tells the terms \
+                 apart is \
                  partly smoothed away"
             ),
         });

@@ -1,9 +1,10 @@
 //! Gaussian profile filters: linear (ISO 16610-21) and robust (ISO 16610-31).
 //!
-//! The weighting function is `s(x) = exp(−π (x/(γ λc))²)`. Of every node l that is there the weight for node k is
-//! `p = s(x_l − x_k) · cell_l · δ_l`, cell being the length of axis that the node stands for (so spacing may be unequal) and δ
-//! its robustness weight (1 in the linear filter). The filtered height is the value at x_k of the polynomial of order
-//! 0 or 2 that fits the heights best with weights p.
+//! The weighting function is `s(x) = exp(−π (x/(γ λc))²)`. Of every node l that is there the weight
+//! for node k is `p = s(x_l − x_k) · cell_l · δ_l`, cell being the length of axis that the node
+//! stands for (so spacing may be unequal) and δ its robustness weight (1 in the linear filter). The
+//! filtered height is the value at x_k of the polynomial of order 0 or 2 that fits the heights best
+//! with weights p.
 //!
 //! | | order | γ | a sine of wavelength λ keeps |
 //! |---|---|---|---|
@@ -11,15 +12,16 @@
 //! | robust, order 0 | 0 | the same | the same, where δ = 1 |
 //! | robust, order 2 | 2 | 0.7309, from (1 + πγ²) exp(−πγ²) = 1/2 | (1 + q) exp(−q), q = πγ²(λc/λ)² |
 //!
-//! so that a wave of the cut-off length λc is halved. *Ends and missing nodes:* weights are normalised by the sum of those
-//! that are there (order 0: a constant is kept everywhere; order 2: a parabola is). A node that is missing stays
-//! missing. The function is cut off where it falls below 2⁻⁵³, far beyond the standard's least width. Where the nodes
-//! under the window do not determine order 2, a lower one is taken.
+//! so that a wave of the cut-off length λc is halved. *Ends and missing nodes:* weights are
+//! normalised by the sum of those that are there (order 0: a constant is kept everywhere; order 2:
+//! a parabola is). A node that is missing stays missing. The function is cut off where it falls
+//! below 2⁻⁵³, far beyond the standard's least width. Where the nodes under the window do not
+//! determine order 2, a lower one is taken.
 //!
-//! *Robust:* δ = (1 − (r/c)²)² for |r| < c, else 0 (Tukey's biweight), r the distance of a node from its filtered height,
-//! c = 4.4478 times the median |r| of the line. Repeated for each line until no height moves by more than
-//! [`TOLERANCE`]·c, or [`ROUNDS`] times. On short lines scale and weights may chase each other for ever; so from round
-//! [`SETTLING`] on c may only fall.
+//! *Robust:* δ = (1 − (r/c)²)² for |r| < c, else 0 (Tukey's biweight), r the distance of a node
+//! from its filtered height, c = 4.4478 times the median |r| of the line. Repeated for each line
+//! until no height moves by more than [`TOLERANCE`]·c, or [`ROUNDS`] times. On short lines scale
+//! and weights may chase each other for ever; so from round [`SETTLING`] on c may only fall.
 
 use rayon::prelude::*;
 
@@ -143,7 +145,8 @@ impl GaussianFilter {
                     c = c.min(scale[line]);
                 }
                 scale[line] = c;
-                // at least half of the nodes lie on the filtered line but for rounding: there is nothing left to weigh
+                // at least half of the nodes lie on the filtered line but for rounding: there is
+                // nothing left to weigh
                 if !(c > 1e-13 * largest) || (rounds > 1 && moved <= TOLERANCE * c) {
                     continue;
                 }
@@ -220,8 +223,8 @@ fn biweight(r: f64) -> f64 {
     if square < 1.0 { (1.0 - square) * (1.0 - square) } else { 0.0 }
 }
 
-/// From weights p to the row by which heights are multiplied: `p_l Σ_r P_r(0) P_r(t_l)/‖P_r‖²` over the polynomials
-/// that are orthogonal under p, up to the order that the nodes determine.
+/// From weights p to the row by which heights are multiplied: `p_l Σ_r P_r(0) P_r(t_l)/‖P_r‖²` over
+/// the polynomials that are orthogonal under p, up to the order that the nodes determine.
 fn into_row(p: &mut [f64], t: &[f64], order: Order) {
     let total: f64 = p.iter().sum();
     let flat = |p: &mut [f64]| p.iter_mut().for_each(|p| *p /= total);

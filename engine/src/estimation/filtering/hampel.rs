@@ -1,12 +1,13 @@
-//! Peak removal by Hampel's identifier: a node is a peak when it lies further than `t · S` from the median of its
-//! window.
+//! Peak removal by Hampel's identifier: a node is a peak when it lies further than `t · S` from the
+//! median of its window.
 //!
-//! S = 1.4826 · MAD, MAD being the median distance of the window's nodes from their median; where more than half of
-//! them agree (MAD = 0, common with coarse resolution) S = 1.2533 times their mean distance instead, and where all
-//! agree nothing is a peak. Both factors make S the standard deviation of normal noise. Windows hold nodes that are
-//! there: along a line the `(window − 1)/2` nearest on each side, on a grid without axis those of a square of grid
-//! places; at the ends they are one-sided. Every decision is taken on the heights as they come in, hence does not
-//! depend on the order of nodes. Source: Hampel, JASA 69 (1974); Davies and Gather, JASA 88 (1993).
+//! S = 1.4826 · MAD, MAD being the median distance of the window's nodes from their median; where
+//! more than half of them agree (MAD = 0, common with coarse resolution) S = 1.2533 times their
+//! mean distance instead, and where all agree nothing is a peak. Both factors make S the standard
+//! deviation of normal noise. Windows hold nodes that are there: along a line the `(window − 1)/2`
+//! nearest on each side, on a grid without axis those of a square of grid places; at the ends they
+//! are one-sided. Every decision is taken on the heights as they come in, hence does not depend on
+//! the order of nodes. Source: Hampel, JASA 69 (1974); Davies and Gather, JASA 88 (1993).
 
 use rayon::prelude::*;
 

@@ -1,7 +1,8 @@
 //! Profiles: the lines along which a filter runs.
 //!
-//! A curve is one line, its nodes sorted by x. A grid has a line along u for each v, and one along v for each u. A
-//! measurement matrix is one line in the order of its rows, for what needs an order but no distances.
+//! A curve is one line, its nodes sorted by x. A grid has a line along u for each v, and one along
+//! v for each u. A measurement matrix is one line in the order of its rows, for what needs an order
+//! but no distances.
 
 use super::spec::FilterAxis;
 use crate::estimation::nodes::Nodes;
@@ -12,8 +13,8 @@ use crate::numerics::cancel;
 pub struct Lines {
     /// Positions, ascending; equal ones are repeated measurements.
     pub x: Vec<f64>,
-    /// What each place stands for: half the way to both neighbours, at the ends the whole way to the only one, shared
-    /// among repeated measurements. Equal spacing gives equal cells.
+    /// What each place stands for: half the way to both neighbours, at the ends the whole way to
+    /// the only one, shared among repeated measurements. Equal spacing gives equal cells.
     pub cell: Vec<f64>,
     /// How many lines there are.
     pub count: usize,

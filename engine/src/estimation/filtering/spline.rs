@@ -1,19 +1,21 @@
 //! Spline profile filter (ISO 16610-22): linear, natural ends.
 //!
-//! The filtered heights w make `Σ cell_k (z_k − w_k)² + Σ κ_k h̄_k (w″_k)²` least, w″ being the second divided difference
-//! at an inner node and h̄ the mean of the two spacings beside it, with
+//! The filtered heights w make `Σ cell_k (z_k − w_k)² + Σ κ_k h̄_k (w″_k)²` least, w″ being the
+//! second divided difference at an inner node and h̄ the mean of the two spacings beside it, with
 //!
 //! `κ = (h̄ / (2 sin(π h̄/λc)))⁴`.
 //!
-//! On equal spacing h this is the standard's `(I + μ Q) w = z` with `μ = 1/(2 sin(π h/λc))⁴`: away from the ends a
-//! sine of wavelength λ keeps `1/(1 + (sin(πh/λ)/sin(πh/λc))⁴)` of its amplitude, hence one half at the cut-off whatever the
-//! spacing. Elsewhere κ is taken at the local spacing, and tends to the continuous spline's (λc/2π)⁴ as that gets
-//! small; a gap wider than λc/2 counts as λc/2 does. Nothing is asked of the ends (natural: w″ = 0 beyond them), so a straight
-//! line is kept everywhere. Nodes that are missing are no knots and stay missing; repeated measurements of one
-//! place are one knot with their mean.
+//! On equal spacing h this is the standard's `(I + μ Q) w = z` with `μ = 1/(2 sin(π h/λc))⁴`: away
+//! from the ends a sine of wavelength λ keeps `1/(1 + (sin(πh/λ)/sin(πh/λc))⁴)` of its amplitude,
+//! hence one half at the cut-off whatever the spacing. Elsewhere κ is taken at the local spacing,
+//! and tends to the continuous spline's (λc/2π)⁴ as that gets small; a gap wider than λc/2 counts
+//! as λc/2 does. Nothing is asked of the ends (natural: w″ = 0 beyond them), so a straight line is
+//! kept everywhere. Nodes that are missing are no knots and stay missing; repeated measurements of
+//! one place are one knot with their mean.
 //!
-//! Solved by Reinsch's form, `(C⁻¹ + E W⁻¹ Eᵀ) g = E z`, `w = z − W⁻¹ Eᵀ g`, whose matrix has five bands and stays well
-//! behaved for a cut-off much longer than the line, where the plain form loses every digit.
+//! Solved by Reinsch's form, `(C⁻¹ + E W⁻¹ Eᵀ) g = E z`, `w = z − W⁻¹ Eᵀ g`, whose matrix has five
+//! bands and stays well behaved for a cut-off much longer than the line, where the plain form loses
+//! every digit.
 
 use rayon::prelude::*;
 

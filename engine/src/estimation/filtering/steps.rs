@@ -1,7 +1,9 @@
-//! Filters at work: checked against the nodes, applied one after the other, kept as the linear maps they turned out to be.
+//! Filters at work: checked against the nodes, applied one after the other, kept as the linear maps
+//! they turned out to be.
 //!
-//! A filter decides on heights (peaks, robustness weights). Once it has decided, what it does to the heights is
-//! linear, and the same map can be applied to the columns of X: that is what [`Step`] keeps.
+//! A filter decides on heights (peaks, robustness weights). Once it has decided, what it does to
+//! the heights is linear, and the same map can be applied to the columns of X: that is what
+//! [`Step`] keeps.
 
 use super::{
     gaussian::{GaussianFilter, ROUNDS},
@@ -140,7 +142,8 @@ pub fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults> {
                         warnings.push(Warning {
                             code: "filter_not_converged",
                             message: format!(
-                                "filters/{at}: the robust filter still moved after {ROUNDS} rounds on {} line(s); its last \
+                                "filters/{at}: the robust filter still moved after {ROUNDS} rounds on {} line(s); its \
+                                 last \
                                  round stands",
                                 robust.unfinished
                             ),
@@ -201,7 +204,8 @@ fn lines_of(nodes: &Nodes, axis: Option<FilterAxis>) -> Option<(Lines, FilterAxi
     Lines::of(nodes, axis).map(|lines| (lines, axis))
 }
 
-/// Heights (0 where a node does not count, so that a weight of 0 times it is 0), and which nodes count.
+/// Heights (0 where a node does not count, so that a weight of 0 times it is 0), and which nodes
+/// count.
 fn heights(nodes: &Nodes) -> (Vec<f64>, Vec<bool>) {
     let (mut z, present) = posted(nodes);
     z.iter_mut().zip(&present).filter(|(_, there)| !**there).for_each(|(z, _)| *z = 0.0);
@@ -309,7 +313,8 @@ fn check_gaussian(nodes: &Nodes, gaussian: &Gaussian, pointer: &str, faults: &mu
         faults.push(
             pointer,
             format!(
-                "the windows hold {products} nodes all together, more than the {most} that this filter may have; choose a \
+                "the windows hold {products} nodes all together, more than the {most} that this filter may have; \
+                 choose a \
                  shorter cut-off, thin the nodes out, or take `spline`, whose work does not grow with the cut-off"
             ),
         );

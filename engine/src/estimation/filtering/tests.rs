@@ -289,7 +289,8 @@ fn repeated_measurements_share_their_place() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
-    /// Linear filters are linear, do not care for the order of nodes, and commute with a change of unit.
+    /// Linear filters are linear, do not care for the order of nodes, and commute with a change of
+    /// unit.
     #[test]
     fn linear_filters_are_linear(
         steps in prop::collection::vec(0.02..0.3f64, 12..40),
@@ -329,7 +330,8 @@ proptest! {
     }
 }
 
-/// The filtered columns, written out: S by its definition, figures of S X from cosines and correlations.
+/// The filtered columns, written out: S by its definition, figures of S X from cosines and
+/// correlations.
 #[test]
 fn the_columns_are_filtered_as_the_heights_are() {
     use crate::estimation::spec::{Degree, FitSpec, Model, PolynomialBasis, Terms};
@@ -374,7 +376,8 @@ fn the_columns_are_filtered_as_the_heights_are() {
     assert!((parabola.largest_vif.unwrap() * (1.0 - r * r) - 1.0).abs() < 1e-6);
 }
 
-/// A full grid goes through its axes, one with a missing node through every column; both are the same map.
+/// A full grid goes through its axes, one with a missing node through every column; both are the
+/// same map.
 #[test]
 fn axes_and_columns_agree() {
     use crate::estimation::spec::{Degree, FitSpec, Model, PolynomialBasis, Terms};

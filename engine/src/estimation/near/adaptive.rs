@@ -1,12 +1,15 @@
-//! Knots placed by residuals: start coarse, and give every span that misses the tolerance one more knot, until none does.
+//! Knots placed by residuals: start coarse, and give every span that misses the tolerance one more
+//! knot, until none does.
 //!
-//! The knot goes where half of the span's squared error lies to its left, midway between two parameters, and leaves two parameters at
-//! least on either side of it. There are clearly fewer control points than parameters, and the condition of Schoenberg and
-//! Whitney holds (every basis function has a parameter of its own inside its support), so that X keeps its full rank. Spans
+//! The knot goes where half of the span's squared error lies to its left, midway between two
+//! parameters, and leaves two parameters at least on either side of it. There are clearly fewer
+//! control points than parameters, and the condition of Schoenberg and Whitney holds (every basis
+//! function has a parameter of its own inside its support), so that X keeps its full rank. Spans
 //! that miss by most come first when not all of them can have a knot.
 //!
-//! Near points the error says nothing of the curve between them. A round whose curve swings out there further than all of the points are
-//! apart is not taken; of the others the one that misses by least is answered.
+//! Near points the error says nothing of the curve between them. A round whose curve swings out
+//! there further than all of the points are apart is not taken; of the others the one that misses
+//! by least is answered.
 
 use super::{
     curve::{Fitted, Trial, summary, uniform},
@@ -58,7 +61,8 @@ pub enum Stop {
     Tolerance,
     /// There are as many control points as allowed.
     MostControls,
-    /// No span that misses has room for a knot: too few parameters there, or with one the curve swings out between the points.
+    /// No span that misses has room for a knot: too few parameters there, or with one the curve
+    /// swings out between the points.
     NoRoom,
     /// As many rounds as allowed.
     MostSteps,
@@ -139,7 +143,8 @@ pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitte
     }
 }
 
-/// One more knot in every span that misses, or next to it, while there are fewer control points than `room`; `None` where none can have one.
+/// One more knot in every span that misses, or next to it, while there are fewer control points
+/// than `room`; `None` where none can have one.
 fn refined(
     trial: &Trial,
     asked: &Adaptive,
@@ -170,7 +175,8 @@ fn refined(
         if current.size() >= asked.most_controls.min(room) {
             break;
         }
-        // a span that has no room itself gains from a knot in one that shares functions with it: the nearest, and then the wider one
+        // a span that has no room itself gains from a knot in one that shares functions with it:
+        // the nearest, and then the wider one
         let width = |s: usize| breaks[s + 1] - breaks[s];
         let reach = basis.degree().max(1);
         let mut beside: Vec<usize> = (span.saturating_sub(reach)..spans.len().min(span + reach + 1)).collect();
@@ -195,7 +201,8 @@ fn refined(
     (current.size() > basis.size()).then_some(current)
 }
 
-/// One more knot in the span between `ends`, whose points have these errors; `None` where there is no room.
+/// One more knot in the span between `ends`, whose points have these errors; `None` where there is
+/// no room.
 fn divide(
     current: &BSplineBasis,
     ends: [f64; 2],
@@ -225,7 +232,8 @@ fn divide(
     })
 }
 
-/// The place nearest to `place` between two parameters that leaves as many as a span keeps on either side; `place` where there is none.
+/// The place nearest to `place` between two parameters that leaves as many as a span keeps on
+/// either side; `place` where there is none.
 fn within(place: f64, ends: [f64; 2], sorted: &[f64]) -> f64 {
     let [first, last] = [sorted.partition_point(|&t| t < ends[0]), sorted.partition_point(|&t| t <= ends[1])];
     let (low, high) = (first + LEAST_IN_SPAN, last.saturating_sub(LEAST_IN_SPAN));
@@ -251,7 +259,8 @@ fn halving(points: &mut [(f64, f64)]) -> Option<f64> {
     Some(0.5 * here + 0.5 * next.0)
 }
 
-/// Whether every function can be given a parameter of its own inside its support, in ascending order.
+/// Whether every function can be given a parameter of its own inside its support, in ascending
+/// order.
 pub fn schoenberg_whitney(basis: &BSplineBasis, ascending: &[f64]) -> bool {
     let (knots, p) = (basis.knots(), basis.degree());
     let (low, high) = basis.domain();

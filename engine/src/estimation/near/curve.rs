@@ -1,9 +1,10 @@
-//! B-spline and NURBS curves near points: y(x), or points of plane or space over a parameter, each coordinate a fit of the service with
-//! the same measurement matrix.
+//! B-spline and NURBS curves near points: y(x), or points of plane or space over a parameter, each
+//! coordinate a fit of the service with the same measurement matrix.
 //!
-//! Knots are given, uniform, averaged by the parameters (Piegl and Tiller, Eqs. 9.68 and 9.69), or placed by the residuals
-//! ([`super::adaptive`]). Estimator, regularisation, scaling and diagnostics are those of the [`FitSpec`] handed over, its model aside.
-//! Errors are distances at equal parameters.
+//! Knots are given, uniform, averaged by the parameters (Piegl and Tiller, Eqs. 9.68 and 9.69), or
+//! placed by the residuals ([`super::adaptive`]). Estimator, regularisation, scaling and
+//! diagnostics are those of the [`FitSpec`] handed over, its model aside. Errors are distances at
+//! equal parameters.
 
 use super::{
     adaptive::{self, Adaptive, Step, Stop},
@@ -85,17 +86,20 @@ pub struct CurveFit {
     pub results: Vec<FitResult>,
     /// The spec of those fits.
     pub spec: FitSpec,
-    /// Largest and root mean square distance of counted points from the curve, at their parameters (unweighted).
+    /// Largest and root mean square distance of counted points from the curve, at their parameters
+    /// (unweighted).
     pub max_error: f64,
     pub rms_error: f64,
-    /// The knots tried up to the best, which are those of the curve, where they were placed by residuals; and why they are the best.
+    /// The knots tried up to the best, which are those of the curve, where they were placed by
+    /// residuals; and why they are the best.
     pub steps: Vec<Step>,
     pub stop: Option<Stop>,
 }
 
 impl CurveFit {
-    /// How far the curve swings out between neighbouring points at worst: how far it leaves the box of its places at their parameters, over
-    /// the extent of all points. Above [`super::WILD`] it is no curve near the `points` it was fitted to, whatever the residuals say.
+    /// How far the curve swings out between neighbouring points at worst: how far it leaves the box
+    /// of its places at their parameters, over the extent of all points. Above [`super::WILD`] it
+    /// is no curve near the `points` it was fitted to, whatever the residuals say.
     pub fn swing(&self, points: &CurvePoints) -> f64 {
         let counted = self.parameters.iter().enumerate().filter(|(k, _)| points.counts(*k));
         let mut distinct: Vec<f64> = counted.map(|(_, t)| *t).collect();

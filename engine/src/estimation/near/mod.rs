@@ -1,4 +1,5 @@
-//! Curves and surfaces *near* points: what a fit of B-splines or NURBS looks like as a shape, and fits beyond those of the service.
+//! Curves and surfaces *near* points: what a fit of B-splines or NURBS looks like as a shape, and
+//! fits beyond those of the service.
 //!
 //! | what | where |
 //! |---|---|

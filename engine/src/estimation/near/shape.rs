@@ -1,7 +1,7 @@
 //! From a fit of B-splines or NURBS to the curve or surface that it is.
 //!
-//! Coefficients of a fit are reported in the caller's functions whatever the scaling was, so they are the control points of a graph
-//! y(x) or z(u, v) as they stand.
+//! Coefficients of a fit are reported in the caller's functions whatever the scaling was, so they
+//! are the control points of a graph y(x) or z(u, v) as they stand.
 
 use crate::{
     estimation::{
@@ -23,8 +23,8 @@ pub enum Shape {
     Surface(SurfaceShape),
 }
 
-/// The graph that `result`, a fit of `spec`, stands for; `None` for models that are no B-splines, and for degrees beyond those that
-/// curves and surfaces have.
+/// The graph that `result`, a fit of `spec`, stands for; `None` for models that are no B-splines,
+/// and for degrees beyond those that curves and surfaces have.
 pub fn shape_of(spec: &FitSpec, result: &FitResult) -> Option<Shape> {
     let Model::BSpline { weights, .. } = &spec.model else { return None };
     let domain = result.domain?;

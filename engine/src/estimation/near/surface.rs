@@ -1,10 +1,13 @@
-//! Tensor B-spline surfaces near many scattered points: z(u, v), or (x, y, z) over (u, v) with one matrix for all coordinates.
+//! Tensor B-spline surfaces near many scattered points: z(u, v), or (x, y, z) over (u, v) with one
+//! matrix for all coordinates.
 //!
-//! The small fits of the service analyse the whole spectrum; here, with thousands of coefficients, the answer has what a banded
-//! factorisation tells: coefficients to the same digits, residuals, σ̂, the condition of the Fisher information matrix on columns of
-//! unit length, standard errors, and the number of nodes in every cell. Regularisation is none, ridge (`k‖Â‖²` in columns of unit
-//! length, or in the caller's with scaling `none`) or Tikhonov with the penalty of the service; λ may be given or found by `gcv`,
-//! `discrepancy`, `l_curve` or `min_mse` (the latter of fitted values). Several coordinates share λ.
+//! The small fits of the service analyse the whole spectrum; here, with thousands of coefficients,
+//! the answer has what a banded factorisation tells: coefficients to the same digits, residuals,
+//! σ̂, the condition of the Fisher information matrix on columns of unit length, standard errors,
+//! and the number of nodes in every cell. Regularisation is none, ridge (`k‖Â‖²` in columns of unit
+//! length, or in the caller's with scaling `none`) or Tikhonov with the penalty of the service; λ
+//! may be given or found by `gcv`, `discrepancy`, `l_curve` or `min_mse` (the latter of fitted
+//! values). Several coordinates share λ.
 
 use super::surface_report::{self, Problem};
 use crate::estimation::{
@@ -25,7 +28,8 @@ use crate::{geometry::BSplineBasis, numerics::band_cholesky::SymmetricBand};
 
 pub use super::surface_report::{Coordinate, SurfaceFit, Weight};
 
-/// Coefficients at most, numbers of the banded matrix at most, and operations of its factorisation at most.
+/// Coefficients at most, numbers of the banded matrix at most, and operations of its factorisation
+/// at most.
 const MOST_COEFFICIENTS: usize = 40_000;
 const MOST_NUMBERS: usize = 20_000_000;
 const MOST_OPERATIONS: f64 = 2e10;

@@ -35,7 +35,8 @@ pub struct SurfaceFit {
     pub degrees_of_freedom: f64,
     /// n without a penalty, else the trace of the smoother.
     pub effective_degrees_of_freedom: f64,
-    /// Of the matrix solved (the Fisher information matrix plus penalty) on a unit diagonal; `None` where Lanczos did not settle.
+    /// Of the matrix solved (the Fisher information matrix plus penalty) on a unit diagonal; `None`
+    /// where Lanczos did not settle.
     pub condition: Option<f64>,
     /// Nodes in every cell, those along v running fastest, and how many cells hold none.
     pub nodes_per_span: Vec<usize>,
@@ -111,7 +112,8 @@ impl Problem<'_> {
         (0..columns).flat_map(|j| (0..rows).map(move |i| (i, j))).map(|(i, j)| inside[i * columns + j]).collect()
     }
 
-    /// Names the coefficients that nodes (and penalty) leave open, with the spans that they live on.
+    /// Names the coefficients that nodes (and penalty) leave open, with the spans that they live
+    /// on.
     pub fn undetermined(&self, which: &[usize], penalised: bool) -> Faults {
         let [u, v] = self.bases;
         let nodes = self.nodes_per_span();
@@ -136,7 +138,8 @@ impl Problem<'_> {
             faults.push(
                 "/model",
                 format!(
-                    "the coefficient of B{i}(u)*B{j}(v), which lives on u from {a} to {b} and v from {c} to {d}, is not determined \
+                    "the coefficient of B{i}(u)*B{j}(v), which lives on u from {a} to {b} and v from {c} to {d}, is \
+                     not determined \
                      by the {count} nodes there: {advice}"
                 ),
             );

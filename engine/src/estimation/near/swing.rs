@@ -35,8 +35,8 @@ impl<'a> Swing<'a> {
         Swing { parameters, extent }
     }
 
-    /// The farthest that the curve leaves the box of its places at two neighbouring parameters, over the extent of the points; 0 where it
-    /// never does.
+    /// The farthest that the curve leaves the box of its places at two neighbouring parameters,
+    /// over the extent of the points; 0 where it never does.
     pub fn out(&self, curve: &BSplineCurve) -> f64 {
         let mut most = 0.0f64;
         let [low, high] = curve.domain();

@@ -16,7 +16,8 @@ use crate::{
 /// What nodes and a model give to a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// Rows of the measurement matrix in the caller's columns, rounded to doubles; those of a weighted node times √weight.
+    /// Rows of the measurement matrix in the caller's columns, rounded to doubles; those of a
+    /// weighted node times √weight.
     pub x: Vec<Vec<f64>>,
     pub labels: Vec<String>,
     /// The least-squares estimate of the nodes' heights.

@@ -1,20 +1,23 @@
-//! The randomisation study (6.3, Figs. 4 and 5): what random changes of the measurement matrix do to an estimate, beside
-//! what regularisation does.
+//! The randomisation study (6.3, Figs. 4 and 5): what random changes of the measurement matrix do
+//! to an estimate, beside what regularisation does.
 //!
-//! A known `A` gives heights `y = X A + e`, e normal with deviation σ. In every repetition X is randomised in space,
-//! `X̃ = X + k · (deviation of the column) · (standard normal)` for each level `k = σ_noise/σ_signal`, and `Â_R` is the
-//! least-squares estimate of `y` on `X̃`. A constant column has no deviation and stays as it is. Reported are
-//! medians and quartiles of cond(X̃ᵀX̃), log₁₀ det(X̃ᵀX̃), ‖A − Â_R‖² and the residual sums; beside them, from the same heights,
-//! least squares, both spectral schemes and ridge with every criterion that has an answer.
+//! A known `A` gives heights `y = X A + e`, e normal with deviation σ. In every repetition X is
+//! randomised in space, `X̃ = X + k · (deviation of the column) · (standard normal)` for each level
+//! `k = σ_noise/σ_signal`, and `Â_R` is the least-squares estimate of `y` on `X̃`. A constant
+//! column has no deviation and stays as it is. Reported are medians and quartiles of cond(X̃ᵀX̃),
+//! log₁₀ det(X̃ᵀX̃), ‖A − Â_R‖² and the residual sums; beside them, from the same heights, least
+//! squares, both spectral schemes and ridge with every criterion that has an answer.
 //!
-//! The outcome depends on where A lies relative to the eigenvector V₁ of the smallest eigenvalue, because every one of
-//! these methods shrinks what lies along it: [`StudyResult::along_smallest`] says where. Norms are of coefficients as
-//! given, or with `unit_length` of those that belong to columns of length 1.
+//! The outcome depends on where A lies relative to the eigenvector V₁ of the smallest eigenvalue,
+//! because every one of these methods shrinks what lies along it: [`StudyResult::along_smallest`]
+//! says where. Norms are of coefficients as given, or with `unit_length` of those that belong to
+//! columns of length 1.
 //!
-//! *Without cancellation.* `D = A − Â_R` solves `X̃ D ≈ (X̃ − X) A − e`, so it is computed itself, never as a difference of two
-//! estimates; arithmetic is of twice the precision where X̃ is so near to dependence that doubles would not do.
-//! *Reproducible.* Repetition r draws from stream r of the seed (`normal`): first e, then the changes of X row by row, the
-//! same for every level. Repetitions are computed in parallel and gathered in order.
+//! *Without cancellation.* `D = A − Â_R` solves `X̃ D ≈ (X̃ − X) A − e`, so it is computed itself,
+//! never as a difference of two estimates; arithmetic is of twice the precision where X̃ is so near
+//! to dependence that doubles would not do. *Reproducible.* Repetition r draws from stream r of the
+//! seed (`normal`): first e, then the changes of X row by row, the same for every level.
+//! Repetitions are computed in parallel and gathered in order.
 
 mod measured;
 pub(crate) mod normal;
@@ -82,7 +85,9 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
     } else {
         warnings.push(Warning {
             code: "no_noise",
-            message: "without noise least squares is exact, and nothing that randomising does can be better: there is no optimum".into(),
+            message: "without noise least squares is exact, and nothing that randomising does can be better: there is \
+                no optimum"
+                .into(),
         });
         None
     };

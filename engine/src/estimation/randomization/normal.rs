@@ -1,9 +1,9 @@
 //! Normal random numbers that are the same on every machine.
 //!
-//! ChaCha8 (a fixed, portable algorithm) gives the bits, seeded from the study's seed; every repetition has a stream of its own,
-//! so that what it draws does not depend on who computed what before. Marsaglia's polar method turns them into
-//! normal numbers with square roots, which are exact everywhere, and one logarithm, which is a library's own instead of the
-//! platform's.
+//! ChaCha8 (a fixed, portable algorithm) gives the bits, seeded from the study's seed; every
+//! repetition has a stream of its own, so that what it draws does not depend on who computed what
+//! before. Marsaglia's polar method turns them into normal numbers with square roots, which are
+//! exact everywhere, and one logarithm, which is a library's own instead of the platform's.
 
 use rand_chacha::{
     ChaCha8Rng,

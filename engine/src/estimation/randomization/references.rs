@@ -1,7 +1,9 @@
-//! The estimates beside which randomisation is seen: least squares, both spectral schemes, ridge, on X as it is.
+//! The estimates beside which randomisation is seen: least squares, both spectral schemes, ridge,
+//! on X as it is.
 //!
-//! With `X = U Σ Vᵀ`, `α = VᵀA` and `p = Uᵀe`, least squares has `aᵢ = αᵢ + pᵢ/σᵢ`, a filter f makes `Â = Σ fᵢ aᵢ Vᵢ`, and
-//! `‖A − Â‖² = Σ ((1−fᵢ) αᵢ − fᵢ pᵢ/σᵢ)²`: sums over the spectrum, with nothing that cancels.
+//! With `X = U Σ Vᵀ`, `α = VᵀA` and `p = Uᵀe`, least squares has `aᵢ = αᵢ + pᵢ/σᵢ`, a filter f
+//! makes `Â = Σ fᵢ aᵢ Vᵢ`, and `‖A − Â‖² = Σ ((1−fᵢ) αᵢ − fᵢ pᵢ/σᵢ)²`: sums over the spectrum, with
+//! nothing that cancels.
 
 use nalgebra::DMatrix;
 
@@ -114,7 +116,8 @@ impl Base {
             warnings.push(Warning {
                 code: "rank_deficient",
                 message: format!(
-                    "the columns depend on each other (rank {} of {}): the spectral schemes divide by λ₁ = 0 and are left out, \
+                    "the columns depend on each other (rank {} of {}): the spectral schemes divide by λ₁ = 0 and are \
+                     left out, \
                      least squares is the minimum-norm solution",
                     self.spectrum.rank,
                     self.lambda().len()
@@ -201,8 +204,8 @@ impl Base {
     }
 }
 
-/// U: with `W = Q R` its columns are `W R⁻¹ (image_i/σᵢ)`, formed in double-double; where R is singular, `X Vᵢ/σᵢ` for the
-/// directions that are told from 0.
+/// U: with `W = Q R` its columns are `W R⁻¹ (image_i/σᵢ)`, formed in double-double; where R is
+/// singular, `X Vᵢ/σᵢ` for the directions that are told from 0.
 fn left_vectors(
     study: &Study,
     design: &Design,

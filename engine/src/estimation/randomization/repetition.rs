@@ -1,4 +1,5 @@
-//! One repetition: heights, every level of randomisation, and what the regularised estimates need of the heights.
+//! One repetition: heights, every level of randomisation, and what the regularised estimates need
+//! of the heights.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -8,7 +9,8 @@ use crate::{
     numerics::{Dd, Real, cancel::Asking, jacobi, qr, triangular},
 };
 
-/// Relative error that double precision may leave in a singular value or in D before twice the precision takes over.
+/// Relative error that double precision may leave in a singular value or in D before twice the
+/// precision takes over.
 const TOLERANCE: f64 = 1e-9;
 const NOT_CONVERGED: FitError =
     FitError::NotConverged("the singular value decomposition did not converge within its limit");

@@ -12,7 +12,8 @@ use crate::{
 pub struct StudyResult {
     /// Of XᵀX, ascending; 0 where not told from 0.
     pub eigenvalues: Vec<f64>,
-    /// Least and largest |Pearson correlation| of two columns that vary; `None` with fewer than two of them.
+    /// Least and largest |Pearson correlation| of two columns that vary; `None` with fewer than two
+    /// of them.
     pub smallest_correlation: Option<f64>,
     pub largest_correlation: Option<f64>,
     /// |V₁ᵀA|/‖A‖, the share of A along the eigenvector of the smallest eigenvalue; `None` for A = 0.

@@ -101,7 +101,8 @@ impl Study {
             faults.push(
                 "/repetitions",
                 format!(
-                    "{} levels × {} repetitions × {rows} rows × {columns}² columns are {work}, more than the {MOST_WORK} \
+                    "{} levels × {} repetitions × {rows} rows × {columns}² columns are {work}, more than the \
+                     {MOST_WORK} \
                      that a study may take",
                     setup.levels.len(),
                     setup.repetitions

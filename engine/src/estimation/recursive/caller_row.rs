@@ -1,4 +1,5 @@
-//! The caller's columns at a node, in double precision: how they slope there, and whether they are far from the ends of the range.
+//! The caller's columns at a node, in double precision: how they slope there, and whether they are
+//! far from the ends of the range.
 
 use crate::estimation::{
     design::{Axis, Basis, Design},
@@ -40,8 +41,8 @@ impl CallerRow {
         perturbation::add_slopes(design, weight, [fu, du], [fv, dv], sums);
     }
 
-    /// Whether every column is 0 at node `k` or far from where squares leave the range of double precision: so far that no number
-    /// of such nodes gets there.
+    /// Whether every column is 0 at node `k` or far from where squares leave the range of double
+    /// precision: so far that no number of such nodes gets there.
     pub fn is_plain(&mut self, design: &Design, sample: &Sample, k: usize) -> bool {
         const PLAIN: std::ops::Range<f64> = 1e-130..1e130;
         let root = sample.w(k).sqrt();

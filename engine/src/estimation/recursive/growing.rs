@@ -1,7 +1,7 @@
 //! The box of the working basis, which grows with the nodes where the caller gives no domain.
 //!
-//! Its half-width is a power of 2 that at least doubles, so it grows seldom; R goes over to the new basis by the triangular matrix
-//! that leads from one to the other.
+//! Its half-width is a power of 2 that at least doubles, so it grows seldom; R goes over to the new
+//! basis by the triangular matrix that leads from one to the other.
 
 use nalgebra::DMatrix;
 
@@ -19,7 +19,8 @@ use crate::{
 };
 
 impl Sums {
-    /// Lets the working box grow where nodes fall outside of it and the caller fixed no domain; says whether it did.
+    /// Lets the working box grow where nodes fall outside of it and the caller fixed no domain;
+    /// says whether it did.
     pub fn make_room(&mut self, sample: &Sample, spec: &FitSpec) -> Result<bool, Faults> {
         let Model::Polynomial { .. } = &spec.model else { return Ok(false) };
         let domain = spec.domain.unwrap_or_default();
@@ -56,8 +57,8 @@ impl Sums {
     }
 }
 
-/// A box around `[low, high]` with some room whose half-width is a power of 2 and whose centre is a multiple of an eighth of
-/// it, so that mapping it to [-1, 1] is exact.
+/// A box around `[low, high]` with some room whose half-width is a power of 2 and whose centre is a
+/// multiple of an eighth of it, so that mapping it to [-1, 1] is exact.
 pub fn roomy([low, high]: [f64; 2]) -> [f64; 2] {
     /// Half-width around a lone 0.
     const LONE: f64 = 1.0 / 1_048_576.0;

@@ -1,15 +1,16 @@
 //! Recursive estimation (mathematics: keep R, Qᵀy and the residual sum of squares only).
 //!
-//! Nodes come in blocks and are forgotten: each is a Givens update of `[R | Qᵀ√Ωz]` in double-double, O(n²) whatever was seen
-//! before. Everything from the factor on is the way of any fit, so spectrum, λ*, bounds and standard errors are there after
-//! every block. After any split into blocks the result equals that of all nodes at once to rounding.
+//! Nodes come in blocks and are forgotten: each is a Givens update of `[R | Qᵀ√Ωz]` in
+//! double-double, O(n²) whatever was seen before. Everything from the factor on is the way of any
+//! fit, so spectrum, λ*, bounds and standard errors are there after every block. After any split
+//! into blocks the result equals that of all nodes at once to rounding.
 //!
-//! Forgetting with a factor φ in (0, 1]: every counted node multiplies the weights of those before it by φ, so the result is
-//! that of a fit in which the node k before the last has φᵏ times its weight. (m in σ̂² still counts every node, as for any
-//! weights, which are relative 1/σ².)
+//! Forgetting with a factor φ in (0, 1]: every counted node multiplies the weights of those before
+//! it by φ, so the result is that of a fit in which the node k before the last has φᵏ times its
+//! weight. (m in σ̂² still counts every node, as for any weights, which are relative 1/σ².)
 //!
-//! The working basis must be chosen before the nodes are known. Where the caller gives a domain it lives there; else, for raw
-//! powers, on a box that grows with the nodes.
+//! The working basis must be chosen before the nodes are known. Where the caller gives a domain it
+//! lives there; else, for raw powers, on a box that grows with the nodes.
 
 mod caller_row;
 mod growing;
@@ -48,8 +49,9 @@ pub struct Recursive {
 impl Recursive {
     /// An estimate of `spec` before the first node; `forgetting` in (0, 1].
     ///
-    /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped bases or equal spans
-    /// without a domain), and what the model rules out whatever the nodes will be.
+    /// Refuses what cannot be known node by node (estimators other than least squares, filters,
+    /// mapped bases or equal spans without a domain), and what the model rules out whatever the
+    /// nodes will be.
     pub fn new(spec: &FitSpec, forgetting: f64) -> Result<Self, Faults> {
         opening::check(spec, forgetting)?;
         Ok(Recursive { spec: spec.clone(), forgetting, sums: None })
@@ -82,7 +84,8 @@ impl Recursive {
         if sample.count() == 0 {
             return Err(Faults::one(nodes.heights_pointer(), "every node is missing or of weight 0"));
         }
-        // the long look at the columns costs O(n³): it is for the first nodes on a box, and for nodes far from 1
+        // the long look at the columns costs O(n³): it is for the first nodes on a box, and for
+        // nodes far from 1
         let mut unusual = self.sums.is_none();
         let mut sums = match &self.sums {
             Some(sums) => {
@@ -116,7 +119,8 @@ impl Recursive {
 
     /// The fit of all nodes so far; `None` while there are fewer than coefficients.
     ///
-    /// What needs the nodes themselves is left out, which a warning says: `max_abs`, single residuals and B.
+    /// What needs the nodes themselves is left out, which a warning says: `max_abs`, single
+    /// residuals and B.
     pub fn result(&self) -> Result<Option<FitResult>, FitError> {
         let Some(sums) = self.sums.as_ref().filter(|sums| sums.seen.count >= sums.design.size()) else {
             return Ok(None);
@@ -143,21 +147,26 @@ impl Recursive {
             result.warnings.push(Warning {
                 code: "forgetting",
                 message: format!(
-                    "with a forgetting factor of {} the weights of all {} nodes add up to {:.6}; weights are relative 1/σ², so \
+                    "with a forgetting factor of {} the weights of all {} nodes add up to {:.6}; weights are relative \
+                     1/σ², so \
                      sigma is that of the newest node, older ones counting as noisier",
-                    Shown(self.forgetting), sums.seen.count, heights.weight
+                    Shown(self.forgetting),
+                    sums.seen.count,
+                    heights.weight
                 ),
             });
         }
         Ok(Some(result))
     }
 
-    /// Everything that [`Recursive::restore`] needs beside spec and forgetting factor; `None` before the first block.
+    /// Everything that [`Recursive::restore`] needs beside spec and forgetting factor; `None`
+    /// before the first block.
     pub fn state(&self) -> Option<State> {
         self.sums.as_ref().map(Sums::state)
     }
 
-    /// The estimate whose [`Recursive::state`] this is, to the last bit; `None` when it is not one of this spec.
+    /// The estimate whose [`Recursive::state`] this is, to the last bit; `None` when it is not one
+    /// of this spec.
     pub fn restore(spec: &FitSpec, forgetting: f64, state: &State) -> Option<Self> {
         let sums = Sums::restore(spec, state)?;
         Some(Recursive { spec: spec.clone(), forgetting, sums: Some(sums) })

@@ -1,4 +1,5 @@
-//! What a stream may be opened with, and what its first block has to tell: a curve or a surface, the columns of a matrix.
+//! What a stream may be opened with, and what its first block has to tell: a curve or a surface,
+//! the columns of a matrix.
 
 use super::growing::roomy;
 use crate::estimation::{
@@ -12,8 +13,8 @@ use crate::estimation::{
     words::Shown,
 };
 
-/// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped bases or equal spans without a
-/// domain), and what the model rules out whatever the nodes will be.
+/// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped
+/// bases or equal spans without a domain), and what the model rules out whatever the nodes will be.
 pub fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if !(forgetting > 0.0 && forgetting <= 1.0) {
@@ -129,8 +130,8 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
     }
 }
 
-/// Degrees, knots, limits, and a regularisation for so many coefficients. Where the first block is to tell a curve from a
-/// surface, one of them must be possible.
+/// Degrees, knots, limits, and a regularisation for so many coefficients. Where the first block is
+/// to tell a curve from a surface, one of them must be possible.
 fn check_model(spec: &FitSpec) -> Result<(), Faults> {
     // the boxes only have to be some
     let domain = spec.domain.unwrap_or_default();
@@ -154,7 +155,8 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
     }
 }
 
-/// Faults of the stream's own model, met when its first block tells what the nodes are: at the `place` that told it.
+/// Faults of the stream's own model, met when its first block tells what the nodes are: at the
+/// `place` that told it.
 pub fn met_at<T>(result: Result<T, Faults>, place: &str) -> Result<T, Faults> {
     result.map_err(|faults| {
         let mut told = Faults::default();

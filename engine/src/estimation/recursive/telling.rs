@@ -46,14 +46,15 @@ impl Sums {
         }
     }
 
-    /// Whether a look at the nodes alone shows that the caller's columns stay within range. O(n) a node.
+    /// Whether a look at the nodes alone shows that the caller's columns stay within range. O(n) a
+    /// node.
     pub fn are_plain(&self, sample: &Sample) -> bool {
         let mut row = CallerRow::new(&self.design);
         (0..sample.count()).all(|k| row.is_plain(&self.design, sample, k))
     }
 
-    /// Whether every later fit can take the caller's columns; a block that spoils them is refused, since it could not be
-    /// taken back.
+    /// Whether every later fit can take the caller's columns; a block that spoils them is refused,
+    /// since it could not be taken back.
     pub fn columns_within_range(&self) -> Result<(), Faults> {
         let beyond = || Faults::one("/nodes", "powers of these numbers leave the range of double precision");
         let change = self.design.change_of_basis();

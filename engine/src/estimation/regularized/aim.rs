@@ -1,8 +1,9 @@
 //! What an estimate is drawn to, and what a uniform shrinkage `T + c (Â − T)` makes of it.
 //!
-//! T is a vector of the caller, or the grand mean: the constant function ȳ, whose coefficients `κ ȳ` come from the same
-//! heights. In the second case `Π = κ̃ hᵀ` projects on the constant (`h = X̃ᵀΩ1/Σw`), the estimate is
-//! `(cI + (1−c)Π) Â`, and its variance is that of the mean plus c² times the rest, for the two are independent.
+//! T is a vector of the caller, or the grand mean: the constant function ȳ, whose coefficients `κ
+//! ȳ` come from the same heights. In the second case `Π = κ̃ hᵀ` projects on the constant (`h =
+//! X̃ᵀΩ1/Σw`), the estimate is `(cI + (1−c)Π) Â`, and its variance is that of the mean plus c²
+//! times the rest, for the two are independent.
 
 use nalgebra::DMatrix;
 
@@ -58,7 +59,8 @@ impl<'a> Aim<'a> {
         Self::with((0..n).map(|j| Dd::from(given(j))).collect(), None, context)
     }
 
-    /// The grand mean of the heights; of standardised columns it is what the unpenalised constant does anyway.
+    /// The grand mean of the heights; of standardised columns it is what the unpenalised constant
+    /// does anyway.
     pub fn at_the_mean(context: &'a Context<'a>, warnings: &mut Vec<Warning>) -> Result<Self, FitError> {
         if context.columns.constant.is_some() {
             return Ok(Self::at(context, None, warnings));
@@ -112,7 +114,8 @@ impl<'a> Aim<'a> {
         self.mean.as_ref().map_or(0.0, |constant| constant.along[i] * constant.along[i] / self.context.weight)
     }
 
-    /// `S = Σ max((aᵢ−tᵢ)² − σ²/λᵢ, 0)`, what of the distance is more than noise, and `N = Σ σ²/λᵢ`, the noise.
+    /// `S = Σ max((aᵢ−tᵢ)² − σ²/λᵢ, 0)`, what of the distance is more than noise, and `N = Σ
+    /// σ²/λᵢ`, the noise.
     pub fn signal_and_noise(&self, variance: f64) -> (f64, f64) {
         self.told().fold((0.0, 0.0), |(signal, noise), (i, lambda)| {
             let own = variance * (1.0 / lambda - self.mean_share(i)).max(0.0);

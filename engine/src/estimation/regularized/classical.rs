@@ -1,10 +1,11 @@
 //! Closed forms for the parameter of ridge.
 //!
 //! In the scaled columns, with p directions told from 0 and σ² of the request or of the residuals:
-//! * `hkb`: `(p − 2) σ² / ‖Â‖²`, and `hkb_1975`: `p σ² / ‖Â‖²` (Hoerl, Kennard and Baldwin 1975; the first is the form
-//!   that common software computes);
-//! * `lawless_wang`: `(p − 2) σ² λ̄ / Σ λᵢ aᵢ²` with the mean eigenvalue λ̄ (Lawless and Wang 1976). λ̄ is 1 on columns of unit
-//!   length and m on standardised ones, which makes the estimate the same under both.
+//! * `hkb`: `(p − 2) σ² / ‖Â‖²`, and `hkb_1975`: `p σ² / ‖Â‖²` (Hoerl, Kennard and Baldwin 1975;
+//!   the first is the form that common software computes);
+//! * `lawless_wang`: `(p − 2) σ² λ̄ / Σ λᵢ aᵢ²` with the mean eigenvalue λ̄ (Lawless and Wang
+//!   1976). λ̄ is 1 on columns of unit length and m on standardised ones, which makes the estimate
+//!   the same under both.
 
 use crate::estimation::{
     filter::Spectral,
@@ -30,7 +31,8 @@ pub fn ridge_parameter(criterion: Criterion, problem: &Spectral, a: &[f64]) -> R
     if k > 0.0 && k.is_finite() {
         Ok(Chosen { lambda_star: k, interval: None, reached: true })
     } else if variance == 0.0 {
-        // no noise: nothing to shrink, as the other criteria answer with the low end of their search
+        // no noise: nothing to shrink, as the other criteria answer with the low end of their
+        // search
         let low = crate::estimation::lambda_star::range(problem, crate::estimation::filter::Rule::Ridge)[0];
         Ok(Chosen { lambda_star: low, interval: None, reached: true })
     } else {

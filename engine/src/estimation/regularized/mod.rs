@@ -1,4 +1,5 @@
-//! What a regularisation makes of the least-squares estimate, in the one shape that the answer reports.
+//! What a regularisation makes of the least-squares estimate, in the one shape that the answer
+//! reports.
 //!
 //! Every kind is an estimate `T + H(Â − T)` in the scaled columns:
 //!
@@ -107,7 +108,8 @@ impl Context<'_> {
         scaled.map(|a| a * a).sum::<f64>().sqrt()
     }
 
-    /// Whether what the estimate has along the small directions may be held against the choice that stands.
+    /// Whether what the estimate has along the small directions may be held against the choice that
+    /// stands.
     fn judge(&self, choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
         if self.spec.expected_size == ExpectedSize::Estimated {
             choice::warn_about(choices, chosen, warnings);

@@ -1,13 +1,15 @@
-//! Figures of an estimate that is filtered along oblique directions: `Â_λ = Z diag(f) Z⁻¹ Â` in the scaled columns, with
-//! `fᵢ = 1/(1 + λδᵢ)` where the nodes see the direction and 0 where they do not.
+//! Figures of an estimate that is filtered along oblique directions: `Â_λ = Z diag(f) Z⁻¹ Â` in the
+//! scaled columns, with `fᵢ = 1/(1 + λδᵢ)` where the nodes see the direction and 0 where they do
+//! not.
 //!
-//! Along zᵢ the least-squares coefficient aᵢ has variance σ². The squared error in the scaled columns is no sum over
-//! directions, since they are not at right angles:
+//! Along zᵢ the least-squares coefficient aᵢ has variance σ². The squared error in the scaled
+//! columns is no sum over directions, since they are not at right angles:
 //!
 //! `predicted_mse = ‖Z (1−f)ã‖² + σ² Σ fᵢ² ‖zᵢ‖²`, `ãᵢ = sign(aᵢ) √max(aᵢ² − σ², 0)`,
 //!
-//! which is the sum of the orthogonal case where Z is orthogonal. The bias of the expectation is `M A`,
-//! `M = Z diag(1−f) Z⁻¹`, so `r ‖M‖₂` bounds it sharply; M is not symmetric and ‖M‖₂ may exceed 1.
+//! which is the sum of the orthogonal case where Z is orthogonal. The bias of the expectation is `M
+//! A`, `M = Z diag(1−f) Z⁻¹`, so `r ‖M‖₂` bounds it sharply; M is not symmetric and ‖M‖₂ may exceed
+//! 1.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -144,8 +146,9 @@ impl Oblique {
         Some(jacobi::svd_dd(&rows)?.sigma.iter().map(|&s| (s * s).to_f64()).collect())
     }
 
-    /// Condition of `X̃ᵀX̃ + λP` and the derivative of its logarithm by ln λ. Its largest eigenvalue is a convex function of
-    /// λ and its smallest a concave one, so this slope changes its sign at most once.
+    /// Condition of `X̃ᵀX̃ + λP` and the derivative of its logarithm by ln λ. Its largest
+    /// eigenvalue is a convex function of λ and its smallest a concave one, so this slope changes
+    /// its sign at most once.
     pub fn condition(&self, lambda: f64) -> Option<(f64, f64)> {
         let lifted = self.each(|i| self.lifted(i, lambda));
         let (high, x) = largest(&self.dual, &lifted);
@@ -184,7 +187,8 @@ const INVERSE_STEPS: usize = 3;
 
 /// The largest eigenvalue of `M diag(d) Mᵀ`, d > 0, with `Mᵀx` for its eigenvector x of length 1.
 ///
-/// Lanczos' iteration, every vector made orthogonal to all before it; at most 60 steps, or as many as there are rows.
+/// Lanczos' iteration, every vector made orthogonal to all before it; at most 60 steps, or as many
+/// as there are rows.
 fn largest(matrix: &DMatrix<f64>, d: &DVector<f64>) -> (f64, DVector<f64>) {
     let n = matrix.nrows();
     let scale = matrix.amax();
@@ -224,8 +228,8 @@ fn largest(matrix: &DMatrix<f64>, d: &DVector<f64>) -> (f64, DVector<f64>) {
     (value, matrix.tr_mul(&vector))
 }
 
-/// The largest eigenvalue of a symmetric tridiagonal matrix and its vector of length 1: bisection on whether `xI − T` has
-/// pivots all positive, then inverse iteration with the first x that has.
+/// The largest eigenvalue of a symmetric tridiagonal matrix and its vector of length 1: bisection
+/// on whether `xI − T` has pivots all positive, then inverse iteration with the first x that has.
 fn top(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
     let n = diagonal.len();
     let off = |i: usize| beside.get(i).map_or(0.0, |b| b.abs());

@@ -1,8 +1,9 @@
 //! λ along oblique directions, by every criterion.
 //!
-//! Residuals and trace are the sums of ridge with eigenvalues 1/δ (the standard form of the problem), so `gcv`,
-//! `discrepancy` and the L-curve of (‖Y − XÂ‖, √P(Â)) are searched where those of ridge are. The predicted mean squared
-//! error is in the scaled columns and the condition that of `X̃ᵀX̃ + λP`; both have searches of their own.
+//! Residuals and trace are the sums of ridge with eigenvalues 1/δ (the standard form of the
+//! problem), so `gcv`, `discrepancy` and the L-curve of (‖Y − XÂ‖, √P(Â)) are searched where those
+//! of ridge are. The predicted mean squared error is in the scaled columns and the condition that
+//! of `X̃ᵀX̃ + λP`; both have searches of their own.
 
 use super::{Context, oblique::Oblique, scan};
 use crate::estimation::{
@@ -99,7 +100,8 @@ pub fn decide(
             warnings.push(Warning {
                 code: "criterion_unavailable",
                 message: format!(
-                    "{} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is answered",
+                    "{} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is \
+                     answered",
                     criterion.name()
                 ),
             });

@@ -1,10 +1,11 @@
 //! The pair (W, L) of working matrix and penalty, decomposed together: `W Z = U`, `‖L zᵢ‖² = δᵢ`.
 //!
-//! In the directions zᵢ both quadratic forms are diagonal, so `min ‖Wc − z‖² + λ‖Lc‖²` is the filter `fᵢ = 1/(1 + λδᵢ)` on
-//! `aᵢ = uᵢᵀz` (the generalised singular value decomposition of Van Loan). It is taken from the orthogonal factor of the two
-//! stacked, `[R; τL] = Q R_K`, `R R_K⁻¹ = U C Vᵀ`, `Z = R_K⁻¹ V C⁻¹`: neither WᵀW nor LᵀL is formed and neither R nor L is
-//! inverted, so a singular R and a penalty with a null space are no special cases. All of it in double-double: δ spans the
-//! fourth or sixth power of the number of functions.
+//! In the directions zᵢ both quadratic forms are diagonal, so `min ‖Wc − z‖² + λ‖Lc‖²` is the
+//! filter `fᵢ = 1/(1 + λδᵢ)` on `aᵢ = uᵢᵀz` (the generalised singular value decomposition of Van
+//! Loan). It is taken from the orthogonal factor of the two stacked, `[R; τL] = Q R_K`, `R R_K⁻¹ =
+//! U C Vᵀ`, `Z = R_K⁻¹ V C⁻¹`: neither WᵀW nor LᵀL is formed and neither R nor L is inverted, so a
+//! singular R and a penalty with a null space are no special cases. All of it in double-double: δ
+//! spans the fourth or sixth power of the number of functions.
 
 use nalgebra::DMatrix;
 
@@ -15,9 +16,11 @@ use crate::numerics::{
     triangular as solve,
 };
 
-/// Condition of the stacked factor from which on the penalised problem has no unique answer that could be told.
+/// Condition of the stacked factor from which on the penalised problem has no unique answer that
+/// could be told.
 const MOST_CONDITION: f64 = 1e22;
-/// A direction in which the penalty is this small against the matrix, times what rounding may have put there, has none.
+/// A direction in which the penalty is this small against the matrix, times what rounding may have
+/// put there, has none.
 const NULL: f64 = 4.0;
 
 /// Why there is no decomposition.
@@ -99,8 +102,8 @@ impl Pair {
         Ok(Pair { z, inverse, u, delta, silent, free })
     }
 
-    /// Turns the directions without penalty so that the last one runs along `constant` (working coefficients), which lies
-    /// among them; false where it does not.
+    /// Turns the directions without penalty so that the last one runs along `constant` (working
+    /// coefficients), which lies among them; false where it does not.
     pub fn turn_last_to(&mut self, constant: &[Dd]) -> bool {
         let n = self.delta.len();
         let first = n - self.free;
@@ -136,9 +139,9 @@ impl Pair {
 /// Cosines above this are told apart by their sines.
 const NEAR_ONE: f64 = 0.7;
 
-/// Right singular vectors by ascending cosine `sigma`, those of cosines near 1 turned so that their sines are those of
-/// `penalty`: cosines of 1 − 10⁻³⁰ are alike, their sines of 10⁻¹⁵ and 10⁻¹⁸ are not (the second half of the cosine–sine
-/// decomposition). None if the iteration does not end.
+/// Right singular vectors by ascending cosine `sigma`, those of cosines near 1 turned so that their
+/// sines are those of `penalty`: cosines of 1 − 10⁻³⁰ are alike, their sines of 10⁻¹⁵ and 10⁻¹⁸ are
+/// not (the second half of the cosine–sine decomposition). None if the iteration does not end.
 fn separated(penalty: &DMatrix<Dd>, mut v: DMatrix<Dd>, sigma: &[Dd]) -> Option<DMatrix<Dd>> {
     let n = sigma.len();
     let first = sigma.iter().position(|c| c.to_f64() > NEAR_ONE).unwrap_or(n);

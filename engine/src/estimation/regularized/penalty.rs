@@ -1,9 +1,11 @@
-//! The roughness penalty `P(A) = ‖L c‖²` as a factor L in the working basis, where it is neither large nor small.
+//! The roughness penalty `P(A) = ‖L c‖²` as a factor L in the working basis, where it is neither
+//! large nor small.
 //!
-//! On one axis `∫ φᵢ⁽ᵏ⁾ φⱼ⁽ᵏ⁾ dx` is `DᵀD`, the rows of D being the derivatives at Gauss points times the roots of the
-//! weights: exact for polynomials and, span by span, for B-splines, and never squared. On a surface the two terms are
-//! `D_u ⊗ M_v` and `M_u ⊗ D_v`, M being the factor of order 0. Integrals run over the domain of the fit; those of B-splines
-//! over the span of their knots, all of which the functions live on.
+//! On one axis `∫ φᵢ⁽ᵏ⁾ φⱼ⁽ᵏ⁾ dx` is `DᵀD`, the rows of D being the derivatives at Gauss points
+//! times the roots of the weights: exact for polynomials and, span by span, for B-splines, and
+//! never squared. On a surface the two terms are `D_u ⊗ M_v` and `M_u ⊗ D_v`, M being the factor of
+//! order 0. Integrals run over the domain of the fit; those of B-splines over the span of their
+//! knots, all of which the functions live on.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -143,7 +145,8 @@ fn check_weights(weights: &[f64], surface: bool) -> Result<(), Faults> {
     faults.into_result(())
 }
 
-/// `√w Δᵏ` on the caller's coefficients of the kept columns, in working coefficients (which are `scale` times those).
+/// `√w Δᵏ` on the caller's coefficients of the kept columns, in working coefficients (which are
+/// `scale` times those).
 fn differences(kept: &[usize], scale: &[f64], order: usize, weight: f64) -> DMatrix<Dd> {
     let mut signs = vec![1.0];
     for _ in 0..order {
@@ -161,7 +164,8 @@ fn differences(kept: &[usize], scale: &[f64], order: usize, weight: f64) -> DMat
     l
 }
 
-/// A square factor of `∫ φ⁽ᵏ⁾ φ⁽ᵏ⁾ᵀ dx` on one axis; without a domain the axis is the single function 1 of a curve.
+/// A square factor of `∫ φ⁽ᵏ⁾ φ⁽ᵏ⁾ᵀ dx` on one axis; without a domain the axis is the single
+/// function 1 of a curve.
 fn axis(axis: &Axis, domain: Option<[f64; 2]>, order: usize) -> DMatrix<Dd> {
     let n = axis.size();
     let Some([low, high]) = domain else { return DMatrix::from_element(1, 1, Dd::ONE) };
@@ -191,7 +195,8 @@ fn axis(axis: &Axis, domain: Option<[f64; 2]>, order: usize) -> DMatrix<Dd> {
             for (s, &[low, high]) in spans.iter().enumerate() {
                 let (half, middle) = halves(low, high);
                 for (q, &(node, weight)) in rule.iter().enumerate() {
-                    // the place rounded to a double, inside the span: the rule moves by less than a part in 10¹⁵
+                    // the place rounded to a double, inside the span: the rule moves by less than a
+                    // part in 10¹⁵
                     let x = (middle + half * node).to_f64().clamp(low, high);
                     let first = basis.derivatives_of(order, x, &mut values);
                     let root = (weight * half).sqrt();

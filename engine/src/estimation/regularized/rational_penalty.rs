@@ -1,9 +1,11 @@
-//! The roughness penalty of NURBS, whose functions `NᵢNⱼ / W` are no products of functions of u and v.
+//! The roughness penalty of NURBS, whose functions `NᵢNⱼ / W` are no products of functions of u and
+//! v.
 //!
-//! Cell by cell (one span of each axis) the derivatives at Gauss points times the roots of the weights are rows of L, folded into
-//! one triangle. Integrands are rational, so the rule is not exact, but it converges by a factor for every point: as fast as the
-//! zeros of W in the complex plane are far. There are as many points as leave 12 digits while weights within a cell differ by a
-//! factor of ten at most.
+//! Cell by cell (one span of each axis) the derivatives at Gauss points times the roots of the
+//! weights are rows of L, folded into one triangle. Integrands are rational, so the rule is not
+//! exact, but it converges by a factor for every point: as fast as the zeros of W in the complex
+//! plane are far. There are as many points as leave 12 digits while weights within a cell differ by
+//! a factor of ten at most.
 
 use nalgebra::DMatrix;
 
@@ -16,13 +18,15 @@ use crate::{
 /// Most Gauss points on a span beyond the degree.
 const MOST_BEYOND: f64 = 56.0;
 
-/// Gauss points beyond the degree for weights that differ by `ratio` within a cell: a denominator that rises from 1 to `ratio` over a
-/// span as a parabola does has its zeros at a distance of 1/√(ratio − 1).
+/// Gauss points beyond the degree for weights that differ by `ratio` within a cell: a denominator
+/// that rises from 1 to `ratio` over a span as a parabola does has its zeros at a distance of
+/// 1/√(ratio − 1).
 fn points_beyond(ratio: f64) -> usize {
     if ratio <= 1.0 { 0 } else { (16.0 / (1.0 / (ratio - 1.0).sqrt()).asinh()).ceil().min(MOST_BEYOND) as usize }
 }
 
-/// L (square, upper triangular) of `Σ w_axis ∫∫ (∂ᵏφ/∂axisᵏ)²` for working functions φ, the integrals over the knots.
+/// L (square, upper triangular) of `Σ w_axis ∫∫ (∂ᵏφ/∂axisᵏ)²` for working functions φ, the
+/// integrals over the knots.
 pub fn factor(axes: [&Axis; 2], net: &WeightNet, weights: &[f64], order: usize) -> DMatrix<Dd> {
     let q = axes[1].size();
     let [spans_u, spans_v] = axes.map(spans);
@@ -47,7 +51,8 @@ pub fn factor(axes: [&Axis; 2], net: &WeightNet, weights: &[f64], order: usize) 
     let mut row = vec![Dd::ZERO; n];
     for cell_u in &cells_u {
         for cell_v in &cells_v {
-            // what lies in one cell is brought together first, so that few rows go into the large triangle
+            // what lies in one cell is brought together first, so that few rows go into the large
+            // triangle
             let (k, l) = (cell_u.span.functions, cell_v.span.functions);
             let mut local = Triangle::<Dd>::new(k * l);
             let mut values = vec![Dd::ZERO; k * l];

@@ -1,9 +1,10 @@
-//! Estimates drawn to a target by one factor: James–Stein, and attraction with its explicit optimum.
+//! Estimates drawn to a target by one factor: James–Stein, and attraction with its explicit
+//! optimum.
 //!
-//! Attraction: `Â_k = (Â + kT)/(1+k)`, so c = 1/(1+k). Its predicted mean squared error in the scaled columns is
-//! `(1−c)² S + c² N` with `S = Σ max((aᵢ−tᵢ)² − σ²/λᵢ, 0)` and `N = Σ σ²/λᵢ`; the derivative by c vanishes at
-//! `c = S/(S+N)`, that is at **k = N/S**. With S = 0 nothing of Â − T stands out of the noise: k is infinite and T itself the
-//! answer.
+//! Attraction: `Â_k = (Â + kT)/(1+k)`, so c = 1/(1+k). Its predicted mean squared error in the
+//! scaled columns is `(1−c)² S + c² N` with `S = Σ max((aᵢ−tᵢ)² − σ²/λᵢ, 0)` and `N = Σ σ²/λᵢ`; the
+//! derivative by c vanishes at `c = S/(S+N)`, that is at **k = N/S**. With S = 0 nothing of Â − T
+//! stands out of the noise: k is infinite and T itself the answer.
 
 use super::{Applied, Context, aim::Aim};
 use crate::estimation::{

@@ -4,14 +4,16 @@ use crate::estimation::spec::Parameter;
 
 /// `min ‖Y − XA‖² + λ P(A)`, P being the roughness of the fitted function.
 ///
-/// For polynomials and B-splines `P = w_u ∫∫ (∂ᵏf/∂uᵏ)² + w_v ∫∫ (∂ᵏf/∂vᵏ)²` over the domain, in the caller's units; for
-/// a curve the first term alone. For a linear model, whose columns are no functions, `P = w Σ (Δᵏ A)²`, the squared
-/// differences of order k of neighbouring coefficients in the order of the columns.
+/// For polynomials and B-splines `P = w_u ∫∫ (∂ᵏf/∂uᵏ)² + w_v ∫∫ (∂ᵏf/∂vᵏ)²` over the domain, in
+/// the caller's units; for a curve the first term alone. For a linear model, whose columns are no
+/// functions, `P = w Σ (Δᵏ A)²`, the squared differences of order k of neighbouring coefficients in
+/// the order of the columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tikhonov {
     /// k, from 0 to 3.
     pub order: usize,
-    /// `[w_u, w_v]` (`[w]` for a curve or a linear model), none negative, one positive; by default all 1.
+    /// `[w_u, w_v]` (`[w]` for a curve or a linear model), none negative, one positive; by default
+    /// all 1.
     pub weights: Option<Vec<f64>>,
     /// λ.
     pub parameter: Parameter,
@@ -19,8 +21,8 @@ pub struct Tikhonov {
 
 /// `Â_JS = T + c (Â − T)` with a factor c that the data give.
 ///
-/// With `Q = ‖X(Â − T)‖²`, p directions, RSS on ν degrees of freedom; where σ is given (`noise_sigma`) its square takes the
-/// place of the estimate of the variance.
+/// With `Q = ‖X(Â − T)‖²`, p directions, RSS on ν degrees of freedom; where σ is given
+/// (`noise_sigma`) its square takes the place of the estimate of the variance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JamesStein {
     pub factor: ShrinkageFactor,
@@ -33,12 +35,14 @@ pub struct JamesStein {
 /// The factor c.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShrinkageFactor {
-    /// `1 − (p−2) RSS/((ν+2) Q)`: James and Stein with unknown variance, the least risk of this form.
+    /// `1 − (p−2) RSS/((ν+2) Q)`: James and Stein with unknown variance, the least risk of this
+    /// form.
     JamesStein,
     /// `1 − (p−2) s²/Q`, `s² = RSS/ν`.
     HoerlKennard,
-    /// As [`ShrinkageFactor::JamesStein`], but without a target T is the grand mean: the constant function of the
-    /// (weighted) mean height, which costs one direction (p−3 in place of p−2), as Efron and Morris did.
+    /// As [`ShrinkageFactor::JamesStein`], but without a target T is the grand mean: the constant
+    /// function of the (weighted) mean height, which costs one direction (p−3 in place of p−2), as
+    /// Efron and Morris did.
     EfronMorris,
 }
 

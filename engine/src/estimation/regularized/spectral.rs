@@ -1,4 +1,5 @@
-//! None, the matrix B (Eqs. 27–48) and ridge: filters on the eigenvectors of the Fisher information matrix.
+//! None, the matrix B (Eqs. 27–48) and ridge: filters on the eigenvectors of the Fisher information
+//! matrix.
 
 use nalgebra::DMatrix;
 

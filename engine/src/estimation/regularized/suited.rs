@@ -1,8 +1,9 @@
-//! What a regularisation asks of the model, before a node is seen: so many coefficients, an axis for each weight, an order that
-//! has derivatives.
+//! What a regularisation asks of the model, before a node is seen: so many coefficients, an axis
+//! for each weight, an order that has derivatives.
 //!
-//! A fit of posted nodes asks once it is at its regularisation; a stream asks when it is opened, since none of its nodes could mend
-//! it. What depends on the nodes (directions that cannot be told from 0, a constant among posted columns) stays with each kind.
+//! A fit of posted nodes asks once it is at its regularisation; a stream asks when it is opened,
+//! since none of its nodes could mend it. What depends on the nodes (directions that cannot be told
+//! from 0, a constant among posted columns) stays with each kind.
 
 use super::{penalty, shrink, truncated};
 use crate::estimation::{
@@ -14,7 +15,8 @@ use crate::estimation::{
     words::{counted, entries},
 };
 
-/// Refuses a scaling and regularisation of `spec` that `design` rules out, by pointer into the request for a fit.
+/// Refuses a scaling and regularisation of `spec` that `design` rules out, by pointer into the
+/// request for a fit.
 pub fn suited(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let size = scaled::size(design, spec.scaling)?;
     match &spec.regularization {

@@ -1,14 +1,18 @@
 //! Tikhonov's estimate with a roughness penalty: `min ‖Y − XA‖² + λ P(A)`.
 //!
-//! P is a property of the fitted function (of the sequence of coefficients, for a linear model), so the estimate does not
-//! depend on the scaling of columns; norms, bounds and the predicted error are in the scaled columns all the same. It is
-//! computed in the working basis ([`super::penalty`], [`super::pair`]) and turned into the caller's in double-double.
+//! P is a property of the fitted function (of the sequence of coefficients, for a linear model), so
+//! the estimate does not depend on the scaling of columns; norms, bounds and the predicted error
+//! are in the scaled columns all the same. It is computed in the working basis ([`super::penalty`],
+//! [`super::pair`]) and turned into the caller's in double-double.
 //!
 //! What is different from a filter on eigenvectors, and how the answer says so:
-//! * `filter_factors` belong to the directions of the pair (X, P), in ascending order of 1/δ, not to `spectrum.eigenvalues`;
-//! * `spectrum.regularized.eigenvalues` are those of `X̃ᵀX̃ + λP` in ascending order: their directions are others;
+//! * `filter_factors` belong to the directions of the pair (X, P), in ascending order of 1/δ, not
+//!   to `spectrum.eigenvalues`;
+//! * `spectrum.regularized.eigenvalues` are those of `X̃ᵀX̃ + λP` in ascending order: their
+//!   directions are others;
 //! * the L-curve is `(log ‖Y − XÂ‖, log √P(Â))`, as is usual where the penalty has a null space;
-//! * there is no B, hence no scheme, count, γ, e, Ineqs. 48 and 51, and no perturbation bound of `X + B`.
+//! * there is no B, hence no scheme, count, γ, e, Ineqs. 48 and 51, and no perturbation bound of `X
+//!   + B`.
 
 use nalgebra::DMatrix;
 
@@ -57,7 +61,8 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
             return Err(Faults::one("/scaling", "`standardized` needs a constant that the penalty leaves free").into());
         }
     }
-    // coefficients along the directions; of those that the nodes do not see, what the minimum norm gives them
+    // coefficients along the directions; of those that the nodes do not see, what the minimum norm
+    // gives them
     let a: Vec<Dd> = (0..n)
         .map(|i| match i < pair.silent {
             true => pair.inverse.row(i).iter().zip(&least_squares.working).fold(Dd::ZERO, |sum, (&x, &c)| sum + x * c),

@@ -1,4 +1,5 @@
-//! The ridge trace: the coefficients along k (Hoerl and Kennard), by which an eye tells where they settle.
+//! The ridge trace: the coefficients along k (Hoerl and Kennard), by which an eye tells where they
+//! settle.
 
 use super::Context;
 use crate::estimation::{estimate::Estimate, filter::Rule, lambda_star::Chosen, result::RidgeTracePoint};

@@ -1,8 +1,9 @@
 //! Fits that leave nothing but rounding.
 //!
-//! Where most nodes lie on one surface, or there are no more nodes than coefficients, residuals are rounding errors, and so is any
-//! scale that is made of them: 1e-31 would look like a deviation. Such a scale is 0, there are no standard errors, and a warning
-//! says how many nodes lie on the surface.
+//! Where most nodes lie on one surface, or there are no more nodes than coefficients, residuals are
+//! rounding errors, and so is any scale that is made of them: 1e-31 would look like a deviation.
+//! Such a scale is 0, there are no standard errors, and a warning says how many nodes lie on the
+//! surface.
 
 use super::super::result::Warning;
 
@@ -19,7 +20,8 @@ pub fn warning(on: usize, m: usize) -> Warning {
     Warning {
         code: "exact_fit",
         message: format!(
-            "{on} of {m} nodes lie on one surface to rounding: the scale is 0, the others weigh nothing beside them, and there \
+            "{on} of {m} nodes lie on one surface to rounding: the scale is 0, the others weigh nothing beside them, \
+             and there \
              are no standard errors"
         ),
     }
@@ -53,8 +55,10 @@ pub fn settled(
     if scale.is_none() {
         warnings.push(Warning {
             code: "no_scale",
-            message: "too few nodes lie off the surface to tell the scale of the residuals: it is left out, and so are standard errors"
-                .into(),
+            message:
+                "too few nodes lie off the surface to tell the scale of the residuals: it is left out, and so are \
+                standard errors"
+                    .into(),
         });
     }
     Settled { scale, dispersion: dispersion.filter(|_| scale.is_some()), weights: None }

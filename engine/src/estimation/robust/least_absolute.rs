@@ -1,16 +1,19 @@
 //! Least absolute deviations and regression quantiles, solved exactly.
 //!
 //! With `rₖ = √wₖ (zₖ − xₖᵀA)`:
-//! * least absolute deviations: ρ = |r|, ψ = sign r, weight 1/|r|; the limit of variationally weighted least squares
-//!   (Mudrov and Kushko 1976), whose iterations never quite arrive, so it is found by [`super::vertex`];
-//! * quantile τ (Koenker and Bassett 1978): ρ = r(τ − [r < 0]), ψ = τ − [r < 0]; τ = 1/2 is half the former.
-//!   `2 Σ ρ = Σ|r| + (2τ − 1) Σ r`, which is the same walk with a linear part.
+//! * least absolute deviations: ρ = |r|, ψ = sign r, weight 1/|r|; the limit of variationally
+//!   weighted least squares (Mudrov and Kushko 1976), whose iterations never quite arrive, so it is
+//!   found by [`super::vertex`];
+//! * quantile τ (Koenker and Bassett 1978): ρ = r(τ − [r < 0]), ψ = τ − [r < 0]; τ = 1/2 is half
+//!   the former. `2 Σ ρ = Σ|r| + (2τ − 1) Σ r`, which is the same walk with a linear part.
 //!
-//! ρ has the unit of the heights. The answer is a vertex: n nodes (or more) have residual 0. The certificate is
-//! `max |dᵢ|` over them, in the form with `Σ|r|`; at most 1 proves that no coefficients do better.
+//! ρ has the unit of the heights. The answer is a vertex: n nodes (or more) have residual 0. The
+//! certificate is `max |dᵢ|` over them, in the form with `Σ|r|`; at most 1 proves that no
+//! coefficients do better.
 //!
-//! Standard errors: `τ(1 − τ) f⁻² (XᵀX)⁻¹`, the sparsity 1/f being the difference quotient of the residuals' quantiles over
-//! the bandwidth of Hall and Sheather (1988; Koenker 2005, section 3.4), residuals of the vertex left out.
+//! Standard errors: `τ(1 − τ) f⁻² (XᵀX)⁻¹`, the sparsity 1/f being the difference quotient of the
+//! residuals' quantiles over the bandwidth of Hall and Sheather (1988; Koenker 2005, section 3.4),
+//! residuals of the vertex left out.
 
 use super::{
     super::{
@@ -94,7 +97,8 @@ pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcom
     })
 }
 
-/// Influence for each unit of the residual, `min(1, s ρ/r²)`: 1/|r| has no value at a residual of 0.
+/// Influence for each unit of the residual, `min(1, s ρ/r²)`: 1/|r| has no value at a residual of
+/// 0.
 fn capped(rho: f64, r: f64, scale: f64) -> f64 {
     if rho <= 0.0 { 1.0 } else { (scale / r.abs() * (rho / r.abs())).min(1.0) }
 }

@@ -1,21 +1,25 @@
-//! Loss functions of M-estimators, of `u = r/s` (pure number): ρ(u), its derivative ψ, the weight ψ(u)/u, and ψ′.
+//! Loss functions of M-estimators, of `u = r/s` (pure number): ρ(u), its derivative ψ, the weight
+//! ψ(u)/u, and ψ′.
 //!
-//! All are scaled so that ρ(u) ≈ u²/2 and weight 1 near 0; tuning constants are in units of the scale and, by
-//! default, give 95 % efficiency at normal errors (Hampel's 2, 4, 8 more).
+//! All are scaled so that ρ(u) ≈ u²/2 and weight 1 near 0; tuning constants are in units of the
+//! scale and, by default, give 95 % efficiency at normal errors (Hampel's 2, 4, 8 more).
 
 use std::f64::consts::PI;
 
 /// A loss with its tuning constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
-    /// Huber (1964): ρ = u²/2 for |u| ≤ k, else k|u| − k²/2; ψ = max(−k, min(k, u)); weight min(1, k/|u|). Convex.
+    /// Huber (1964): ρ = u²/2 for |u| ≤ k, else k|u| − k²/2; ψ = max(−k, min(k, u)); weight min(1,
+    /// k/|u|). Convex.
     Huber { k: f64 },
-    /// Tukey's biweight (Beaton and Tukey 1974): ρ = c²/6·(1 − (1 − (u/c)²)³) up to c, then c²/6; ψ = u(1 − (u/c)²)²;
-    /// weight (1 − (u/c)²)², 0 beyond c.
+    /// Tukey's biweight (Beaton and Tukey 1974): ρ = c²/6·(1 − (1 − (u/c)²)³) up to c, then c²/6; ψ
+    /// = u(1 − (u/c)²)²; weight (1 − (u/c)²)², 0 beyond c.
     Tukey { c: f64 },
-    /// Hampel (1974), three parts: ψ = u up to a, a·sign(u) up to b, falling to 0 at c; ρ ends at a(b + c − a)/2.
+    /// Hampel (1974), three parts: ψ = u up to a, a·sign(u) up to b, falling to 0 at c; ρ ends at
+    /// a(b + c − a)/2.
     Hampel { a: f64, b: f64, c: f64 },
-    /// Andrews' sine (1974): ρ = a²(1 − cos(u/a)), ψ = a·sin(u/a), weight sin(u/a)/(u/a) up to aπ; then 2a², 0, 0.
+    /// Andrews' sine (1974): ρ = a²(1 − cos(u/a)), ψ = a·sin(u/a), weight sin(u/a)/(u/a) up to aπ;
+    /// then 2a², 0, 0.
     Andrews { a: f64 },
 }
 

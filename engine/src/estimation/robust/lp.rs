@@ -1,10 +1,13 @@
-//! Least `Σ |rₖ|^p` for 1 < p ≤ 2, `rₖ = √wₖ (zₖ − xₖᵀA)`. (p = 1 is [`super::least_absolute`], p = 2 least squares.)
+//! Least `Σ |rₖ|^p` for 1 < p ≤ 2, `rₖ = √wₖ (zₖ − xₖᵀA)`. (p = 1 is [`super::least_absolute`], p =
+//! 2 least squares.)
 //!
-//! ρ = |r|^p, ψ = p |r|^(p−1) sign r, weight |r|^(p−2), in powers of the unit of the heights. ρ has no second derivative at 0, so
-//! `(r² + ε²)^{p/2}` is minimised by Newton's method with halved steps (the function is convex and smooth, so this
-//! converges from anywhere), and ε falls step by step to the rounding of the heights.
+//! ρ = |r|^p, ψ = p |r|^(p−1) sign r, weight |r|^(p−2), in powers of the unit of the heights. ρ has
+//! no second derivative at 0, so `(r² + ε²)^{p/2}` is minimised by Newton's method with halved
+//! steps (the function is convex and smooth, so this converges from anywhere), and ε falls step by
+//! step to the rounding of the heights.
 //!
-//! Standard errors: `E ψ²/(E ψ′)² (XᵀX)⁻¹` with `ψ² ∝ |r|^{2p−2}`, `ψ′ ∝ (p−1)|r|^{p−2}` (Nyquist 1983; Gonin and Money 1989).
+//! Standard errors: `E ψ²/(E ψ′)² (XᵀX)⁻¹` with `ψ² ∝ |r|^{2p−2}`, `ψ′ ∝ (p−1)|r|^{p−2}` (Nyquist
+//! 1983; Gonin and Money 1989).
 
 use super::{
     super::{
@@ -21,7 +24,8 @@ use crate::numerics::cancel::{self, Asking};
 const STEPS: usize = 60;
 /// Share of the sum below which it cannot tell whether a step was good.
 const FINE: f64 = 1e-10;
-/// A last step that moves no residual by more than this share of the largest is one that stands still.
+/// A last step that moves no residual by more than this share of the largest is one that stands
+/// still.
 const STILL: f64 = 1e-10;
 /// ε falls by this factor; slowly where p is so near 1 that residuals follow it all the way down.
 fn fall(p: f64) -> f64 {
@@ -49,7 +53,8 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
                 cancel::checkpoint();
                 iterations += 1;
                 let Some((step, decrement)) = newton(p, epsilon, largest, &rows, &r) else { break };
-                // near the answer the sum has no digits left to tell steps by: Newton's own measure goes on falling
+                // near the answer the sum has no digits left to tell steps by: Newton's own measure
+                // goes on falling
                 let fine = decrement <= FINE * here;
                 if decrement <= 1e-30 * here || fine && decrement > 0.25 * last {
                     converged = fine;
@@ -68,7 +73,8 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
                 r = next;
                 x.iter_mut().zip(&step).for_each(|(x, d)| *x += length * d);
             }
-            // for p near 1 tiny residuals carry whole duals: there it ends when nothing moves any more
+            // for p near 1 tiny residuals carry whole duals: there it ends when nothing moves any
+            // more
             converged |= reached <= STILL;
             r = rows.residuals(&x);
             if epsilon <= floor {
@@ -110,7 +116,8 @@ fn moved(r: &[f64], along: &[f64], length: f64) -> Vec<f64> {
     r.iter().zip(along).map(|(r, a)| r - length * a).collect()
 }
 
-/// Newton's step of the smoothed sum, in heights divided by `largest`, and what it promises to gain (doubled).
+/// Newton's step of the smoothed sum, in heights divided by `largest`, and what it promises to gain
+/// (doubled).
 fn newton(p: f64, epsilon: f64, largest: f64, rows: &Rows, r: &[f64]) -> Option<(Vec<f64>, f64)> {
     let e = epsilon / largest;
     let slope = |u: f64| {
@@ -141,8 +148,9 @@ fn newton(p: f64, epsilon: f64, largest: f64, rows: &Rows, r: &[f64]) -> Option<
     Some((step, decrement))
 }
 
-/// τ. The mean of `|r|^{p−2}` hangs on the smallest residuals and has no variance for p ≤ 1.5, so below the k-th smallest, δ, the
-/// density is taken as even: there the mean is `δ^{p−2}/(p−1)`. Near p = 1 n residuals are 0 by the fit itself and do not count.
+/// τ. The mean of `|r|^{p−2}` hangs on the smallest residuals and has no variance for p ≤ 1.5, so
+/// below the k-th smallest, δ, the density is taken as even: there the mean is `δ^{p−2}/(p−1)`.
+/// Near p = 1 n residuals are 0 by the fit itself and do not count.
 fn dispersion(p: f64, r: &[f64], m: usize, n: usize, scale: f64) -> Option<f64> {
     if m <= n || scale <= 0.0 {
         return None;

@@ -1,16 +1,18 @@
-//! Least trimmed squares (Rousseeuw 1984): the least sum of the h smallest `rₖ²`, `rₖ = √wₖ (zₖ − xₖᵀA)`.
+//! Least trimmed squares (Rousseeuw 1984): the least sum of the h smallest `rₖ²`, `rₖ = √wₖ (zₖ −
+//! xₖᵀA)`.
 //!
-//! ρ = r² among the h smallest and 0 beyond, ψ = r or 0, weight 1 or 0, in squares of the unit of the heights. `h = ⌊coverage·m⌋`,
-//! but at least `⌊(m + n + 1)/2⌋`, where the breakdown point is highest (Rousseeuw and Leroy 1987, section 3.4).
+//! ρ = r² among the h smallest and 0 beyond, ψ = r or 0, weight 1 or 0, in squares of the unit of
+//! the heights. `h = ⌊coverage·m⌋`, but at least `⌊(m + n + 1)/2⌋`, where the breakdown point is
+//! highest (Rousseeuw and Leroy 1987, section 3.4).
 //!
 //! * Few nodes: every subset is tried, so that the answer is the global one.
-//! * Else FAST-LTS (Rousseeuw and Van Driessen 2006): from random elemental subsets (and from least squares) two
-//!   concentration steps each (fit, keep the h smallest), then the ten best to the end. Of many nodes the
-//!   first steps see a random sample. The same seed gives the same answer.
+//! * Else FAST-LTS (Rousseeuw and Van Driessen 2006): from random elemental subsets (and from least
+//!   squares) two concentration steps each (fit, keep the h smallest), then the ten best to the
+//!   end. Of many nodes the first steps see a random sample. The same seed gives the same answer.
 //!
-//! Scale: `s² = Σ_h r²/(h − n) · α/D` with α = h/m, q = Φ⁻¹((1 + α)/2) and `D = α − 2qφ(q)`, the consistency factor at normal
-//! errors (Croux and Rousseeuw 1992); no further correction for small samples. Standard errors:
-//! `s²/D (XᵀX)⁻¹`.
+//! Scale: `s² = Σ_h r²/(h − n) · α/D` with α = h/m, q = Φ⁻¹((1 + α)/2) and `D = α − 2qφ(q)`, the
+//! consistency factor at normal errors (Croux and Rousseeuw 1992); no further correction for small
+//! samples. Standard errors: `s²/D (XᵀX)⁻¹`.
 
 use super::{
     super::{
@@ -53,7 +55,8 @@ pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome
         return Err(Faults::one(
             "/estimator/type",
             format!(
-                "least trimmed squares needs more nodes than coefficients to leave any out: there are {m} for {n} coefficients"
+                "least trimmed squares needs more nodes than coefficients to leave any out: there are {m} for {n} \
+                 coefficients"
             ),
         )
         .into());
@@ -96,7 +99,8 @@ pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome
     })
 }
 
-/// Weights from which an M-estimator may start: 1 on the half of the nodes with the least trimmed sum.
+/// Weights from which an M-estimator may start: 1 on the half of the nodes with the least trimmed
+/// sum.
 pub fn start_weights(measured: &Measured) -> Result<Vec<f64>, FitError> {
     let rows = Rows::new(measured)?;
     let (m, n) = (rows.count(), rows.n);
@@ -132,7 +136,8 @@ fn subsets(m: usize, h: usize) -> Option<usize> {
     Some(count)
 }
 
-/// Sum of squares that least squares leaves on the nodes `subset`, and its step; `None` where they do not determine it.
+/// Sum of squares that least squares leaves on the nodes `subset`, and its step; `None` where they
+/// do not determine it.
 fn fitted(rows: &Rows, subset: &[usize]) -> Option<(f64, Vec<f64>)> {
     let n = rows.n;
     let mut q = Vec::with_capacity(subset.len() * n);

@@ -1,14 +1,17 @@
-//! M-estimators (Eqs. 10–12): least `Σ ρ(rₖ/s)`, `rₖ = √wₖ (zₖ − xₖᵀA)`, by iteratively reweighted least squares.
+//! M-estimators (Eqs. 10–12): least `Σ ρ(rₖ/s)`, `rₖ = √wₖ (zₖ − xₖᵀA)`, by iteratively reweighted
+//! least squares.
 //!
-//! One iteration is: scale of the residuals, then weights `ωₖ = ψ(u)/u` at `u = rₖ/s`, then least squares with the
-//! weights `wₖωₖ`, which goes through the same factor as any fit, so that it loses no digits. It ends when no residual and not
-//! the scale has moved by more than the tolerance times the scale, or by more than the rounding of the heights.
+//! One iteration is: scale of the residuals, then weights `ωₖ = ψ(u)/u` at `u = rₖ/s`, then least
+//! squares with the weights `wₖωₖ`, which goes through the same factor as any fit, so that it loses
+//! no digits. It ends when no residual and not the scale has moved by more than the tolerance times
+//! the scale, or by more than the rounding of the heights.
 //!
-//! For a convex loss with a fixed scale (or proposal 2) the answer is the only one; a redescending loss has several
-//! local solutions, and the answer is the one reached from the start.
+//! For a convex loss with a fixed scale (or proposal 2) the answer is the only one; a redescending
+//! loss has several local solutions, and the answer is the one reached from the start.
 //!
-//! Exact fit: when more than half of the nodes lie on one surface the MAD falls to 0. The limit of the weights is then 1
-//! on the surface and 0 off it, which is what is answered, with scale 0 and no standard errors.
+//! Exact fit: when more than half of the nodes lie on one surface the MAD falls to 0. The limit of
+//! the weights is then 1 on the surface and 0 off it, which is what is answered, with scale 0 and
+//! no standard errors.
 //!
 //! Standard errors by Huber (1981, section 7.6): `K² s² Σψ²/(m − n) / (mean ψ′)² (XᵀX)⁻¹`,
 //! `K = 1 + n/m · var ψ′/(mean ψ′)²`.
@@ -133,7 +136,8 @@ fn dispersion(asked: &MEstimator, residuals: &[f64], s: f64, n: usize) -> Option
     (mean > 0.0 && dispersion.is_finite()).then_some(dispersion)
 }
 
-/// The weights left too few nodes for the coefficients: what the caller has set apart from the usual is at fault, if it is one thing.
+/// The weights left too few nodes for the coefficients: what the caller has set apart from the
+/// usual is at fault, if it is one thing.
 fn too_few(asked: &MEstimator, omega: &[f64], n: usize) -> FitError {
     let left = omega.iter().filter(|w| **w > 0.0).count();
     let pointer = match (matches!(asked.scale, ScaleRule::Fixed(_)), asked.loss.is_usual()) {
@@ -144,7 +148,8 @@ fn too_few(asked: &MEstimator, omega: &[f64], n: usize) -> FitError {
     Faults::one(
         pointer,
         format!(
-            "{left} of {} nodes keep a weight, which do not determine {n} coefficients: choose a larger scale or tuning \
+            "{left} of {} nodes keep a weight, which do not determine {n} coefficients: choose a larger scale or \
+             tuning \
              constant, or the start least_trimmed_squares",
             omega.len()
         ),

@@ -1,6 +1,6 @@
-//! Regression quantiles (Koenker and Bassett 1978): ρ_τ(r) = r(τ − [r < 0]) in the unit of the heights, so that a share τ of the nodes
-//! lies below the surface (but for those on it). The solver, its certificate and the standard errors are those of
-//! [`super::least_absolute`].
+//! Regression quantiles (Koenker and Bassett 1978): ρ_τ(r) = r(τ − [r < 0]) in the unit of the
+//! heights, so that a share τ of the nodes lies below the surface (but for those on it). The
+//! solver, its certificate and the standard errors are those of [`super::least_absolute`].
 
 use super::{super::error::FitError, Measured, Outcome, least_absolute};
 

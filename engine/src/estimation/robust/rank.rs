@@ -1,18 +1,20 @@
 //! Least rank dispersion (Jaeckel 1972) with Wilcoxon scores.
 //!
-//! `D = Σ a(R(rₖ)) rₖ`, `a(i) = √12 (i/(m + 1) − 1/2)`, R the rank of `rₖ = √wₖ (zₖ − xₖᵀA)` among all; it has the unit of the
-//! heights. ψ is the score (bounded), ρ = a·r. D is convex and piecewise linear, and as `D = √12/(2(m + 1)) Σ_{i<j} |rᵢ − rⱼ|` its least
-//! value is a vertex where n pairs of residuals are equal, which [`super::vertex`] finds and certifies.
+//! `D = Σ a(R(rₖ)) rₖ`, `a(i) = √12 (i/(m + 1) − 1/2)`, R the rank of `rₖ = √wₖ (zₖ − xₖᵀA)` among
+//! all; it has the unit of the heights. ψ is the score (bounded), ρ = a·r. D is convex and
+//! piecewise linear, and as `D = √12/(2(m + 1)) Σ_{i<j} |rᵢ − rⱼ|` its least value is a vertex
+//! where n pairs of residuals are equal, which [`super::vertex`] finds and certifies.
 //!
-//! Pairs far apart in rank keep their order near the answer: they are one linear term. Pairs within a window of ranks
-//! are walked over; a round ends with a look at all pairs, and is repeated where one outside the window has changed
-//! its order. So the answer is exact for any number of nodes.
+//! Pairs far apart in rank keep their order near the answer: they are one linear term. Pairs within
+//! a window of ranks are walked over; a round ends with a look at all pairs, and is repeated where
+//! one outside the window has changed its order. So the answer is exact for any number of nodes.
 //!
-//! D does not change when a constant is added to all `rₖ`. Where the columns can add up to one, that constant is set by
-//! the median of the residuals.
+//! D does not change when a constant is added to all `rₖ`. Where the columns can add up to one,
+//! that constant is set by the median of the residuals.
 //!
-//! Standard errors: `τ² (XᵀX)⁻¹`, `1/τ = √12 ∫f²`, the integral being the density at 0 of differences of residuals (Koul,
-//! Sievers and McKean 1987; Hettmansperger and McKean 2011, section 3.7); along the constant `τ_s = 1/(2f(0))`, as for a median.
+//! Standard errors: `τ² (XᵀX)⁻¹`, `1/τ = √12 ∫f²`, the integral being the density at 0 of
+//! differences of residuals (Koul, Sievers and McKean 1987; Hettmansperger and McKean 2011, section
+//! 3.7); along the constant `τ_s = 1/(2f(0))`, as for a median.
 
 use super::{
     super::{
@@ -342,7 +344,8 @@ fn tau(residuals: &[f64], n: usize) -> Option<f64> {
         let middle = 0.5 * (low + high);
         if share(middle) >= 0.8 { high = middle } else { low = middle }
     }
-    // a window that shrinks with the number of nodes, and holds at least as many pairs as a vertex ties
+    // a window that shrinks with the number of nodes, and holds at least as many pairs as a vertex
+    // ties
     let mut width = high / (m as f64).sqrt();
     let least = (2 * n + 1) as f64 / pairs;
     while share(width) < least && width < range {
@@ -354,7 +357,8 @@ fn tau(residuals: &[f64], n: usize) -> Option<f64> {
     (tau.is_finite() && tau > 0.0).then_some(tau)
 }
 
-/// 1/f(0) of the residuals about their median, over the middle of them that a normal law would put within ±1/√m of its σ.
+/// 1/f(0) of the residuals about their median, over the middle of them that a normal law would put
+/// within ±1/√m of its σ.
 fn sparsity_at_median(residuals: &[f64], n: usize) -> Option<f64> {
     let m = residuals.len();
     if m <= n + 1 {

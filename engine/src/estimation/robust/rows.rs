@@ -1,8 +1,9 @@
 //! The nodes seen from least squares: orthonormal rows and what least squares left.
 //!
-//! Row k is `qₖ = R⁻ᵀ √wₖ wₖ`, so that `QᵀQ = I` however the columns were conditioned, and `bₖ = √wₖ rₖ` are the residuals
-//! of least squares. An estimator that is not a reweighting looks for the step `x` with least loss of `b − Qx`; the
-//! coefficients in the working basis are then those of least squares plus `R⁻¹x`.
+//! Row k is `qₖ = R⁻ᵀ √wₖ wₖ`, so that `QᵀQ = I` however the columns were conditioned, and `bₖ =
+//! √wₖ rₖ` are the residuals of least squares. An estimator that is not a reweighting looks for the
+//! step `x` with least loss of `b − Qx`; the coefficients in the working basis are then those of
+//! least squares plus `R⁻¹x`.
 
 use super::{
     super::{
@@ -100,7 +101,8 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Solves the weighted normal equations `(Σ ωₖ qₖqₖᵀ) x = Σ ωₖ qₖ yₖ`; `None` where the weights leave too little.
+/// Solves the weighted normal equations `(Σ ωₖ qₖqₖᵀ) x = Σ ωₖ qₖ yₖ`; `None` where the weights
+/// leave too little.
 pub fn weighted_solution(n: usize, q: &[f64], weights: &[f64], y: &[f64]) -> Option<Vec<f64>> {
     let mut gram = nalgebra::DMatrix::<f64>::zeros(n, n);
     let mut right = vec![0.0; n];

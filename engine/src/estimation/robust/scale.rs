@@ -34,10 +34,11 @@ pub fn proposal2_gamma(k: f64) -> f64 {
     theta + k * k * (1.0 - theta) - 2.0 * k * normal::density(k)
 }
 
-/// The scale of `residuals` by `rule`; `last` is that of the iteration before, `n` the number of coefficients.
+/// The scale of `residuals` by `rule`; `last` is that of the iteration before, `n` the number of
+/// coefficients.
 ///
-/// Proposal 2 takes one step from `last` (from the MAD at first), so that its fixed point is reached together with that
-/// of the coefficients.
+/// Proposal 2 takes one step from `last` (from the MAD at first), so that its fixed point is
+/// reached together with that of the coefficients.
 pub fn scale(rule: ScaleRule, residuals: &[f64], last: Option<f64>, n: usize) -> f64 {
     match rule {
         ScaleRule::Mad06745 => median_abs(residuals) / 0.6745,

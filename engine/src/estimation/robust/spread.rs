@@ -1,8 +1,9 @@
 //! Standard errors of a robust estimate, plain and regularised.
 //!
-//! The unregularised estimate has covariance `τ² (XᵀX)⁻¹`, X with the node weights only. In the problem that was solved the
-//! caller's columns are `R_ω`, those of X are `R`, and the filtered estimate is linear in the unfiltered one, so that row j of
-//! its square root is `τ (Σᵢ Pⱼᵢ fᵢ/λᵢ · image_iᵀ) G` with `G = R_ω R⁻¹` in the working basis, where nothing cancels.
+//! The unregularised estimate has covariance `τ² (XᵀX)⁻¹`, X with the node weights only. In the
+//! problem that was solved the caller's columns are `R_ω`, those of X are `R`, and the filtered
+//! estimate is linear in the unfiltered one, so that row j of its square root is `τ (Σᵢ Pⱼᵢ fᵢ/λᵢ ·
+//! image_iᵀ) G` with `G = R_ω R⁻¹` in the working basis, where nothing cancels.
 
 use nalgebra::DMatrix;
 
@@ -36,7 +37,8 @@ impl Spread {
         Spread { dispersion, along, turn }
     }
 
-    /// σ of a height of weight 1 in the problem that was solved: τ² times the mean of ω over the directions of X.
+    /// σ of a height of weight 1 in the problem that was solved: τ² times the mean of ω over the
+    /// directions of X.
     pub fn sigma(&self) -> Option<f64> {
         let mean = self.turn.as_ref().map_or(1.0, |turn| turn.norm_squared() / turn.ncols() as f64);
         self.dispersion.map(|tau| tau * mean.sqrt())
@@ -44,8 +46,9 @@ impl Spread {
 
     /// Standard errors of `estimate`, regularised as `regularization` says.
     ///
-    /// Where the filter acts along the eigenvectors they are exact. Where it acts along others (Tikhonov), or toward a
-    /// target, those of the unregularised estimate shrink in the proportion in which regularisation shrinks `(XᵀX)⁻¹`.
+    /// Where the filter acts along the eigenvectors they are exact. Where it acts along others
+    /// (Tikhonov), or toward a target, those of the unregularised estimate shrink in the proportion
+    /// in which regularisation shrinks `(XᵀX)⁻¹`.
     pub fn standard_errors(
         &self,
         estimate: &Estimate,

@@ -1,14 +1,16 @@
 //! Least `F(x) = Σ |bₖ − aₖᵀx| + gᵀx`, solved exactly by walking over vertices.
 //!
-//! F is convex and piecewise linear, so that a least value lies at a vertex, where n independent rows (the *basis* B)
-//! have residual 0 (Barrodale and Roberts 1973; Bartels, Conn and Sinclair 1978). At a vertex the numbers `d` with
-//! `A_Bᵀ d = g − Σ_{k∉B} sign(rₖ) aₖ` are the dual solution on the basis: all |dᵢ| ≤ 1 prove that the vertex is optimal.
-//! Otherwise the edge on which residual i leaves 0 leads down; F is followed along it through all kinks to its least
-//! value, where another residual reaches 0 and takes the place of i.
+//! F is convex and piecewise linear, so that a least value lies at a vertex, where n independent
+//! rows (the *basis* B) have residual 0 (Barrodale and Roberts 1973; Bartels, Conn and Sinclair
+//! 1978). At a vertex the numbers `d` with `A_Bᵀ d = g − Σ_{k∉B} sign(rₖ) aₖ` are the dual solution
+//! on the basis: all |dᵢ| ≤ 1 prove that the vertex is optimal. Otherwise the edge on which
+//! residual i leaves 0 leads down; F is followed along it through all kinks to its least value,
+//! where another residual reaches 0 and takes the place of i.
 //!
-//! Residuals that are 0 without being in the basis (repeated measurements, round numbers) are told apart as if every
-//! height had been moved by an infinitely small amount of its own: each residual is a pair, compared in order. So no
-//! walk goes in a circle, and the signs that the moved problem gives to such residuals serve in the certificate.
+//! Residuals that are 0 without being in the basis (repeated measurements, round numbers) are told
+//! apart as if every height had been moved by an infinitely small amount of its own: each residual
+//! is a pair, compared in order. So no walk goes in a circle, and the signs that the moved problem
+//! gives to such residuals serve in the certificate.
 
 use nalgebra::DMatrix;
 
@@ -55,12 +57,14 @@ impl Vertex {
     }
 }
 
-/// Steps that a walk over this many numbers may take, so that it ends within a minute or so; a hundred times what it takes as a rule.
+/// Steps that a walk over this many numbers may take, so that it ends within a minute or so; a
+/// hundred times what it takes as a rule.
 pub fn most_steps(numbers: usize) -> usize {
     (40_000_000_000 / numbers.max(1)).clamp(1_000, 100_000)
 }
 
-/// Walks from the vertex nearest to `start`, for at most `limit` steps. `None` when the rows do not span.
+/// Walks from the vertex nearest to `start`, for at most `limit` steps. `None` when the rows do not
+/// span.
 pub fn minimise(lines: &Lines, start: &[f64], limit: usize) -> Option<Vertex> {
     let mut walk = Walk::new(lines, start)?;
     let mut steps = 0;
@@ -148,7 +152,8 @@ impl<'a> Walk<'a> {
         &self.lines.rows[k * self.lines.n..][..self.lines.n]
     }
 
-    /// Everything that follows from the basis (and from the sides of residuals that are 0), computed afresh.
+    /// Everything that follows from the basis (and from the sides of residuals that are 0),
+    /// computed afresh.
     fn refresh(&mut self) -> Option<()> {
         let n = self.lines.n;
         let a = DMatrix::from_fn(n, n, |i, j| self.row(self.basis[i])[j]);
@@ -208,7 +213,8 @@ impl<'a> Walk<'a> {
         worst
     }
 
-    /// How fast each residual falls along the edge on which residual i of the basis leaves 0 to `side`.
+    /// How fast each residual falls along the edge on which residual i of the basis leaves 0 to
+    /// `side`.
     fn edge(&self, i: usize, side: f64) -> Vec<f64> {
         let n = self.lines.n;
         let direction: Vec<f64> = self.inverse.column(i).iter().map(|x| -side * x).collect();

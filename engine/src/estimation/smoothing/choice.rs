@@ -1,11 +1,13 @@
-//! The weight λ of a roughness penalty, `min ‖√Ω(Y − f)‖² + λ P(f)`, where each λ costs a factorisation of a banded matrix.
+//! The weight λ of a roughness penalty, `min ‖√Ω(Y − f)‖² + λ P(f)`, where each λ costs a
+//! factorisation of a banded matrix.
 //!
 //! Criteria carry the names of the service and are those of Tikhonov's estimate there:
-//! * `gcv`: minimise `RSS / (1 − edf/m)²`, edf being the trace of the matrix that makes fitted values of heights;
+//! * `gcv`: minimise `RSS / (1 − edf/m)²`, edf being the trace of the matrix that makes fitted
+//!   values of heights;
 //! * `discrepancy`: `RSS = m σ²`, with a given σ;
 //! * `l_curve`: greatest curvature of `(log √RSS, log √P)`;
-//! * `min_mse`: minimise `RSS + 2 σ² edf`, which estimates the squared error of the fitted values but for a constant (Mallows), with
-//!   a given σ;
+//! * `min_mse`: minimise `RSS + 2 σ² edf`, which estimates the squared error of the fitted values
+//!   but for a constant (Mallows), with a given σ;
 //! * or as many effective degrees of freedom as asked for.
 //!
 //! Several coordinates with one λ have their RSS and P added up.
@@ -164,7 +166,8 @@ fn minimum(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(&Fi
     minimum_of(grid, at, |_, f| score(f))
 }
 
-/// The least `score`: every dip of the grid is refined (by golden sections and parabolas), of equal ones the first wins.
+/// The least `score`: every dip of the grid is refined (by golden sections and parabolas), of equal
+/// ones the first wins.
 fn minimum_of(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(f64, &Figures) -> f64) -> f64 {
     let scores: Vec<f64> = grid.iter().map(|(x, f)| score(*x, f)).collect();
     let (mut place, mut best) = (grid[0].0, scores[0]);
@@ -264,7 +267,8 @@ fn root(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, value: impl Fn(&Figur
 mod tests {
     use super::*;
 
-    /// One direction with eigenvalue 1 of the penalty beside a null space of 2, RSS of its own 3, signal a = 2.
+    /// One direction with eigenvalue 1 of the penalty beside a null space of 2, RSS of its own 3,
+    /// signal a = 2.
     fn one(lambda: f64) -> Option<Figures> {
         let f = 1.0 / (1.0 + lambda);
         Some(Figures {

@@ -1,10 +1,13 @@
-//! The equations of the cubic smoothing spline (Reinsch 1967; Green and Silverman 1994, chapter 2), in O(m).
+//! The equations of the cubic smoothing spline (Reinsch 1967; Green and Silverman 1994, chapter 2),
+//! in O(m).
 //!
-//! With steps h, second derivatives γ at the inner abscissae, the tridiagonal R of `γᵀRγ = ∫g″²` and the second divided differences Q:
-//! `(R + λ QᵀΩ⁻¹Q) γ = Qᵀy` and `g = y − λ Ω⁻¹Qγ`. The condition of that matrix rises with the fourth power of m, so everything is
-//! done in double-double: 10⁵ abscissae leave more than ten digits whatever λ is.
+//! With steps h, second derivatives γ at the inner abscissae, the tridiagonal R of `γᵀRγ = ∫g″²`
+//! and the second divided differences Q: `(R + λ QᵀΩ⁻¹Q) γ = Qᵀy` and `g = y − λ Ω⁻¹Qγ`. The
+//! condition of that matrix rises with the fourth power of m, so everything is done in
+//! double-double: 10⁵ abscissae leave more than ten digits whatever λ is.
 //!
-//! The smoother's trace is `2 + trace(R Z)` with Z the inverse, of which only the band is needed; nothing cancels in it.
+//! The smoother's trace is `2 + trace(R Z)` with Z the inverse, of which only the band is needed;
+//! nothing cancels in it.
 
 use super::choice::Figures;
 use crate::numerics::{Dd, cancel::Asking};
@@ -21,8 +24,8 @@ pub struct Equations {
     pub steps: Vec<Dd>,
 }
 
-/// `L D Lᵀ` of aR + bK with (a, b) = (1, λ), or (1/λ, 1) where λ > 1: so neither it nor what it solves for leaves the range of doubles
-/// however large λ is.
+/// `L D Lᵀ` of aR + bK with (a, b) = (1, λ), or (1/λ, 1) where λ > 1: so neither it nor what it
+/// solves for leaves the range of doubles however large λ is.
 struct Factor {
     a: Dd,
     b: Dd,
@@ -72,7 +75,8 @@ impl Equations {
         let ratio = self.r.iter().zip(&self.k).map(|(r, k)| (r[0] / k[0]).to_f64()).fold(f64::INFINITY, f64::min);
         let length = self.steps.iter().fold(Dd::ZERO, |sum, &h| sum + h).to_f64();
         let weight: f64 = self.spread.iter().map(|&s| 1.0 / s.to_f64()).sum();
-        // the least eigenvalue of a free beam under a load spread evenly: 500.56 / (weight · length³)
+        // the least eigenvalue of a free beam under a load spread evenly: 500.56 / (weight ·
+        // length³)
         let (low, high) = ((1e-4 * ratio).ln(), (weight * length * length * length).ln());
         [low, high.max(low + 1.0)]
     }
@@ -118,7 +122,8 @@ impl Equations {
         y
     }
 
-    /// What λ gives for `heights`, by coordinate; `apart` is added to RSS (what repeated abscissae leave).
+    /// What λ gives for `heights`, by coordinate; `apart` is added to RSS (what repeated abscissae
+    /// leave).
     pub fn figures(&self, heights: &[Vec<Dd>], lambda: f64, apart: f64) -> Figures {
         let factor = self.factor(lambda);
         let (a, b) = (factor.a, factor.b);

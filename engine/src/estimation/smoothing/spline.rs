@@ -1,14 +1,17 @@
-//! The natural cubic smoothing spline of points over one parameter: `min Σ w (y − g(x))² + λ ∫ g″²`.
+//! The natural cubic smoothing spline of points over one parameter: `min Σ w (y − g(x))² + λ ∫
+//! g″²`.
 //!
-//! λ → 0 gives the natural interpolating spline, λ → ∞ the straight line of least squares. Knots are all abscissae; the answer is a
-//! B-spline curve of degree 3 over them.
+//! λ → 0 gives the natural interpolating spline, λ → ∞ the straight line of least squares. Knots
+//! are all abscissae; the answer is a B-spline curve of degree 3 over them.
 //!
-//! Repeated abscissae are repeated measurements: g has one value there, so that only their weighted mean and the sum of their weights
-//! enter the equations, and what they differ by stays in RSS whatever λ is. m in the criteria is the number of points, not of
-//! abscissae. Points of weight 0 are left out. Abscissae must not descend: nothing is sorted.
+//! Repeated abscissae are repeated measurements: g has one value there, so that only their weighted
+//! mean and the sum of their weights enter the equations, and what they differ by stays in RSS
+//! whatever λ is. m in the criteria is the number of points, not of abscissae. Points of weight 0
+//! are left out. Abscissae must not descend: nothing is sorted.
 //!
-//! Standard errors of the fitted values are `σ √(leverage/w)`, σ² = RSS/(m − edf): the spread of Wahba's posterior (1983), which
-//! contains the bias on the average over the abscissae. Several coordinates share λ.
+//! Standard errors of the fitted values are `σ √(leverage/w)`, σ² = RSS/(m − edf): the spread of
+//! Wahba's posterior (1983), which contains the bias on the average over the abscissae. Several
+//! coordinates share λ.
 
 use super::{
     choice::{self, Found, NoParameter, Problem, Smoothing},
@@ -51,12 +54,14 @@ pub struct SmoothingSpline {
     pub curve: BSplineCurve,
     pub lambda: f64,
     pub found: Found,
-    /// Trace of the matrix that makes fitted values of heights; between 2 and the number of abscissae.
+    /// Trace of the matrix that makes fitted values of heights; between 2 and the number of
+    /// abscissae.
     pub effective_degrees_of_freedom: f64,
     /// Points counted, and distinct abscissae among them.
     pub count: usize,
     pub abscissae: usize,
-    /// `Σ w r²`, √(RSS/Σw), largest residual and σ̂ = √(RSS/(m − edf)) of each coordinate; σ̂ only where m > edf.
+    /// `Σ w r²`, √(RSS/Σw), largest residual and σ̂ = √(RSS/(m − edf)) of each coordinate; σ̂ only
+    /// where m > edf.
     pub rss: Vec<f64>,
     pub rms: Vec<f64>,
     pub max_abs: Vec<f64>,

@@ -11,10 +11,12 @@ use super::super::{
     text::ascii,
 };
 
-/// The columns that Abaqus takes for a number; what would need more is rounded, to 12 digits at worst.
+/// The columns that Abaqus takes for a number; what would need more is rounded, to 12 digits at
+/// worst.
 const WIDTH: usize = 20;
 
-/// Nodes in the set `NODES`, elements in the set `FLANK`. Section, material and steps are the user's.
+/// Nodes in the set `NODES`, elements in the set `FLANK`. Section, material and steps are the
+/// user's.
 pub fn abaqus(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
     if mesh.faces().is_empty() {
         return Err(ExportFault::Nothing);

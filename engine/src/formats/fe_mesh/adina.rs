@@ -11,10 +11,12 @@ use super::super::{
     text::ascii,
 };
 
-/// Keeps a line with a number and three coordinates within 80 columns; what would need more is rounded, to 12 digits at worst.
+/// Keeps a line with a number and three coordinates within 80 columns; what would need more is
+/// rounded, to 12 digits at worst.
 const WIDTH: usize = 20;
 
-/// Commands that add nodes and elements to a model; a triangle repeats its third node. Material, thickness and loads are the user's.
+/// Commands that add nodes and elements to a model; a triangle repeats its third node. Material,
+/// thickness and loads are the user's.
 pub fn adina(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
     if mesh.faces().is_empty() {
         return Err(ExportFault::Nothing);

@@ -1,7 +1,9 @@
-//! Nodes and elements for finite elements, from a [`QuadMesh`](super::QuadMesh) whose borders are joined: two tables, Abaqus, ADINA.
+//! Nodes and elements for finite elements, from a [`QuadMesh`](super::QuadMesh) whose borders are
+//! joined: two tables, Abaqus, ADINA.
 //!
-//! Nodes and elements are numbered from 1 in the order of the mesh. Elements turn counter-clockwise seen from where the surface's
-//! normal points to. Lengths are mm: neither program knows units, so its user's other numbers have to go with that.
+//! Nodes and elements are numbered from 1 in the order of the mesh. Elements turn counter-clockwise
+//! seen from where the surface's normal points to. Lengths are mm: neither program knows units, so
+//! its user's other numbers have to go with that.
 
 mod abaqus;
 mod adina;

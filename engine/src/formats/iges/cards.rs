@@ -42,7 +42,8 @@ impl Cards {
         }
     }
 
-    /// The parameters of the entity whose directory entry begins with card `owner`; returns how many cards they took.
+    /// The parameters of the entity whose directory entry begins with card `owner`; returns how
+    /// many cards they took.
     pub(super) fn add_parameters(&mut self, fields: &[String], owner: usize) -> usize {
         let lines = wrapped(fields, PARAMETER_WIDTH);
         for line in lines.iter().asking(200) {
@@ -52,7 +53,8 @@ impl Cards {
     }
 }
 
-/// Fields separated by commas in lines of at most `width` columns. Only a text longer than a line goes on in the next one.
+/// Fields separated by commas in lines of at most `width` columns. Only a text longer than a line
+/// goes on in the next one.
 fn wrapped(fields: &[String], width: usize) -> Vec<String> {
     let (mut lines, mut line) = (Vec::new(), String::new());
     for (i, field) in fields.iter().enumerate().asking(100) {

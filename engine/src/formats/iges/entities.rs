@@ -38,7 +38,8 @@ impl Entity {
         Entity { kind: 406, form: 15, status: "00020200", label: String::new(), parameters }
     }
 
-    /// Both cards of the directory entry, given the first card of the parameters and how many they are.
+    /// Both cards of the directory entry, given the first card of the parameters and how many they
+    /// are.
     pub(super) fn directory(&self, first: usize, lines: usize) -> [String; 2] {
         let Entity { kind, form, status, label, .. } = self;
         [
@@ -61,7 +62,8 @@ fn curve_parameters(curve: &CadCurve) -> Vec<String> {
     fields
 }
 
-/// 128: K1, K2, M1, M2, closed in u and v, polynomial, periodic in u and v, knots, weights, points (u fastest), domain.
+/// 128: K1, K2, M1, M2, closed in u and v, polynomial, periodic in u and v, knots, weights, points
+/// (u fastest), domain.
 fn surface_parameters(surface: &CadSurface) -> Vec<String> {
     let [along_u, along_v] = &surface.axes;
     let (m, n) = (along_u.size(), along_v.size());

@@ -1,8 +1,10 @@
 //! IGES 5.3: rational B-spline curves (entity 126) and surfaces (entity 128).
 //!
-//! A file is cards of 80 columns in five sections: start (S) and global (G) data in columns 1–72, the directory (D) of two cards for
-//! each entity, its parameters (P) in columns 1–64 with the directory entry's number in 66–72, and the counts (T). Columns 73–80
-//! hold section and card number. Source: US PRO/IPO-100, "Initial Graphics Exchange Specification 5.3", sections 2.2, 4.23, 4.24, 4.124.
+//! A file is cards of 80 columns in five sections: start (S) and global (G) data in columns 1–72,
+//! the directory (D) of two cards for each entity, its parameters (P) in columns 1–64 with the
+//! directory entry's number in 66–72, and the counts (T). Columns 73–80 hold section and card
+//! number. Source: US PRO/IPO-100, "Initial Graphics Exchange Specification 5.3", sections 2.2,
+//! 4.23, 4.24, 4.124.
 
 mod cards;
 mod entities;
@@ -25,7 +27,8 @@ const MOST_CARDS: usize = 9_999_999;
 /// What CAD should take for one and the same place, mm.
 const RESOLUTION: f64 = 1e-6;
 
-/// The file of `shapes`: parameters as they are, lengths in mm, each name as the property 406:15 of its shape.
+/// The file of `shapes`: parameters as they are, lengths in mm, each name as the property 406:15 of
+/// its shape.
 pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault> {
     let pieces = pieces(shapes)?;
     let mut entities = Vec::new();

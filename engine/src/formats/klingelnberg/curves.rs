@@ -118,7 +118,8 @@ impl Curves {
     }
 }
 
-/// The number that stands for an undefined point. Big ones are met as far as they were rounded when written.
+/// The number that stands for an undefined point. Big ones are met as far as they were rounded when
+/// written.
 #[derive(Clone, Copy, Debug)]
 struct Undefined {
     marker: f64,
@@ -204,7 +205,8 @@ impl Body {
         Ok(())
     }
 
-    /// The values behind a head: as many as it announces, or up to the next text if it announces none.
+    /// The values behind a head: as many as it announces, or up to the next text if it announces
+    /// none.
     fn values(&mut self, head: &TraceHead, line: Line, lines: &mut Lines) -> Result<Vec<f64>, FileError> {
         if head.count.is_none() {
             let text = format!("the trace of tooth {} does not say how many values it has", head.tooth);

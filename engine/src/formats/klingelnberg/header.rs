@@ -40,7 +40,8 @@ pub struct HeaderLine {
 }
 
 impl HeaderLine {
-    /// Every number among the fields, in their order; words are passed over, `52   external` has one.
+    /// Every number among the fields, in their order; words are passed over, `52   external` has
+    /// one.
     pub fn numbers(&self) -> impl Iterator<Item = f64> {
         self.fields.iter().flat_map(|field| field.split_ascii_whitespace()).filter_map(number)
     }
@@ -131,7 +132,8 @@ impl Header {
         Ok(true)
     }
 
-    /// Code and rest of a numbered line: up to four digits and the separator. Results have five digits.
+    /// Code and rest of a numbered line: up to four digits and the separator. Results have five
+    /// digits.
     fn numbered<'a>(&self, line: Line<'a>) -> Option<(u32, &'a str)> {
         let text = line.text.trim_start();
         let digits = text.bytes().take_while(u8::is_ascii_digit).count();

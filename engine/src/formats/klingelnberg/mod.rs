@@ -1,15 +1,17 @@
 //! Gear measurements of Klingelnberg's instruments: curves (`.mka`) and values (`.mew`).
 //!
-//! Both begin with a line `HEADER KS.MK.FILE` or `HEADER KS.MW.FILE`, a preamble `KEY value ! comment`, and numbered header lines. What
-//! a header line means is told by its number alone, since its label follows the language of the instrument; so do curves by the letter
-//! of their section (`x=`, `d=`, `z=`). Curves come in blocks of traces, each with its tooth, flank and number of values; values as numbered
-//! results.
+//! Both begin with a line `HEADER KS.MK.FILE` or `HEADER KS.MW.FILE`, a preamble `KEY value !
+//! comment`, and numbered header lines. What a header line means is told by its number alone, since
+//! its label follows the language of the instrument; so do curves by the letter of their section
+//! (`x=`, `d=`, `z=`). Curves come in blocks of traces, each with its tooth, flank and number of
+//! values; values as numbered results.
 //!
-//! Conventions. Deviations are µm with the sign that is stored; [`Signs`] turns it. An undefined point is NaN and counted, never left
-//! out. Positions are found with a gear's base circle ([`Curves::place`]): samples are equidistant in **roll length** from the start to the
-//! end of the measuring range for profiles, whatever the range is given in, and equidistant in z for leads. With equal steps of roll
-//! length the slopes of a measured gear's 8 profiles come out 0.15 to 0.27 µm from the instrument's, with equal steps of
-//! diameter 0.3 to 0.7 µm.
+//! Conventions. Deviations are µm with the sign that is stored; [`Signs`] turns it. An undefined
+//! point is NaN and counted, never left out. Positions are found with a gear's base circle
+//! ([`Curves::place`]): samples are equidistant in **roll length** from the start to the end of the
+//! measuring range for profiles, whatever the range is given in, and equidistant in z for leads.
+//! With equal steps of roll length the slopes of a measured gear's 8 profiles come out 0.15 to 0.27
+//! µm from the instrument's, with equal steps of diameter 0.3 to 0.7 µm.
 
 mod curves;
 mod header;

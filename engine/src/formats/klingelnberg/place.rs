@@ -55,10 +55,12 @@ pub struct Placed {
 }
 
 impl Curves {
-    /// Gives every sample its position: roll length for profiles (equal steps of roll length from start to end of the
-    /// measuring range), z for leads; section z or diameter. Deviations keep the sign stored; see [`Placed::with_sense`].
+    /// Gives every sample its position: roll length for profiles (equal steps of roll length from
+    /// start to end of the measuring range), z for leads; section z or diameter. Deviations keep
+    /// the sign stored; see [`Placed::with_sense`].
     ///
-    /// `gear` is the one that was measured, from [`Header::gear`](super::Header::gear) or known otherwise.
+    /// `gear` is the one that was measured, from [`Header::gear`](super::Header::gear) or known
+    /// otherwise.
     pub fn place(&self, gear: &Gear) -> Placed {
         let header = &self.header;
         let site = Site { gear, profile: header.profile_setup(), helix: header.helix_setup() };
@@ -96,8 +98,9 @@ impl Placed {
         self
     }
 
-    /// Grids: the traces of one kind on one flank of a tooth at two or more sections, letters of the tooth aside. Traces of a tooth
-    /// whose numbers of samples or ranges differ make no grid; they stay among the traces. A surface needs [`Sense::Material`].
+    /// Grids: the traces of one kind on one flank of a tooth at two or more sections, letters of
+    /// the tooth aside. Traces of a tooth whose numbers of samples or ranges differ make no grid;
+    /// they stay among the traces. A surface needs [`Sense::Material`].
     pub fn topographies(&self, gear: &Gear) -> Vec<Topography> {
         let mut groups: Vec<(&str, Side, Kind, Vec<&Trace>)> = Vec::new();
         let mut index = std::collections::HashMap::new();
@@ -204,7 +207,8 @@ impl Site<'_> {
         }
     }
 
-    /// The diameter at a roll length of three decimals: the header's circle that it was rounded from, if it is one of them.
+    /// The diameter at a roll length of three decimals: the header's circle that it was rounded
+    /// from, if it is one of them.
     fn diameter(&self, roll: f64, side: Side) -> f64 {
         let circles: [&Sides<Option<f64>>; 3] = [&self.helix.middle, &self.helix.inner, &self.helix.outer];
         let near =

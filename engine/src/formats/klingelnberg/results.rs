@@ -1,8 +1,9 @@
 //! What the five digits of a result's code mean.
 //!
-//! The first three name the characteristic and where on the flank it was measured; the fourth is odd for left and even for right: 1, 2
-//! single teeth, 3, 4 mean, 5, 6 variation, 7, 8 maximum, 9, 0 minimum; the last counts the measured teeth. Characteristics of the whole
-//! gear have the same fourth digits without a flank.
+//! The first three name the characteristic and where on the flank it was measured; the fourth is
+//! odd for left and even for right: 1, 2 single teeth, 3, 4 mean, 5, 6 variation, 7, 8 maximum, 9,
+//! 0 minimum; the last counts the measured teeth. Characteristics of the whole gear have the same
+//! fourth digits without a flank.
 
 use crate::gear::Side;
 

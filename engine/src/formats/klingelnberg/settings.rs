@@ -1,4 +1,5 @@
-//! What the header's codes mean: the gear, the measuring and evaluation ranges, the probe, the rules of the evaluation.
+//! What the header's codes mean: the gear, the measuring and evaluation ranges, the probe, the
+//! rules of the evaluation.
 
 use super::{
     super::{
@@ -85,7 +86,8 @@ pub struct Probe {
     pub pitch: Option<f64>,
 }
 
-/// A reference length: the instrument's choice, its word for it, and the length that the tolerances stand beside.
+/// A reference length: the instrument's choice, its word for it, and the length that the tolerances
+/// stand beside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Length {
     pub setting: Option<i64>,
@@ -135,8 +137,8 @@ pub struct Rules {
 }
 
 impl Header {
-    /// The gear as far as the header describes it (codes 21 to 27 and 272). Hand and kind of teeth are words; German and English ones
-    /// are known, and a negative helix angle is a left-hand one.
+    /// The gear as far as the header describes it (codes 21 to 27 and 272). Hand and kind of teeth
+    /// are words; German and English ones are known, and a negative helix angle is a left-hand one.
     pub fn gear(&self, notes: &mut Notes) -> GearFacts {
         let mut facts = GearFacts {
             teeth: self.number(22).and_then(teeth),
@@ -194,7 +196,8 @@ impl Header {
         Sides { left: range(start.left, end.left), right: range(start.right, end.right) }
     }
 
-    /// What profile places are given in. Without a word for it they are diameters, which every known file has.
+    /// What profile places are given in. Without a word for it they are diameters, which every
+    /// known file has.
     pub fn profile_axis(&self) -> ProfileAxis {
         let Some(word) = self.preamble("PROFILE") else { return ProfileAxis::Diameter };
         let small = word.to_lowercase();

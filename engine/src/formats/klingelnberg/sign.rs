@@ -1,12 +1,15 @@
 //! The sign of stored deviations.
 //!
-//! Stored deviations count along the direction in which the probe is pressed, which is the same way round the gear on both flanks: material
-//! standing out is **positive on right flanks and negative on left ones**, for profiles and leads alike. On a measured spur gear the
-//! tip's rounding and the last samples before the probe leaves the flank show it on both flanks and in both directions.
+//! Stored deviations count along the direction in which the probe is pressed, which is the same way
+//! round the gear on both flanks: material standing out is **positive on right flanks and negative
+//! on left ones**, for profiles and leads alike. On a measured spur gear the tip's rounding and the
+//! last samples before the probe leaves the flank show it on both flanks and in both directions.
 //!
-//! What DIN calls a positive f_Hβ is a helix that turns to the right, on either flank: material growing upwards on left flanks,
-//! shrinking on right ones. Code 165 prints just that as `L: + : R: -`. With the two together, leads are stored with the opposite of DIN's sign on both
-//! flanks, and profiles on left ones only; on all 17 traces of that gear the slopes then have the sign that the instrument printed.
+//! What DIN calls a positive f_Hβ is a helix that turns to the right, on either flank: material
+//! growing upwards on left flanks, shrinking on right ones. Code 165 prints just that as `L: + : R:
+//! -`. With the two together, leads are stored with the opposite of DIN's sign on both flanks, and
+//! profiles on left ones only; on all 17 traces of that gear the slopes then have the sign that the
+//! instrument printed.
 
 use super::{Rules, Sides};
 use crate::gear::{Kind, Side};
@@ -16,15 +19,17 @@ use crate::gear::{Kind, Side};
 pub enum Sense {
     /// Material stands out of the nominal flank, as everywhere in [`crate::gear`].
     Material,
-    /// Slopes get the sign of DIN: profiles as [`Sense::Material`], leads positive where a positive slope turns the helix to the right.
+    /// Slopes get the sign of DIN: profiles as [`Sense::Material`], leads positive where a positive
+    /// slope turns the helix to the right.
     Din,
 }
 
 /// What turns stored deviations into either sense, for the settings of a file.
 ///
-/// The factors are known for a file with code 164 = 0 (flank names by DIN), 165 = 1 with `L: + : R: -`, and 178 = 1 (sign of leads by DIN). For other
-/// settings the same factors are used as an assumption, and [`Signs::is_known`] is false: 178 = 0 (VDI) should concern leads only, but no such
-/// file has been seen. Profiles depend on neither 165 nor 178.
+/// The factors are known for a file with code 164 = 0 (flank names by DIN), 165 = 1 with `L: + : R:
+/// -`, and 178 = 1 (sign of leads by DIN). For other settings the same factors are used as an
+/// assumption, and [`Signs::is_known`] is false: 178 = 0 (VDI) should concern leads only, but no
+/// such file has been seen. Profiles depend on neither 165 nor 178.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signs {
     helix_known: bool,

@@ -110,7 +110,8 @@ pub struct Diameters {
 }
 
 impl Diameters {
-    /// `Fußkreisdurchmesser / Höhe : 7.500` and a line of numbers; `None` for a line that is something else.
+    /// `Fußkreisdurchmesser / Höhe : 7.500` and a line of numbers; `None` for a line that is
+    /// something else.
     pub(super) fn parse(head: Line, lines: &mut Lines) -> Result<Option<Self>, FileError> {
         let Some((label, z)) = head.text.rsplit_once(':').filter(|(label, _)| label.contains('/')) else {
             return Ok(None);

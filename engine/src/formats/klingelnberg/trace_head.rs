@@ -1,7 +1,8 @@
 //! The line before the values of a trace.
 //!
-//! `[title:] Zahn-Nr.: 1k [/Profil:1] links / 480 Werte [/] x= 8.742`. Labels are free; tooth, flank, number of values and the letter of the
-//! section (`x` roll length, `d` diameter, `z` place on the face width) are what is read.
+//! `[title:] Zahn-Nr.: 1k [/Profil:1] links / 480 Werte [/] x= 8.742`. Labels are free; tooth,
+//! flank, number of values and the letter of the section (`x` roll length, `d` diameter, `z` place
+//! on the face width) are what is read.
 
 use super::{
     super::source::{Line, number},

@@ -1,4 +1,5 @@
-//! The parts of a REXS document that a gear is made of: components with their attributes, and relations.
+//! The parts of a REXS document that a gear is made of: components with their attributes, and
+//! relations.
 
 use quick_xml::{
     Reader, XmlVersion,

@@ -1,15 +1,20 @@
-//! Gear models in REXS 1.x, as XML: the cylindrical gears of a model and the measured topographies of their flanks.
+//! Gear models in REXS 1.x, as XML: the cylindrical gears of a model and the measured topographies
+//! of their flanks.
 //!
-//! A gear is a component of type `cylindrical_gear` or `ring_gear`. Pressure angle and profile shift stand on its flanks (components
-//! `cylindrical_gear_flank`, tied to it by a relation of type `flank` with the roles `gear`, `left` and `right`) or, in other versions, on the
-//! gear itself. Lengths and angles are converted by the unit that each attribute names. A positive helix angle is right-hand (ISO 21771).
+//! A gear is a component of type `cylindrical_gear` or `ring_gear`. Pressure angle and profile
+//! shift stand on its flanks (components `cylindrical_gear_flank`, tied to it by a relation of type
+//! `flank` with the roles `gear`, `left` and `right`) or, in other versions, on the gear itself.
+//! Lengths and angles are converted by the unit that each attribute names. A positive helix angle
+//! is right-hand (ISO 21771).
 //!
-//! A topography is three lists on a flank, `topographical_deviation_amounts`, `diameters_of_topographical_deviation` and
-//! `coordinates_of_topographical_deviation`: one amount for each pair of diameter and coordinate (then the coordinates run fastest, which is
-//! noted as assumed, since the specification names no order), or one amount for each entry of two lists of the same length. Amounts keep
-//! their sign.
+//! A topography is three lists on a flank, `topographical_deviation_amounts`,
+//! `diameters_of_topographical_deviation` and `coordinates_of_topographical_deviation`: one amount
+//! for each pair of diameter and coordinate (then the coordinates run fastest, which is noted as
+//! assumed, since the specification names no order), or one amount for each entry of two lists of
+//! the same length. Amounts keep their sign.
 //!
-//! Document types and entities other than the five of XML are refused. Results of load cases are passed over.
+//! Document types and entities other than the five of XML are refused. Results of load cases are
+//! passed over.
 
 mod base64;
 mod document;

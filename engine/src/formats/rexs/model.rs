@@ -232,7 +232,8 @@ impl Reader<'_> {
         }
     }
 
-    /// The number of an attribute: mm, rad, or without unit. `None` if the component has no such attribute.
+    /// The number of an attribute: mm, rad, or without unit. `None` if the component has no such
+    /// attribute.
     fn value(&self, component: &Component, names: &[&str], quantity: Quantity) -> Result<Option<f64>, FileError> {
         let Some(attribute) = component.attribute(names) else { return Ok(None) };
         let found = match &attribute.value {
@@ -246,7 +247,8 @@ impl Reader<'_> {
         Ok(Some(value * self.scale(attribute, quantity)?))
     }
 
-    /// What turns a unit into mm or rad. Attributes without unit are in those of the specification, mm and degrees.
+    /// What turns a unit into mm or rad. Attributes without unit are in those of the specification,
+    /// mm and degrees.
     fn scale(&self, attribute: &Attribute, quantity: Quantity) -> Result<f64, FileError> {
         let unit = attribute.unit.trim();
         let scale = match (quantity, unit) {

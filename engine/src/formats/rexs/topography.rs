@@ -6,7 +6,8 @@ use crate::numerics::cancel;
 /// What the lists are.
 #[derive(Debug, PartialEq)]
 pub(super) enum Shape {
-    /// Diameters, coordinates, amounts row by row of diameters; whether the order of the amounts had to be assumed.
+    /// Diameters, coordinates, amounts row by row of diameters; whether the order of the amounts
+    /// had to be assumed.
     Grid { diameter: Vec<f64>, z: Vec<f64>, amounts: Vec<f64>, assumed: bool },
     /// Diameter, coordinate and amount of each point.
     Scattered(Vec<[f64; 3]>),

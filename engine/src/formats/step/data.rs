@@ -20,7 +20,8 @@ pub(super) struct Data {
     text: String,
 }
 
-/// Lines are broken behind this column. The standard sets no limit, but many readers and people like one.
+/// Lines are broken behind this column. The standard sets no limit, but many readers and people
+/// like one.
 const COLUMNS: usize = 100;
 
 impl Data {

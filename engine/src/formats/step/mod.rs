@@ -1,7 +1,9 @@
-//! STEP (ISO 10303-21) by the application protocol AP242, edition 1: managed model based 3D engineering.
+//! STEP (ISO 10303-21) by the application protocol AP242, edition 1: managed model based 3D
+//! engineering.
 //!
-//! One product with one shape. Curves are a geometric set; each surface is a face of its whole parameter range, since CAD systems
-//! take up faces more willingly than bare surfaces. Entities: ISO 10303-41 (product, context), -42 (geometry, topology), -43 (units).
+//! One product with one shape. Curves are a geometric set; each surface is a face of its whole
+//! parameter range, since CAD systems take up faces more willingly than bare surfaces. Entities:
+//! ISO 10303-41 (product, context), -42 (geometry, topology), -43 (units).
 
 mod data;
 mod spline;

@@ -1,7 +1,8 @@
 //! A surface over its whole parameter range as the one face of a shell.
 //!
-//! The loop goes around the parameter rectangle counter-clockwise: along u at the low v, along v at the high u, and back. Where the
-//! surface is closed both sides are one edge (a seam), used in both directions. A side that has shrunk to a point is left out.
+//! The loop goes around the parameter rectangle counter-clockwise: along u at the low v, along v at
+//! the high u, and back. Where the surface is closed both sides are one edge (a seam), used in both
+//! directions. A side that has shrunk to a point is left out.
 
 use super::super::{
     cad::{CadCurve, CadSurface},

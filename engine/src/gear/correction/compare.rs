@@ -1,21 +1,26 @@
 //! Whether the machine answered as predicted.
 //!
-//! Before the correction d was measured, `p = d + JΔ` predicted, and afterwards d' is measured, with independent noise of both (σ at weight 1).
-//! A machine answers with β JΔ, and J itself is uncertain by η. Two questions are asked; docs/mathematics-notes.md derives what stands here.
+//! Before the correction d was measured, `p = d + JΔ` predicted, and afterwards d' is measured,
+//! with independent noise of both (σ at weight 1). A machine answers with β JΔ, and J itself is
+//! uncertain by η. Two questions are asked; docs/mathematics-notes.md derives what stands here.
 //!
-//! **How much of it came?** With `c = JΔ` and sums over nodes weighted with w, `β̂ = (⟨c, d' − d⟩ − σ² h)/⟨c, c⟩`. Δ was computed from d, so c
-//! follows the noise of d: `∂c/∂d = −H`, and `⟨c, d' − d⟩` is too large by `σ² tr H` on average. h is that trace, the sum of the nodes' leverages.
-//! The standard error e of β̂ is `e² = (2σ²⟨c, c⟩ + σ⁴ h)/⟨c, c⟩² + η² + η² Σ_j (Σ_k w |c_k J_kj Δ_j|)²/⟨c, c⟩²`: noise of both measurements with
-//! the part of it that c carries, a common error of all of J, and the most that errors of η can do in each setting's column however they
-//! hang together there.
+//! **How much of it came?** With `c = JΔ` and sums over nodes weighted with w, `β̂ = (⟨c, d' − d⟩ −
+//! σ² h)/⟨c, c⟩`. Δ was computed from d, so c follows the noise of d: `∂c/∂d = −H`, and `⟨c, d' −
+//! d⟩` is too large by `σ² tr H` on average. h is that trace, the sum of the nodes' leverages. The
+//! standard error e of β̂ is `e² = (2σ²⟨c, c⟩ + σ⁴ h)/⟨c, c⟩² + η² + η² Σ_j (Σ_k w |c_k J_kj
+//! Δ_j|)²/⟨c, c⟩²`: noise of both measurements with the part of it that c carries, a common error
+//! of all of J, and the most that errors of η can do in each setting's column however they hang
+//! together there.
 //!
-//! **Is what came a multiple of c at all?** `χ² = rᵀ S⁻¹ r` of `r = d' − p` with
-//! `S = diag(2σ²/w + u²) + η² (Σ_j C_j C_jᵀ + c cᵀ)`, `C_kj = J_kj Δ_j`, `u_k² = η² Σ_j C_kj²`, which is no less than the covariance of r whether errors of
-//! J are single, of whole columns, or common. β c explains what was measured where χ² of r, or that of `d' − d − β̂c` with a degree of freedom less,
-//! is below its quantile, or where at least nine tenths of the misfit are gone.
+//! **Is what came a multiple of c at all?** `χ² = rᵀ S⁻¹ r` of `r = d' − p` with `S = diag(2σ²/w +
+//! u²) + η² (Σ_j C_j C_jᵀ + c cᵀ)`, `C_kj = J_kj Δ_j`, `u_k² = η² Σ_j C_kj²`, which is no less than
+//! the covariance of r whether errors of J are single, of whole columns, or common. β c explains
+//! what was measured where χ² of r, or that of `d' − d − β̂c` with a degree of freedom less, is
+//! below its quantile, or where at least nine tenths of the misfit are gone.
 //!
-//! *What a measurement can tell.* The answer of a machine is told from no answer at all (β = 0, everything stays as it was) only where the
-//! quantile times e is below 1. Where it is not, a small χ² says nothing, and a β̂ far from 1 says no more than that it is uncertain.
+//! *What a measurement can tell.* The answer of a machine is told from no answer at all (β = 0,
+//! everything stays as it was) only where the quantile times e is below 1. Where it is not, a small
+//! χ² says nothing, and a β̂ far from 1 says no more than that it is uncertain.
 //!
 //! | β c | β̂ | verdict |
 //! |---|---|---|
@@ -24,10 +29,11 @@
 //! | explains | as near to 1 as e allows | *as predicted* |
 //! | does not | any | *different*: another setting, another tool, another workpiece |
 //!
-//! Quantiles are of probability 0.999, so a machine that is what J says is called something else once or twice in a thousand corrections. Where σ
-//! was estimated from the residuals of the correction they are those of Student's t and Fisher's F, and *weaker* asks that β̂ be too small
-//! without the correction by σ² h as well: such a σ holds form that both measurements share, and which biases nothing. A ratio that is not told
-//! from 0 is not answered.
+//! Quantiles are of probability 0.999, so a machine that is what J says is called something else
+//! once or twice in a thousand corrections. Where σ was estimated from the residuals of the
+//! correction they are those of Student's t and Fisher's F, and *weaker* asks that β̂ be too small
+//! without the correction by σ² h as well: such a σ holds form that both measurements share, and
+//! which biases nothing. A ratio that is not told from 0 is not answered.
 
 use std::collections::BTreeMap;
 
@@ -63,7 +69,8 @@ pub struct Comparison {
     pub weight: Option<Vec<f64>>,
     /// How many settings there are.
     pub settings: usize,
-    /// What each setting does to each node, J_kj Δ_j, row by row; their sum is the predicted change c (about its mean, without a datum).
+    /// What each setting does to each node, J_kj Δ_j, row by row; their sum is the predicted change
+    /// c (about its mean, without a datum).
     pub contributions: Vec<f64>,
     /// −∂c_k/∂d_k, as [`super::Solution::leverage`] has it; none where c was not computed from d.
     pub leverage: Option<Vec<f64>>,
@@ -77,7 +84,8 @@ pub struct Comparison {
 }
 
 impl Correction {
-    /// What is compared when the settings were changed by `change` and the flank then measured as `measured`.
+    /// What is compared when the settings were changed by `change` and the flank then measured as
+    /// `measured`.
     pub fn comparison(&self, change: &[f64], leverage: Vec<f64>, noise: Noise, measured: Vec<f64>) -> Comparison {
         let asked = self.asked();
         Comparison {
@@ -104,16 +112,19 @@ pub enum Verdict {
     Weaker,
     Stronger,
     Different,
-    /// Noise and the uncertainty of J are so great against the predicted change that no answer could have been told from it.
+    /// Noise and the uncertainty of J are so great against the predicted change that no answer
+    /// could have been told from it.
     Undecided,
 }
 
-/// Predicted beside measured, over the nodes that are defined before and after and have a weight above 0.
+/// Predicted beside measured, over the nodes that are defined before and after and have a weight
+/// above 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// Nodes compared.
     pub nodes: usize,
-    /// Root mean squares, µm, each node counting alike; about the means where deviations have no datum.
+    /// Root mean squares, µm, each node counting alike; about the means where deviations have no
+    /// datum.
     pub before_rms: f64,
     pub predicted_rms: f64,
     pub measured_rms: f64,
@@ -128,13 +139,15 @@ pub struct Answer {
     /// e.
     pub response_ratio_std_error: Option<f64>,
     pub chi_squared: f64,
-    /// The 0.999 quantile that it is held against; where σ was estimated, that of F times the number of nodes.
+    /// The 0.999 quantile that it is held against; where σ was estimated, that of F times the
+    /// number of nodes.
     pub chi_squared_limit: f64,
     pub verdict: Verdict,
     pub sentence: String,
 }
 
-/// Compares. Faults point into `{before, measured, weight, contributions, leverage, noise_sigma_um, response_uncertainty}`.
+/// Compares. Faults point into `{before, measured, weight, contributions, leverage, noise_sigma_um,
+/// response_uncertainty}`.
 pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
     check(comparison)?;
     let nodes = Counted::of(comparison);
@@ -261,8 +274,9 @@ impl Counted {
     }
 }
 
-/// S for errors of J of the size `eta`, by what Woodbury's identity needs of it: with N its diagonal and B the columns η C_j and η c,
-/// `rᵀ S⁻¹ r = rᵀN⁻¹r − ‖L⁻¹ BᵀN⁻¹r‖²`, `L Lᵀ = I + BᵀN⁻¹B`.
+/// S for errors of J of the size `eta`, by what Woodbury's identity needs of it: with N its
+/// diagonal and B the columns η C_j and η c, `rᵀ S⁻¹ r = rᵀN⁻¹r − ‖L⁻¹ BᵀN⁻¹r‖²`, `L Lᵀ = I +
+/// BᵀN⁻¹B`.
 struct Covariance {
     diagonal: Vec<f64>,
     /// N^(-1/2) B.
@@ -350,8 +364,9 @@ impl Scaled {
     }
 }
 
-/// 0.999 quantile of χ² (Wilson and Hilferty; within 3 % for one degree of freedom, 1.2 % from five, 0.2 % from thirty on), or of F times
-/// its degrees of freedom where σ was estimated from some.
+/// 0.999 quantile of χ² (Wilson and Hilferty; within 3 % for one degree of freedom, 1.2 % from
+/// five, 0.2 % from thirty on), or of F times its degrees of freedom where σ was estimated from
+/// some.
 fn quantile(freedom: usize, of_sigma: Option<usize>) -> f64 {
     let nu = freedom as f64;
     if let Some(of_sigma) = of_sigma {
@@ -373,8 +388,10 @@ fn sentence(answer: &Answer) -> String {
         Verdict::Stronger => format!("The machine answered more strongly than predicted: {apart}."),
         Verdict::Different => format!("The machine answered differently: {apart}."),
         Verdict::Undecided => format!(
-            "The measurement says nothing about the machine's answer: a change of {:.3} µm rms was predicted, noise and the uncertainty of \
-             the sensitivity let measured and predicted differ by {expected:.3} µm, and they differ by {difference:.3} µm.",
+            "The measurement says nothing about the machine's answer: a change of {:.3} µm rms was predicted, noise \
+             and the uncertainty of \
+             the sensitivity let measured and predicted differ by {expected:.3} µm, and they differ by {difference:.3} \
+             µm.",
             answer.predicted_change_rms
         ),
     }

@@ -1,40 +1,48 @@
 //! How far a sensitivity matrix is trusted: λ* of a correction that is to be repeated.
 //!
-//! The machine answers with `G = J + E`, not with J. Along the direction Vᵢ of the settings (unit-length columns, singular value σᵢ, filter
-//! factor fᵢ) a correction is divided by σᵢ/fᵢ, so what E adds comes back multiplied: settings that are off by e are off by
-//! `(I − V F Σ⁻¹ Uᵀ G) e` after the correction, and this shrinks from round to round in the directions that are corrected when
+//! The machine answers with `G = J + E`, not with J. Along the direction Vᵢ of the settings
+//! (unit-length columns, singular value σᵢ, filter factor fᵢ) a correction is divided by σᵢ/fᵢ, so
+//! what E adds comes back multiplied: settings that are off by e are off by `(I − V F Σ⁻¹ Uᵀ G) e`
+//! after the correction, and this shrinks from round to round in the directions that are corrected
+//! when
 //!
 //! `max(fᵢ/σᵢ) ‖E‖ < 1`  (small gain).
 //!
-//! Plain least squares has 1/σ₁ there: with one direction that J hardly knows, settings grow at every round. Both schemes of the matrix B
-//! have `max(fᵢ/σᵢ) ≤ 1/√λ*`, and of all filters with that bound the *exact* scheme, `fᵢ = min(1, σᵢ/√λ*)`, takes away least. So λ*, the
-//! assumed minimal eigenvalue, is what the smallest trusted eigenvalue is: `‖E‖²`. When entries of J are known to the relative
-//! standard uncertainty η, columns of length 1 give `‖E‖ ≤ ‖E‖_F`, `‖E‖_F² ≈ η² Σλᵢ = η² n`, however their errors hang together.
+//! Plain least squares has 1/σ₁ there: with one direction that J hardly knows, settings grow at
+//! every round. Both schemes of the matrix B have `max(fᵢ/σᵢ) ≤ 1/√λ*`, and of all filters with
+//! that bound the *exact* scheme, `fᵢ = min(1, σᵢ/√λ*)`, takes away least. So λ*, the assumed
+//! minimal eigenvalue, is what the smallest trusted eigenvalue is: `‖E‖²`. When entries of J are
+//! known to the relative standard uncertainty η, columns of length 1 give `‖E‖ ≤ ‖E‖_F`, `‖E‖_F² ≈
+//! η² Σλᵢ = η² n`, however their errors hang together.
 //!
-//! Noise σ of the deviations enters alike: settings of the size that these deviations speak for have `τ² = ‖P y‖²/Σλᵢ` in each direction
-//! (P y the part of the heights that J reaches), and a direction tells more about settings than about noise when `λᵢ > σ²/τ²`. Together
+//! Noise σ of the deviations enters alike: settings of the size that these deviations speak for
+//! have `τ² = ‖P y‖²/Σλᵢ` in each direction (P y the part of the heights that J reaches), and a
+//! direction tells more about settings than about noise when `λᵢ > σ²/τ²`. Together
 //!
 //! `λ* = Σλᵢ (η² + σ²/‖P y‖²)`, at most λₙ.
 //!
-//! It depends on J's uncertainty and on the size of noise against the deviations, never on the estimate along small directions, which is what
-//! criteria that look at residuals or at a plug-in mean squared error must trust. For the same reason bias bounds do not take the norm of
-//! that estimate for the size of what is wanted, but √n τ, or what the limits of the settings allow; and the plug-in mean squared error is
-//! not held against λ*.
+//! It depends on J's uncertainty and on the size of noise against the deviations, never on the
+//! estimate along small directions, which is what criteria that look at residuals or at a plug-in
+//! mean squared error must trust. For the same reason bias bounds do not take the norm of that
+//! estimate for the size of what is wanted, but √n τ, or what the limits of the settings allow; and
+//! the plug-in mean squared error is not held against λ*.
 
 use crate::estimation::{
     FitResult,
     spec::{Count, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme},
 };
 
-/// η unless the caller knows better: a machine answers to a calculated sensitivity within some per cent. For a handful of settings this
-/// leaves directions up to a condition index of about 30 alone, Belsley's rule.
+/// η unless the caller knows better: a machine answers to a calculated sensitivity within some per
+/// cent. For a handful of settings this leaves directions up to a condition index of about 30
+/// alone, Belsley's rule.
 pub const DEFAULT_RESPONSE_UNCERTAINTY: f64 = 0.02;
 
 /// How a correction is regularised.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Damping {
-    /// The spectral scheme *exact* with λ* from the uncertainty of J and the noise; where settings depend on each other exactly, the directions
-    /// of eigenvalues of at least λ* (truncated singular value decomposition).
+    /// The spectral scheme *exact* with λ* from the uncertainty of J and the noise; where settings
+    /// depend on each other exactly, the directions of eigenvalues of at least λ* (truncated
+    /// singular value decomposition).
     #[default]
     Uncertainty,
     /// What the caller asks of the service.
@@ -55,7 +63,8 @@ pub struct Trust {
     pub gain: f64,
 }
 
-/// λ* from a plain least-squares fit of heights with `square` = Σ w y²; `None` where nothing limits the trust.
+/// λ* from a plain least-squares fit of heights with `square` = Σ w y²; `None` where nothing limits
+/// the trust.
 pub(super) fn trust(plain: &FitResult, square: f64, eta: f64, sigma: Option<f64>) -> Option<Trust> {
     let lambda = &plain.spectrum.eigenvalues;
     let total: f64 = lambda.iter().sum();

@@ -1,21 +1,25 @@
-//! Deviations without a datum: of all nodes, or of each trace, nobody knows what they have in common.
+//! Deviations without a datum: of all nodes, or of each trace, nobody knows what they have in
+//! common.
 //!
-//! Columns and deviations are centred over the nodes that share a zero (Frisch, Waugh and Lovell): the same
-//! changes and standard errors as with a constant of its own for each zero, and as many degrees of freedom fewer.
+//! Columns and deviations are centred over the nodes that share a zero (Frisch, Waugh and Lovell):
+//! the same changes and standard errors as with a constant of its own for each zero, and as many
+//! degrees of freedom fewer.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::problem::{Asked, Correction};
 use crate::estimation::Faults;
 
-/// A column of which less than this is left when its mean is taken off moves the flank as a whole, by what nobody measures: using the rest of it
-/// would shift the flank by a multiple of what it mends. With traces it must be left of one of them at least.
+/// A column of which less than this is left when its mean is taken off moves the flank as a whole,
+/// by what nobody measures: using the rest of it would shift the flank by a multiple of what it
+/// mends. With traces it must be left of one of them at least.
 const CONSTANT: f64 = 0.3;
 /// Share of a column's greatest effect on a trace below which it has none on another.
 const NOTHING: f64 = 1e-3;
 
 impl Correction {
-    /// The same for deviations of which nobody knows what they (or those of a trace) have in common.
+    /// The same for deviations of which nobody knows what they (or those of a trace) have in
+    /// common.
     pub(super) fn without_datum(self) -> Result<Self, Faults> {
         let columns = self.asked.settings.len();
         let groups = Groups::of(&self);

@@ -1,16 +1,21 @@
-//! What a correction makes of its measurement, to first order: how noise and errors of J come back in the changes.
+//! What a correction makes of its measurement, to first order: how noise and errors of J come back
+//! in the changes.
 //!
-//! In whitened rows (node k times √w_k) and columns of the fit's scaling, `J̃ = U Σ Vᵀ`, the free settings are
-//! `θ = −A (d̃ + J̃_c Δ_c − t̃)` with the gain `A = V F Σ⁻¹ Uᵀ`, F the filter factors. Hence
+//! In whitened rows (node k times √w_k) and columns of the fit's scaling, `J̃ = U Σ Vᵀ`, the free
+//! settings are `θ = −A (d̃ + J̃_c Δ_c − t̃)` with the gain `A = V F Σ⁻¹ Uᵀ`, F the filter factors.
+//! Hence
 //!
 //! * noise σ of the deviations leaves the variance `σ² Σ_k A_ik²` in θ_i;
-//! * the predicted change `c = JΔ` follows the noise of its own measurement with `∂c̃/∂d̃ = −H`, `H = U F Uᵀ`, whose diagonal is the **leverage**
-//!   of each node;
-//! * where the machine answers with G = J + E, what is wanted differs from θ by `A E Δ + K Eᵀ r`, `K = V F Λ⁻¹ Vᵀ`, r the deviations that remain
-//!   (first order of `(J + E)⁺ y` in E; along damped directions, where that inverse is not wanted, `F² Λ⁻¹` stands in K). With `E_kj = η J_kj g_kj` this gives the variances of [`Gain::errors`].
+//! * the predicted change `c = JΔ` follows the noise of its own measurement with `∂c̃/∂d̃ = −H`, `H
+//!   = U F Uᵀ`, whose diagonal is the **leverage** of each node;
+//! * where the machine answers with G = J + E, what is wanted differs from θ by `A E Δ + K Eᵀ r`,
+//!   `K = V F Λ⁻¹ Vᵀ`, r the deviations that remain (first order of `(J + E)⁺ y` in E; along damped
+//!   directions, where that inverse is not wanted, `F² Λ⁻¹` stands in K). With `E_kj = η J_kj g_kj`
+//!   this gives the variances of [`Gain::errors`].
 //!
-//! F is taken for what it is; that λ* follows the deviations a little is left out. Where F is not a filter along these directions
-//! (Tikhonov; standardised columns with a regularisation) the gain is that of plain least squares, which is larger.
+//! F is taken for what it is; that λ* follows the deviations a little is left out. Where F is not a
+//! filter along these directions (Tikhonov; standardised columns with a regularisation) the gain is
+//! that of plain least squares, which is larger.
 
 use nalgebra::DMatrix;
 
@@ -43,7 +48,8 @@ pub(super) struct Errors {
 }
 
 impl<'a> Gain<'a> {
-    /// The gain of `fit`, which fits the settings `free`; `None` where the singular values do not converge.
+    /// The gain of `fit`, which fits the settings `free`; `None` where the singular values do not
+    /// converge.
     pub fn new(correction: &'a Correction, free: &'a [usize], fit: &FitResult) -> Option<Self> {
         let (rows, n) = (correction.counted().len(), free.len());
         let filtered = !matches!(fit.regularization.kind, RegularizationKind::None);
@@ -110,7 +116,8 @@ impl<'a> Gain<'a> {
         leverage
     }
 
-    /// Σ (1 − h) w u²: what errors of J of their own at each entry add to the residual sum of squares.
+    /// Σ (1 − h) w u²: what errors of J of their own at each entry add to the residual sum of
+    /// squares.
     pub fn response_rss(&self, change: &[f64], leverage: &[f64]) -> f64 {
         let asked = self.correction.asked();
         if asked.response_errors == ResponseErrors::PerSetting {
@@ -125,7 +132,8 @@ impl<'a> Gain<'a> {
         self.correction.counted().iter().map(of).sum()
     }
 
-    /// Errors of the free settings for the changes `change` of all; `misfit` is the share of the remaining deviations that is no noise.
+    /// Errors of the free settings for the changes `change` of all; `misfit` is the share of the
+    /// remaining deviations that is no noise.
     pub fn errors(&self, change: &[f64], misfit: f64) -> Errors {
         let asked = self.correction.asked();
         let (n, all, eta) = (self.free.len(), change.len(), asked.response_uncertainty);

@@ -1,12 +1,14 @@
 //! Settings at their limits: an active set over fits of the service.
 //!
-//! What is answered is settled when it is a fixed point of the fits: the free settings are the fit of what the settings at their limits leave
-//! over, they keep their own limits, and every setting at a limit, freed while the others stay, would be driven past it again. For plain least
-//! squares the last is the condition of Karush, Kuhn and Tucker (a freed setting moves against the sign of its multiplier), so that the
-//! answer is the minimum within the limits; for regularised fits it says the same with each fit's own λ*. Each round moves from a
-//! point within the limits towards the fit of the free settings and stops at the first limit in the way, or frees a setting that would come
-//! back (Lawson and Hanson; Stark and Parker). Rounds are bounded, and where regularised fits do not settle the best
-//! point seen is answered, which the answer says.
+//! What is answered is settled when it is a fixed point of the fits: the free settings are the fit
+//! of what the settings at their limits leave over, they keep their own limits, and every setting
+//! at a limit, freed while the others stay, would be driven past it again. For plain least squares
+//! the last is the condition of Karush, Kuhn and Tucker (a freed setting moves against the sign of
+//! its multiplier), so that the answer is the minimum within the limits; for regularised fits it
+//! says the same with each fit's own λ*. Each round moves from a point within the limits towards
+//! the fit of the free settings and stops at the first limit in the way, or frees a setting that
+//! would come back (Lawson and Hanson; Stark and Parker). Rounds are bounded, and where regularised
+//! fits do not settle the best point seen is answered, which the answer says.
 
 use super::{
     damping::{self, Damping, Trust},
@@ -107,8 +109,9 @@ pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) 
     }
 }
 
-/// How large the changes of the settings `free` are taken to be: as large as they may be where all of them have limits, else as the deviations
-/// speak for. Not as plain least squares makes them, which lets those that cannot be told apart run away.
+/// How large the changes of the settings `free` are taken to be: as large as they may be where all
+/// of them have limits, else as the deviations speak for. Not as plain least squares makes them,
+/// which lets those that cannot be told apart run away.
 fn expected(asked: &Asked, free: &[usize]) -> ExpectedSize {
     let furthest = |j: &usize| {
         let Setting { min, max, .. } = &asked.settings[*j];
@@ -117,8 +120,8 @@ fn expected(asked: &Asked, free: &[usize]) -> ExpectedSize {
     free.iter().map(furthest).collect::<Option<Vec<f64>>>().map_or(ExpectedSize::OfHeights, ExpectedSize::Within)
 }
 
-/// The caller's regularisation for some of the settings: targets lose the entries of the others, and of so many directions or eigenvalues
-/// there are at most as many as there are.
+/// The caller's regularisation for some of the settings: targets lose the entries of the others,
+/// and of so many directions or eigenvalues there are at most as many as there are.
 fn among(regularization: &Regularization, free: &[usize], all: usize) -> Regularization {
     let of = |target: &Vec<f64>| match target.len() == all {
         true => free.iter().map(|&j| target[j]).collect(),
@@ -214,8 +217,8 @@ fn within(correction: &Correction, unlimited: &[f64], pinned: &[Option<f64>]) ->
     }
 }
 
-/// A setting at a limit that, freed, would come back inside. Those that the remaining deviations pull inwards most are asked first; for plain
-/// least squares the first of them does come back.
+/// A setting at a limit that, freed, would come back inside. Those that the remaining deviations
+/// pull inwards most are asked first; for plain least squares the first of them does come back.
 fn coming_back(
     correction: &Correction,
     at: &[Option<Limit>],
@@ -248,7 +251,8 @@ fn coming_back(
     Ok(None)
 }
 
-/// How much the remaining deviations ask for more of each setting: −Jᵀ W (d + JΔ − t), for columns of length 1.
+/// How much the remaining deviations ask for more of each setting: −Jᵀ W (d + JΔ − t), for columns
+/// of length 1.
 fn pull(correction: &Correction, change: &[f64]) -> Vec<f64> {
     let n = change.len();
     let (mut sums, mut squares) = (vec![0.0; n], vec![0.0; n]);
@@ -273,6 +277,8 @@ fn remaining(correction: &Correction, change: &[f64]) -> f64 {
 pub(super) fn unsettled() -> Warning {
     Warning {
         code: "limits_not_settled",
-        message: "regularised fits do not agree on which settings stay at their limits: the best point within them is answered".into(),
+        message: "regularised fits do not agree on which settings stay at their limits: the best point within them is \
+            answered"
+            .into(),
     }
 }

@@ -1,12 +1,16 @@
-//! Sensitivities of machines that grind cylindrical gears: what one unit of each setting does to the flank.
+//! Sensitivities of machines that grind cylindrical gears: what one unit of each setting does to
+//! the flank.
 //!
-//! A column holds, for each node, the deviation along the normal of the nominal flank (µm, + = material left standing) after one unit more of
-//! the setting: the derivative of the nominal generator by that setting at a fixed node. All of them are exact: a flank that moves with
-//! the velocity w at the node stands out by `w · n`, and a flank of other gear data turns about the axis by what ψ, inv and r_b change.
+//! A column holds, for each node, the deviation along the normal of the nominal flank (µm, + =
+//! material left standing) after one unit more of the setting: the derivative of the nominal
+//! generator by that setting at a fixed node. All of them are exact: a flank that moves with the
+//! velocity w at the node stands out by `w · n`, and a flank of other gear data turns about the
+//! axis by what ψ, inv and r_b change.
 //!
 //! docs/machine-settings.md shows each setting on both flanks.
 //!
-//! With `u = −1…1` over the evaluated roll lengths and `v = −1…1` over the evaluated z, s = ±1 on left and right flanks:
+//! With `u = −1…1` over the evaluated roll lengths and `v = −1…1` over the evaluated z, s = ±1 on
+//! left and right flanks:
 //!
 //! | setting | unit | machine | deviation for one unit more |
 //! |---|---|---|---|
@@ -19,16 +23,20 @@
 //! | `infeed` | µm | form | wheel moved away from the gear's axis: the gap moves outwards as it is |
 //! | `tool_axis_offset` | µm | both | tool moved to the left (−x) in the gap that it is in (generating: in the pitch plane, across its teeth, `s cos α_n`): left flanks keep what right flanks lose |
 //!
-//! **Generating grinding.** The worm rolls with the gear as a rack does, so moving it along or across the pitch plane moves each flank along
-//! its normal by the same amount everywhere: the tooth thickness *is* the infeed (`½ cos α_n` for one µm of thickness), and there is no setting
-//! `infeed`. The worm touches the flank at one point, which runs along the normal through the pitch point; a node is made when the tool is at
-//! `z_t = z + σ h (L − L_0) tan β_b` (L_0 on the reference circle), not at z. A crowning made by infeed over z_t therefore comes with a
-//! **natural twist** on helical gears: v_t differs from v by `2 σ h (L − L_0) tan β_b / b`, and `−v_t²` has a mixed term. Shifting the worm along a dressed profile makes twist alone.
+//! **Generating grinding.** The worm rolls with the gear as a rack does, so moving it along or
+//! across the pitch plane moves each flank along its normal by the same amount everywhere: the
+//! tooth thickness *is* the infeed (`½ cos α_n` for one µm of thickness), and there is no setting
+//! `infeed`. The worm touches the flank at one point, which runs along the normal through the pitch
+//! point; a node is made when the tool is at `z_t = z + σ h (L − L_0) tan β_b` (L_0 on the
+//! reference circle), not at z. A crowning made by infeed over z_t therefore comes with a **natural
+//! twist** on helical gears: v_t differs from v by `2 σ h (L − L_0) tan β_b / b`, and `−v_t²` has a
+//! mixed term. Shifting the worm along a dressed profile makes twist alone.
 //!
-//! **Form grinding.** The wheel has the shape of the gap and leaves it in every section, moved as the wheel is moved. `infeed` and
-//! `tool_axis_offset` therefore change the profile with the direction of its normal; the thickness is set by turning the gear between the
-//! passes of left and right flanks. The contact of wheel and gap is taken to lie in one transverse section, so a crowning over z has no natural
-//! twist and there is no setting that makes twist alone.
+//! **Form grinding.** The wheel has the shape of the gap and leaves it in every section, moved as
+//! the wheel is moved. `infeed` and `tool_axis_offset` therefore change the profile with the
+//! direction of its normal; the thickness is set by turning the gear between the passes of left and
+//! right flanks. The contact of wheel and gap is taken to lie in one transverse section, so a
+//! crowning over z has no natural twist and there is no setting that makes twist alone.
 
 use super::problem::Setting;
 use crate::numerics::cancel::Asking;
@@ -136,7 +144,8 @@ impl Machine {
         self.kinds().map(Kind::setting).to_vec()
     }
 
-    /// J at the nodes. Faults point into `{gear, nodes, ranges}`: ranges without length, nodes that are no places on an involute.
+    /// J at the nodes. Faults point into `{gear, nodes, ranges}`: ranges without length, nodes that
+    /// are no places on an involute.
     pub fn sensitivity(self, gear: &Gear, nodes: &[FlankNode], ranges: Ranges) -> Result<Sensitivity, Faults> {
         check(nodes, ranges)?;
         let made = Made { machine: self, gear, ranges };
@@ -164,7 +173,9 @@ impl Made<'_> {
         match kind {
             Kind::ProfileAngle => MICRO * MINUTE * self.pressure_angle(node),
             Kind::HelixAngle => {
-                // d(tan β)/dβ = 1/cos²β of the signed angle, which turns counterclockwise on the way to the viewer; a turn by θ moves the flank by s θ r_b cos β_b along its normal
+                // d(tan β)/dβ = 1/cos²β of the signed angle, which turns counterclockwise on the
+                // way to the viewer; a turn by θ moves the flank by s θ r_b cos β_b along its
+                // normal
                 let turn = MINUTE / (gear.data().helix_angle.cos().powi(2) * gear.reference_radius());
                 let lever = gear.base_radius() * gear.base_helix_angle().cos();
                 MICRO * sign * lever * turn * (node.z - middle(self.ranges.helix))
@@ -184,8 +195,9 @@ impl Made<'_> {
         }
     }
 
-    /// How far a flank stands out for each rad more of the normal pressure angle, mm. At a fixed radius inv α changes with the base radius by
-    /// −L / r_b², so that base circle and start of the involute together leave a straight line over the roll length.
+    /// How far a flank stands out for each rad more of the normal pressure angle, mm. At a fixed
+    /// radius inv α changes with the base radius by −L / r_b², so that base circle and start of the
+    /// involute together leave a straight line over the roll length.
     fn pressure_angle(&self, node: FlankNode) -> f64 {
         let (gear, data) = (self.gear, self.gear.data());
         let transverse = gear.transverse_pressure_angle();
@@ -208,7 +220,8 @@ impl Made<'_> {
         node.z + sense * gear.hand() * (node.roll_length - self.reference_roll()) * gear.base_helix_angle().tan()
     }
 
-    /// Deviation when the gap beside a flank moves by (x, y) in its section, its middle pointing up.
+    /// Deviation when the gap beside a flank moves by (x, y) in its section, its middle pointing
+    /// up.
     fn gap_moved(&self, node: FlankNode, x: f64, y: f64) -> f64 {
         let normal = Flank::new(self.gear, node.side).at(node.roll_length, 0.0).normal;
         // the gap beside the left flank lies half a pitch counterclockwise

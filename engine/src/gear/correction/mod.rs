@@ -1,9 +1,12 @@
-//! Correction: from measured deviations to changes of machine settings, and whether the machine answered as predicted.
+//! Correction: from measured deviations to changes of machine settings, and whether the machine
+//! answered as predicted.
 //!
-//! With deviations d (µm, + = material out), the wanted deviation t and the sensitivity matrix J (nodes × settings, µm per unit of
-//! the setting) the flank after a change Δ of the settings is predicted to be `d + J Δ`. Δ is what makes `‖d + J Δ − t‖` small, that is
-//! a fit of [`crate::estimation`] with J as measurement matrix and the heights **y = t − d**. A positive entry of J means that more of the
-//! setting leaves material standing at the node; a positive change means more of the setting.
+//! With deviations d (µm, + = material out), the wanted deviation t and the sensitivity matrix J
+//! (nodes × settings, µm per unit of the setting) the flank after a change Δ of the settings is
+//! predicted to be `d + J Δ`. Δ is what makes `‖d + J Δ − t‖` small, that is a fit of
+//! [`crate::estimation`] with J as measurement matrix and the heights **y = t − d**. A positive
+//! entry of J means that more of the setting leaves material standing at the node; a positive
+//! change means more of the setting.
 //!
 //! * [`problem`]: what is asked, checked;
 //! * [`damping`]: how far J is trusted, which is how λ* is chosen unless the caller says otherwise;

@@ -47,7 +47,8 @@ impl Correction {
             warnings.push(Warning {
                 code: "undamped_correction",
                 message: format!(
-                    "plain least squares divides by what the sensitivity hardly knows ({}): repeated, such a correction can drive the settings away",
+                    "plain least squares divides by what the sensitivity hardly knows ({}): repeated, such a \
+                     correction can drive the settings away",
                     worst.sentence
                 ),
             });
@@ -57,12 +58,15 @@ impl Correction {
         {
             warnings.push(Warning {
                 code: "dependent_settings",
-                message: "some settings depend on each other exactly on these nodes: the smallest changes that do the same are answered".into(),
+                message: "some settings depend on each other exactly on these nodes: the smallest changes that do the \
+                    same are answered"
+                    .into(),
             });
         }
     }
 
-    /// What becomes of settings that the deviations say nothing about, and of the limits that they were given.
+    /// What becomes of settings that the deviations say nothing about, and of the limits that they
+    /// were given.
     fn warn_undetermined(&self, settings: &[Change], warnings: &mut Vec<Warning>) {
         let mut warn = |code, places: Vec<usize>, message: &str| {
             let names: Vec<String> = places.iter().map(|&j| format!("`{}`", settings[j].name)).collect();
@@ -79,13 +83,15 @@ impl Correction {
         let unused: Vec<usize> = staying.iter().copied().filter(limited).collect();
         let all = if self.asked.traces.is_some() { "all nodes of a trace" } else { "all nodes" };
         let alike = format!(
-            "it would change {all} nearly alike, and deviations without a datum do not tell what {all} have in common; it stays as it is"
+            "it would change {all} nearly alike, and deviations without a datum do not tell what {all} have in common; \
+             it stays as it is"
         );
         warn("undetermined_settings", staying, &alike);
         warn(
             "undetermined_settings_moved",
             moved,
-            "the deviations say nothing about it, but its limits do not let it stay as it is; it goes no further than they ask for",
+            "the deviations say nothing about it, but its limits do not let it stay as it is; it goes no further than \
+             they ask for",
         );
         warn(
             "limits_without_effect",

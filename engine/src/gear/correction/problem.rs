@@ -63,14 +63,16 @@ pub enum ResponseErrors {
     /// Each entry has one of its own.
     #[default]
     Independent,
-    /// Each setting has one: all entries of its column are too large or too small by the same share.
+    /// Each setting has one: all entries of its column are too large or too small by the same
+    /// share.
     PerSetting,
 }
 
 /// A correction as it is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked {
-    /// d, µm for each node; NaN where it is undefined: such a node takes no part and is predicted nowhere.
+    /// d, µm for each node; NaN where it is undefined: such a node takes no part and is predicted
+    /// nowhere.
     pub deviation: Vec<f64>,
     /// ≥ 0 for each node; 0 leaves a node out.
     pub weight: Option<Vec<f64>>,
@@ -81,20 +83,24 @@ pub struct Asked {
     pub settings: Vec<Setting>,
     pub damping: Damping,
     pub scaling: Scaling,
-    /// Standard deviation of a measured deviation of weight 1, µm; by default that of the residuals.
+    /// Standard deviation of a measured deviation of weight 1, µm; by default that of the
+    /// residuals.
     pub noise_sigma: Option<f64>,
-    /// r of the bias bounds, in the scaled columns (µm of a whole column). By default, under [`Damping::Uncertainty`], the norm of the changes
-    /// that the limits allow where every setting has both, else √n τ, what the deviations speak for ([`crate::estimation::spec::ExpectedSize`]);
-    /// under [`Damping::Asked`] the service's, the norm of the least-squares estimate.
+    /// r of the bias bounds, in the scaled columns (µm of a whole column). By default, under
+    /// [`Damping::Uncertainty`], the norm of the changes that the limits allow where every setting
+    /// has both, else √n τ, what the deviations speak for
+    /// ([`crate::estimation::spec::ExpectedSize`]); under [`Damping::Asked`] the service's, the
+    /// norm of the least-squares estimate.
     pub coefficient_norm_limit: Option<f64>,
     /// η, standard uncertainty of an entry of J relative to the entry.
     pub response_uncertainty: f64,
     pub response_errors: ResponseErrors,
-    /// Whether the deviations have a datum, so that their mean says something. Where they have none, as traces and flanks laid into the nominal
-    /// one, what all nodes have in common is left aside, and settings that change all nodes nearly alike are undetermined.
+    /// Whether the deviations have a datum, so that their mean says something. Where they have
+    /// none, as traces and flanks laid into the nominal one, what all nodes have in common is left
+    /// aside, and settings that change all nodes nearly alike are undetermined.
     pub absolute: bool,
-    /// Without a datum: the trace that each node belongs to, where every trace has a zero of its own. What the nodes of a trace have in
-    /// common is left aside then.
+    /// Without a datum: the trace that each node belongs to, where every trace has a zero of its
+    /// own. What the nodes of a trace have in common is left aside then.
     pub traces: Option<Vec<usize>>,
     pub include: Include,
 }
@@ -129,7 +135,8 @@ pub struct Correction {
     pub(super) counted: Vec<usize>,
     /// J less the means of its columns (over each trace), where deviations have no datum.
     pub(super) centred: Option<Vec<f64>>,
-    /// Mean of d − t (over the trace of each node), where deviations have no datum; NaN of a trace that takes no part.
+    /// Mean of d − t (over the trace of each node), where deviations have no datum; NaN of a trace
+    /// that takes no part.
     pub(super) levels: Option<Vec<f64>>,
     /// Settings that may be changed, ascending.
     pub(super) open: Vec<usize>,
@@ -138,8 +145,9 @@ pub struct Correction {
 }
 
 impl Correction {
-    /// Checks everything. Faults point into an object `{deviation_um, weight, target_um, sensitivity: {settings, matrix}, limits (by
-    /// names), noise_sigma_um, coefficient_norm_limit, response_uncertainty, absolute, trace}`.
+    /// Checks everything. Faults point into an object `{deviation_um, weight, target_um,
+    /// sensitivity: {settings, matrix}, limits (by names), noise_sigma_um, coefficient_norm_limit,
+    /// response_uncertainty, absolute, trace}`.
     pub fn new(asked: Asked) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         check_settings(&asked.settings, &mut faults);
@@ -206,7 +214,8 @@ impl Correction {
         let lost = lost(&asked, &counted_nodes);
         let columns_open = open.len() + lost;
         if counted_nodes.len() < columns_open {
-            // at the place that can be changed: what leaves too few nodes, or asks too much of those that there are
+            // at the place that can be changed: what leaves too few nodes, or asks too much of
+            // those that there are
             let (pointer, left) = match defined.len() {
                 0 => ("/deviation_um", "defined"),
                 there if there >= columns_open => ("/weight", "with a weight above 0"),

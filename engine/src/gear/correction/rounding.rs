@@ -1,9 +1,10 @@
 //! Changes that are multiples of what the control can set.
 //!
-//! Settings are rounded one after the other, the coarsest step first (the step that changes the flank most); after each the others are fitted
-//! anew to what the rounded ones leave, within their limits, so that finer steps make up for coarser ones (Babai's nearest plane). At last
-//! each rounded setting may go one step on where that leaves less. Rounding each setting by itself would spoil settings that undo
-//! each other.
+//! Settings are rounded one after the other, the coarsest step first (the step that changes the
+//! flank most); after each the others are fitted anew to what the rounded ones leave, within their
+//! limits, so that finer steps make up for coarser ones (Babai's nearest plane). At last each
+//! rounded setting may go one step on where that leaves less. Rounding each setting by itself would
+//! spoil settings that undo each other.
 
 use super::{
     limits::{fit_free, stand},
@@ -14,7 +15,8 @@ use crate::{
     numerics::cancel::{self, Asking},
 };
 
-/// The changes within `change`, which stands within the limits, of the settings with increments rounded; `None` where none has one.
+/// The changes within `change`, which stands within the limits, of the settings with increments
+/// rounded; `None` where none has one.
 pub(super) fn rounded(correction: &Correction, change: &[f64]) -> Result<Option<Vec<f64>>, FitError> {
     let settings = &correction.asked().settings;
     let n = change.len();

@@ -29,17 +29,19 @@ pub struct Change {
     pub change: f64,
     /// What the fit without limits asks for; 0 where it is fixed or undetermined.
     pub unlimited: f64,
-    /// What it would be if every setting could be set to any number; `None` where it has no increment. Errors are of this.
+    /// What it would be if every setting could be set to any number; `None` where it has no
+    /// increment. Errors are of this.
     pub unrounded: Option<f64>,
-    /// Of a free setting, given those at limits: of noise and of errors of J together, about what the regularised correction is on average.
-    /// What regularisation takes away is not in it, but in the bias bound. `None` at a limit and where the noise is not known.
+    /// Of a free setting, given those at limits: of noise and of errors of J together, about what
+    /// the regularised correction is on average. What regularisation takes away is not in it, but
+    /// in the bias bound. `None` at a limit and where the noise is not known.
     pub std_error: Option<f64>,
     /// The part of errors of J in it.
     pub response_std_error: Option<f64>,
-    /// Sharp bound on what regularisation takes away, if all changes that are wanted have at most the norm r of the fit's
-    /// [`crate::estimation::result::BiasReport`] in the scaled columns; where r is that of the
-    /// limits, no more than the way from the unrounded change to its farther limit. `None` at a
-    /// limit.
+    /// Sharp bound on what regularisation takes away, if all changes that are wanted have at most
+    /// the norm r of the fit's [`crate::estimation::result::BiasReport`] in the scaled columns;
+    /// where r is that of the limits, no more than the way from the unrounded change to its farther
+    /// limit. `None` at a limit.
     pub bias_bound: Option<f64>,
     pub limited: Option<Limit>,
     /// Whether it was to stay as it is.
@@ -63,10 +65,11 @@ pub struct Indistinguishable {
 /// The flank after the correction, if the machine answers as J says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Predicted {
-    /// d + JΔ, µm for each node; NaN where d is. Where deviations have no datum, JΔ is what it does to them about their mean, and the figures
-    /// below are about the mean.
+    /// d + JΔ, µm for each node; NaN where d is. Where deviations have no datum, JΔ is what it does
+    /// to them about their mean, and the figures below are about the mean.
     pub deviation: Vec<f64>,
-    /// Standard uncertainty of JΔ at each node, µm, entries of J being uncertain by η independently: η √Σ (J_kj Δ_j)².
+    /// Standard uncertainty of JΔ at each node, µm, entries of J being uncertain by η
+    /// independently: η √Σ (J_kj Δ_j)².
     pub uncertainty: Vec<f64>,
     /// √(Σ w (d + JΔ − t)² / Σ w), µm.
     pub rms: f64,
@@ -91,7 +94,8 @@ pub struct Solution {
     pub settings: Vec<Change>,
     pub indistinguishable: Vec<Indistinguishable>,
     pub predicted: Predicted,
-    /// −∂c_k/∂d_k of each node, 0 where it takes no part: how far the predicted change c = JΔ follows the noise of the node's own deviation.
+    /// −∂c_k/∂d_k of each node, 0 where it takes no part: how far the predicted change c = JΔ
+    /// follows the noise of the node's own deviation.
     pub leverage: Vec<f64>,
     /// `None` without degrees of freedom.
     pub noise: Option<Noise>,
@@ -181,7 +185,8 @@ impl Correction {
         self.asked.noise_sigma.map(|sigma| Noise { sigma, freedom: None }).or_else(estimated)
     }
 
-    /// Standard deviations of the free settings, of noise and errors of J together and of those of J alone.
+    /// Standard deviations of the free settings, of noise and errors of J together and of those of
+    /// J alone.
     fn errors(
         &self,
         fit: &FitResult,
@@ -197,7 +202,8 @@ impl Correction {
                 let random = noise.sigma * noise.sigma * residuals.degrees_of_freedom as f64 + of_response;
                 (noise.sigma, if residuals.rss > random { 1.0 - random / residuals.rss } else { 0.0 })
             }
-            // what remains is taken for noise; it holds the errors of single entries of J too, and they count once
+            // what remains is taken for noise; it holds the errors of single entries of J too, and
+            // they count once
             Some(freedom) => {
                 (((residuals.least_squares_rss - of_response) / freedom.max(1) as f64).max(0.0).sqrt(), 0.0)
             }
@@ -266,7 +272,8 @@ impl Correction {
         Predicted { deviation, uncertainty, rms, max, rms_before, max_before }
     }
 
-    /// Weighted root mean square and largest modulus about the target, over the nodes that take part.
+    /// Weighted root mean square and largest modulus about the target, over the nodes that take
+    /// part.
     fn size(&self, deviation: &[f64]) -> [f64; 2] {
         let (mut sum, mut weight, mut max) = (0.0, 0.0, 0.0f64);
         for &k in &self.counted {

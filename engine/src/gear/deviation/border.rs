@@ -1,4 +1,5 @@
-//! Borders of a measured flank: what lies near its edges (chamfers, tip breaks, burr) does not take part.
+//! Borders of a measured flank: what lies near its edges (chamfers, tip breaks, burr) does not take
+//! part.
 //!
 //! *Toe* is the end of the smaller z, *heel* the other. Faults point into the borders themselves.
 
@@ -13,7 +14,8 @@ use crate::{
 pub enum Border {
     #[default]
     Whole,
-    /// Without these percentages of the range that the defined nodes span, at its lower and its upper end.
+    /// Without these percentages of the range that the defined nodes span, at its lower and its
+    /// upper end.
     Trimmed { low: f64, high: f64 },
     /// From and to, mm, ends included.
     Range { from: f64, to: f64 },
@@ -61,7 +63,8 @@ impl Border {
 }
 
 impl Deviations {
-    /// Marks the nodes inside `borders`; earlier borders no longer hold. Refuses borders that leave no node.
+    /// Marks the nodes inside `borders`; earlier borders no longer hold. Refuses borders that leave
+    /// no node.
     pub fn set_borders(&mut self, borders: &Borders) -> Result<(), Faults> {
         let at = |place: fn(&Node) -> f64| self.nodes.iter().filter(|n| n.deviation.is_finite()).map(place);
         let profile = borders.profile.range("/profile", at(|node| node.roll_length));

@@ -1,20 +1,23 @@
-//! The foot of a point on the involute helicoid and its signed distance along the normal, in closed form.
+//! The foot of a point on the involute helicoid and its signed distance along the normal, in closed
+//! form.
 //!
-//! Surfaces at a constant distance δ from an involute helicoid are the same helicoid, turned: with the notation of
-//! [`crate::gear::involute`],
+//! Surfaces at a constant distance δ from an involute helicoid are the same helicoid, turned: with
+//! the notation of [`crate::gear::involute`],
 //!
 //! `P(χ, L, z) + δ n = r_b e_r(χ) + (σL + sδ cos β_b) e_t(χ) + (z − s h δ sin β_b) e_z`
 //!
-//! lies in the plane that touches the base cylinder at χ and the flank along the whole generating line. A point with
-//! radius ρ, angle θ (from +y, counterclockwise) and height z has T = √(ρ² − r_b²) and χ = θ − σ arctan(T/r_b); against
-//! the place where the nominal flank has that T and z it is turned by
+//! lies in the plane that touches the base cylinder at χ and the flank along the whole generating
+//! line. A point with radius ρ, angle θ (from +y, counterclockwise) and height z has T = √(ρ² −
+//! r_b²) and χ = θ − σ arctan(T/r_b); against the place where the nominal flank has that T and z it
+//! is turned by
 //!
 //! `Δχ = θ − s(ψ + τ inv α_t) − turn·z + σ (ξ − arctan ξ)`, ξ = T/r_b, and
 //!
 //! `δ = s r_b cos β_b Δχ`, `L = T − τ δ cos β_b`, foot at `z + s h δ sin β_b`.
 //!
-//! Nothing is iterated and nothing neglected. Of the two planes through a point that touch the base cylinder this is the one whose
-//! foot is nearest; a foot with L < 0 would lie before the involute's start, where there is no flank.
+//! Nothing is iterated and nothing neglected. Of the two planes through a point that touch the base
+//! cylinder this is the one whose foot is nearest; a foot with L < 0 would lie before the
+//! involute's start, where there is no flank.
 
 use std::f64::consts::TAU;
 
@@ -46,7 +49,8 @@ pub enum Stray {
     InsideBase { radius: f64, base_radius: f64 },
     #[error("its foot would lie {} mm of roll before the start of the involute on the base circle", short(-roll_length))]
     BeforeInvolute { roll_length: f64 },
-    #[error("the point lies {} mm from the {} flank of tooth {tooth}, farther than {} mm: another flank, or not this gear",
+    #[error("the point lies {} mm from the {} flank of tooth {tooth}, farther than {} mm: another flank, or not this \
+        gear",
         short(*distance), word(*side), short(*reach))]
     Far { distance: f64, reach: f64, tooth: u32, side: Side },
     #[error("its foot has diameter {} mm and lies beyond the {} circle of {} mm by more than {} mm", short(*diameter),
@@ -88,8 +92,9 @@ pub fn turned(vector: Vector, angle: f64) -> Vector {
     Vector::new(cos * vector.x - sin * vector.y, sin * vector.x + cos * vector.y, vector.z)
 }
 
-/// By how much the flank `side` of the tooth at the top is turned against one through the centre of the ball, rad counterclockwise, from anywhere;
-/// with the roll length of the point itself. `None` inside the base circle.
+/// By how much the flank `side` of the tooth at the top is turned against one through the centre of
+/// the ball, rad counterclockwise, from anywhere; with the roll length of the point itself. `None`
+/// inside the base circle.
 fn turn_of(gear: &Gear, side: Side, centre: &Vector) -> Option<[f64; 2]> {
     let (base, outward) = (gear.base_radius(), gear.outward());
     let radius = centre.x.hypot(centre.y);
@@ -103,8 +108,9 @@ fn turn_of(gear: &Gear, side: Side, centre: &Vector) -> Option<[f64; 2]> {
     Some([turn, tangent])
 }
 
-/// By how much the gear must be turned, rad counterclockwise, for the flank `side` to touch a ball there: of `tooth` within half a turn, of
-/// any tooth (`None`) within half a pitch. `None` inside the base circle.
+/// By how much the gear must be turned, rad counterclockwise, for the flank `side` to touch a ball
+/// there: of `tooth` within half a turn, of any tooth (`None`) within half a pitch. `None` inside
+/// the base circle.
 pub fn phase(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: f64) -> Option<f64> {
     let [turn, _] = turn_of(gear, side, centre)?;
     let turn = turn - ball / (side.sign() * gear.base_radius() * gear.base_helix_angle().cos());
@@ -115,8 +121,8 @@ pub fn phase(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball:
     Some(turn - period * (turn / period).round())
 }
 
-/// The foot of `centre` on the flank `side` of `tooth` (`None`: of the nearest tooth), the distance being that of the ball of radius
-/// `ball` (0 for a point). Coordinates must be finite.
+/// The foot of `centre` on the flank `side` of `tooth` (`None`: of the nearest tooth), the distance
+/// being that of the ball of radius `ball` (0 for a point). Coordinates must be finite.
 pub fn foot(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: f64) -> Result<Foot, Stray> {
     let (base, s, outward) = (gear.base_radius(), side.sign(), gear.outward());
     let (sin_b, cos_b) = gear.base_helix_angle().sin_cos();

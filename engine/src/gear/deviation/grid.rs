@@ -1,5 +1,5 @@
-//! A topography that is given as deviations from the unmodified involute, on a grid of roll lengths and axial positions; like a measured
-//! point's, they get the relief of the reference added.
+//! A topography that is given as deviations from the unmodified involute, on a grid of roll lengths
+//! and axial positions; like a measured point's, they get the relief of the reference added.
 //!
 //! Faults point into the object that holds `roll_length_mm`, `z_mm` and `deviation_um`.
 
@@ -18,7 +18,8 @@ pub struct Topography {
     /// From 1, clockwise.
     pub tooth: u32,
     pub side: Side,
-    /// mm, root to tip on external gears; a list of diameters goes through [`crate::gear::Gear::roll_length`].
+    /// mm, root to tip on external gears; a list of diameters goes through
+    /// [`crate::gear::Gear::roll_length`].
     pub roll_length: Vec<f64>,
     /// mm.
     pub z: Vec<f64>,

@@ -1,7 +1,8 @@
 //! Measured points, or centres of a probe ball, become deviations.
 //!
-//! The centre of a ball that touches the flank stands one radius along the normal above the touching point, so compensation is a subtraction
-//! from the normal distance. Faults point into the object that holds `points`, `teeth` (one for each point), `probe_radius_mm` and `reach_mm`.
+//! The centre of a ball that touches the flank stands one radius along the normal above the
+//! touching point, so compensation is a subtraction from the normal distance. Faults point into the
+//! object that holds `points`, `teeth` (one for each point), `probe_radius_mm` and `reach_mm`.
 
 use super::{
     Deviations, Direction, Foot, Node, Reference, Stray,
@@ -26,7 +27,8 @@ pub struct Touch {
     pub tooth: Option<u32>,
     /// `None`: the nearest, or the one that `normal` tells.
     pub side: Option<Side>,
-    /// Roughly the normal out of the material, of any length; it tells the flanks of a tooth or of a gap apart.
+    /// Roughly the normal out of the material, of any length; it tells the flanks of a tooth or of
+    /// a gap apart.
     pub normal: Option<Vector>,
 }
 
@@ -53,8 +55,8 @@ pub struct Measurement {
     /// mm; 0 for points of the surface.
     pub ball_radius: f64,
     pub direction: Direction,
-    /// How far from its flank a point may lie, mm. By default a quarter of the normal base pitch, at most [`Measurement::MOST_REACH`];
-    /// beyond half of it a point belongs to another tooth.
+    /// How far from its flank a point may lie, mm. By default a quarter of the normal base pitch,
+    /// at most [`Measurement::MOST_REACH`]; beyond half of it a point belongs to another tooth.
     pub reach: Option<f64>,
     pub strays: Strays,
 }
@@ -97,7 +99,8 @@ fn normal_base_pitch(reference: &Reference) -> f64 {
     reference.gear.base_pitch() * reference.gear.base_helix_angle().cos()
 }
 
-/// The deviation of every point. Points with a coordinate that is NaN are undefined; one beyond 1e7 mm is a fault.
+/// The deviation of every point. Points with a coordinate that is NaN are undefined; one beyond 1e7
+/// mm is a fault.
 pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measurement) -> Result<Deviations, Faults> {
     measurement.check(reference)?;
     let reach = measurement.reach(reference);
@@ -141,7 +144,8 @@ pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measureme
     })
 }
 
-/// The foot within reach, on the nearer flank where none is named; of two faults that of the nearer flank.
+/// The foot within reach, on the nearer flank where none is named; of two faults that of the nearer
+/// flank.
 fn nearest(reference: &Reference, touch: &Touch, ball: f64, reach: f64) -> Result<Foot, Stray> {
     let gear = reference.gear;
     let on = |side| {

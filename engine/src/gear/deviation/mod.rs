@@ -1,12 +1,14 @@
 //! Deviations of a measured gear from its nominal, modified flanks.
 //!
-//! Measured points or centres of a probe ball ([`measure`]) and topographies that an instrument already gave in µm ([`grid`]) become the same
+//! Measured points or centres of a probe ball ([`measure`]) and topographies that an instrument
+//! already gave in µm ([`grid`]) become the same
 //! [`Deviations`]: for each point the tooth, the flank, the place on it and the deviation there. A deviation belongs to the foot of
-//! the normal of the *unmodified* helicoid; the modification's relief at that foot is added, so that a flank that was machined as designed
-//! deviates by 0. [`Direction`] says along which line the size is taken.
+//! the normal of the *unmodified* helicoid; the modification's relief at that foot is added, so
+//! that a flank that was machined as designed deviates by 0. [`Direction`] says along which line
+//! the size is taken.
 //!
-//! Tooth 1 is the one at the top (+y at z = 0); numbers go clockwise as the viewer sees them, up to z. A point that is undefined (NaN)
-//! keeps its place in the list and has no deviation.
+//! Tooth 1 is the one at the top (+y at z = 0); numbers go clockwise as the viewer sees them, up to
+//! z. A point that is undefined (NaN) keeps its place in the list and has no deviation.
 
 pub mod border;
 mod flanks;
@@ -34,7 +36,8 @@ impl Direction {
     }
 }
 
-/// Material that a modification removes at a side, a roll length and a z (mm), along the normal, µm; NaN where it is not defined.
+/// Material that a modification removes at a side, a roll length and a z (mm), along the normal,
+/// µm; NaN where it is not defined.
 pub type Relief<'a> = &'a (dyn Fn(Side, f64, f64) -> f64 + Sync);
 
 /// What deviations refer to.
@@ -75,7 +78,8 @@ impl<'a> Reference<'a> {
 /// A point of a flank and its deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// From 1, clockwise. Of an undefined point tooth and side are those given, else 0 (none) and left.
+    /// From 1, clockwise. Of an undefined point tooth and side are those given, else 0 (none) and
+    /// left.
     pub tooth: u32,
     pub side: Side,
     /// mm; NaN where a measured point is undefined.
@@ -104,7 +108,8 @@ impl Node {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deviations {
     pub direction: Direction,
-    /// Radius of the probe ball whose centres were measured, mm; 0 where points of the surface were.
+    /// Radius of the probe ball whose centres were measured, mm; 0 where points of the surface
+    /// were.
     pub ball_radius: f64,
     pub nodes: Vec<Node>,
     /// Points without a foot that were taken for undefined, by index.

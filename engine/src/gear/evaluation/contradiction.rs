@@ -1,8 +1,9 @@
 //! Whether the traces of a flank contradict their second-order surface.
 //!
-//! Whatever the flank is, each trace has a parabola of its own. What the surface leaves beyond those parabolas
-//! says that slopes and curvatures of the traces (and their levels, where they share one zero) are not those of
-//! one surface of second order. Form, as waviness and reliefs, is left by both and says nothing of the kind.
+//! Whatever the flank is, each trace has a parabola of its own. What the surface leaves beyond
+//! those parabolas says that slopes and curvatures of the traces (and their levels, where they
+//! share one zero) are not those of one surface of second order. Form, as waviness and reliefs, is
+//! left by both and says nothing of the kind.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -22,8 +23,9 @@ pub(super) struct Contradiction {
     pub turned: Option<f64>,
 }
 
-/// Where all traces together leave so many times what each leaves of its own parabola, squared, they
-/// contradict the surface. Waves of two periods and more over the range leave at most 0.2 of it between traces.
+/// Where all traces together leave so many times what each leaves of its own parabola, squared,
+/// they contradict the surface. Waves of two periods and more over the range leave at most 0.2 of
+/// it between traces.
 const CONTRADICTION: f64 = 4.0;
 /// No contradiction below, rms in µm: what files are rounded to.
 const LEAST_CONTRADICTION: f64 = 0.1;

@@ -1,4 +1,5 @@
-//! What the samples of a trace cover of the evaluation range, and which figures and classes they tell by it.
+//! What the samples of a trace cover of the evaluation range, and which figures and classes they
+//! tell by it.
 
 use super::{
     Notice,
@@ -10,8 +11,8 @@ use crate::estimation::words::{Shown, counted};
 /// Shares are sums of rounded numbers.
 const ROUNDING: f64 = 1e-9;
 
-/// What the samples tell: whether they reach both ends of the range to one distance of neighbouring samples (they are
-/// discrete), leave no hole in it, and cover enough of it.
+/// What the samples tell: whether they reach both ends of the range to one distance of neighbouring
+/// samples (they are discrete), leave no hole in it, and cover enough of it.
 pub(super) fn told(subject: &Subject, u: &[f64], spacing: &Spacing, notices: &mut Vec<Notice>) -> Told {
     let window = subject.window;
     let half = 0.5 * window.length();

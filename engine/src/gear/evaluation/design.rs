@@ -4,8 +4,9 @@ use super::settings::Settings;
 use crate::gear::{Gear, Kind, Modifications, Trace, trace::Direction};
 use crate::numerics::cancel::Asking;
 
-/// What a flank that was machined as designed shows along `trace`: µm for each sample, in the sign and direction of its deviations. `None`
-/// where the section of the trace is not known, or is no diameter of the involute.
+/// What a flank that was machined as designed shows along `trace`: µm for each sample, in the sign
+/// and direction of its deviations. `None` where the section of the trace is not known, or is no
+/// diameter of the involute.
 pub fn design(gear: &Gear, modifications: &Modifications, trace: &Trace, settings: &Settings) -> Option<Vec<f64>> {
     if modifications.is_none_on(trace.side) {
         return Some(vec![0.0; trace.at.len()]);

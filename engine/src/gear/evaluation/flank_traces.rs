@@ -8,13 +8,15 @@ use crate::{
     numerics::cancel,
 };
 
-/// Samples of one tooth flank, within the evaluation ranges: what lies beyond (the rounding of the tip) is no matter of the flank.
+/// Samples of one tooth flank, within the evaluation ranges: what lies beyond (the rounding of the
+/// tip) is no matter of the flank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlankTraces {
     /// Without the letter of a trace beside the middle.
     pub tooth: String,
     pub side: Side,
-    /// Roll length and z in mm, deviation about the design in µm, transverse, positive where material stands out.
+    /// Roll length and z in mm, deviation about the design in µm, transverse, positive where
+    /// material stands out.
     pub places: Vec<[f64; 3]>,
     pub(super) each: Vec<OneTrace>,
 }
@@ -28,7 +30,8 @@ pub(super) struct OneTrace {
     pub variance: Option<f64>,
 }
 
-/// Tooth by tooth and flank by flank the traces whose section is known, the flank with most traces first.
+/// Tooth by tooth and flank by flank the traces whose section is known, the flank with most traces
+/// first.
 pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<FlankTraces> {
     let [rolls, helix] = ranges(gear, settings);
     let within = |x: f64, range: Option<[f64; 2]>| range.is_none_or(|[low, high]| low - EDGE <= x && x <= high + EDGE);

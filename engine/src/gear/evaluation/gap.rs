@@ -1,17 +1,19 @@
 //! Mean curves of a trace with gaps, and how well they are told.
 //!
-//! The standard fits its line to the whole evaluation range. A line through the samples on both sides of a hole is
-//! another one: on a crowned flank it is off by as much as the parabola bends over what is missing. So a gap is filled
-//! with what the flank most likely is there, and the curves are fitted to the whole range.
+//! The standard fits its line to the whole evaluation range. A line through the samples on both
+//! sides of a hole is another one: on a crowned flank it is off by as much as the parabola bends
+//! over what is missing. So a gap is filled with what the flank most likely is there, and the
+//! curves are fitted to the whole range.
 //!
-//! Of the flank it is supposed that it is a parabola and a form that varies about as much everywhere, with a covariance
-//! `s² m(d/ℓ)` of places at a distance d, m being Matérn's of order 5/2 (forms that are twice differentiable). Means of
-//! samples over short blocks, with the noise of the samples, then tell the most likely form in the gap
-//! and its standard error in closed form (best linear unbiased prediction: exact for every parabola).
-//! Size s and length ℓ are not known. The likelihood of what the parabola leaves (restricted: of what
-//! no parabola moves) says which are more probable than others, and the answer is their weighted mean,
-//! with what they differ by in its error. A parabola with noise is filled by a parabola with the error
-//! of the noise; where waves are left, the error is about what waves may hide in the gap.
+//! Of the flank it is supposed that it is a parabola and a form that varies about as much
+//! everywhere, with a covariance `s² m(d/ℓ)` of places at a distance d, m being Matérn's of order
+//! 5/2 (forms that are twice differentiable). Means of samples over short blocks, with the noise of
+//! the samples, then tell the most likely form in the gap and its standard error in closed form
+//! (best linear unbiased prediction: exact for every parabola). Size s and length ℓ are not known.
+//! The likelihood of what the parabola leaves (restricted: of what no parabola moves) says which
+//! are more probable than others, and the answer is their weighted mean, with what they differ by
+//! in its error. A parabola with noise is filled by a parabola with the error of the noise; where
+//! waves are left, the error is about what waves may hide in the gap.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3, OMatrix, U3, Vector3};
 
@@ -27,8 +29,8 @@ const BLOCKS: f64 = 48.0;
 const FEWEST_BLOCKS: usize = 8;
 /// Lengths of forms that are tried; the range is 2 long.
 const LENGTHS: [f64; 5] = [0.08, 0.16, 0.32, 0.64, 1.28];
-/// Sizes that are tried, over the root mean square of what the parabola leaves in the blocks. A long form is mostly
-/// taken up by the parabola, so that little of it is left.
+/// Sizes that are tried, over the root mean square of what the parabola leaves in the blocks. A
+/// long form is mostly taken up by the parabola, so that little of it is left.
 const SIZES: [f64; 8] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 /// No noise is smaller than this share of what the parabola leaves: matrices stay well conditioned.
 const LEAST_NOISE: f64 = 1e-3;
@@ -41,7 +43,8 @@ pub struct Told {
     pub errors: Option<[f64; FIGURES]>,
 }
 
-/// Of samples at three places at least, at ascending places, with the standard deviation of their noise.
+/// Of samples at three places at least, at ascending places, with the standard deviation of their
+/// noise.
 pub fn mean_curves(u: &[f64], deviation: &[f64], spacing: &Spacing, noise: Option<f64>) -> Told {
     let near = MeanCurves::of(u, deviation, &spacing.weight);
     if spacing.gaps.is_empty() {
@@ -169,7 +172,8 @@ struct Asked<'a> {
 struct Prediction {
     log_likelihood: f64,
     form: DVector<f64>,
-    /// What the form in the gaps adds to the variance of the figures, together with what it shares with the noise.
+    /// What the form in the gaps adds to the variance of the figures, together with what it shares
+    /// with the noise.
     variance: [f64; FIGURES],
 }
 
@@ -187,8 +191,8 @@ fn covariance(a: &[f64], b: &[f64], length: f64) -> DMatrix<f64> {
 }
 
 impl Asked<'_> {
-    /// The most likely form in the cells, and the standard errors of the figures whose samples' noise alone has the
-    /// variances `own`; `None` where blocks are too few.
+    /// The most likely form in the cells, and the standard errors of the figures whose samples'
+    /// noise alone has the variances `own`; `None` where blocks are too few.
     fn predicted(&self, own: [f64; FIGURES]) -> Option<(Vec<f64>, [f64; FIGURES])> {
         if self.blocks.at.len() < FEWEST_BLOCKS {
             return None;
@@ -229,7 +233,8 @@ impl Asked<'_> {
         Some((form.as_slice().to_vec(), errors))
     }
 
-    /// By covariances of the form among blocks, of blocks and cells, among cells; `None`: there is no form.
+    /// By covariances of the form among blocks, of blocks and cells, among cells; `None`: there is
+    /// no form.
     fn by(&self, form: Option<&[DMatrix<f64>; 3]>) -> Option<Prediction> {
         let noise = self.blocks.counts().map(|count| self.noise * self.noise / count);
         let mut variance = DMatrix::from_diagonal(&noise);

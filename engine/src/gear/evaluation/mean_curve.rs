@@ -1,9 +1,10 @@
 //! Mean line and mean parabola of a trace, and what each sample adds to their figures.
 //!
-//! Weighted least squares in polynomials p₀, p₁, p₂ that are perpendicular over the samples (Forsythe's recurrence):
-//! `p₁ = u − α₀`, `p₂ = (u − α₁) p₁ − β`, each with its coefficient `cₖ = Σ w pₖ δ / Σ w pₖ²`. Coefficients are sums of
-//! the deviations with known factors, so noise of variance σ² per sample has in them the variance σ² times the sum of
-//! the squared factors: weights say how long a range a sample stands for, not how well it was measured.
+//! Weighted least squares in polynomials p₀, p₁, p₂ that are perpendicular over the samples
+//! (Forsythe's recurrence): `p₁ = u − α₀`, `p₂ = (u − α₁) p₁ − β`, each with its coefficient `cₖ =
+//! Σ w pₖ δ / Σ w pₖ²`. Coefficients are sums of the deviations with known factors, so noise of
+//! variance σ² per sample has in them the variance σ² times the sum of the squared factors: weights
+//! say how long a range a sample stands for, not how well it was measured.
 
 use crate::numerics::cancel::Asking;
 
@@ -18,8 +19,8 @@ pub struct MeanCurves {
     norms: [f64; 2],
 }
 
-/// What is told of a trace's mean curves, in the order of the factors: slope of the line, slope of the parabola's chord
-/// over [-1, 1], coefficient of u².
+/// What is told of a trace's mean curves, in the order of the factors: slope of the line, slope of
+/// the parabola's chord over [-1, 1], coefficient of u².
 pub const FIGURES: usize = 3;
 
 impl MeanCurves {

@@ -1,12 +1,14 @@
-//! Stretches where samples are missing: longer than the trace's own spacing, short of a hole or not.
+//! Stretches where samples are missing: longer than the trace's own spacing, short of a hole or
+//! not.
 //!
-//! A trace may be sampled evenly and thinly, or more densely where its flank bends: the spacing that counts is that of
-//! the neighbourhood. Where so few samples stand together that most distances are long, those are the spacing.
+//! A trace may be sampled evenly and thinly, or more densely where its flank bends: the spacing
+//! that counts is that of the neighbourhood. Where so few samples stand together that most
+//! distances are long, those are the spacing.
 
 use crate::numerics::cancel::Asking;
 
-/// Share of the evaluation range that a distance without missing samples may be. The standard's cut-off of 1/30 leaves
-/// no wave that could hide in it.
+/// Share of the evaluation range that a distance without missing samples may be. The standard's
+/// cut-off of 1/30 leaves no wave that could hide in it.
 pub const HIDES_NOTHING: f64 = 0.01;
 /// Missing is what is so many times as long as three quarters of the distances beside it.
 pub const MISSING_DISTANCES: f64 = 3.0;

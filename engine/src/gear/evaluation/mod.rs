@@ -1,8 +1,10 @@
-//! Evaluation of measured traces by ISO 1328-1:2013: slope, form, total deviation and crowning of every trace, means and variations over the
-//! teeth, twist, pitch, run-out, and the class that each value reaches; beside it the second-order surface of a whole flank.
+//! Evaluation of measured traces by ISO 1328-1:2013: slope, form, total deviation and crowning of
+//! every trace, means and variations over the teeth, twist, pitch, run-out, and the class that each
+//! value reaches; beside it the second-order surface of a whole flank.
 //!
-//! Deviations are µm along the base tangent of the transverse plane (asked in [`crate::gear::trace::Direction`], answered so). Surfaces are fits of
-//! [`crate::estimation`]. Conventions of sign stand in [`settings`].
+//! Deviations are µm along the base tangent of the transverse plane (asked in
+//! [`crate::gear::trace::Direction`], answered so). Surfaces are fits of [`crate::estimation`].
+//! Conventions of sign stand in [`settings`].
 
 mod classes;
 mod contradiction;
@@ -52,7 +54,8 @@ use crate::estimation::{
 };
 use crate::numerics::cancel;
 
-/// A trace and, where the flank is modified by design, its design line: µm per sample in the sign and direction of the deviations, taken away from them.
+/// A trace and, where the flank is modified by design, its design line: µm per sample in the sign
+/// and direction of the deviations, taken away from them.
 #[derive(Clone, Copy, Debug)]
 pub struct Posted<'a> {
     pub trace: &'a Trace,
@@ -104,8 +107,9 @@ pub struct Evaluation {
     pub notices: Vec<Notice>,
 }
 
-/// Evaluates traces. Faults point into the request: `/traces/3/deviation_um`, `/evaluation/helix_range_mm`. A trace that is sound but cannot be
-/// evaluated has no values and a notice; the others are evaluated.
+/// Evaluates traces. Faults point into the request: `/traces/3/deviation_um`,
+/// `/evaluation/helix_range_mm`. A trace that is sound but cannot be evaluated has no values and a
+/// notice; the others are evaluated.
 pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<Evaluation, Faults> {
     check(posted)?;
     let [profile, helix] = windows(gear, posted, settings)?;
@@ -174,7 +178,8 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, notices })
 }
 
-/// Slopes over a length that the gear has not got are extrapolated: tolerances say nothing about them.
+/// Slopes over a length that the gear has not got are extrapolated: tolerances say nothing about
+/// them.
 fn foreign_reference(gear: &Gear, kind: Kind, window: &Window) -> Option<Notice> {
     let (longest, name) = match kind {
         Kind::Profile => (gear.roll_length(2.0 * gear.tip_radius().max(gear.root_radius()))?, "profile"),
@@ -212,19 +217,17 @@ fn near_base_circle(gear: &Gear, window: &Window) -> Option<Notice> {
     let roll = window.low / gear.base_radius();
     (roll < NEAR_BASE_ROLL).then(|| {
         let message = format!(
-            "the evaluation range begins at {}° of roll, close to the base circle: there a small error of diameter is a large one of roll \
+            "the evaluation range begins at {}° of roll, close to the base circle: there a small error of diameter is \
+             a large one of roll \
              length, and the involute itself ends",
             Shown((roll.to_degrees() * 100.0).round() / 100.0)
         );
-        Notice {
-            code: "near_base_circle",
-            pointer: Some("/evaluation/profile_diameter_range_mm".into()),
-            message,
-        }
+        Notice { code: "near_base_circle", pointer: Some("/evaluation/profile_diameter_range_mm".into()), message }
     })
 }
 
-/// Roll angle below which a range is close to the base circle, rad: 5°, where an error of diameter is eleven times as large in roll length.
+/// Roll angle below which a range is close to the base circle, rad: 5°, where an error of diameter
+/// is eleven times as large in roll length.
 pub const NEAR_BASE_ROLL: f64 = 0.087_266_462_599_716_48;
 
 /// What profiles and helices are evaluated with, where there are any.

@@ -1,14 +1,16 @@
 //! How much of a trace is noise, told from what is systematic.
 //!
-//! Crowning, reliefs and waviness are the flank's: measured again they come again. So the noise is not the scatter
-//! about a mean line but that of contrasts which no smooth curve moves: third differences `(1, −3, 3, −1)/√20` of
-//! neighbouring samples, and of means over blocks of neighbouring samples. For independent noise both have the variance
-//! σ² (that of blocks times their length); noise whose neighbours go together, as filters leave it, shows in the
-//! blocks, and the greater of the two counts. Contrasts beyond four times what is usual are corners and outliers of the
-//! flank, not noise, and are left out.
+//! Crowning, reliefs and waviness are the flank's: measured again they come again. So the noise is
+//! not the scatter about a mean line but that of contrasts which no smooth curve moves: third
+//! differences `(1, −3, 3, −1)/√20` of neighbouring samples, and of means over blocks of
+//! neighbouring samples. For independent noise both have the variance σ² (that of blocks times
+//! their length); noise whose neighbours go together, as filters leave it, shows in the blocks, and
+//! the greater of the two counts. Contrasts beyond four times what is usual are corners and
+//! outliers of the flank, not noise, and are left out.
 //!
-//! What goes together over more than 1/64 of the samples, and every error that is the same all along a trace
-//! (alignment, drift, temperature), cannot be told from the flank and is not in this number.
+//! What goes together over more than 1/64 of the samples, and every error that is the same all
+//! along a trace (alignment, drift, temperature), cannot be told from the flank and is not in this
+//! number.
 
 use super::spacing::Spacing;
 use crate::numerics::{cancel::Asking, quantiles::median};
@@ -22,7 +24,8 @@ const MEDIAN_SQUARE: f64 = 0.454_936_423_119_572_8;
 /// Contrasts beyond are no noise, in standard deviations.
 const CUT: f64 = 4.0;
 
-/// Standard deviation of a sample as far as means and slopes feel it; `None` where the samples are too few to tell.
+/// Standard deviation of a sample as far as means and slopes feel it; `None` where the samples are
+/// too few to tell.
 pub fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<f64> {
     let single = variance(u, deviation, spacing, 1)?;
     let block = u.len() / BLOCKS;

@@ -1,12 +1,13 @@
 //! Pitch deviations of one flank all around the gear.
 //!
-//! Teeth are numbered 1 … z in the direction in which deviations count positive; the index deviation δᵢ is the arc, in µm on the measuring circle,
-//! by which flank i stands beyond its place relative to the first one there is. Of these: single pitch deviations `f_pi = δᵢ − δᵢ₋₁` (of the
-//! pitch that ends at flank i, all around: `f_p1 = δ₁ − δ_z`), `f_p` = greatest |f_pi|, `F_p` = range of δ, `F_pk` = greatest |δᵢ₊ₖ − δᵢ|,
-//! `f_u` = greatest |f_pi − f_pi₋₁|.
+//! Teeth are numbered 1 … z in the direction in which deviations count positive; the index
+//! deviation δᵢ is the arc, in µm on the measuring circle, by which flank i stands beyond its place
+//! relative to the first one there is. Of these: single pitch deviations `f_pi = δᵢ − δᵢ₋₁` (of the
+//! pitch that ends at flank i, all around: `f_p1 = δ₁ − δ_z`), `f_p` = greatest |f_pi|, `F_p` =
+//! range of δ, `F_pk` = greatest |δᵢ₊ₖ − δᵢ|, `f_u` = greatest |f_pi − f_pi₋₁|.
 //!
-//! A tooth that was not measured leaves out what needs it. What is left is then a lower bound of the gear's value: [`Pitch::complete`] is
-//! false and no class is given.
+//! A tooth that was not measured leaves out what needs it. What is left is then a lower bound of
+//! the gear's value: [`Pitch::complete`] is false and no class is given.
 
 use std::f64::consts::TAU;
 
@@ -31,7 +32,8 @@ pub enum PitchMeasured {
     Index(Vec<f64>),
     /// Where the flanks are, rad in the direction of counting, from anywhere.
     Angles(Vec<f64>),
-    /// Single pitch deviations f_pi, µm on the measuring circle. Their sum all around is 0 by definition; what is left of it is taken off evenly.
+    /// Single pitch deviations f_pi, µm on the measuring circle. Their sum all around is 0 by
+    /// definition; what is left of it is taken off evenly.
     Single(Vec<f64>),
 }
 
@@ -39,7 +41,8 @@ pub enum PitchMeasured {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PitchSettings {
     pub side: Side,
-    /// Diameter of the measuring circle, mm; by default the reference circle. Angles become arcs there.
+    /// Diameter of the measuring circle, mm; by default the reference circle. Angles become arcs
+    /// there.
     pub diameter: Option<f64>,
     /// k of F_pk, 1 to z − 1; by default z/8, rounded.
     pub sector: Option<usize>,
@@ -70,7 +73,8 @@ pub struct Pitch {
     pub cumulative: Option<f64>,
     /// k.
     pub sector: Option<usize>,
-    /// The difference of greatest amount over k pitches, at the tooth where the sector ends; F_pk is its amount.
+    /// The difference of greatest amount over k pitches, at the tooth where the sector ends; F_pk
+    /// is its amount.
     pub sector_pitch: Option<Extreme>,
     /// f_u, at the later of the two pitches.
     pub adjacent: Option<Extreme>,
@@ -84,7 +88,8 @@ pub struct Pitch {
     pub notices: Vec<Notice>,
 }
 
-/// Evaluates pitch deviations. Faults point to `/deviations` (the numbers of the teeth), `/diameter_mm` and `/sector`.
+/// Evaluates pitch deviations. Faults point to `/deviations` (the numbers of the teeth),
+/// `/diameter_mm` and `/sector`.
 pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) -> Result<Pitch, Faults> {
     let teeth = gear.data().teeth as usize;
     let diameter = settings.diameter.unwrap_or(2.0 * gear.reference_radius());
@@ -100,7 +105,8 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
             let half = 5e2 * std::f64::consts::PI * diameter / teeth as f64;
             if let Some(i) = arcs.iter().position(|arc| arc.abs() > half) {
                 let detail = format!(
-                    "the flank is {} µm from its place, more than half a pitch: angles run in the direction in which teeth are counted",
+                    "the flank is {} µm from its place, more than half a pitch: angles run in the direction in which \
+                     teeth are counted",
                     Shown(arcs[i])
                 );
                 return Err(Faults::one(format!("/deviations/{i}"), detail));
@@ -122,7 +128,8 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
     }
     if missing > 0 {
         let message = format!(
-            "{} of {teeth} missing: the values are those of the others and can only be greater on the whole gear; no class is given",
+            "{} of {teeth} missing: the values are those of the others and can only be greater on the whole gear; no \
+             class is given",
             counted(missing, "tooth", "teeth")
         );
         notices.push(Notice { code: "missing_teeth", pointer: Some("/deviations".into()), message });

@@ -1,12 +1,15 @@
 //! Run-out: how unevenly a ball or another probe goes into the tooth spaces.
 //!
-//! `F_r` is the range of the probe's radial readings all around. Eccentricity is the first harmonic of the readings, the least-squares fit of
-//! `r₀ + a cos φ + b sin φ` at the angles φᵢ = 2π (i − 1)/z of the spaces; alone it makes a run-out of twice its amount.
+//! `F_r` is the range of the probe's radial readings all around. Eccentricity is the first harmonic
+//! of the readings, the least-squares fit of `r₀ + a cos φ + b sin φ` at the angles φᵢ = 2π (i −
+//! 1)/z of the spaces; alone it makes a run-out of twice its amount.
 //!
-//! Without a probe the readings follow from the index deviations of both flanks: a space that is wider by Δw on the measuring circle lets the ball go
-//! deeper by `Δw cos α / (2 sin(α ± η))`, with the transverse pressure angle α there and η half the angle of a space (+ on external, − on
-//! internal gears): α ± η is the pressure angle at the centre of a ball that touches on the measuring circle. So a gear that is shifted by e
-//! has a run-out of 2e. Whether the answer was derived so is said.
+//! Without a probe the readings follow from the index deviations of both flanks: a space that is
+//! wider by Δw on the measuring circle lets the ball go deeper by `Δw cos α / (2 sin(α ± η))`, with
+//! the transverse pressure angle α there and η half the angle of a space (+ on external, − on
+//! internal gears): α ± η is the pressure angle at the centre of a ball that touches on the
+//! measuring circle. So a gear that is shifted by e has a run-out of 2e. Whether the answer was
+//! derived so is said.
 
 use super::{Notice, pitch::Pitch};
 use crate::{
@@ -37,7 +40,8 @@ pub struct Eccentricity {
     pub amount: f64,
     /// From the scatter about the harmonic; none where nothing scatters freely.
     pub std_error: Option<f64>,
-    /// Where the readings are greatest, rad in the direction of counting from the first reading, −π to π.
+    /// Where the readings are greatest, rad in the direction of counting from the first reading, −π
+    /// to π.
     pub angle: f64,
 }
 
@@ -58,7 +62,8 @@ pub struct Runout {
     pub notices: Vec<Notice>,
 }
 
-/// Run-out from radial readings, µm (outwards positive), one per tooth space, NaN where there is none. Faults point to `/readings_um`.
+/// Run-out from radial readings, µm (outwards positive), one per tooth space, NaN where there is
+/// none. Faults point to `/readings_um`.
 pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Result<Runout, Faults> {
     let teeth = gear.data().teeth as usize;
     let mut faults = Faults::default();
@@ -78,8 +83,9 @@ pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Resul
     Ok(evaluate(gear, readings, rounding, false))
 }
 
-/// Run-out from the index deviations of both flanks, measured on one circle and counted in the same direction. Reading i is that of the space
-/// between tooth i and the next one. Faults point to `/left` and `/right`.
+/// Run-out from the index deviations of both flanks, measured on one circle and counted in the same
+/// direction. Reading i is that of the space between tooth i and the next one. Faults point to
+/// `/left` and `/right`.
 pub fn from_pitches(
     gear: &Gear,
     left: &Pitch,
@@ -109,7 +115,8 @@ pub fn from_pitches(
         faults.push("/left", detail);
     }
     faults.into_result(())?;
-    // the left flank lies counterclockwise of its tooth: it is the one that bounds the next space when counting runs that way
+    // the left flank lies counterclockwise of its tooth: it is the one that bounds the next space
+    // when counting runs that way
     let (near, far) = match counting {
         Counting::Counterclockwise => (left, right),
         Counting::Clockwise => (right, left),
@@ -139,7 +146,8 @@ fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) ->
     let mut notices = Vec::new();
     if missing > 0 {
         let message = format!(
-            "{} of {} missing: the run-out is that of the others and can only be greater on the whole gear; no class is given",
+            "{} of {} missing: the run-out is that of the others and can only be greater on the whole gear; no class \
+             is given",
             counted(missing, "tooth space", "tooth spaces"),
             readings.len()
         );

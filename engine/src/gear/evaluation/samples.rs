@@ -74,7 +74,8 @@ pub(super) fn defined(subject: &Subject) -> (Vec<Sample>, Samples) {
             all.push(Sample { at, u, deviation, within, zone, suspect: false });
         }
     }
-    // samples at one place in an order of their own, so that theirs in the request makes no difference
+    // samples at one place in an order of their own, so that theirs in the request makes no
+    // difference
     if !all.is_sorted_by(|a, b| a.u < b.u) {
         all.sort_by(cancel::comparing(|a: &Sample, b: &Sample| {
             a.u.total_cmp(&b.u).then(a.deviation.total_cmp(&b.deviation))

@@ -1,4 +1,5 @@
-//! What an evaluation is asked for: ranges, reference lengths, signs, rules. Nothing is guessed: what the request leaves open is a fault.
+//! What an evaluation is asked for: ranges, reference lengths, signs, rules. Nothing is guessed:
+//! what the request leaves open is a fault.
 
 use super::super::{
     Gear, Side,
@@ -13,10 +14,12 @@ pub enum DeviationSign {
     /// Positive where material stands out, on every trace.
     #[default]
     Material,
-    /// Profiles as [`DeviationSign::Material`]; helices positive where the flank is turned counterclockwise for the viewer, that is material on left
-    /// and space on right flanks. A rising trace is then a right-hand deviation on both flanks.
+    /// Profiles as [`DeviationSign::Material`]; helices positive where the flank is turned
+    /// counterclockwise for the viewer, that is material on left and space on right flanks. A
+    /// rising trace is then a right-hand deviation on both flanks.
     Din,
-    /// Positive where the flank is turned clockwise for the viewer, on every trace: the turning axis of some instruments, as their curve files hold it.
+    /// Positive where the flank is turned clockwise for the viewer, on every trace: the turning
+    /// axis of some instruments, as their curve files hold it.
     Clockwise,
 }
 
@@ -31,10 +34,12 @@ impl DeviationSign {
     }
 }
 
-/// The sign of answered slopes. f_Hα is positive under `Din` and `Vdi` where material grows from root to tip (the pressure angle is too small).
+/// The sign of answered slopes. f_Hα is positive under `Din` and `Vdi` where material grows from
+/// root to tip (the pressure angle is too small).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum SlopeSign {
-    /// f_Hβ is positive where the helix deviates towards the right hand, whatever the flank and the hand of the gear (β with its sign).
+    /// f_Hβ is positive where the helix deviates towards the right hand, whatever the flank and the
+    /// hand of the gear (β with its sign).
     #[default]
     Din,
     /// f_Hβ is positive where material grows with z, on both flanks.
@@ -60,12 +65,14 @@ pub enum MeanCurve {
     /// The least-squares line.
     #[default]
     Line,
-    /// The least-squares parabola, for crowned designs: its chord over the evaluation range gives the slope.
+    /// The least-squares parabola, for crowned designs: its chord over the evaluation range gives
+    /// the slope.
     Parabola,
 }
 
-/// Samples outside the evaluation range whose material stands out more than all within: on profiles from the evaluation range to the tip, on
-/// helices from the evaluation range to both ends of the trace. They raise the highest, never the lowest point.
+/// Samples outside the evaluation range whose material stands out more than all within: on profiles
+/// from the evaluation range to the tip, on helices from the evaluation range to both ends of the
+/// trace. They raise the highest, never the lowest point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum PlusMaterial {
     /// Only samples of the evaluation range count.
@@ -73,7 +80,8 @@ pub enum PlusMaterial {
     Ignored,
     /// They count in form and total deviation.
     FormAndTotal,
-    /// They count in the form deviation only, as some instruments do: F may then be smaller than f_f.
+    /// They count in the form deviation only, as some instruments do: F may then be smaller than
+    /// f_f.
     Form,
     /// They count in the total deviation only.
     Total,
@@ -171,18 +179,21 @@ pub struct Settings {
     pub sign: SlopeSign,
     pub rounding: super::super::tolerance::Rounding,
     pub outliers: Outliers,
-    /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero each trace by itself.
+    /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
+    /// each trace by itself.
     pub traces_share_zero: bool,
 }
 
-/// What traces of one kind are evaluated with, in the coordinate of their samples (roll length or z, mm); answered as it is.
+/// What traces of one kind are evaluated with, in the coordinate of their samples (roll length or
+/// z, mm); answered as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     pub low: f64,
     pub high: f64,
     /// What slopes are extended to.
     pub reference: f64,
-    /// +1 where slopes count towards greater coordinates, −1 on internal gears' profiles, whose tip lies at smaller roll lengths.
+    /// +1 where slopes count towards greater coordinates, −1 on internal gears' profiles, whose tip
+    /// lies at smaller roll lengths.
     pub sense: f64,
     /// How far samples are looked at for plus material.
     pub zone: [f64; 2],
@@ -233,7 +244,8 @@ impl Window {
                 length
             }
         };
-        // beyond the tip there is no flank; on internal gears whose tip lies within the base circle it ends there
+        // beyond the tip there is no flank; on internal gears whose tip lies within the base circle
+        // it ends there
         let zone = match tip {
             Some(tip) if internal => [tip.min(low), high],
             None if internal => [0.0, high],

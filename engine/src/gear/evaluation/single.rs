@@ -1,17 +1,20 @@
 //! One trace: slope, form, total deviation and crowning.
 //!
-//! With `u` the coordinate mapped to [-1, 1] over the evaluation range, δ the deviation about the design (material
-//! positive), `δ ≈ p + q u` its least-squares line and `δ ≈ a + b u + c u²` its least-squares parabola over the range,
-//! to which every defined sample contributes by the length that it stands for ([`super::spacing`]):
+//! With `u` the coordinate mapped to [-1, 1] over the evaluation range, δ the deviation about the
+//! design (material positive), `δ ≈ p + q u` its least-squares line and `δ ≈ a + b u + c u²` its
+//! least-squares parabola over the range, to which every defined sample contributes by the length
+//! that it stands for ([`super::spacing`]):
 //!
-//! * slope `f_H = q · 2 reference / range` (`b` in place of `q` about the mean parabola, whose chord it is),
+//! * slope `f_H = q · 2 reference / range` (`b` in place of `q` about the mean parabola, whose
+//!   chord it is),
 //! * form `f_f` = peak to valley of δ about the line or about the parabola,
 //! * total `F` = peak to valley of δ,
-//! * crowning `C = −c`, the height of the parabola over the middle of its chord; positive where material stands out in
-//!   the middle.
+//! * crowning `C = −c`, the height of the parabola over the middle of its chord; positive where
+//!   material stands out in the middle.
 //!
-//! `F` may be smaller than `f_f`, since a least-squares line is not the line of least peak to valley. Standard errors
-//! are those of the samples' noise ([`super::noise`]) and of what gaps hide ([`super::gap`]).
+//! `F` may be smaller than `f_f`, since a least-squares line is not the line of least peak to
+//! valley. Standard errors are those of the samples' noise ([`super::noise`]) and of what gaps hide
+//! ([`super::gap`]).
 
 use super::{
     Notice, coverage,
@@ -36,8 +39,8 @@ pub const EDGE: f64 = 1e-6;
 pub struct Values {
     /// f_H, in the sign asked for.
     pub slope: f64,
-    /// Standard error of the slope, from the noise of the samples and from what gaps between them may hide; none where
-    /// they are too few to tell it.
+    /// Standard error of the slope, from the noise of the samples and from what gaps between them
+    /// may hide; none where they are too few to tell it.
     pub slope_std_error: Option<f64>,
     /// f_f.
     pub form: f64,
@@ -46,8 +49,8 @@ pub struct Values {
     /// C.
     pub crowning: f64,
     pub crowning_std_error: Option<f64>,
-    /// By how much plus material outside the evaluation range raised the form and the total deviation; 0 where the rule
-    /// leaves it out.
+    /// By how much plus material outside the evaluation range raised the form and the total
+    /// deviation; 0 where the rule leaves it out.
     pub form_plus_material: f64,
     pub total_plus_material: f64,
 }
@@ -59,7 +62,8 @@ pub enum Told {
     Nothing,
     /// No class, though there are figures: the samples do not reach both ends of the range.
     Figures,
-    /// The slope only, where two standard errors up and down have one class: over a hole a form may be anything.
+    /// The slope only, where two standard errors up and down have one class: over a hole a form may
+    /// be anything.
     Slope,
     Everything,
 }

@@ -1,18 +1,20 @@
-//! How samples lie along the evaluation range: what length each stands for, holes between them, how much of the range
-//! they cover.
+//! How samples lie along the evaluation range: what length each stands for, holes between them, how
+//! much of the range they cover.
 //!
-//! Positions are mapped to [-1, 1] and ascend. A mean curve is that of the deviation as a function of its place, not of
-//! the samples that happen to have been taken: each sample stands for the length up to half-way to its neighbours, and
-//! the outermost two beyond their ends for half the usual distance, so that equidistant samples count alike. A sample
-//! at the edge of a hole stands for half the usual distance into it; the rest of the hole is a gap ([`super::gap`]).
-//! Shorter stretches with missing samples ([`super::missing`]) are bridged, but they are not covered either.
+//! Positions are mapped to [-1, 1] and ascend. A mean curve is that of the deviation as a function
+//! of its place, not of the samples that happen to have been taken: each sample stands for the
+//! length up to half-way to its neighbours, and the outermost two beyond their ends for half the
+//! usual distance, so that equidistant samples count alike. A sample at the edge of a hole stands
+//! for half the usual distance into it; the rest of the hole is a gap ([`super::gap`]). Shorter
+//! stretches with missing samples ([`super::missing`]) are bridged, but they are not covered
+//! either.
 
 use super::missing::missing;
 use crate::numerics::{cancel::Asking, quantiles::median};
 
-/// Share of the evaluation range that the distance of two samples may be: no form deviation is told where it is longer.
-/// ISO 1328-1:2013 filters profiles and helices with a cut-off of 1/30 of the range, so that a wave of 1/20 is still
-/// there by three quarters and could hide in it.
+/// Share of the evaluation range that the distance of two samples may be: no form deviation is told
+/// where it is longer. ISO 1328-1:2013 filters profiles and helices with a cut-off of 1/30 of the
+/// range, so that a wave of 1/20 is still there by three quarters and could hide in it.
 pub const LONGEST_DISTANCE: f64 = 0.05;
 /// Where samples are sparse all along, a hole is a distance of so many usual ones.
 pub const HOLE_DISTANCES: f64 = 2.5;
@@ -33,10 +35,11 @@ pub struct Spacing {
     pub usual: f64,
     /// From and to of distances that are holes.
     pub holes: Vec<[f64; 2]>,
-    /// Stretches of the range that no sample stands for: the inside of holes, and ends that are not reached.
+    /// Stretches of the range that no sample stands for: the inside of holes, and ends that are not
+    /// reached.
     pub gaps: Vec<[f64; 2]>,
-    /// Share of the range between an end that is not reached and the nearest sample, the greater of both ends; 0 where
-    /// both are reached to one distance of neighbouring samples.
+    /// Share of the range between an end that is not reached and the nearest sample, the greater of
+    /// both ends; 0 where both are reached to one distance of neighbouring samples.
     pub open_end: f64,
     /// From and to of distances with missing samples that are no holes.
     pub missing: Vec<[f64; 2]>,
@@ -74,7 +77,8 @@ impl Spacing {
         let each = distances.iter().zip(&lost);
         let covered = 0.5 * each.filter(|(d, lost)| !**lost && !is_hole(**d)).map(|(d, _)| d).sum::<f64>();
         let [first, last] = if groups.is_empty() { [1.0, -1.0] } else { [at(0), at(groups.len() - 1)] };
-        // samples are discrete: one distance to the end is none too many, nor is a way across it that is no hole
+        // samples are discrete: one distance to the end is none too many, nor is a way across it
+        // that is no hole
         let open = |distance: f64, across: Option<f64>| match across {
             _ if distance <= usual * (1.0 + SAME) => 0.0,
             Some(across) if !is_hole(across) => 0.0,
@@ -113,8 +117,8 @@ impl Spacing {
         }
     }
 
-    /// Whether slope and crowning can be told: from three quarters of the range, and no farther beyond the samples than
-    /// the longest distance that is no hole.
+    /// Whether slope and crowning can be told: from three quarters of the range, and no farther
+    /// beyond the samples than the longest distance that is no hole.
     pub fn tells_figures(&self) -> bool {
         self.covered >= LEAST_COVERED && self.open_end <= LONGEST_DISTANCE * (1.0 + SAME)
     }

@@ -1,4 +1,5 @@
-//! Over the teeth: mean, variation and the worst tooth of every figure, and the twist of teeth with several traces.
+//! Over the teeth: mean, variation and the worst tooth of every figure, and the twist of teeth with
+//! several traces.
 
 use super::{
     super::{Kind, Side, tooth::Position},
@@ -17,7 +18,8 @@ pub struct Spread {
     pub worst: f64,
 }
 
-/// Figures of one kind of trace on one flank over the teeth. Traces beside the middle ([`Position`]) do not count.
+/// Figures of one kind of trace on one flank over the teeth. Traces beside the middle
+/// ([`Position`]) do not count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     pub side: Side,
@@ -30,8 +32,9 @@ pub struct Summary {
     pub crowning: Spread,
 }
 
-/// Twist of a tooth flank: by helices `S = f_Hβ(tip) − f_Hβ(root)`, by profiles `f_Hα(upper) − f_Hα(lower)`, both in the sign of helix slopes and
-/// between the sections that were measured (nothing is extended).
+/// Twist of a tooth flank: by helices `S = f_Hβ(tip) − f_Hβ(root)`, by profiles `f_Hα(upper) −
+/// f_Hα(lower)`, both in the sign of helix slopes and between the sections that were measured
+/// (nothing is extended).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Twist {
     pub tooth: String,
@@ -41,7 +44,8 @@ pub struct Twist {
     /// µm.
     pub twist: f64,
     pub std_error: Option<f64>,
-    /// Diameters of the two helices or z of the two profiles, mm, in the order root, tip or lower, upper; where known.
+    /// Diameters of the two helices or z of the two profiles, mm, in the order root, tip or lower,
+    /// upper; where known.
     pub sections: Option<[f64; 2]>,
 }
 
@@ -67,7 +71,8 @@ pub(super) fn summaries(traces: &[Evaluated]) -> Vec<Summary> {
 }
 
 impl Spread {
-    /// `None` of no figures. The order of the teeth makes no difference, not in the last bit either.
+    /// `None` of no figures. The order of the teeth makes no difference, not in the last bit
+    /// either.
     fn new(mut figures: Vec<(&str, f64)>) -> Option<Self> {
         figures.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| a.0.cmp(b.0)));
         let (least, greatest) = (figures.first()?.1, figures.last()?.1);
@@ -77,7 +82,8 @@ impl Spread {
     }
 }
 
-/// In the order in which teeth first appear. Of several traces at the same position the first counts.
+/// In the order in which teeth first appear. Of several traces at the same position the first
+/// counts.
 pub(super) fn twists(traces: &[Evaluated], settings: &Settings) -> Vec<Twist> {
     let mut seen: Vec<(&str, Side, Kind)> = Vec::new();
     for trace in traces {

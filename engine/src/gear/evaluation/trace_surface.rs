@@ -1,8 +1,9 @@
-//! The second-order surface of each flank with several traces: the figures of [`super::flank_surface`] as
-//! far as the traces tell them.
+//! The second-order surface of each flank with several traces: the figures of
+//! [`super::flank_surface`] as far as the traces tell them.
 //!
-//! A trace has a zero of its own unless the caller says that all share one. Samples count by the length
-//! that they stand for, as in the evaluation of a single trace: the mean curve is that over the place.
+//! A trace has a zero of its own unless the caller says that all share one. Samples count by the
+//! length that they stand for, as in the evaluation of a single trace: the mean curve is that over
+//! the place.
 
 use std::collections::BTreeMap;
 
@@ -29,8 +30,8 @@ pub struct TraceSurface {
     pub samples: usize,
     pub figures: TraceFigures,
     pub remainder: Remainder,
-    /// Roll lengths and z that u = v = ∓1 stand for, mm: the evaluation ranges, or what was measured
-    /// where there is none.
+    /// Roll lengths and z that u = v = ∓1 stand for, mm: the evaluation ranges, or what was
+    /// measured where there is none.
     pub roll_lengths: [f64; 2],
     pub z: [f64; 2],
 }
@@ -48,7 +49,8 @@ pub struct TraceFigures {
 }
 
 impl TraceFigures {
-    /// What is not told, by the names of the answer; the mean of traces with zeros of their own is none of it.
+    /// What is not told, by the names of the answer; the mean of traces with zeros of their own is
+    /// none of it.
     fn missing(&self, share_zero: bool) -> Vec<&'static str> {
         let mean = self.mean.is_some() || !share_zero;
         let told = [
@@ -217,8 +219,8 @@ pub struct Levelled {
     pub whole: bool,
 }
 
-/// The surfaces of the flanks with several traces, in the order of teeth, left flanks first; and what is to
-/// be said of them.
+/// The surfaces of the flanks with several traces, in the order of teeth, left flanks first; and
+/// what is to be said of them.
 pub(super) fn surfaces(gear: &Gear, posted: &[Posted], settings: &Settings) -> (Vec<TraceSurface>, Vec<Notice>) {
     let flanks = flank_traces(gear, posted, settings);
     let mut found: Vec<Found> = flanks.iter().filter_map(|flank| flank.surface(gear, settings)).collect();
@@ -296,8 +298,9 @@ fn notices(found: &[Found], settings: &Settings) -> Vec<Notice> {
     notices
 }
 
-/// The figures over the ranges, slopes by DIN, of nodes that belong to traces with zeros of their own: roll
-/// length, z, deviation (µm, NaN where it takes no part) and the number of the trace. `None` where they tell none.
+/// The figures over the ranges, slopes by DIN, of nodes that belong to traces with zeros of their
+/// own: roll length, z, deviation (µm, NaN where it takes no part) and the number of the trace.
+/// `None` where they tell none.
 pub fn figures_of_traces(
     nodes: &[([f64; 3], usize)],
     ranges: [[f64; 2]; 2],

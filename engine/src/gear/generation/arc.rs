@@ -1,8 +1,9 @@
 //! The root of an internal gear: an arc that touches the involute and the root circle.
 //!
-//! A rack cannot generate it, so what a pinion-type cutter leaves is replaced by a circle of the tool's tip radius ρ in the transverse
-//! section. Its centre lies on the generating line of the point of contact, ρ nearer to the base tangent point, and ρ inside the root circle:
-//! `(L − ρ)² + r_b² = (r_f − ρ)²`.
+//! A rack cannot generate it, so what a pinion-type cutter leaves is replaced by a circle of the
+//! tool's tip radius ρ in the transverse section. Its centre lies on the generating line of the
+//! point of contact, ρ nearer to the base tangent point, and ρ inside the root circle: `(L − ρ)² +
+//! r_b² = (r_f − ρ)²`.
 
 use super::Polar;
 use crate::gear::{Gear, Side, involute::Flank};
@@ -14,12 +15,14 @@ pub struct RootArc {
     pub radius: f64,
     pub form_roll: f64,
     centre: Polar,
-    /// Angle of the direction from the centre to the involute, as that to the root circle is the centre's own.
+    /// Angle of the direction from the centre to the involute, as that to the root circle is the
+    /// centre's own.
     touching: f64,
 }
 
 impl RootArc {
-    /// The arc of radius `asked`, or the one that fills the space's whole ground where that is smaller.
+    /// The arc of radius `asked`, or the one that fills the space's whole ground where that is
+    /// smaller.
     pub fn new(gear: &Gear, asked: f64) -> Self {
         let middle = 0.5 * gear.pitch_angle();
         let fits = |radius: f64| Self::of(gear, radius).is_some_and(|arc| arc.centre.half_angle <= middle);

@@ -1,20 +1,25 @@
 //! What any cutting profile leaves: the envelope by the meshing condition, computed point by point.
 //!
-//! A tool's transverse profile is given as points. While tool and gear roll on each other, a point of the tool can cut only when the
-//! relative velocity lies in its tangent, n · v = 0; in plane rolling that is when its normal passes through the pitch point
-//! (Willis; Litvin and Fuentes, Gear Geometry and Applied Theory). For both kinds of tool that instant is known in closed form:
+//! A tool's transverse profile is given as points. While tool and gear roll on each other, a point
+//! of the tool can cut only when the relative velocity lies in its tangent, n · v = 0; in plane
+//! rolling that is when its normal passes through the pitch point (Willis; Litvin and Fuentes, Gear
+//! Geometry and Applied Theory). For both kinds of tool that instant is known in closed form:
 //!
-//! - **rack** (external gears): the normal meets the pitch line at u − w n_u/n_w, and the gear turns by that over r;
-//! - **pinion-type** (both): the normal meets the tool's pitch circle, and tool and gear turn until that is the pitch point.
+//! - **rack** (external gears): the normal meets the pitch line at u − w n_u/n_w, and the gear
+//!   turns by that over r;
+//! - **pinion-type** (both): the normal meets the tool's pitch circle, and tool and gear turn until
+//!   that is the pitch point.
 //!
-//! At a corner of the profile the normals in between are taken in steps. All branches that come out are kept, also those that other parts
-//! of the tool cut away again; [`Envelope::boundary`] makes the flank of them: on a radius, material is left only up to the branch that
-//! comes nearest to the tooth's middle. So undercut needs no case of its own.
+//! At a corner of the profile the normals in between are taken in steps. All branches that come out
+//! are kept, also those that other parts of the tool cut away again; [`Envelope::boundary`] makes
+//! the flank of them: on a radius, material is left only up to the branch that comes nearest to the
+//! tooth's middle. So undercut needs no case of its own.
 //!
-//! Frames. The gear's is the tooth's own, its middle on +y; the tool cuts the left flank. A rack's points are (u, w): along the pitch line from the
-//! tooth's middle, and outwards from the pitch line, so that the left flank's tool lies at u < 0. A pinion-type tool's are (x, y) from
-//! its own centre with both frames parallel at the start: the tooth's middle is then below it (−y) on external gears, above it (+y) on
-//! internal ones.
+//! Frames. The gear's is the tooth's own, its middle on +y; the tool cuts the left flank. A rack's
+//! points are (u, w): along the pitch line from the tooth's middle, and outwards from the pitch
+//! line, so that the left flank's tool lies at u < 0. A pinion-type tool's are (x, y) from its own
+//! centre with both frames parallel at the start: the tooth's middle is then below it (−y) on
+//! external gears, above it (+y) on internal ones.
 
 use std::f64::consts::PI;
 
@@ -51,7 +56,8 @@ const DEEPEST: usize = 24;
 pub enum Motion {
     /// A rack whose pitch line rolls on the gear's circle of this radius.
     Rack { pitch_radius: f64 },
-    /// Two pitch circles that roll on each other, the tool's inside the gear's where it is internal.
+    /// Two pitch circles that roll on each other, the tool's inside the gear's where it is
+    /// internal.
     Pinion { tool_pitch_radius: f64, gear_pitch_radius: f64, internal: bool },
 }
 
@@ -76,7 +82,8 @@ impl ToolProfile {
         points.saturating_mul(parts.saturating_add(corner)).min(MOST_POINTS)
     }
 
-    /// Straight from point to point, each part taken in `parts` steps; corners are rounded by nothing, their normals turn.
+    /// Straight from point to point, each part taken in `parts` steps; corners are rounded by
+    /// nothing, their normals turn.
     ///
     /// Faults point at `/{index}` of the points.
     pub fn polyline(points: &[[f64; 2]], parts: usize) -> Result<Self, Faults> {
@@ -91,7 +98,8 @@ impl ToolProfile {
                 let steps = (turn.abs() / CORNER_STEP).ceil();
                 if made.len() + steps as usize + parts > MOST_POINTS {
                     let detail = format!(
-                        "with the normals at their corners these points in {parts} parts each are more than {MOST_POINTS}: \
+                        "with the normals at their corners these points in {parts} parts each are more than \
+                         {MOST_POINTS}: \
                          give fewer points or parts, or join them by a spline"
                     );
                     return Err(Faults::one("", detail));
@@ -111,7 +119,8 @@ impl ToolProfile {
         Ok(ToolProfile { points: made })
     }
 
-    /// Smoothly through the points by a cubic spline over the chord length, each interval taken in `parts` steps.
+    /// Smoothly through the points by a cubic spline over the chord length, each interval taken in
+    /// `parts` steps.
     ///
     /// Faults point at `/{index}` of the points.
     pub fn spline(points: &[[f64; 2]], parts: usize) -> Result<Self, Faults> {
@@ -175,7 +184,8 @@ fn check(points: &[[f64; 2]], parts: usize) -> Result<(), Faults> {
 }
 
 impl Motion {
-    /// Where a tool's point cuts, in the gear's frame; `None` where its normal never meets the pitch point.
+    /// Where a tool's point cuts, in the gear's frame; `None` where its normal never meets the
+    /// pitch point.
     pub fn contact(&self, tool: &ToolPoint) -> Option<[f64; 2]> {
         self.contact_and_turn(tool).map(|(point, _)| point)
     }
@@ -194,7 +204,8 @@ impl Motion {
                 let (nx, ny) = (nx / length, ny / length);
                 let foot = x * nx + y * ny;
                 let root = (foot * foot + (tool_pitch_radius - x.hypot(y)) * (tool_pitch_radius + x.hypot(y))).sqrt();
-                // Of the two places on the pitch circle the nearer one: the other is on the tool's far side.
+                // Of the two places on the pitch circle the nearer one: the other is on the tool's
+                // far side.
                 let t = if foot >= 0.0 { root - foot } else { -root - foot };
                 let (hit_x, hit_y) = (x + t * nx, y + t * ny);
                 let (out, turn) = if internal { (1.0, (-hit_x).atan2(hit_y)) } else { (-1.0, hit_x.atan2(-hit_y)) };
@@ -216,7 +227,8 @@ fn rotated([x, y]: [f64; 2], turn: f64) -> [f64; 2] {
 /// The gear turns so far while the tool passes that its contacts would not be near each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "more than {MOST_BETWEEN} points would be tried between those of the tool, for the gear turns too far from one contact to the \
+    "more than {MOST_BETWEEN} points would be tried between those of the tool, for the gear turns too far from one \
+     contact to the \
      next: give a larger pitch radius, a narrower range of radii or a shorter tool"
 )]
 pub struct TooManyBetween;
@@ -224,15 +236,16 @@ pub struct TooManyBetween;
 /// What a profile's points touch, in the profile's order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Envelope {
-    /// Between two points of one branch the envelope goes on; where no point is touched a new branch begins.
+    /// Between two points of one branch the envelope goes on; where no point is touched a new
+    /// branch begins.
     pub branches: Vec<Vec<Polar>>,
 }
 
 impl Envelope {
     /// Everything that `profile` touches under `motion` within radii from `least` to `most`.
     ///
-    /// Where two neighbouring points of the tool touch far from each other, points and normals between them are tried too; refused where
-    /// they would be more than [`MOST_BETWEEN`].
+    /// Where two neighbouring points of the tool touch far from each other, points and normals
+    /// between them are tried too; refused where they would be more than [`MOST_BETWEEN`].
     pub fn of(profile: &ToolProfile, motion: Motion, [least, most]: [f64; 2]) -> Result<Self, TooManyBetween> {
         let near = RESOLUTION * (most - least);
         let (range, branches, left) = (least..=most, vec![Vec::new()], MOST_BETWEEN);
@@ -250,9 +263,11 @@ impl Envelope {
         Ok(Envelope { branches: trail.branches })
     }
 
-    /// The flank that is left, at ascending radii: half the tooth's angle, `None` where nothing of the tool passes.
+    /// The flank that is left, at ascending radii: half the tooth's angle, `None` where nothing of
+    /// the tool passes.
     ///
-    /// Between two points of a branch the angle is linear in the radius: the error falls with the square of their distance.
+    /// Between two points of a branch the angle is linear in the radius: the error falls with the
+    /// square of their distance.
     pub fn boundary(&self, radii: &[f64]) -> Vec<Option<f64>> {
         let mut least: Vec<Option<f64>> = vec![None; radii.len()];
         for pair in self.branches.iter().flat_map(|branch| branch.windows(2)).asking(2000) {
@@ -300,12 +315,13 @@ struct Trail {
 }
 
 impl Trail {
-    /// Takes points between `a` and `b` as long as these touch far from each other within the range.
+    /// Takes points between `a` and `b` as long as these touch far from each other within the
+    /// range.
     fn between(&mut self, a: &ToolPoint, b: &ToolPoint, depth: usize) -> Result<(), TooManyBetween> {
         let ends = [a, b].map(|tool| self.motion.contact_and_turn(tool));
         let seen = ends.iter().flatten().any(|([x, y], _)| self.range.contains(&x.hypot(*y)));
-        // A normal along the pitch line never touches, but its neighbours do, ever farther out; on both sides of it contacts may
-        // lie at one place, at instants far from each other.
+        // A normal along the pitch line never touches, but its neighbours do, ever farther out; on
+        // both sides of it contacts may lie at one place, at instants far from each other.
         let far = match ends {
             [Some(([ax, ay], a)), Some(([bx, by], b))] => {
                 (ax - bx).hypot(ay - by).max((a - b).abs() * ax.hypot(ay)) > self.near
@@ -327,7 +343,8 @@ impl Trail {
         let within = touched.filter(|polar| self.range.contains(&polar.radius));
         match (within, self.branches.last_mut()) {
             (Some(polar), Some(branch)) => {
-                // The first point on the way in, and the last on the way out, lie just beyond the border.
+                // The first point on the way in, and the last on the way out, lie just beyond the
+                // border.
                 if branch.is_empty() {
                     branch.extend(self.last);
                 }

@@ -1,18 +1,23 @@
 //! The fillet that a rack tool's tip leaves on an external gear, in closed form.
 //!
-//! The rack lies with its datum line x m_n outside the pitch line, which rolls on the reference circle. u runs along the pitch line, w outwards from
-//! it, u = 0 in the middle of the gear's tooth. A tool point (u, w) with the normal (n_u, n_w) cuts where its normal passes through the pitch
-//! point (n · v = 0), after the gear has turned by θ = (u − w q)/r, q = n_u/n_w, and is then at `R(−θ) (w q, r + w)` in the gear.
+//! The rack lies with its datum line x m_n outside the pitch line, which rolls on the reference
+//! circle. u runs along the pitch line, w outwards from it, u = 0 in the middle of the gear's
+//! tooth. A tool point (u, w) with the normal (n_u, n_w) cuts where its normal passes through the
+//! pitch point (n · v = 0), after the gear has turned by θ = (u − w q)/r, q = n_u/n_w, and is then
+//! at `R(−θ) (w q, r + w)` in the gear.
 //!
-//! The tip's rounding is a circle in the tool's *normal* section. At the angle δ from its lowest point, with centre (c, w_c) and radius ρ,
+//! The tip's rounding is a circle in the tool's *normal* section. At the angle δ from its lowest
+//! point, with centre (c, w_c) and radius ρ,
 //!
 //! `u = (c + ρ sin δ)/cos β,  w = w_c − ρ cos δ,  q = −tan δ cos β`:
 //!
-//! in the transverse section an ellipse. A protuberance pr puts the centre ρ − pr behind the straight flank instead of ρ; the rounding then
-//! reaches up to where it crosses that flank, in a concave corner (a protuberance flank of another angle is not described by the data).
-//! Where it bends back beyond δ = π/2 it cuts on the other side of the pitch point; with a rounding near the pitch line, on gears of
-//! much profile shift, that overhang cuts the flank once more, and the nearer of both cuts is what counts.
-//! ρ = 0 is a sharp corner, whose normals fill the angle between tip and flank: the same formulas.
+//! in the transverse section an ellipse. A protuberance pr puts the centre ρ − pr behind the
+//! straight flank instead of ρ; the rounding then reaches up to where it crosses that flank, in a
+//! concave corner (a protuberance flank of another angle is not described by the data). Where it
+//! bends back beyond δ = π/2 it cuts on the other side of the pitch point; with a rounding near the
+//! pitch line, on gears of much profile shift, that overhang cuts the flank once more, and the
+//! nearer of both cuts is what counts. ρ = 0 is a sharp corner, whose normals fill the angle
+//! between tip and flank: the same formulas.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -21,7 +26,8 @@ use crate::estimation::{Faults, words::Shown};
 use crate::gear::{Gear, Side, involute::Flank};
 use crate::numerics::cancel::Asking;
 
-/// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal modules.
+/// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal
+/// modules.
 pub const STANDARD_TIP_RADIUS: f64 = 0.38;
 
 /// Lengths along the fillet are measured in so many steps for each point that is wanted.
@@ -40,7 +46,8 @@ pub struct RackTool {
 }
 
 impl RackTool {
-    /// The tool of an external gear; `None` where no tool is given and no rack reaches the root circle.
+    /// The tool of an external gear; `None` where no tool is given and no rack reaches the root
+    /// circle.
     pub fn of(gear: &Gear) -> Option<Self> {
         let data = gear.data();
         if data.internal {
@@ -61,7 +68,8 @@ impl RackTool {
     }
 }
 
-/// The tip radius at which a tool's tip is all round, mm; below 0 where its flanks meet before its tip.
+/// The tip radius at which a tool's tip is all round, mm; below 0 where its flanks meet before its
+/// tip.
 fn full_radius(gear: &Gear, addendum: f64, protuberance: f64) -> f64 {
     let data = gear.data();
     let (sin, cos) = data.pressure_angle.sin_cos();
@@ -109,7 +117,8 @@ pub struct RackFillet {
     centre: [f64; 2],
     /// δ where the rounding gives way to the straight flank.
     last: f64,
-    /// Roll length that the lowest point of the straight flank generates; below 0 where it lies below the base tangent point.
+    /// Roll length that the lowest point of the straight flank generates; below 0 where it lies
+    /// below the base tangent point.
     straight_roll: f64,
     /// Where fillet and involute meet.
     form_roll: f64,
@@ -160,7 +169,8 @@ impl RackFillet {
         let flank = Flank::new(gear, Side::Left);
         let roll = |delta: f64| gear.roll_length(2.0 * self.at(delta).radius).unwrap_or(0.0);
         let outside = |delta: f64| self.at(delta).half_angle >= flank.half_angle(roll(delta));
-        // Beyond a right angle the rounding cuts nothing: its normal no longer reaches the pitch line ahead of it.
+        // Beyond a right angle the rounding cuts nothing: its normal no longer reaches the pitch
+        // line ahead of it.
         let (mut low, mut high) = (from, self.last.min(FRAC_PI_2 - 1e-6).max(from));
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
@@ -185,7 +195,8 @@ impl RackFillet {
         high
     }
 
-    /// The overhang's δ of least radius: the radius falls from beyond all bounds at π/2, and may rise again.
+    /// The overhang's δ of least radius: the radius falls from beyond all bounds at π/2, and may
+    /// rise again.
     fn dip_of_overhang(&self) -> Option<f64> {
         let (mut low, mut high) = (FRAC_PI_2 + 1e-6, self.last);
         if !(low < high) {
@@ -263,29 +274,34 @@ impl RackFillet {
         self.form_roll
     }
 
-    /// δ there, or where fillet and involute would meet but for an overhang that cuts the involute beyond.
+    /// δ there, or where fillet and involute would meet but for an overhang that cuts the involute
+    /// beyond.
     pub fn form_angle(&self) -> f64 {
         self.form_angle
     }
 
-    /// Roll length that the lowest point of the straight flank generates, mm; negative with undercut.
+    /// Roll length that the lowest point of the straight flank generates, mm; negative with
+    /// undercut.
     pub fn straight_roll(&self) -> f64 {
         self.straight_roll
     }
 
-    /// Whether the straight flank reaches below the base tangent point, so that the tip cuts into the involute.
+    /// Whether the straight flank reaches below the base tangent point, so that the tip cuts into
+    /// the involute.
     pub fn undercut(&self) -> bool {
         self.straight_roll < -1e-12 * self.pitch_radius
     }
 
-    /// The smallest profile shift coefficient without undercut: the straight flank ends at the base tangent point.
+    /// The smallest profile shift coefficient without undercut: the straight flank ends at the base
+    /// tangent point.
     pub fn least_shift(&self, gear: &Gear) -> f64 {
         let sin_t = gear.transverse_pressure_angle().sin();
         gear.data().profile_shift - self.straight_roll * sin_t / gear.data().normal_module
     }
 
-    /// About `count` + 1 points from the root circle to where the involute starts, or to `most` if it starts beyond that radius;
-    /// about equally far from each other, which equal steps of δ are not.
+    /// About `count` + 1 points from the root circle to where the involute starts, or to `most` if
+    /// it starts beyond that radius; about equally far from each other, which equal steps of δ are
+    /// not.
     pub fn points(&self, gear: &Gear, count: usize, most: f64) -> Vec<Polar> {
         let count = count.max(1);
         let form = (0.5 * gear.diameter(self.form_roll)).min(most);
@@ -293,7 +309,8 @@ impl RackFillet {
             None if form < most => self.smooth(self.form_angle, count),
             None => self.smooth(self.angle_at(most), count),
             Some(dip) => {
-                // From where either cut could be the nearer one, and with the piece of involute that may stand between both.
+                // From where either cut could be the nearer one, and with the piece of involute
+                // that may stand between both.
                 let flank = Flank::new(gear, Side::Left);
                 let meets = self.at(self.form_angle).radius;
                 let from = dip.min(meets);

@@ -14,8 +14,8 @@ pub enum Root {
     Rack(RackFillet),
     /// Internal gears: an arc.
     Arc(RootArc),
-    /// External gears whose root circle no rack with these flanks reaches: the involute down to the root circle, or to the base
-    /// circle and radially from there.
+    /// External gears whose root circle no rack with these flanks reaches: the involute down to the
+    /// root circle, or to the base circle and radially from there.
     Plain { form_roll: f64, radius: f64, half_angle: f64 },
 }
 
@@ -53,13 +53,14 @@ impl Root {
         }
     }
 
-    /// The root circle that is really there, mm: what the tool cuts, else the one in the gear's data.
+    /// The root circle that is really there, mm: what the tool cuts, else the one in the gear's
+    /// data.
     pub fn root_radius(&self, gear: &Gear) -> f64 {
         self.rack().map_or(gear.root_radius(), RackFillet::root_radius)
     }
 
-    /// About `count` + 1 points of the left flank from the root circle to where the involute starts, external gears not beyond the
-    /// radius `most`.
+    /// About `count` + 1 points of the left flank from the root circle to where the involute
+    /// starts, external gears not beyond the radius `most`.
     pub fn points(&self, count: usize, most: f64, gear: &Gear) -> Vec<Polar> {
         match self {
             Root::Rack(fillet) => fillet.points(gear, count, most),

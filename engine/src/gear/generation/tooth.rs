@@ -1,8 +1,9 @@
 //! The whole tooth as a transverse profile at z = 0: fillets, involutes, tip arc, root arc.
 //!
-//! Every part ends where the next one begins, so a closed profile crosses itself nowhere: the fillet is taken up to the root form
-//! diameter, the involute from there to the tip or to where the flanks meet. A gear of which the tool leaves no involute, or whose fillets meet
-//! within the tooth, has no profile.
+//! Every part ends where the next one begins, so a closed profile crosses itself nowhere: the
+//! fillet is taken up to the root form diameter, the involute from there to the tip or to where the
+//! flanks meet. A gear of which the tool leaves no involute, or whose fillets meet within the
+//! tooth, has no profile.
 
 use super::{Polar, Root};
 use crate::estimation::{
@@ -51,7 +52,8 @@ pub struct Tooth {
 }
 
 impl Tooth {
-    /// The tooth that root, flank and tip of `gear` make. Faults point into the gear, or at `/steps`.
+    /// The tooth that root, flank and tip of `gear` make. Faults point into the gear, or at
+    /// `/steps`.
     pub fn new(gear: &Gear, steps: Steps) -> Result<Self, Faults> {
         let parts = [steps.involute, steps.fillet, steps.tip, steps.root];
         let sum = steps.points();
@@ -78,7 +80,8 @@ impl Tooth {
             return Err(Faults::one(gear.given_circle(), detail));
         }
         points.extend((1..=steps.involute).map(|k| {
-            // Equal steps of the roll angle's square, which is the arc length: the involute starts with a curvature beyond all bounds.
+            // Equal steps of the roll angle's square, which is the arc length: the involute starts
+            // with a curvature beyond all bounds.
             let t = k as f64 / steps.involute as f64;
             let roll = (form_roll * form_roll + t * (tip_roll - form_roll) * (tip_roll + form_roll)).max(0.0).sqrt();
             let meets = k == steps.involute && point.is_some();
@@ -123,7 +126,8 @@ impl Tooth {
         &self.flank
     }
 
-    /// Right flank from the root, tip arc, left flank to the root: counterclockwise about the gear's axis, at `turn`.
+    /// Right flank from the root, tip arc, left flank to the root: counterclockwise about the
+    /// gear's axis, at `turn`.
     fn open(&self, turn: f64) -> Vec<[f64; 2]> {
         let mut points: Vec<[f64; 2]> = self.flank.iter().map(|p| p.point(-1.0, turn)).collect();
         if let Some(tip) = self.flank.last() {
@@ -135,7 +139,8 @@ impl Tooth {
         points
     }
 
-    /// One tooth, closed along the root circle beneath it: counterclockwise, without the first point once more.
+    /// One tooth, closed along the root circle beneath it: counterclockwise, without the first
+    /// point once more.
     pub fn closed(&self) -> Vec<[f64; 2]> {
         let mut points = self.open(0.0);
         if let Some(root) = self.flank.first() {
@@ -147,8 +152,8 @@ impl Tooth {
         points
     }
 
-    /// All teeth with the root arcs between them, counterclockwise, without the first point once more. On internal gears this is the border of
-    /// the hole.
+    /// All teeth with the root arcs between them, counterclockwise, without the first point once
+    /// more. On internal gears this is the border of the hole.
     pub fn gear(&self) -> Vec<[f64; 2]> {
         let mut points = Vec::new();
         for k in 0..self.teeth {
@@ -160,7 +165,8 @@ impl Tooth {
                 if next > root.half_angle * (1.0 + 1e-12) {
                     points.extend(arc(*root, self.steps.root, root.half_angle, next, turn));
                 } else {
-                    // A tool with a full round tip leaves no arc: the fillets share their lowest point.
+                    // A tool with a full round tip leaves no arc: the fillets share their lowest
+                    // point.
                     points.pop();
                 }
             }

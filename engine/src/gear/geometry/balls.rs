@@ -1,9 +1,10 @@
 //! Dimension over (internal: between) two balls in opposite spaces.
 //!
-//! A ball of diameter D that touches both flanks of a space has its centre on involutes that are displaced by D/2 along the normal:
-//! `inv α_Kt = inv α_t ± (D / (d_b cos β_b) − π/z + ψ)`, + on external and − on internal gears, and d_K = d_b / cos α_Kt. With an odd number of
-//! teeth the spaces are half a pitch off opposite: `M = d_K cos(π/2z) ± D`. (Pins on helical gears with odd z touch along their length and
-//! measure d_K ± D instead.)
+//! A ball of diameter D that touches both flanks of a space has its centre on involutes that are
+//! displaced by D/2 along the normal: `inv α_Kt = inv α_t ± (D / (d_b cos β_b) − π/z + ψ)`, + on
+//! external and − on internal gears, and d_K = d_b / cos α_Kt. With an odd number of teeth the
+//! spaces are half a pitch off opposite: `M = d_K cos(π/2z) ± D`. (Pins on helical gears with odd z
+//! touch along their length and measure d_K ± D instead.)
 
 use std::f64::consts::PI;
 

@@ -1,7 +1,9 @@
-//! What follows from a gear's data (ISO 21771): diameters, thicknesses, the part of the flank that is involute, measures, warnings.
+//! What follows from a gear's data (ISO 21771): diameters, thicknesses, the part of the flank that
+//! is involute, measures, warnings.
 //!
-//! Nothing is left out silently: a quantity that a gear has not got (the lead of a spur gear, the span of an internal helical one) is `None`.
-//! All diameters and thicknesses are positive, on internal gears too.
+//! Nothing is left out silently: a quantity that a gear has not got (the lead of a spur gear, the
+//! span of an internal helical one) is `None`. All diameters and thicknesses are positive, on
+//! internal gears too.
 
 pub mod balls;
 pub mod span;
@@ -19,14 +21,16 @@ use super::{
     involute::{Flank, inv_of_roll, roll_of_inv},
 };
 
-/// A thickness on a cylinder as an arc in the transverse section, and across the tooth's helix there. mm.
+/// A thickness on a cylinder as an arc in the transverse section, and across the tooth's helix
+/// there. mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
     pub transverse: f64,
     pub normal: f64,
 }
 
-/// The part of the flank that is involute and really there, from the root form diameter to the tip form diameter.
+/// The part of the flank that is involute and really there, from the root form diameter to the tip
+/// form diameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Usable {
     /// Root end first, on internal gears the greater one. mm.
@@ -50,7 +54,8 @@ pub struct Geometry {
     pub generated_root_diameter: Option<f64>,
     /// Where the involute really starts at the root: the end of fillet or undercut.
     pub root_form_diameter: f64,
-    /// Where it ends: the tip, the point of a pointed tooth, or the base circle if an internal tooth reaches below it.
+    /// Where it ends: the tip, the point of a pointed tooth, or the base circle if an internal
+    /// tooth reaches below it.
     pub tip_form_diameter: f64,
     /// Where the flanks of a tooth meet. `None` on internal gears whose flanks do not.
     pub pointed_diameter: Option<f64>,
@@ -85,7 +90,8 @@ pub struct Geometry {
     pub tooth_depth: f64,
     /// z / (cos² β_b cos β).
     pub virtual_teeth: f64,
-    /// The smallest x without undercut by the tool; `None` where the root is not the work of a rack.
+    /// The smallest x without undercut by the tool; `None` where the root is not the work of a
+    /// rack.
     pub least_profile_shift: Option<f64>,
     pub undercut: bool,
     /// `None` where no measure over teeth (internal: spaces) is possible.
@@ -98,7 +104,8 @@ pub struct Geometry {
 /// The diameter at which the flanks of a tooth meet.
 pub fn pointed_diameter(gear: &Gear) -> Option<f64> {
     let flank = Flank::new(gear, Side::Left);
-    // External: inv ξ = ψ + inv α_t. Internal: the tooth grows outwards, and its flanks meet where inv ξ = inv α_t − ψ.
+    // External: inv ξ = ψ + inv α_t. Internal: the tooth grows outwards, and its flanks meet where
+    // inv ξ = inv α_t − ψ.
     let start = gear.outward() * flank.half_angle(0.0);
     (start >= 0.0).then(|| gear.diameter(gear.base_radius() * roll_of_inv(start)))
 }
@@ -134,7 +141,8 @@ impl Geometry {
         });
         let tip_thickness = match gear.roll_length(tip) {
             Some(roll) => tooth_thickness(gear, roll),
-            // An internal tooth below the base circle keeps the angle it has there, between radial sides.
+            // An internal tooth below the base circle keeps the angle it has there, between radial
+            // sides.
             None => arc(gear, tip, tip * flank.half_angle(0.0).max(0.0)),
         };
         let pitch = PI * gear.transverse_module();

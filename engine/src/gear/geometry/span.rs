@@ -1,7 +1,9 @@
-//! Span measurement: the distance of two parallel planes over k teeth (internal spur gears: over k spaces).
+//! Span measurement: the distance of two parallel planes over k teeth (internal spur gears: over k
+//! spaces).
 //!
-//! `W_k = m_n cos α_n ((k − 1/2) π + z inv α_t) ± 2 x m_n sin α_n`, + on external and − on internal gears (ISO 21771). The line of measurement is
-//! a common normal of both flanks and touches the base cylinder; it meets the flanks at the roll length W_k cos β_b / 2.
+//! `W_k = m_n cos α_n ((k − 1/2) π + z inv α_t) ± 2 x m_n sin α_n`, + on external and − on internal
+//! gears (ISO 21771). The line of measurement is a common normal of both flanks and touches the
+//! base cylinder; it meets the flanks at the roll length W_k cos β_b / 2.
 
 use std::f64::consts::PI;
 
@@ -22,12 +24,14 @@ pub struct Span {
     pub contact_diameter: f64,
     /// The face width must be greater than this, mm: W_k sin β_b.
     pub least_face_width: f64,
-    /// Whether the contact lies on the usable flank, and the face is wide enough where its width is known.
+    /// Whether the contact lies on the usable flank, and the face is wide enough where its width is
+    /// known.
     pub feasible: bool,
 }
 
 impl Span {
-    /// The span over `teeth` teeth; `None` on internal helical gears, whose flanks two planes cannot touch, and where no length is left.
+    /// The span over `teeth` teeth; `None` on internal helical gears, whose flanks two planes
+    /// cannot touch, and where no length is left.
     pub fn over(gear: &Gear, teeth: u32, usable: Option<&Usable>) -> Option<Self> {
         let data = gear.data();
         if teeth == 0 || teeth > data.teeth || (data.internal && data.helix_angle > 0.0) {
@@ -47,7 +51,8 @@ impl Span {
         (length > 0.0).then_some(Span { teeth, length, contact_diameter, least_face_width, feasible: touches && wide })
     }
 
-    /// The span that touches nearest to the shifted reference circle, with neighbouring numbers of teeth where it is not feasible.
+    /// The span that touches nearest to the shifted reference circle, with neighbouring numbers of
+    /// teeth where it is not feasible.
     pub fn recommended(gear: &Gear, usable: Option<&Usable>) -> Option<Self> {
         let data = gear.data();
         let shifted = gear.reference_radius() + gear.outward() * data.profile_shift * data.normal_module;

@@ -34,9 +34,11 @@ pub enum Warning {
     FewTeeth { teeth: u32 },
     /// No tool is given: a standard rack tool that reaches the root circle is assumed.
     ToolAssumed { addendum: f64, tip_radius: f64 },
-    /// No rack with these flanks reaches the root circle: the involute goes straight down, without a fillet.
+    /// No rack with these flanks reaches the root circle: the involute goes straight down, without
+    /// a fillet.
     NoFillet { root_diameter: f64 },
-    /// A rack cannot cut an internal gear: the root is an arc of this radius in the transverse section.
+    /// A rack cannot cut an internal gear: the root is an arc of this radius in the transverse
+    /// section.
     InternalRoot { radius: f64, protuberance: f64 },
     /// That arc is smaller than asked, for the space takes no more.
     RootRadius { asked: f64, used: f64 },

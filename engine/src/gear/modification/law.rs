@@ -1,4 +1,5 @@
-//! The analytic modifications. Each depends on the profile alone or on the face width alone, but for the twist, which is their product.
+//! The analytic modifications. Each depends on the profile alone or on the face width alone, but
+//! for the twist, which is their product.
 
 use super::{LEAST_LENGTH, Range, Topography};
 use crate::estimation::{Faults, words::Shown};
@@ -22,7 +23,8 @@ pub enum End {
     High,
 }
 
-/// A modification. Amounts in µm, positive = material removed; the table of [`super`] says what each is.
+/// A modification. Amounts in µm, positive = material removed; the table of [`super`] says what
+/// each is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Law {
     ProfileCrowning {

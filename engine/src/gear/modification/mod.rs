@@ -1,10 +1,13 @@
-//! Intended deviations from the involute helicoid: the vector function |Δk(r, b)| along the nominal normal.
+//! Intended deviations from the involute helicoid: the vector function |Δk(r, b)| along the nominal
+//! normal.
 //!
-//! **Sign.** Every amount is a *relief* in µm: positive is material removed, against the normal; a flank made exactly so deviates by −relief from
-//! the unmodified nominal. Modifications superpose by addition.
+//! **Sign.** Every amount is a *relief* in µm: positive is material removed, against the normal; a
+//! flank made exactly so deviates by −relief from the unmodified nominal. Modifications superpose
+//! by addition.
 //!
-//! **Range.** All of them refer to one explicit [`Range`]: profile from its root end to its tip end, as roll lengths, and face width from
-//! the end of lower z to the end of higher z. With u and v running from −1 to +1 over it (u from root to tip, on internal gears too):
+//! **Range.** All of them refer to one explicit [`Range`]: profile from its root end to its tip
+//! end, as roll lengths, and face width from the end of lower z to the end of higher z. With u and
+//! v running from −1 to +1 over it (u from root to tip, on internal gears too):
 //!
 //! | modification | relief |
 //! |---|---|
@@ -19,8 +22,9 @@
 //!
 //! Beyond the range the formulas go on (a relief keeps its law up to the nominal tip).
 //!
-//! **Normals.** A modified flank is the surface P − relief · n. Its normal is not n: [`Relief`] carries the slopes, and the node grid answers the
-//! true normal of the modified surface. Where a linear relief starts, the side of the relief counts.
+//! **Normals.** A modified flank is the surface P − relief · n. Its normal is not n: [`Relief`]
+//! carries the slopes, and the node grid answers the true normal of the modified surface. Where a
+//! linear relief starts, the side of the relief counts.
 
 pub mod law;
 pub mod range;
@@ -37,7 +41,8 @@ use topography::{Columns, Contracted};
 
 /// Most modifications of one flank.
 pub const MOST: usize = 100;
-/// What is shorter, mm, is no length on a flank: a relief over it would be a step, its slopes beyond all numbers.
+/// What is shorter, mm, is no length on a flank: a relief over it would be a step, its slopes
+/// beyond all numbers.
 pub const LEAST_LENGTH: f64 = 1e-6;
 
 /// Which flanks a modification is meant for.

@@ -7,15 +7,16 @@ use crate::gear::{Gear, Geometry};
 /// Ends of profile and face width, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// Roll length at the root end and at the tip end; the second is the smaller one on internal gears.
+    /// Roll length at the root end and at the tip end; the second is the smaller one on internal
+    /// gears.
     profile: [f64; 2],
     /// z, ascending.
     helix: [f64; 2],
 }
 
 impl Range {
-    /// From two diameters (in any order) and two z (in any order). Faults point at `/profile_diameter_range_mm` and
-    /// `/helix_range_mm`.
+    /// From two diameters (in any order) and two z (in any order). Faults point at
+    /// `/profile_diameter_range_mm` and `/helix_range_mm`.
     pub fn new(gear: &Gear, diameters: [f64; 2], helix: [f64; 2]) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         let mut profile = [0.0; 2];
@@ -50,7 +51,8 @@ impl Range {
         faults.into_result(Range { profile, helix: [helix[0].min(helix[1]), helix[0].max(helix[1])] })
     }
 
-    /// The whole usable profile, and the face width from z = 0; `None` where there is no usable profile, or the width is not given.
+    /// The whole usable profile, and the face width from z = 0; `None` where there is no usable
+    /// profile, or the width is not given.
     pub fn whole(gear: &Gear) -> Option<Self> {
         let usable = Geometry::of(gear).usable?;
         Some(Range { profile: usable.roll_lengths, helix: [0.0, gear.data().face_width?] })

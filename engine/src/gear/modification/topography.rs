@@ -1,7 +1,8 @@
 //! Discrete modifications: relief given at the nodes of a grid over roll length and z.
 //!
-//! Between the nodes a tensor-product B-spline of degree 1 (bilinear) or 3 goes through all of them; an axis of fewer nodes has the degree that
-//! they allow, and an axis of a single one is constant. Beyond the border the value of the nearest border place goes on.
+//! Between the nodes a tensor-product B-spline of degree 1 (bilinear) or 3 goes through all of
+//! them; an axis of fewer nodes has the degree that they allow, and an axis of a single one is
+//! constant. Beyond the border the value of the nearest border place goes on.
 
 use super::{LEAST_LENGTH, Relief};
 use crate::estimation::{
@@ -41,9 +42,11 @@ pub struct Topography {
 }
 
 impl Topography {
-    /// `relief` in µm has a row for each roll length and in it a value for each z; both axes ascend strictly (mm).
+    /// `relief` in µm has a row for each roll length and in it a value for each z; both axes ascend
+    /// strictly (mm).
     ///
-    /// Faults point at `{at}/profile/values/…`, `{at}/face_width_positions_mm/…` and `{at}/relief_um/…`.
+    /// Faults point at `{at}/profile/values/…`, `{at}/face_width_positions_mm/…` and
+    /// `{at}/relief_um/…`.
     pub fn new(
         at: &str,
         roll_lengths: &[f64],
@@ -96,7 +99,8 @@ impl Topography {
             .map_err(|fault| pointed(at, &fault))
     }
 
-    /// Where the surface along `axis` is asked for a place, with 0 or 1 for what a derivative there counts.
+    /// Where the surface along `axis` is asked for a place, with 0 or 1 for what a derivative there
+    /// counts.
     fn within(&self, axis: usize, x: f64) -> (f64, f64) {
         let (low, high) = self.surface.bases()[axis].domain();
         if x < low {
@@ -108,7 +112,8 @@ impl Topography {
         }
     }
 
-    /// Sums over the profile at a roll length: what is left is a spline along z, and one of its growth.
+    /// Sums over the profile at a roll length: what is left is a spline along z, and one of its
+    /// growth.
     pub(super) fn contracted(&self, roll_length: f64) -> Contracted {
         let [along, across] = self.surface.bases();
         let (x, counts) = self.within(0, roll_length);

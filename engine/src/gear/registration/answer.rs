@@ -1,4 +1,5 @@
-//! What a registration answers: motions with their errors, what cannot be told apart, the part carried back, warnings.
+//! What a registration answers: motions with their errors, what cannot be told apart, the part
+//! carried back, warnings.
 
 use super::{
     Indistinguishable, Moved, Registering, Registration,
@@ -64,7 +65,8 @@ impl Part<'_> {
             warnings.push(Warning {
                 code: "axial_shift_by_modification",
                 message: format!(
-                    "axial_shift: {} µm are told by the modifications alone, which change along z; deviations of the same \
+                    "axial_shift: {} µm are told by the modifications alone, which change along z; deviations of the \
+                     same \
                      shape do the same. Leave it out of the motions to have `z_mm` without it",
                     Shown((pose.get(Motion::AxialShift) * 10.0).round() / 10.0)
                 ),
@@ -139,10 +141,12 @@ impl Part<'_> {
     fn undetermined(&self) -> Warning {
         let message = if self.freedom.columns.contains(&Column::Screw) {
             "rotation and axial_shift: a screw motion carries the flanks of a helical gear into themselves, and these \
-             points do not tell the two apart. Positions along z (`z_mm`) depend on how their joint effect is split: all \
+             points do not tell the two apart. Positions along z (`z_mm`) depend on how their joint effect is split: \
+             all \
              of it is taken as rotation, the axial shift is left at 0, and neither has a standard error"
         } else {
-            "axial_shift: the flanks of a spur gear are the same along the axis, and these points do not tell it; it is \
+            "axial_shift: the flanks of a spur gear are the same along the axis, and these points do not tell it; it \
+             is \
              left at 0"
         };
         Warning { code: "motions_indistinguishable", message: message.into() }

@@ -1,17 +1,20 @@
 //! Columns of the registration: what each motion of the part adds to the deviations.
 //!
-//! With the normal n and the place Q of a point a shift along e adds n·e and a turn about a axis a adds (Q × n)·a, in µm per µm and µm per
-//! µrad. On an involute helicoid two of the six are the same at every point of a side:
+//! With the normal n and the place Q of a point a shift along e adds n·e and a turn about a axis a
+//! adds (Q × n)·a, in µm per µm and µm per µrad. On an involute helicoid two of the six are the
+//! same at every point of a side:
 //!
 //! `n·e_z = −s h sin β_b`, `(Q × n)·e_z = s r_b cos β_b`,
 //!
-//! with the same sign s in both. So rotation and axial shift are parallel on one flank, on both flanks and on all teeth: a screw motion carries a
-//! cylindrical gear's flanks into themselves. The two enter the fit as one column, and all of its coefficient is rotation: a share of it
-//! taken as axial shift would carry the points along the flank, and with them the modification. On spur gears the axial shift adds nothing
-//! at all.
+//! with the same sign s in both. So rotation and axial shift are parallel on one flank, on both
+//! flanks and on all teeth: a screw motion carries a cylindrical gear's flanks into themselves. The
+//! two enter the fit as one column, and all of its coefficient is rotation: a share of it taken as
+//! axial shift would carry the points along the flank, and with them the modification. On spur
+//! gears the axial shift adds nothing at all.
 //!
-//! Only a modification that changes along z tells how far the part slid along its own helices: a slide by c adds `c ∂relief/∂z`. Where that
-//! is significant it is a column of its own ([`Column::Slide`]).
+//! Only a modification that changes along z tells how far the part slid along its own helices: a
+//! slide by c adds `c ∂relief/∂z`. Where that is significant it is a column of its own
+//! ([`Column::Slide`]).
 
 use super::pose::{Motion, Pose};
 use crate::{
@@ -26,7 +29,8 @@ pub const SCREW: &str = "rotation_with_axial_shift";
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
     Motion(Motion),
-    /// Rotation and axial shift; its coefficient is the normal distance that they add to left flanks, µm.
+    /// Rotation and axial shift; its coefficient is the normal distance that they add to left
+    /// flanks, µm.
     Screw,
     /// Axial shift (µm) with the rotation that keeps the unmodified flanks in themselves.
     Slide,
@@ -56,7 +60,8 @@ pub struct Freedom {
 }
 
 impl Freedom {
-    /// Refuses none, a motion that stands twice, and what no point can tell; faults point into `/motions`.
+    /// Refuses none, a motion that stands twice, and what no point can tell; faults point into
+    /// `/motions`.
     pub fn new(gear: &Gear, asked: &[Motion]) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if asked.is_empty() {
@@ -98,7 +103,8 @@ impl Freedom {
         self.columns.len() == self.motions.len()
     }
 
-    /// The column that turns the part about its own axis or screws it along, and its unit of rotation: what coefficient goes with 1 rad.
+    /// The column that turns the part about its own axis or screws it along, and its unit of
+    /// rotation: what coefficient goes with 1 rad.
     pub fn screw(&self, gear: &Gear) -> Option<(usize, f64)> {
         // µm of normal distance on left flanks
         let along = 1e3 * gear.base_radius() * gear.base_helix_angle().cos();
@@ -117,7 +123,8 @@ impl Freedom {
         with
     }
 
-    /// One entry of a row: `other` are those of [`super::pose::Undoing::columns`], `slope` is that of the relief along z, µm per µm.
+    /// One entry of a row: `other` are those of [`super::pose::Undoing::columns`], `slope` is that
+    /// of the relief along z, µm per µm.
     pub fn entry(&self, column: Column, side: Side, other: &[f64; 4], slope: f64) -> f64 {
         match column {
             Column::Screw => side.sign(),

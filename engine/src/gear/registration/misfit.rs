@@ -1,5 +1,5 @@
-//! What a registration that converged may still have wrong: teeth and flanks that were assumed, deviations that no
-//! flank has.
+//! What a registration that converged may still have wrong: teeth and flanks that were assumed,
+//! deviations that no flank has.
 
 use super::{
     Start,
@@ -16,11 +16,12 @@ use crate::{
     numerics::quantiles::median,
 };
 
-/// Deviations of a flank are below this many µm and this many µm per mm of module: about what class 11 of ISO 1328-1
-/// allows.
+/// Deviations of a flank are below this many µm and this many µm per mm of module: about what class
+/// 11 of ISO 1328-1 allows.
 pub const MISFIT: f64 = 10.0;
 pub const MISFIT_PER_MODULE: f64 = 10.0;
-/// Multiples of the scale (1.4826 × median absolute deviation) beyond which a point belongs to no flank of the others.
+/// Multiples of the scale (1.4826 × median absolute deviation) beyond which a point belongs to no
+/// flank of the others.
 const THRESHOLD: f64 = 8.0;
 /// How far beyond tip or root circle a point of a flank may lie, modules.
 const BEYOND: f64 = 0.02;
@@ -32,7 +33,8 @@ pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Wa
         warnings.push(Warning {
             code: "rotation_modulo_pitch",
             message: format!(
-                "no point tells its tooth, and a gear that is turned by whole pitches ({} µrad) looks the same: of all such rotations the one \
+                "no point tells its tooth, and a gear that is turned by whole pitches ({} µrad) looks the same: of all \
+                 such rotations the one \
                  next to 0 is answered",
                 Shown((gear.pitch_angle() * 1e6).round())
             ),
@@ -48,7 +50,8 @@ pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Wa
     if start.flanks_ambiguous {
         warnings.push(Warning {
             code: "flanks_ambiguous",
-            message: "the points fit other flanks about as well, with another motion; the smaller motion is answered. Say which flank each \
+            message: "the points fit other flanks about as well, with another motion; the smaller motion is answered. \
+                Say which flank each \
                       point is of"
                 .to_owned(),
         });
@@ -95,7 +98,8 @@ pub(super) fn of_part(gear: &Gear, after: &Deviations, rows: &[usize]) -> Vec<Wa
         warnings.push(Warning {
             code: "poor_fit",
             message: format!(
-                "after the registration {} µm (rms) are left, more than any flank deviates by ({} µm): other motions, other flanks or another \
+                "after the registration {} µm (rms) are left, more than any flank deviates by ({} µm): other motions, \
+                 other flanks or another \
                  gear",
                 tenth(rms),
                 tenth(limit)
@@ -109,7 +113,8 @@ pub(super) fn of_part(gear: &Gear, after: &Deviations, rows: &[usize]) -> Vec<Wa
         if let Some((first, deviation)) = far.peek().copied().copied() {
             let points = counted(far.count(), "point lies", "points lie");
             let message = format!(
-                "{points} far from where the others fit; the first is {first}, with {} µm: dirt, another flank, or an error of measurement",
+                "{points} far from where the others fit; the first is {first}, with {} µm: dirt, another flank, or an \
+                 error of measurement",
                 tenth(deviation)
             );
             warnings.push(Warning { code: "points_misfit", message });

@@ -1,15 +1,15 @@
 //! Registration: how the measured part lies in the nominal one, and the deviations without that.
 //!
-//! Deviations of a part that is displaced by small motions p are `d ≈ X p + form`, with the columns X
-//! of [`columns`]; p is a fit of [`crate::estimation`], so regularisation, estimators, bias bounds and
-//! collinearity are the service's. Motions are not small enough to be linear to the last digit: with
-//! the exact inverse motion ([`pose`]) the points are carried back, their deviations d_k are taken anew
-//! at the pose p_k, and the whole p is fitted to `d_k + X_k p_k` (Gauss–Newton; not its step, so that a
-//! regularised p stays regularised however often this is repeated). Columns have the normals of the
-//! unmodified flank.
+//! Deviations of a part that is displaced by small motions p are `d ≈ X p + form`, with the columns
+//! X of [`columns`]; p is a fit of [`crate::estimation`], so regularisation, estimators, bias
+//! bounds and collinearity are the service's. Motions are not small enough to be linear to the last
+//! digit: with the exact inverse motion ([`pose`]) the points are carried back, their deviations
+//! d_k are taken anew at the pose p_k, and the whole p is fitted to `d_k + X_k p_k` (Gauss–Newton;
+//! not its step, so that a regularised p stays regularised however often this is repeated). Columns
+//! have the normals of the unmodified flank.
 //!
-//! Motions are those *of the part*: a part that was moved by p on purpose is answered with p. A part
-//! that may lie anywhere begins where [`mod@start`] finds it.
+//! Motions are those *of the part*: a part that was moved by p on purpose is answered with p. A
+//! part that may lie anywhere begins where [`mod@start`] finds it.
 
 mod answer;
 pub mod columns;
@@ -35,7 +35,8 @@ use crate::estimation::{FitResult, FitSpec, result::Warning};
 pub struct Registering<'a> {
     /// Which motions are free, in any order.
     pub motions: &'a [Motion],
-    /// z of the point about which the axis tilts, mm; by default the middle of the nodes that take part.
+    /// z of the point about which the axis tilts, mm; by default the middle of the nodes that take
+    /// part.
     pub pivot: Option<f64>,
     /// For each node, as in a fit; by default 1.
     pub weight: Option<&'a [f64]>,
@@ -49,13 +50,13 @@ pub struct Moved {
     pub motion: Motion,
     /// µm or µrad.
     pub value: f64,
-    /// Where the fit began: its coefficients, and what regularisation damps, count from there. 0 but for
-    /// parts that lie far off.
+    /// Where the fit began: its coefficients, and what regularisation damps, count from there. 0
+    /// but for parts that lie far off.
     pub start: f64,
     /// `None` for a motion that the points do not determine.
     pub std_error: Option<f64>,
-    /// Sharp bound on what regularisation moved, given the limit of the coefficients' norm; `None` for a
-    /// motion that the points do not determine.
+    /// Sharp bound on what regularisation moved, given the limit of the coefficients' norm; `None`
+    /// for a motion that the points do not determine.
     pub bias_bound: Option<f64>,
     /// Whether these points tell it from the other free motions.
     pub determined: bool,
@@ -82,9 +83,11 @@ pub struct Registration {
     pub iterations: usize,
     pub converged: bool,
     pub indistinguishable: Vec<Indistinguishable>,
-    /// The last fit; its coefficients are [`columns::Column`]s, its heights and residuals normal deviations.
+    /// The last fit; its coefficients are [`columns::Column`]s, its heights and residuals normal
+    /// deviations.
     pub fit: FitResult,
-    /// Plain least squares with a column for every motion (spectrum, collinearity), where the fit has fewer.
+    /// Plain least squares with a column for every motion (spectrum, collinearity), where the fit
+    /// has fewer.
     pub every_motion: Option<FitResult>,
     /// Which node each row of the fit belongs to.
     pub rows: Vec<usize>,

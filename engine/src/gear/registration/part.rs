@@ -1,4 +1,5 @@
-//! The measured part of a registration: its points, the flanks that they belong to, and its rows at a pose.
+//! The measured part of a registration: its points, the flanks that they belong to, and its rows at
+//! a pose.
 
 use super::{
     Registering,
@@ -108,8 +109,8 @@ impl<'a> Part<'a> {
         self.reference.node(&foot, Direction::Normal)
     }
 
-    /// The flank of node `i` that is nearest to the point carried back, where it is not told; `None` where
-    /// it is, or where there is none.
+    /// The flank of node `i` that is nearest to the point carried back, where it is not told;
+    /// `None` where it is, or where there is none.
     pub(super) fn nearest(&self, i: usize, back: &Vector) -> Option<(u32, Side)> {
         let touch = self.start?.touches.get(i)?;
         // normals were given to tell sides, and have told them

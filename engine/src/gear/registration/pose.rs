@@ -1,12 +1,13 @@
 //! Where the measured part lies: an exact rigid motion with six numbers.
 //!
-//! A point of the nominal flank is first turned by φ about the gear's own axis and moved by c along it; then the axis is turned about the
-//! pivot (0, 0, p) by the rotation vector w = (w_x, w_y, 0) and moved by t = (t_x, t_y, 0):
+//! A point of the nominal flank is first turned by φ about the gear's own axis and moved by c along
+//! it; then the axis is turned about the pivot (0, 0, p) by the rotation vector w = (w_x, w_y, 0)
+//! and moved by t = (t_x, t_y, 0):
 //!
 //! `Q = R(w) (R_z(φ) P + (c − p) e_z) + p e_z + t`.
 //!
-//! In this order rotation and axial shift stay motions along the helicoid's own axis whatever the other four are. For small motions every order
-//! comes to the same.
+//! In this order rotation and axial shift stay motions along the helicoid's own axis whatever the
+//! other four are. For small motions every order comes to the same.
 
 use nalgebra::Matrix3;
 
@@ -155,8 +156,9 @@ impl Undoing {
         self.inverse * (measured - self.origin)
     }
 
-    /// How much the normal distance of a measured point grows per unit of the shifts (µm per µm) and of the tilts (µm per µrad) of the part;
-    /// `normal` is the one at its foot on the nominal part. The order is x and y shift, x and y tilt.
+    /// How much the normal distance of a measured point grows per unit of the shifts (µm per µm)
+    /// and of the tilts (µm per µrad) of the part; `normal` is the one at its foot on the nominal
+    /// part. The order is x and y shift, x and y tilt.
     pub fn columns(&self, measured: &Vector, normal: &Vector) -> [f64; 4] {
         let beside = self.beside_pivot(measured);
         let normal = turned(*normal, self.turn);

@@ -9,8 +9,8 @@ use crate::{
 };
 
 const MOST_STEPS: usize = 25;
-/// Least eigenvalue, over the greatest, of a direction that refinement moves along (columns of unit length): what is
-/// weaker is the business of the fit and its regularisation.
+/// Least eigenvalue, over the greatest, of a direction that refinement moves along (columns of unit
+/// length): what is weaker is the business of the fit and its regularisation.
 const LEAST_EIGENVALUE: f64 = 1e-3;
 
 impl Search<'_> {
@@ -50,8 +50,8 @@ impl Search<'_> {
         each.sum::<f64>() / self.points.len().max(1) as f64
     }
 
-    /// The step of least squares in which far points count less (Huber at twice the scale); `None` where no point tells
-    /// one.
+    /// The step of least squares in which far points count less (Huber at twice the scale); `None`
+    /// where no point tells one.
     fn step(&self, p: &[f64]) -> Option<Vec<f64>> {
         let (columns, undoing) = (&self.freedom.columns, self.pose(p).undoing());
         let (mut rows, mut distances) = (Vec::new(), Vec::new());

@@ -1,5 +1,5 @@
-//! The search for the place where a registration begins: a scan over shifts and rotations ([`super::scan`]), and damped
-//! least squares from the best of them ([`super::refine`]).
+//! The search for the place where a registration begins: a scan over shifts and rotations
+//! ([`super::scan`]), and damped least squares from the best of them ([`super::refine`]).
 
 use super::{
     columns::{Column, Freedom},
@@ -30,7 +30,8 @@ pub(super) struct Search<'a> {
     pub(super) freedom: Freedom,
     pub(super) pivot: f64,
     pub(super) ball: f64,
-    /// Whether points stay on the teeth that they are told to be of: flank and tooth of every one are told.
+    /// Whether points stay on the teeth that they are told to be of: flank and tooth of every one
+    /// are told.
     pub(super) told: bool,
     pub(super) points: Vec<Touch>,
 }

@@ -25,7 +25,8 @@ const STEP: f64 = 1e-9;
 /// … or by more than this share of the gear's radius, as far as doubles tell its coordinates.
 const RELATIVE_STEP: f64 = 32.0 * f64::EPSILON;
 
-/// Standard errors from which modifications tell a slide along the helices: what is less stays rotation …
+/// Standard errors from which modifications tell a slide along the helices: what is less stays
+/// rotation …
 const SIGNIFICANT: f64 = 4.0;
 /// … and so does what changes the deviations by less (root mean square), µm.
 const LEAST_EFFECT: f64 = 1e-3;
@@ -34,14 +35,15 @@ const LEAST_EFFECT: f64 = 1e-3;
 const REASSIGNING: usize = 25;
 
 /// How the part lies. Only the nodes that take part decide; all are carried back. Faults point to
-/// `/motions`, `/pivot_z_mm`, `/weight`, to `/points/i` for node i, and where a fit has them. Points
-/// stay on the flanks that they are on.
+/// `/motions`, `/pivot_z_mm`, `/weight`, to `/points/i` for node i, and where a fit has them.
+/// Points stay on the flanks that they are on.
 pub fn register(reference: &Reference, deviations: &Deviations, asked: &Registering) -> Result<Registration, FitError> {
     registered(reference, deviations, asked, None)
 }
 
-/// The same where the part may lie anywhere: `deviations` are those of the points that `start` carried
-/// back, and points whose flank or tooth is not told go to the nearest one anew after each step.
+/// The same where the part may lie anywhere: `deviations` are those of the points that `start`
+/// carried back, and points whose flank or tooth is not told go to the nearest one anew after each
+/// step.
 pub fn register_from(
     reference: &Reference,
     deviations: &Deviations,
@@ -70,8 +72,8 @@ fn registered(
     part.answer(found, last, asked)
 }
 
-/// The same with the slide along the helices, where the modifications tell it; `None`, and the part as it was, where
-/// they do not.
+/// The same with the slide along the helices, where the modifications tell it; `None`, and the part
+/// as it was, where they do not.
 fn slid(part: &mut Part, alone: &Found, asked: &Registering) -> Result<Option<(Found, FitResult)>, FitError> {
     if part.freedom.is_whole() || part.reference.relief.is_none() || !part.tells_slide(&alone.pose, asked.spec)? {
         return Ok(None);
@@ -93,7 +95,8 @@ fn slid(part: &mut Part, alone: &Found, asked: &Registering) -> Result<Option<(F
 }
 
 impl Part<'_> {
-    /// Whether the slope of the modifications along z, at a place that was found without it, speaks for a slide.
+    /// Whether the slope of the modifications along z, at a place that was found without it, speaks
+    /// for a slide.
     fn tells_slide(&self, pose: &Pose, spec: &FitSpec) -> Result<bool, FitError> {
         let columns = self.freedom.with_slide().columns;
         if self.rows.len() <= columns.len() {

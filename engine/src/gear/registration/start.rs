@@ -1,18 +1,20 @@
-//! Where a registration begins: which flank every point belongs to, and the motions to within what the iteration
-//! closes.
+//! Where a registration begins: which flank every point belongs to, and the motions to within what
+//! the iteration closes.
 //!
-//! A point that is nearest to a flank need not belong to it: a part that lies turned by a quarter of a pitch, or off
-//! centre by a module, has most of its points nearest to others. So the rotation is sought over a whole pitch and
-//! shifts over a disc of two modules. By how much the gear must be turned for a flank to pass through a point follows
-//! in closed form ([`crate::gear::deviation::foot::phase`]), so that one shift costs one such angle per point and side,
-//! and every rotation a comparison. The best places are refined by damped least squares in all motions that are free,
-//! every point going to the nearest flank anew after each step, and far ones counting little. Of places that fit alike
-//! the one with the least motion is taken.
+//! A point that is nearest to a flank need not belong to it: a part that lies turned by a quarter
+//! of a pitch, or off centre by a module, has most of its points nearest to others. So the rotation
+//! is sought over a whole pitch and shifts over a disc of two modules. By how much the gear must be
+//! turned for a flank to pass through a point follows in closed form
+//! ([`crate::gear::deviation::foot::phase`]), so that one shift costs one such angle per point and
+//! side, and every rotation a comparison. The best places are refined by damped least squares in
+//! all motions that are free, every point going to the nearest flank anew after each step, and far
+//! ones counting little. Of places that fit alike the one with the least motion is taken.
 //!
-//! Rotations by whole pitches carry the teeth into each other: only points whose tooth is told (`tooth` of a [`Touch`])
-//! say how many. With teeth *and* flanks told nothing is sought where they agree: the rotation is the angle that most
-//! of them ask for, over the full circle. Where they do not agree the part is laid by the nearest flanks, and turned by
-//! what most teeth say; the others are taken for wrongly named. Without a majority there is no place.
+//! Rotations by whole pitches carry the teeth into each other: only points whose tooth is told
+//! (`tooth` of a [`Touch`]) say how many. With teeth *and* flanks told nothing is sought where they
+//! agree: the rotation is the angle that most of them ask for, over the full circle. Where they do
+//! not agree the part is laid by the nearest flanks, and turned by what most teeth say; the others
+//! are taken for wrongly named. Without a majority there is no place.
 
 use super::{
     Registering,
@@ -36,8 +38,8 @@ use crate::{
 
 /// Most points that the search looks at.
 const MOST_POINTS: usize = 240;
-/// A part that lies nearer than this to where it should (root mean square over the points, modules) begins where it
-/// should: regularisation then counts from there.
+/// A part that lies nearer than this to where it should (root mean square over the points, modules)
+/// begins where it should: regularisation then counts from there.
 const AT_HOME: f64 = 0.1;
 
 /// Share of told teeth that must agree: more than half.
@@ -53,10 +55,11 @@ pub struct Start {
     pub pose: Pose,
     /// The points carried back by `pose`, in their order; what is not told of them stays open.
     pub touches: Vec<Touch>,
-    /// Whether no point tells how many whole pitches the part is turned by, though it may be turned.
+    /// Whether no point tells how many whole pitches the part is turned by, though it may be
+    /// turned.
     pub teeth_assumed: bool,
-    /// How many points lie on another tooth than they are told to be of, when most lie where they are told to. Their
-    /// teeth are open in `touches`.
+    /// How many points lie on another tooth than they are told to be of, when most lie where they
+    /// are told to. Their teeth are open in `touches`.
     pub teeth_contradict: usize,
     /// Whether points may lie on other flanks as well, by another motion that fits alike.
     pub flanks_ambiguous: bool,
@@ -133,10 +136,12 @@ struct Found {
     agreement: Option<Agreement>,
 }
 
-/// The place by the told teeth where these agree, else by the flanks that are nearest, turned by what most teeth say.
+/// The place by the told teeth where these agree, else by the flanks that are nearest, turned by
+/// what most teeth say.
 fn begun(search: &Search) -> Result<Found, Faults> {
     let open = search.open();
-    // tilts and shifts may bring a wrong name's points within half a pitch of its tooth, but not onto its flanks
+    // tilts and shifts may bring a wrong name's points within half a pitch of its tooth, but not
+    // onto its flanks
     let by_names = search.told.then(|| search.refined(search.usual_angle())).map(|place| {
         let agreement = search.agreement(&place.p);
         (Place { cost: open.cost(&place.p), ..place }, agreement)

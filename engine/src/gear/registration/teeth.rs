@@ -16,8 +16,8 @@ use crate::{
     gear::deviation::{Touch, foot::phase},
 };
 
-/// Root mean square of capped distances below which points lie on the flanks of a place, whatever their teeth are
-/// called, modules.
+/// Root mean square of capped distances below which points lie on the flanks of a place, whatever
+/// their teeth are called, modules.
 const ON_FLANKS: f64 = 0.15;
 
 /// Told teeth at a place.
@@ -61,8 +61,8 @@ impl Agreement {
 }
 
 impl Search<'_> {
-    /// Rotation with the least sum of distances from the angles of points whose flank and tooth are told, over the full
-    /// circle: a minority of wrong teeth does not move it, as it moves a mean.
+    /// Rotation with the least sum of distances from the angles of points whose flank and tooth are
+    /// told, over the full circle: a minority of wrong teeth does not move it, as it moves a mean.
     pub(super) fn usual_angle(&self) -> Vec<f64> {
         let told = self.points.iter().filter_map(|touch| Some((touch, touch.side?)));
         let angle = |(touch, side): (&Touch, _)| phase(self.gear, side, touch.tooth, &touch.point, self.ball);
@@ -103,8 +103,8 @@ impl Search<'_> {
         place.cost < (ON_FLANKS * self.module()).powi(2)
     }
 
-    /// Turned by whole pitches: by those that `agreement` asks for, else by those that bring it nearest to 0. Where no
-    /// rotation is free, none is made up for.
+    /// Turned by whole pitches: by those that `agreement` asks for, else by those that bring it
+    /// nearest to 0. Where no rotation is free, none is made up for.
     pub(super) fn counted(&self, mut p: Vec<f64>, agreement: Option<Agreement>) -> Vec<f64> {
         let Some((k, unit)) = self.freedom.screw(self.gear) else { return p };
         let (period, turn) = (self.gear.pitch_angle(), p[k] / unit);

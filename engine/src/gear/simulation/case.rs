@@ -1,17 +1,20 @@
-//! Machines to simulate: the case that shows what λ* is for, and any sensitivity with settings off by a given size.
+//! Machines to simulate: the case that shows what λ* is for, and any sensitivity with settings off
+//! by a given size.
 
 use super::{Asked, Setting};
 use crate::gear::correction::machine::Sensitivity;
 
 /// Nodes along the profile and along the helix.
 pub const GRID: [usize; 2] = [5, 9];
-/// What sets the sixth setting apart from its mixture, in µm at the ends of the helix; the condition of JᵀJ is then about 1e11.
+/// What sets the sixth setting apart from its mixture, in µm at the ends of the helix; the
+/// condition of JᵀJ is then about 1e11.
 const APART: f64 = 1.4e-5;
 /// What each setting is off by at first, µm at the ends.
 const OFF: f64 = 12.0;
 
-/// 5×9 nodes and six settings: angle errors and crownings of profile and helix, twist, and a tilt that is a mixture of helix angle and twist
-/// but for a part of 1e-5. True response 1 % off, probe noise 0.3 µm, every tenth node undefined.
+/// 5×9 nodes and six settings: angle errors and crownings of profile and helix, twist, and a tilt
+/// that is a mixture of helix angle and twist but for a part of 1e-5. True response 1 % off, probe
+/// noise 0.3 µm, every tenth node undefined.
 pub fn ill_conditioned(seed: u64) -> Asked {
     let settings = [
         ("profile_angle", "µm at the tip"),
@@ -41,8 +44,9 @@ pub fn ill_conditioned(seed: u64) -> Asked {
     }
 }
 
-/// A machine with the sensitivity of `known` whose settings are off so that each alone deviates by `size` µm RMS over the nodes (standard deviation);
-/// a setting that changes no node is not off. Response, noise and misses as in [`ill_conditioned`].
+/// A machine with the sensitivity of `known` whose settings are off so that each alone deviates by
+/// `size` µm RMS over the nodes (standard deviation); a setting that changes no node is not off.
+/// Response, noise and misses as in [`ill_conditioned`].
 pub fn off_by(seed: u64, known: Sensitivity, size: f64) -> Asked {
     let columns = known.settings.len().max(1);
     let rows = (known.matrix.len() / columns) as f64;

@@ -78,7 +78,8 @@ pub struct Run {
     pub rounds: Vec<Round>,
 }
 
-/// What a correction is asked for in a round: the probe noise is known, the uncertainty of the response is what the caller says it is.
+/// What a correction is asked for in a round: the probe noise is known, the uncertainty of the
+/// response is what the caller says it is.
 pub fn asked(
     simulation: &Simulation,
     measured: Vec<f64>,
@@ -101,7 +102,8 @@ fn changes(solution: &Solution) -> Vec<f64> {
 /// Most corrections of a run: settings that run away are still numbers then.
 pub const MOST_CORRECTIONS: usize = 20;
 
-/// Corrects a machine `corrections` times. Refuses more than [`MOST_CORRECTIONS`] (`/corrections`) and what [`Simulation::new`] refuses.
+/// Corrects a machine `corrections` times. Refuses more than [`MOST_CORRECTIONS`] (`/corrections`)
+/// and what [`Simulation::new`] refuses.
 pub fn run(
     machine: &Asked,
     strategy: &Strategy,

@@ -1,15 +1,18 @@
-//! The closed loop simulated: a machine whose settings are off, a probe, and corrections until the flank is good.
+//! The closed loop simulated: a machine whose settings are off, a probe, and corrections until the
+//! flank is good.
 //!
-//! A machine answers to settings that are off by e with the deviations `G e`, where its true response G differs from the sensitivity J that
-//! the correction knows: `G_kj = J_kj (1 + ρ g_kj)`, g standard normal, drawn once. A measurement is `G e` plus probe noise, some nodes
-//! undefined. A correction Δ makes e + Δ of e.
+//! A machine answers to settings that are off by e with the deviations `G e`, where its true
+//! response G differs from the sensitivity J that the correction knows: `G_kj = J_kj (1 + ρ g_kj)`,
+//! g standard normal, drawn once. A measurement is `G e` plus probe noise, some nodes undefined. A
+//! correction Δ makes e + Δ of e.
 //!
 //! * [`Simulation`]: the machine, step by step, so that a caller may keep every round;
 //! * [`closed_loop`]: whole runs with several ways to correct;
 //! * [`case`]: the ill-conditioned case.
 //!
-//! *Reproducible.* Stream 0 of the seed gives e, stream 1 the response; measurement number r takes stream 2 + 2r for its noise and 3 + 2r for
-//! the nodes that it misses. Measuring twice without a correction between gives the same numbers.
+//! *Reproducible.* Stream 0 of the seed gives e, stream 1 the response; measurement number r takes
+//! stream 2 + 2r for its noise and 3 + 2r for the nodes that it misses. Measuring twice without a
+//! correction between gives the same numbers.
 
 pub mod case;
 pub mod closed_loop;
@@ -69,8 +72,9 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Draws the machine. Faults point into an object with the fields of [`Asked`] (`/sensitivity/matrix`, `/sensitivity/settings`,
-    /// `/setting_error`, `/response_noise`, `/probe_noise_um`, `/missing`).
+    /// Draws the machine. Faults point into an object with the fields of [`Asked`]
+    /// (`/sensitivity/matrix`, `/sensitivity/settings`, `/setting_error`, `/response_noise`,
+    /// `/probe_noise_um`, `/missing`).
     pub fn new(asked: Asked) -> Result<Self, Faults> {
         check(&asked)?;
         let mut normals = Normals::new(asked.seed, 0);
@@ -125,7 +129,8 @@ impl Simulation {
         measured
     }
 
-    /// Changes the settings and machines again. Refuses a list of another length and changes that are not finite (`/change`).
+    /// Changes the settings and machines again. Refuses a list of another length and changes that
+    /// are not finite (`/change`).
     pub fn apply(&mut self, change: &[f64]) -> Result<(), Faults> {
         if change.len() != self.off.len() {
             let wanted = counted(self.off.len(), "setting", "settings");

@@ -1,6 +1,7 @@
 //! B-spline curves and their rational form, NURBS (Eqs. 6 and 9 of the paper).
 //!
-//! One type for both: a NURBS is a B-spline of (w a, w) divided by its last coordinate. Without weights nothing is divided.
+//! One type for both: a NURBS is a B-spline of (w a, w) divided by its last coordinate. Without
+//! weights nothing is divided.
 
 use super::{Curve, CurveJet};
 use crate::geometry::{
@@ -18,7 +19,8 @@ pub struct BSplineCurve {
 }
 
 impl BSplineCurve {
-    /// Checks that points and weights match the basis; weights are ≥ 0, and somewhere above 0 on every span.
+    /// Checks that points and weights match the basis; weights are ≥ 0, and somewhere above 0 on
+    /// every span.
     pub fn new(
         basis: BSplineBasis,
         dimension: Dimension,
@@ -51,7 +53,8 @@ impl BSplineCurve {
     }
 }
 
-/// Refuses weights that vanish together at a place where the basis has no other function: the denominator would be 0.
+/// Refuses weights that vanish together at a place where the basis has no other function: the
+/// denominator would be 0.
 fn weighted_everywhere(basis: &BSplineBasis, weights: &[f64]) -> Result<(), ControlFault> {
     let mut values = vec![0.0; basis.degree() + 1];
     // fewest functions are above 0 at the ends of spans
@@ -109,7 +112,8 @@ impl Curve for BSplineCurve {
     }
 }
 
-/// Derivatives of P / w by Leibniz' rule: `(P/w)⁽ᵏ⁾ = (P⁽ᵏ⁾ − Σ binomial(k, i) w⁽ⁱ⁾ (P/w)⁽ᵏ⁻ⁱ⁾) / w`.
+/// Derivatives of P / w by Leibniz' rule: `(P/w)⁽ᵏ⁾ = (P⁽ᵏ⁾ − Σ binomial(k, i) w⁽ⁱ⁾ (P/w)⁽ᵏ⁻ⁱ⁾) /
+/// w`.
 fn quotient(p: &CurveJet, w: &[f64; 4]) -> CurveJet {
     let mut jet = [Vector::zeros(); 4];
     jet[0] = p[0] / w[0];

@@ -1,12 +1,15 @@
-//! The form of Lagrange (Eqs. 1 and 2), written barycentrically: `p(x) = Σ wᵢ yᵢ / (x − xᵢ) / Σ wᵢ / (x − xᵢ)`.
+//! The form of Lagrange (Eqs. 1 and 2), written barycentrically: `p(x) = Σ wᵢ yᵢ / (x − xᵢ) / Σ wᵢ
+//! / (x − xᵢ)`.
 //!
-//! A value costs O(n), is exact at the nodes and stable near them (Berrut and Trefethen 2004). Where the nodes amplify errors (between
-//! many equal steps), the denominator, which is 1 / ℓ(x) with ℓ(x) = Π (x − xᵢ), cancels to noise; there the first form of the
-//! formula is taken, `p(x) = ℓ(x) Σ wᵢ yᵢ / (x − xᵢ)`, which is backward stable (Higham 2004), in double-double and with exponents of
-//! its own, since products over hundreds of nodes leave the range of doubles.
+//! A value costs O(n), is exact at the nodes and stable near them (Berrut and Trefethen 2004).
+//! Where the nodes amplify errors (between many equal steps), the denominator, which is 1 / ℓ(x)
+//! with ℓ(x) = Π (x − xᵢ), cancels to noise; there the first form of the formula is taken, `p(x) =
+//! ℓ(x) Σ wᵢ yᵢ / (x − xᵢ)`, which is backward stable (Higham 2004), in double-double and with
+//! exponents of its own, since products over hundreds of nodes leave the range of doubles.
 //!
-//! Derivatives would lose digits near nodes in either formula; they come from Newton's form over the same nodes in the order of Leja. All
-//! is kept over the axis scaled by a power of two to the length around 4 that neither overflows nor underflows.
+//! Derivatives would lose digits near nodes in either formula; they come from Newton's form over
+//! the same nodes in the order of Leja. All is kept over the axis scaled by a power of two to the
+//! length around 4 that neither overflows nor underflows.
 
 use super::{CurveJet, fault::CurveFault, newton::Newton};
 use crate::geometry::space::Vector;
@@ -42,7 +45,8 @@ pub struct Barycentric {
 }
 
 impl Barycentric {
-    /// The polynomial through `values` at `nodes`: as many, at least two, finite, and no node twice.
+    /// The polynomial through `values` at `nodes`: as many, at least two, finite, and no node
+    /// twice.
     pub fn new(nodes: Vec<f64>, values: Vec<Vector>) -> Result<Self, CurveFault> {
         let (low, high) = nodes.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
         // half of each, so that the difference does not overflow
@@ -73,7 +77,8 @@ impl Barycentric {
         &self.nodes
     }
 
-    /// `wᵢ = 1 / Π (xᵢ − xⱼ)`; where these overflow or underflow, all times one power of two, which changes nothing.
+    /// `wᵢ = 1 / Π (xᵢ − xⱼ)`; where these overflow or underflow, all times one power of two, which
+    /// changes nothing.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
@@ -128,7 +133,8 @@ impl Barycentric {
         self.scaled.iter().zip(&self.factors).map(share)
     }
 
-    /// `Σ |Lᵢ(t)|`: how much an error in the values is amplified at `t` at most. Infinite where that leaves the range of doubles.
+    /// `Σ |Lᵢ(t)|`: how much an error in the values is amplified at `t` at most. Infinite where
+    /// that leaves the range of doubles.
     pub(super) fn amplification(&self, t: f64) -> f64 {
         let place = ldexp(t, self.exponent);
         if self.nodes.contains(&t) || self.scaled.contains(&place) {
@@ -296,7 +302,8 @@ mod tests {
         assert!(found > 1e140 && found < 1e150 && most.value(0.9995).x.is_finite(), "{found:e}");
     }
 
-    /// Nodes that scaling to the length of the domain would merge, or of which it would take digits.
+    /// Nodes that scaling to the length of the domain would merge, or of which it would take
+    /// digits.
     #[test]
     fn nodes_far_closer_than_the_domain_is_long() {
         let hill = Barycentric::new(vec![0.0, 1e-300, 1e300], vec![Vector::zeros(), Vector::x(), Vector::zeros()]);

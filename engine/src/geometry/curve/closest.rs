@@ -1,9 +1,12 @@
 //! The point of a curve that is closest to a given point, of all its branches.
 //!
-//! Every piece is written in Bernstein's basis; then the squared distance is a ratio N / W² of polynomials in that basis, and
-//! N − d² W² has no root where all its coefficients are ≥ 0: such a part of the curve cannot come closer than d. Parts are halved
-//! until they are excluded so, while a safeguarded Newton iteration finds the minimum within them; hence no branch is missed. The ends of the curve
-//! are points like any other. Polynomials above [`HIGHEST_DEGREE`](crate::geometry::space::HIGHEST_DEGREE), which have no such basis here, are sampled densely instead.
+//! Every piece is written in Bernstein's basis; then the squared distance is a ratio N / W² of
+//! polynomials in that basis, and N − d² W² has no root where all its coefficients are ≥ 0: such a
+//! part of the curve cannot come closer than d. Parts are halved until they are excluded so, while
+//! a safeguarded Newton iteration finds the minimum within them; hence no branch is missed. The
+//! ends of the curve are points like any other. Polynomials above
+//! [`HIGHEST_DEGREE`](crate::geometry::space::HIGHEST_DEGREE), which have no such basis here, are
+//! sampled densely instead.
 //!
 //! A graph is taken as the plane curve (x, y(x)).
 
@@ -35,8 +38,8 @@ pub struct ClosestPoint {
     pub point: Vector,
     /// How far it is.
     pub distance: f64,
-    /// The same for a plane curve or graph, below 0 where the given point lies to the right of the curve's direction. None for
-    /// space curves and where the curve has no direction.
+    /// The same for a plane curve or graph, below 0 where the given point lies to the right of the
+    /// curve's direction. None for space curves and where the curve has no direction.
     pub signed_distance: Option<f64>,
 }
 
@@ -79,7 +82,8 @@ impl<'a> Closest<'a> {
         Closest { shape, pieces, seeds }
     }
 
-    /// The closest point to `to`, of which a graph and a plane curve read x and y only. `to` is finite.
+    /// The closest point to `to`, of which a graph and a plane curve read x and y only. `to` is
+    /// finite.
     pub fn to(&self, to: Vector) -> ClosestPoint {
         let to = if self.shape.dimension() == Dimension::Space { to } else { Vector::new(to.x, to.y, 0.0) };
         let [low, high] = self.shape.domain();
@@ -142,8 +146,9 @@ impl<'a> Closest<'a> {
         square
     }
 
-    /// Considers the ends of a part of a smooth piece and, where the distance falls at its start and grows at its end, a minimum between by
-    /// Newton's iteration held within a bracket; returns the squared distance there.
+    /// Considers the ends of a part of a smooth piece and, where the distance falls at its start
+    /// and grows at its end, a minimum between by Newton's iteration held within a bracket; returns
+    /// the squared distance there.
     fn local(&self, to: &Vector, low: f64, high: f64, best: &mut Best) -> Option<f64> {
         self.consider(to, low, best);
         self.consider(to, high, best);
@@ -193,8 +198,9 @@ impl<'a> Closest<'a> {
                 bend(n) - best.square * bend(w) >= 0.0
             });
             let middle = 0.5 * low + 0.5 * high;
-            // A convex function has one minimum. That of a polynomial piece has been found; a rational one has its best there only if N − d² W²
-            // touches 0 at a place where it does not slope.
+            // A convex function has one minimum. That of a polynomial piece has been found; a
+            // rational one has its best there only if N − d² W² touches 0 at a place where it does
+            // not slope.
             let settled = convex && (piece.polynomial || found.is_some_and(|square| square <= best.square));
             if settled || excluded(best) || depth == DEEPEST || !(low < middle && middle < high) {
                 continue;

@@ -1,10 +1,12 @@
 //! The condition number, in the 2-norm, of the equations behind a curve through points.
 //!
-//! For one polynomial: of the matrix of Vandermonde (Eqs. 13 and 14; for given derivatives the confluent one) in powers of x as they are given,
-//! which is the paper's example of an ill-conditioned problem. The service does not solve these equations, its forms
-//! avoid them; whoever writes the polynomial in powers does, and loses as many digits. The inverse is built from cardinal
-//! polynomials in double-double, so that condition numbers far above 1e16 are figures too.
-//! For splines: of the equations for the slopes, rows scaled to 2 on the diagonal. For B-splines: of the collocation matrix.
+//! For one polynomial: of the matrix of Vandermonde (Eqs. 13 and 14; for given derivatives the
+//! confluent one) in powers of x as they are given, which is the paper's example of an
+//! ill-conditioned problem. The service does not solve these equations, its forms avoid them;
+//! whoever writes the polynomial in powers does, and loses as many digits. The inverse is built
+//! from cardinal polynomials in double-double, so that condition numbers far above 1e16 are figures
+//! too. For splines: of the equations for the slopes, rows scaled to 2 on the diagonal. For
+//! B-splines: of the collocation matrix.
 
 use nalgebra::DMatrix;
 
@@ -19,7 +21,8 @@ use super::{
 use crate::geometry::space::Vector;
 use crate::numerics::{Dd, cancel, condition::largest_singular_value};
 
-/// The most conditions of a polynomial for which the number is computed: the work grows with their cube.
+/// The most conditions of a polynomial for which the number is computed: the work grows with their
+/// cube.
 pub const MOST_CONDITIONS: usize = 150;
 
 /// The most nodes of a spline for which it is.
@@ -76,7 +79,8 @@ fn product(norm: Option<f64>, inverse: Option<f64>) -> Option<f64> {
     Some((norm? * inverse?).max(1.0))
 }
 
-/// Condition of the matrix that turns coefficients of powers into values and derivatives, `counts[i]` of them at node i.
+/// Condition of the matrix that turns coefficients of powers into values and derivatives,
+/// `counts[i]` of them at node i.
 fn vandermonde(nodes: &[f64], counts: &[usize]) -> Option<f64> {
     let size: usize = counts.iter().sum();
     let conditions = |i: usize| (0..counts[i]).map(move |order| (nodes[i], order));

@@ -1,4 +1,5 @@
-//! The one door to all curves through points: points, a method, and the curve with what is to be said of its stability.
+//! The one door to all curves through points: points, a method, and the curve with what is to be
+//! said of its stability.
 
 use super::{
     Curve, CurveFault, CurveShape, Ends, KnotChoice, Parametrization, Part, Polynomial, Tangents, cubic_hermite,
@@ -10,20 +11,23 @@ use crate::geometry::space::{Dimension, Vector};
 /// What the curve has to pass through.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Points {
-    /// (x, y(x)): as many y as x. Polynomials take the x in any order, everything else ascending; no order is ever changed.
+    /// (x, y(x)): as many y as x. Polynomials take the x in any order, everything else ascending;
+    /// no order is ever changed.
     Graph { x: Vec<f64>, y: Vec<f64> },
     /// Points of plane or space, in the order in which the curve passes them.
     Space { points: Vec<Vector>, dimension: Dimension, parametrization: Parametrization },
 }
 
-/// How the curve is made. Derivatives are by x for a graph, by the parameter (0 to 1) for points of plane or space.
+/// How the curve is made. Derivatives are by x for a graph, by the parameter (0 to 1) for points of
+/// plane or space.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     /// One polynomial in the barycentric form (Eqs. 1 and 2).
     Lagrange,
     /// The same polynomial by divided differences.
     Newton,
-    /// One polynomial that has also given derivatives: at node i those of order 1, 2, … in `derivatives[i]` (Eqs. 3 and 4).
+    /// One polynomial that has also given derivatives: at node i those of order 1, 2, … in
+    /// `derivatives[i]` (Eqs. 3 and 4).
     Hermite { derivatives: Vec<Vec<Vector>> },
     /// Cubics between the nodes with common tangents (Eq. 5).
     CubicHermite(Tangents),
@@ -131,7 +135,8 @@ pub(super) fn shape(nodes: &Nodes, method: &Method) -> Result<CurveShape, CurveF
 mod tests {
     use super::*;
 
-    /// Abscissae whose differences have no digits left: an error of 2 was told of this spline, and no fault.
+    /// Abscissae whose differences have no digits left: an error of 2 was told of this spline, and
+    /// no fault.
     #[test]
     fn abscissae_of_subnormal_steps() {
         let third = Method::BSpline { degree: 3, knots: KnotChoice::Averaging };

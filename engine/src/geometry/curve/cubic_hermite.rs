@@ -1,8 +1,10 @@
-//! Piecewise cubic Hermite curves (Eq. 5): values and tangents at the nodes, one cubic between each two.
+//! Piecewise cubic Hermite curves (Eq. 5): values and tangents at the nodes, one cubic between each
+//! two.
 //!
-//! Continuous with the first derivative, not with the second. The paper calls "stable and accurate evaluation of the necessary gradients" the open
-//! problem; [`Tangents`] lists the rules that are in use. All rules work on each coordinate alone. Secants and coefficients
-//! are computed in double-double.
+//! Continuous with the first derivative, not with the second. The paper calls "stable and accurate
+//! evaluation of the necessary gradients" the open problem; [`Tangents`] lists the rules that are
+//! in use. All rules work on each coordinate alone. Secants and coefficients are computed in
+//! double-double.
 
 use super::{
     fault::{CurveFault, Part, check_ascending, check_points},
@@ -22,20 +24,24 @@ pub enum Tangents {
     FiniteDifference,
     /// The secant between the two neighbours of a node; the one secant at an end.
     CatmullRom,
-    /// The slope of the parabola through a node and its neighbours (Bessel); at an end of the parabola through the last three.
+    /// The slope of the parabola through a node and its neighbours (Bessel); at an end of the
+    /// parabola through the last three.
     Parabola,
-    /// Never an overshoot: 0 at local extremes of the data, else the weighted harmonic mean of the secants (Fritsch and Butland 1984), which lies
-    /// in the region of Fritsch and Carlson; at the ends three points with their limiter.
+    /// Never an overshoot: 0 at local extremes of the data, else the weighted harmonic mean of the
+    /// secants (Fritsch and Butland 1984), which lies in the region of Fritsch and Carlson; at the
+    /// ends three points with their limiter.
     Monotone,
-    /// Akima (1970): the mean of the secants, each weighted by how straight the data run on the other side; two secants more at
-    /// each end by extrapolation.
+    /// Akima (1970): the mean of the secants, each weighted by how straight the data run on the
+    /// other side; two secants more at each end by extrapolation.
     Akima,
-    /// The same with weights that also count the size of the secants, so that flat runs stay flat without a jump of the rule.
+    /// The same with weights that also count the size of the secants, so that flat runs stay flat
+    /// without a jump of the rule.
     ModifiedAkima,
 }
 
 impl Tangents {
-    /// Whether the curve is linear in the values, so that errors of measurement are amplified by a fixed factor.
+    /// Whether the curve is linear in the values, so that errors of measurement are amplified by a
+    /// fixed factor.
     pub fn is_linear(&self) -> bool {
         !matches!(self, Tangents::Monotone | Tangents::Akima | Tangents::ModifiedAkima)
     }

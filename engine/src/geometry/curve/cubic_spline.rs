@@ -1,7 +1,8 @@
 //! Cubic splines: the smoothest curve through the nodes, continuous with its second derivative.
 //!
-//! The unknowns are the slopes at the nodes; continuity of the second derivative at an inner node gives one equation of three unknowns each,
-//! and what the ends ask for two more. The system is solved in double-double, coordinates together.
+//! The unknowns are the slopes at the nodes; continuity of the second derivative at an inner node
+//! gives one equation of three unknowns each, and what the ends ask for two more. The system is
+//! solved in double-double, coordinates together.
 
 use super::{
     cubic_hermite::{check, pieces, secants},
@@ -20,7 +21,8 @@ pub enum End {
     Slope(Vector),
     /// This second derivative by the parameter; zero is a free end.
     SecondDerivative(Vector),
-    /// The third derivative is continuous at the node next to the end: the two pieces there are one cubic.
+    /// The third derivative is continuous at the node next to the end: the two pieces there are one
+    /// cubic.
     NotAKnot,
 }
 
@@ -29,7 +31,8 @@ pub enum End {
 pub enum Ends {
     /// One condition each.
     Each { start: End, end: End },
-    /// It ends as it starts: value, first and second derivative. The first and last value are equal.
+    /// It ends as it starts: value, first and second derivative. The first and last value are
+    /// equal.
     Periodic,
 }
 
@@ -49,7 +52,8 @@ impl Ends {
         Self::second_derivatives(Vector::zeros(), Vector::zeros())
     }
 
-    /// Continuous third derivatives next to both ends. Three nodes give the parabola, two the straight line.
+    /// Continuous third derivatives next to both ends. Three nodes give the parabola, two the
+    /// straight line.
     pub fn not_a_knot() -> Self {
         Ends::Each { start: End::NotAKnot, end: End::NotAKnot }
     }
@@ -152,7 +156,8 @@ mod tests {
         y.iter().map(|y| Vector::new(*y, 0.0, 0.0)).collect()
     }
 
-    /// With ends taken from the cubic itself, every kind of end gives the cubic back, down to two nodes.
+    /// With ends taken from the cubic itself, every kind of end gives the cubic back, down to two
+    /// nodes.
     #[test]
     fn a_cubic_is_its_own_spline() {
         let cubic = |x: f64| [2.0 - x + 0.5 * x * x * x, -1.0 + 1.5 * x * x, 3.0 * x, 3.0];

@@ -8,7 +8,8 @@ use crate::{
 /// The part of the input that a fault speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// The abscissae of a graph, or the parameters that points of plane or space were given: index i is that of point i.
+    /// The abscissae of a graph, or the parameters that points of plane or space were given: index
+    /// i is that of point i.
     X,
     /// The ordinates of a graph.
     Y,
@@ -47,7 +48,8 @@ pub enum CurveFault {
     TooManyDerivatives { node: usize, given: usize, most: usize },
     #[error("number {index} ({}) repeats number {first}", Shown(*.value))]
     Repeated { part: Part, index: usize, first: usize, value: f64 },
-    #[error("number {index} ({}) lies no more than {difference:e} above the one before it, which leaves a double no digits", Shown(*.value))]
+    #[error("number {index} ({}) lies no more than {difference:e} above the one before it, which leaves a double no \
+        digits", Shown(*.value))]
     TooClose { part: Part, index: usize, value: f64, difference: f64 },
     #[error("number {index} ({}) lies below the one before it ({}); the order of nodes is never changed", Shown(*.value), Shown(*.before))]
     Descending { part: Part, index: usize, value: f64, before: f64 },
@@ -78,7 +80,8 @@ pub enum CurveFault {
     #[error("by rounding alone the curve misses node {index} by {miss:e}")]
     Misses { index: usize, miss: f64 },
     #[error(
-        "in double-double precision the polynomial still misses node {index} by {miss:e}: too many nodes in this order; \
+        "in double-double precision the polynomial still misses node {index} by {miss:e}: too many nodes in this \
+         order; \
          use the barycentric form or a spline"
     )]
     Unstable { index: usize, miss: f64 },
@@ -107,7 +110,8 @@ impl CurveFault {
         }
     }
 
-    /// The place within that part, outermost first: one index, or node and order for a derivative; empty for the part as a whole.
+    /// The place within that part, outermost first: one index, or node and order for a derivative;
+    /// empty for the part as a whole.
     pub fn indices(&self) -> Vec<usize> {
         use CurveFault::*;
         match self {
@@ -134,10 +138,12 @@ pub(crate) fn check_finite(part: Part, values: &[f64]) -> Result<(), CurveFault>
     }
 }
 
-/// Differences below this have no room for the second half of a double-double, and their reciprocals soon none for the first.
+/// Differences below this have no room for the second half of a double-double, and their
+/// reciprocals soon none for the first.
 const LEAST_STEP: f64 = 1e-290;
 
-/// Refuses numbers that are not finite, repeated, descending, or so close that their differences lose digits.
+/// Refuses numbers that are not finite, repeated, descending, or so close that their differences
+/// lose digits.
 pub(crate) fn check_ascending(part: Part, values: &[f64]) -> Result<(), CurveFault> {
     check_finite(part, values)?;
     for (i, pair) in values.windows(2).enumerate() {

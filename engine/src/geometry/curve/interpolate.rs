@@ -1,8 +1,9 @@
 //! B-spline curves of any degree through points.
 //!
-//! As many basis functions as points; row i of the collocation matrix holds the functions at parameter i, of which degree + 1 are not 0.
-//! It has an inverse exactly where every parameter lies inside the support of its function (Schoenberg and Whitney), which is checked
-//! first. The band is factored in double-double.
+//! As many basis functions as points; row i of the collocation matrix holds the functions at
+//! parameter i, of which degree + 1 are not 0. It has an inverse exactly where every parameter lies
+//! inside the support of its function (Schoenberg and Whitney), which is checked first. The band is
+//! factored in double-double.
 
 use super::{
     BSplineCurve,
@@ -36,7 +37,8 @@ pub struct Collocation {
 }
 
 impl Collocation {
-    /// Checks and factors the equations for a basis with as many functions as there are ascending parameters.
+    /// Checks and factors the equations for a basis with as many functions as there are ascending
+    /// parameters.
     pub fn new(basis: BSplineBasis, parameters: &[f64]) -> Result<Self, CurveFault> {
         check_ascending(Part::X, parameters)?;
         let wanted = parameters.len() + basis.degree() + 1;
@@ -98,7 +100,8 @@ impl Collocation {
     }
 }
 
-/// Each parameter lies inside the support of the function of its number, or where an end of the support is no end of the function.
+/// Each parameter lies inside the support of the function of its number, or where an end of the
+/// support is no end of the function.
 fn schoenberg_whitney(basis: &BSplineBasis, parameters: &[f64]) -> Result<(), CurveFault> {
     let (p, knots) = (basis.degree(), basis.knots());
     let (low, high) = basis.domain();

@@ -1,21 +1,24 @@
 //! Where knots go when nobody gave them.
 //!
-//! Every vector here is clamped: its ends are the first and the last parameter, each degree + 1 times. Parameters are finite
-//! and ascend strictly. Source: Piegl and Tiller, The NURBS Book, section 9.2.1 and 9.4.1; de Boor for not-a-knot.
+//! Every vector here is clamped: its ends are the first and the last parameter, each degree + 1
+//! times. Parameters are finite and ascend strictly. Source: Piegl and Tiller, The NURBS Book,
+//! section 9.2.1 and 9.4.1; de Boor for not-a-knot.
 
 use super::fault::{CurveFault, Part, check_ascending};
 use crate::geometry::space::HIGHEST_DEGREE;
 
-/// Knots for interpolation by averaging (Eq. 9.8): each inner knot is the mean of `degree` neighbouring parameters, so that the
-/// condition of Schoenberg and Whitney holds. As many basis functions as parameters.
+/// Knots for interpolation by averaging (Eq. 9.8): each inner knot is the mean of `degree`
+/// neighbouring parameters, so that the condition of Schoenberg and Whitney holds. As many basis
+/// functions as parameters.
 pub fn averaging(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, CurveFault> {
     check(degree, parameters, 0)?;
     let inner = (1..parameters.len() - degree).map(|j| mean(&parameters[j..j + degree]));
     Ok(clamped(degree, parameters, inner))
 }
 
-/// Knots for least squares with `controls` basis functions (Eqs. 9.68 and 9.69): every span holds about as many parameters, at least
-/// one, so that the normal equations are positive definite. `degree < controls ≤` number of parameters.
+/// Knots for least squares with `controls` basis functions (Eqs. 9.68 and 9.69): every span holds
+/// about as many parameters, at least one, so that the normal equations are positive definite.
+/// `degree < controls ≤` number of parameters.
 pub fn averaging_least_squares(degree: usize, parameters: &[f64], controls: usize) -> Result<Vec<f64>, CurveFault> {
     check(degree, parameters, controls)?;
     if controls <= degree {
@@ -30,8 +33,8 @@ pub fn averaging_least_squares(degree: usize, parameters: &[f64], controls: usiz
     Ok(clamped(degree, parameters, inner))
 }
 
-/// Knots at the parameters themselves but for those next to the ends: for degree 3 the not-a-knot spline. An even degree has its knots
-/// midway between parameters.
+/// Knots at the parameters themselves but for those next to the ends: for degree 3 the not-a-knot
+/// spline. An even degree has its knots midway between parameters.
 pub fn not_a_knot(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, CurveFault> {
     check(degree, parameters, 0)?;
     let n = parameters.len();
@@ -58,7 +61,8 @@ fn clamped(degree: usize, parameters: &[f64], inner: impl Iterator<Item = f64>) 
     end(parameters[0]).chain(inner).chain(end(parameters[parameters.len() - 1])).collect()
 }
 
-/// Refuses degrees that there are not, and fewer parameters than `least` or than the degree asks for.
+/// Refuses degrees that there are not, and fewer parameters than `least` or than the degree asks
+/// for.
 fn check(degree: usize, parameters: &[f64], least: usize) -> Result<(), CurveFault> {
     if !(1..=HIGHEST_DEGREE).contains(&degree) {
         return Err(CurveFault::Degree { degree, least: 1, most: HIGHEST_DEGREE });
@@ -74,7 +78,8 @@ fn check(degree: usize, parameters: &[f64], least: usize) -> Result<(), CurveFau
 mod tests {
     use super::*;
 
-    /// The NURBS Book, example 9.1: ū = 0, 5/17, 9/17, 14/17, 1 and degree 3 give the inner knot 28/51.
+    /// The NURBS Book, example 9.1: ū = 0, 5/17, 9/17, 14/17, 1 and degree 3 give the inner knot
+    /// 28/51.
     #[test]
     fn averages_of_the_book() {
         let parameters = [0.0, 5.0 / 17.0, 9.0 / 17.0, 14.0 / 17.0, 1.0];

@@ -1,7 +1,9 @@
-//! The Lebesgue constant: the largest value of `Σ |Cᵢ(t)|`, where Cᵢ is the curve through 1 at node i and 0 at all others.
+//! The Lebesgue constant: the largest value of `Σ |Cᵢ(t)|`, where Cᵢ is the curve through 1 at node
+//! i and 0 at all others.
 //!
-//! Errors of the values up to e move the curve by up to e times this constant. Derivatives that are given (tangents, end slopes) are held
-//! fixed, and so are the parameters of points. The sum is sampled between all nodes; its highest peaks are then narrowed down.
+//! Errors of the values up to e move the curve by up to e times this constant. Derivatives that are
+//! given (tangents, end slopes) are held fixed, and so are the parameters of points. The sum is
+//! sampled between all nodes; its highest peaks are then narrowed down.
 
 use super::{
     BSplineCurve, Curve, CurveFault, CurveShape, Polynomial,
@@ -18,14 +20,16 @@ use crate::numerics::cancel;
 /// The most nodes for which the constant is computed: the work grows with their square.
 pub const MOST_NODES: usize = 400;
 
-/// The most conditions of a Hermite polynomial for which it is: there the work grows with their cube.
+/// The most conditions of a Hermite polynomial for which it is: there the work grows with their
+/// cube.
 pub const MOST_CONDITIONS: usize = 150;
 
 /// Places between two nodes.
 const SAMPLES: usize = 12;
 /// Peaks that are narrowed down.
 const PEAKS: usize = 4;
-/// Places in the window around a peak, and how often it is narrowed to the two parts around its highest place.
+/// Places in the window around a peak, and how often it is narrowed to the two parts around its
+/// highest place.
 const WINDOW: usize = 16;
 const PASSES: usize = 7;
 
@@ -94,8 +98,8 @@ fn homogeneous(method: &Method, count: usize) -> Method {
     }
 }
 
-/// The constant from curves through unit values, three at once as coordinates of points of space. Of a period, whose ends are one
-/// node, the last unit belongs to the first.
+/// The constant from curves through unit values, three at once as coordinates of points of space.
+/// Of a period, whose ends are one node, the last unit belongs to the first.
 fn cardinals(
     parameters: &[f64],
     build: impl Fn(&[Vector]) -> Result<CurveShape, CurveFault>,
@@ -120,7 +124,8 @@ fn cardinals(
             cancel::checkpoint();
             let mut unit = units(first, period);
             if period && first + 3 > own {
-                // the unit that would stand at the last node alone is that of node 0, which has been counted
+                // the unit that would stand at the last node alone is that of node 0, which has
+                // been counted
                 unit.iter_mut().for_each(|u| (own - first..3).for_each(|k| u[k] = 0.0));
             }
             let curve = build(&unit).ok()?;

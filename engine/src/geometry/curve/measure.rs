@@ -12,14 +12,15 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 /// Parts of one call at most, beyond the smooth pieces.
 pub const MOST_PARTS: usize = 10_000;
 
-/// A derivative by the parameter is taken to be right to this part of the largest place over the width of the smooth piece: rounding
-/// of the places alone makes that much of it.
+/// A derivative by the parameter is taken to be right to this part of the largest place over the
+/// width of the smooth piece: rounding of the places alone makes that much of it.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// How a curve bends at one place. None where the curve stands still, so that it has no direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bending {
-    /// Per unit of length: of a graph or plane curve above 0 where it turns left, of a space curve never below 0.
+    /// Per unit of length: of a graph or plane curve above 0 where it turns left, of a space curve
+    /// never below 0.
     pub curvature: Option<f64>,
     /// Per unit of length, of a space curve that is not straight there.
     pub torsion: Option<f64>,
@@ -45,21 +46,24 @@ pub struct ArcLength {
     pub length: f64,
     /// What quadrature may be off, and what rounding of the places leaves unknown.
     pub error: f64,
-    /// Whether the error is within the tolerance asked for. It is not where the curve is short against its distance from the origin, and
-    /// where the parts that a call may make do not suffice.
+    /// Whether the error is within the tolerance asked for. It is not where the curve is short
+    /// against its distance from the origin, and where the parts that a call may make do not
+    /// suffice.
     pub converged: bool,
 }
 
-/// The length of the curve from `from` to `to` (below 0 where `to` lies before `from`), by Gauss–Kronrod quadrature of 7 and 15 points
-/// per smooth piece, halved until the estimated error is below `tolerance` times the length or below what rounding of the places
-/// makes, at most [`MOST_PARTS`] times. Refused outside of the domain.
+/// The length of the curve from `from` to `to` (below 0 where `to` lies before `from`), by
+/// Gauss–Kronrod quadrature of 7 and 15 points per smooth piece, halved until the estimated error
+/// is below `tolerance` times the length or below what rounding of the places makes, at most
+/// [`MOST_PARTS`] times. Refused outside of the domain.
 pub fn arc_length(curve: &(impl Curve + ?Sized), from: f64, to: f64, tolerance: f64) -> Result<ArcLength, CurveFault> {
     let mut parts = MOST_PARTS;
     part_length(curve, &curve.breaks(), [from, to], tolerance, &mut parts)
 }
 
-/// The lengths from the start of the domain to each of `at`, in that order, and last the whole length; errors add up along the way.
-/// All of them together make no more than [`MOST_PARTS`] parts beyond one for each piece between the places.
+/// The lengths from the start of the domain to each of `at`, in that order, and last the whole
+/// length; errors add up along the way. All of them together make no more than [`MOST_PARTS`] parts
+/// beyond one for each piece between the places.
 pub fn arc_lengths(
     curve: &(impl Curve + ?Sized),
     at: &[f64],
@@ -168,7 +172,8 @@ struct Estimate {
     farthest: f64,
 }
 
-/// Places and weights of 15 points on [-1, 1] for the places ≥ 0, and the weights of the 7 of them that are Gauss's.
+/// Places and weights of 15 points on [-1, 1] for the places ≥ 0, and the weights of the 7 of them
+/// that are Gauss's.
 const KRONROD: [(f64, f64, f64); 8] = [
     (0.991_455_371_120_812_6, 0.022_935_322_010_529_224, 0.0),
     (0.949_107_912_342_758_5, 0.063_092_092_629_978_56, 0.129_484_966_168_869_7),
@@ -180,8 +185,8 @@ const KRONROD: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_82, 0.417_959_183_673_469_4),
 ];
 
-/// The integral of the speed over one part of a smooth piece. The error is estimated as in QUADPACK: the difference of the two rules,
-/// raised to the power that their orders differ by.
+/// The integral of the speed over one part of a smooth piece. The error is estimated as in
+/// QUADPACK: the difference of the two rules, raised to the power that their orders differ by.
 fn estimate(curve: &(impl Curve + ?Sized), low: f64, high: f64) -> Estimate {
     let (center, half) = (0.5 * low + 0.5 * high, 0.5 * (high - low));
     let mut farthest = 0.0f64;
@@ -250,7 +255,8 @@ mod tests {
         }
     }
 
-    /// Curves whose speed is mostly or wholly rounding: answered in bounded time, with the error that rounding leaves.
+    /// Curves whose speed is mostly or wholly rounding: answered in bounded time, with the error
+    /// that rounding leaves.
     #[test]
     fn where_rounding_hides_the_speed() {
         let basis = |knots: &[f64]| BSplineBasis::new(3, knots.to_vec()).unwrap();

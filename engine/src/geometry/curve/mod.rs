@@ -1,9 +1,12 @@
-//! Curves: y(x) over an axis, or points of plane or space over a parameter (sections 2.1 and 2.2 of the paper).
+//! Curves: y(x) over an axis, or points of plane or space over a parameter (sections 2.1 and 2.2 of
+//! the paper).
 //!
-//! A curve is anything that can tell its domain and its jet: value and derivatives to order 3 at a parameter. What follows from
-//! these alone (curvature, arc length, the closest point) is written once, for every curve.
+//! A curve is anything that can tell its domain and its jet: value and derivatives to order 3 at a
+//! parameter. What follows from these alone (curvature, arc length, the closest point) is written
+//! once, for every curve.
 //!
-//! Parameters outside the domain are the caller's mistake and are refused at the door; here the end piece goes on.
+//! Parameters outside the domain are the caller's mistake and are refused at the door; here the end
+//! piece goes on.
 
 pub mod b_spline;
 pub mod barycentric;
@@ -57,7 +60,8 @@ pub trait Curve {
     /// The range of the parameter, low < high.
     fn domain(&self) -> [f64; 2];
 
-    /// Value and derivatives to order 3 at `t`. At a break the piece to the right counts, at the end of the domain the last one.
+    /// Value and derivatives to order 3 at `t`. At a break the piece to the right counts, at the
+    /// end of the domain the last one.
     fn jet(&self, t: f64) -> CurveJet;
 
     /// The places, both ends included and ascending, between which the curve is infinitely smooth.

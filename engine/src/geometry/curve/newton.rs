@@ -1,9 +1,11 @@
-//! The form of Newton: `p(x) = c₀ + c₁ (x − z₀) + c₂ (x − z₀)(x − z₁) + …` with divided differences `c`.
+//! The form of Newton: `p(x) = c₀ + c₁ (x − z₀) + c₂ (x − z₀)(x − z₁) + …` with divided differences
+//! `c`.
 //!
-//! One node more costs O(n) and changes nothing of what is there, which is what the paper praises divided differences for. A node that stands
-//! m times carries the value and the derivatives below order m (Hermite, Eqs. 3 and 4, with orders that may differ from node to node).
-//! Nodes keep the order they came in. Differences are held in double-double, and so is evaluation: in an unlucky order the
-//! terms are far larger than the sum.
+//! One node more costs O(n) and changes nothing of what is there, which is what the paper praises
+//! divided differences for. A node that stands m times carries the value and the derivatives below
+//! order m (Hermite, Eqs. 3 and 4, with orders that may differ from node to node). Nodes keep the
+//! order they came in. Differences are held in double-double, and so is evaluation: in an unlucky
+//! order the terms are far larger than the sum.
 
 use super::{CurveJet, fault::CurveFault};
 use crate::geometry::space::Vector;
@@ -42,7 +44,8 @@ impl Newton {
         &self.nodes
     }
 
-    /// The divided differences over the first node, the first two, and so on; three coordinates each.
+    /// The divided differences over the first node, the first two, and so on; three coordinates
+    /// each.
     pub fn differences(&self) -> &[[Dd; 3]] {
         &self.differences
     }
@@ -57,7 +60,8 @@ impl Newton {
         self.nodes.is_empty()
     }
 
-    /// Adds a condition at `node` in O(n): its value where it is new, its m-th derivative where it stands m times already.
+    /// Adds a condition at `node` in O(n): its value where it is new, its m-th derivative where it
+    /// stands m times already.
     pub fn push(&mut self, node: f64, datum: Vector) -> Result<(), CurveFault> {
         cancel::checkpoint();
         let index = self.nodes.len();
@@ -92,7 +96,8 @@ impl Newton {
         Ok(())
     }
 
-    /// Coefficients of the polynomial in powers of `x − at`, from the lowest, as many as `out` has room for.
+    /// Coefficients of the polynomial in powers of `x − at`, from the lowest, as many as `out` has
+    /// room for.
     pub fn taylor<T: Real>(&self, at: f64, out: &mut [[T; 3]]) {
         out.fill([T::zero(); 3]);
         for (z, c) in self.nodes.iter().zip(&self.differences).rev() {

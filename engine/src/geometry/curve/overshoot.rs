@@ -1,7 +1,9 @@
-//! How far a curve swings beyond the nodes: between each two neighbours, how far it leaves the range of their values.
+//! How far a curve swings beyond the nodes: between each two neighbours, how far it leaves the
+//! range of their values.
 //!
-//! Coordinates count each for itself. The extremes of a coordinate between two nodes lie where its derivative changes sign; that is looked
-//! for in `SAMPLES` parts of every smooth piece and then bisected, so that an extreme is found to rounding.
+//! Coordinates count each for itself. The extremes of a coordinate between two nodes lie where its
+//! derivative changes sign; that is looked for in `SAMPLES` parts of every smooth piece and then
+//! bisected, so that an extreme is found to rounding.
 
 use super::{Curve, CurveShape, stability::ascending};
 use crate::geometry::space::Vector;
@@ -17,7 +19,8 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 pub struct Overshoot {
     /// In the unit of the coordinate.
     pub amount: f64,
-    /// The same as a part of the range of this coordinate over all nodes; None where that range is 0.
+    /// The same as a part of the range of this coordinate over all nodes; None where that range is
+    /// 0.
     pub relative: Option<f64>,
     /// The parameter at which it is reached.
     pub at: f64,
@@ -58,7 +61,8 @@ pub fn overshoot(shape: &CurveShape, parameters: &[f64], values: &[Vector]) -> O
     largest.map(|(_, overshoot)| overshoot)
 }
 
-/// Places between `low` and `high` where the derivative of a coordinate changes sign, with that coordinate.
+/// Places between `low` and `high` where the derivative of a coordinate changes sign, with that
+/// coordinate.
 fn extremes(shape: &CurveShape, breaks: &[f64], low: f64, high: f64, count: usize) -> Vec<(f64, usize)> {
     let mut ends = vec![low];
     let (first, last) = (breaks.partition_point(|b| *b <= low), breaks.partition_point(|b| *b < high));

@@ -1,7 +1,8 @@
 //! Which parameter a point of a parametric curve gets, when nobody gave one.
 //!
-//! Parameters run from 0 to 1 and ascend. The choice shapes the curve: with uneven distances the uniform one makes loops, the
-//! chord length follows long chords too stiffly, the centripetal one (Lee 1989) stands between the two.
+//! Parameters run from 0 to 1 and ascend. The choice shapes the curve: with uneven distances the
+//! uniform one makes loops, the chord length follows long chords too stiffly, the centripetal one
+//! (Lee 1989) stands between the two.
 
 use super::fault::{CurveFault, Part, check_points};
 use crate::geometry::space::Vector;
@@ -22,8 +23,8 @@ pub enum Parametrization {
 impl Parametrization {
     /// One parameter per point, from 0 to 1, ascending.
     ///
-    /// Refused: fewer than two points, points not finite, a point that stands where the one before it stands (or so near, in
-    /// comparison with the whole, that their parameters are one double).
+    /// Refused: fewer than two points, points not finite, a point that stands where the one before
+    /// it stands (or so near, in comparison with the whole, that their parameters are one double).
     pub fn parameters(self, points: &[Vector]) -> Result<Vec<f64>, CurveFault> {
         let part = Part::Points;
         if points.len() < 2 {

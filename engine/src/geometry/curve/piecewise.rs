@@ -1,4 +1,5 @@
-//! Curves of polynomial pieces between breaks, each written in powers of the distance from its left break.
+//! Curves of polynomial pieces between breaks, each written in powers of the distance from its left
+//! break.
 
 use super::{
     Curve, CurveJet,
@@ -18,7 +19,8 @@ pub struct PiecewisePolynomial {
 }
 
 impl PiecewisePolynomial {
-    /// Checks that the breaks ascend and that there are degree + 1 finite coefficients for every piece between them.
+    /// Checks that the breaks ascend and that there are degree + 1 finite coefficients for every
+    /// piece between them.
     pub fn new(
         dimension: Dimension,
         breaks: Vec<f64>,

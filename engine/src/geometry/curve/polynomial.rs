@@ -1,7 +1,9 @@
-//! One polynomial over the whole domain: through points (Lagrange, Newton) and with given derivatives (Hermite).
+//! One polynomial over the whole domain: through points (Lagrange, Newton) and with given
+//! derivatives (Hermite).
 //!
-//! The paper warns of its oscillation, which grows with the degree; [`super::stability`] says how much. Nodes may come in any order; none is
-//! moved. The domain reaches from the least to the greatest node.
+//! The paper warns of its oscillation, which grows with the degree; [`super::stability`] says how
+//! much. Nodes may come in any order; none is moved. The domain reaches from the least to the
+//! greatest node.
 
 use super::{
     Curve, CurveJet,
@@ -51,7 +53,8 @@ impl Polynomial {
         Self::hermite(dimension, nodes, &data)
     }
 
-    /// With the value and then the derivatives `data[i]` at node i, of as many orders as are given there (Eqs. 3 and 4 for one each).
+    /// With the value and then the derivatives `data[i]` at node i, of as many orders as are given
+    /// there (Eqs. 3 and 4 for one each).
     pub fn hermite(dimension: Dimension, nodes: &[f64], data: &[Vec<Vector>]) -> Result<Self, CurveFault> {
         check(nodes, data.len())?;
         distinct(nodes)?;
@@ -85,7 +88,8 @@ impl Polynomial {
         Ok(polynomial)
     }
 
-    /// The polynomial with these nodes (each as often as it has conditions) and divided differences.
+    /// The polynomial with these nodes (each as often as it has conditions) and divided
+    /// differences.
     pub fn of_differences(
         dimension: Dimension,
         nodes: Vec<f64>,
@@ -102,8 +106,8 @@ impl Polynomial {
         Ok(Polynomial { dimension, domain, form: Form::Newton(Newton::of_differences(nodes, differences)) })
     }
 
-    /// Adds a node in O(n), for Newton's form: its value, or the next derivative where the node is there already.
-    /// A barycentric polynomial is built anew, in O(n²), and takes new nodes only.
+    /// Adds a node in O(n), for Newton's form: its value, or the next derivative where the node is
+    /// there already. A barycentric polynomial is built anew, in O(n²), and takes new nodes only.
     pub fn push(&mut self, node: f64, datum: Vector) -> Result<(), CurveFault> {
         check_finite(Part::X, &[node])?;
         check_points(values_part(self.dimension), &[datum])?;
@@ -124,7 +128,8 @@ impl Polynomial {
         Ok(())
     }
 
-    /// How many conditions the polynomial meets; its degree is one less, or lower where the data happen to lie so.
+    /// How many conditions the polynomial meets; its degree is one less, or lower where the data
+    /// happen to lie so.
     pub fn conditions(&self) -> usize {
         match &self.form {
             Form::Barycentric(form) => form.nodes().len(),

@@ -1,7 +1,8 @@
-//! The same B-spline curve over other knots: insertion, refinement, splitting, Bézier pieces, higher degree.
+//! The same B-spline curve over other knots: insertion, refinement, splitting, Bézier pieces,
+//! higher degree.
 //!
-//! Everything is done in double-double and rounded once, so that the curve moves by rounding alone. Rational curves are changed
-//! in homogeneous coordinates.
+//! Everything is done in double-double and rounded once, so that the curve moves by rounding alone.
+//! Rational curves are changed in homogeneous coordinates.
 
 use super::BSplineCurve;
 use super::fault::{CurveFault, Part};
@@ -53,7 +54,8 @@ impl BSplineCurve {
         self.of_homogeneous(basis, &controls)
     }
 
-    /// Inserts the knot `at` so many `times` (Boehm 1980); the curve stays. Refused outside of the domain, and more than degree + 1 times.
+    /// Inserts the knot `at` so many `times` (Boehm 1980); the curve stays. Refused outside of the
+    /// domain, and more than degree + 1 times.
     pub fn insert_knot(&self, at: f64, times: usize) -> Result<Self, CurveFault> {
         // more than this is refused for any knot, whatever the number
         self.refine(&vec![at; times.min(self.basis().degree() + 2)])
@@ -70,7 +72,8 @@ impl BSplineCurve {
         self.over(knots)
     }
 
-    /// The same curve with its end knots standing degree + 1 times, so that it starts and ends at control points.
+    /// The same curve with its end knots standing degree + 1 times, so that it starts and ends at
+    /// control points.
     pub fn clamp(&self) -> Result<Self, CurveFault> {
         let [low, high] = <[f64; 2]>::from(self.basis().domain());
         self.restrict(low, high)
@@ -95,7 +98,8 @@ impl BSplineCurve {
         Ok([self.restrict(low, at)?, self.restrict(at, high)?])
     }
 
-    /// The same curve of a degree higher by `times`; the end knots become clamped. Refused above [`HIGHEST_DEGREE`].
+    /// The same curve of a degree higher by `times`; the end knots become clamped. Refused above
+    /// [`HIGHEST_DEGREE`].
     pub fn elevate(&self, times: usize) -> Result<Self, CurveFault> {
         let degree = self.basis().degree();
         let target = degree.saturating_add(times);

@@ -1,7 +1,9 @@
-//! The equations of a cubic spline for the slopes at its nodes, and what their matrix does to vectors.
+//! The equations of a cubic spline for the slopes at its nodes, and what their matrix does to
+//! vectors.
 //!
-//! Row i says that the second derivative is continuous at node i; it is scaled to 2 on the diagonal. The rows of the ends depend on
-//! [`Ends`]. Of a periodic spline the slope at node 0 stands apart, as a border around a band.
+//! Row i says that the second derivative is continuous at node i; it is scaled to 2 on the
+//! diagonal. The rows of the ends depend on [`Ends`]. Of a periodic spline the slope at node 0
+//! stands apart, as a border around a band.
 
 use super::cubic_spline::{End, Ends};
 use crate::numerics::{Banded, BandedLu, Dd, cancel::Asking};
@@ -13,7 +15,8 @@ pub(super) fn widths(nodes: &[f64]) -> Vec<Dd> {
     nodes.windows(2).map(|x| Dd::diff(x[1], x[0])).collect()
 }
 
-/// Continuity of the second derivative between two spans: factors of the slopes before, at and after the node, and the right side.
+/// Continuity of the second derivative between two spans: factors of the slopes before, at and
+/// after the node, and the right side.
 pub(super) fn continuity(h: [Dd; 2], d: [Dd; 3], next: [Dd; 3]) -> ([Dd; 3], [Dd; 3]) {
     let sum = h[0] + h[1];
     let right = [0, 1, 2].map(|k| (d[k] * h[1] + next[k] * h[0]) * 3.0 / sum);
@@ -104,7 +107,8 @@ pub(super) fn inner_system(nodes: &[f64], secants: &[[Dd; 3]]) -> (Banded<Dd>, S
     (a, b, border)
 }
 
-/// What multiplies the unknown slopes: a vector by the matrix or its inverse, or by their transposes, for its condition.
+/// What multiplies the unknown slopes: a vector by the matrix or its inverse, or by their
+/// transposes, for its condition.
 pub(super) struct SlopeMatrix {
     matrix: Banded<f64>,
     lu: BandedLu<f64>,

@@ -1,7 +1,10 @@
-//! How far a curve through points can be trusted: the paper's warnings about oscillation, as figures.
+//! How far a curve through points can be trusted: the paper's warnings about oscillation, as
+//! figures.
 //!
-//! - The Lebesgue constant: by how much errors of the values can be amplified anywhere on the curve ([`super::lebesgue`]).
-//! - The overshoot: how far the curve leaves the range of the two nodes it runs between ([`super::overshoot`]).
+//! - The Lebesgue constant: by how much errors of the values can be amplified anywhere on the curve
+//!   ([`super::lebesgue`]).
+//! - The overshoot: how far the curve leaves the range of the two nodes it runs between
+//!   ([`super::overshoot`]).
 //! - The condition of the equations that were solved ([`super::condition`]).
 //! - How exactly the curve passes through its points after all rounding.
 
@@ -18,7 +21,8 @@ use super::{
 pub struct Stability {
     /// The largest amplification of errors of the values.
     pub lebesgue: Result<Lebesgue, Absence>,
-    /// The largest excursion beyond the range of neighbouring nodes; None where the curve never leaves it.
+    /// The largest excursion beyond the range of neighbouring nodes; None where the curve never
+    /// leaves it.
     pub overshoot: Option<Overshoot>,
     /// The 2-norm condition number of the interpolation matrix.
     pub condition: Result<f64, Absence>,
@@ -91,8 +95,9 @@ mod tests {
         assert_near(hermite.condition.unwrap(), lagrange.condition.unwrap(), 1e-12);
     }
 
-    /// Two cubics with slopes 0 at the nodes are a partition of unity of functions ≥ 0: the constant is 1. Catmull and Rom: the four
-    /// functions at the middle of equal spans are −1, 9, 9, −1 sixteenths.
+    /// Two cubics with slopes 0 at the nodes are a partition of unity of functions ≥ 0: the
+    /// constant is 1. Catmull and Rom: the four functions at the middle of equal spans are −1, 9,
+    /// 9, −1 sixteenths.
     #[test]
     fn lebesgue_constants_of_cubics() {
         let x = equal(6, 0.0, 5.0);
@@ -116,7 +121,8 @@ mod tests {
         assert_near(periodic.stability.lebesgue.unwrap().constant, 0.25 * (1.0 + 27f64.sqrt()), 1e-9);
     }
 
-    /// The matrix of (−1, 0, 1) has the singular values √2 and those of [[√3, 2/√3], [0, √(2/3)]]: from AᵀA.
+    /// The matrix of (−1, 0, 1) has the singular values √2 and those of [[√3, 2/√3], [0, √(2/3)]]:
+    /// from AᵀA.
     #[test]
     fn conditions() {
         let squares = [0.5 * (5.0 - 17f64.sqrt()), 0.5 * (5.0 + 17f64.sqrt())];

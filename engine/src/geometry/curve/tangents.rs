@@ -1,15 +1,18 @@
 //! The rules that read tangents from the data of a piecewise cubic Hermite curve.
 //!
-//! In one coordinate: `d[i]` is the secant from node i to node i + 1, `h[i]` its width. Two nodes have one secant, which is the slope at both.
+//! In one coordinate: `d[i]` is the secant from node i to node i + 1, `h[i]` its width. Two nodes
+//! have one secant, which is the slope at both.
 
 use super::cubic_hermite::{Tangents, secants};
 use crate::geometry::space::Vector;
 use crate::numerics::Dd;
 
-/// A change of slope below this part of the slopes themselves is rounding of the data, for Akima's rule.
+/// A change of slope below this part of the slopes themselves is rounding of the data, for Akima's
+/// rule.
 const STRAIGHT: f64 = 16.0 * f64::EPSILON;
 
-/// One slope per node, coordinate by coordinate. Given tangents are not this function's: they count as [`Tangents::Parabola`].
+/// One slope per node, coordinate by coordinate. Given tangents are not this function's: they count
+/// as [`Tangents::Parabola`].
 pub(super) fn slopes(rule: &Tangents, nodes: &[f64], values: &[Vector]) -> Vec<[Dd; 3]> {
     let widths: Vec<Dd> = nodes.windows(2).map(|x| Dd::diff(x[1], x[0])).collect();
     let secants = secants(nodes, values);
@@ -47,12 +50,14 @@ fn in_one_coordinate(rule: &Tangents, h: &[Dd], d: &[Dd]) -> Vec<Dd> {
     }
 }
 
-/// The slope at the end of the parabola through the end node and the next two; `h` and `d` are of the end span, the others of the next.
+/// The slope at the end of the parabola through the end node and the next two; `h` and `d` are of
+/// the end span, the others of the next.
 fn parabola_end(h: Dd, next_h: Dd, d: Dd, next_d: Dd) -> Dd {
     ((h + h + next_h) * d - h * next_d) / (h + next_h)
 }
 
-/// The same, but of the sign of the end secant, and at most three times as steep where the data turn.
+/// The same, but of the sign of the end secant, and at most three times as steep where the data
+/// turn.
 fn monotone_end(h: Dd, next_h: Dd, d: Dd, next_d: Dd) -> Dd {
     let slope = parabola_end(h, next_h, d, next_d);
     if sign(slope) != sign(d) {

@@ -1,7 +1,8 @@
 //! Any curve as a B-spline, which is what CAD reads.
 //!
-//! Control points are polar forms of the pieces, so that the same polynomials result, to rounding. A break gets as many knots as the
-//! continuity there asks for; where rounding leaves it open how continuous the pieces are, as many as continuity of the value does.
+//! Control points are polar forms of the pieces, so that the same polynomials result, to rounding.
+//! A break gets as many knots as the continuity there asks for; where rounding leaves it open how
+//! continuous the pieces are, as many as continuity of the value does.
 
 use super::{BSplineCurve, Curve, CurveFault, CurveShape, PiecewisePolynomial};
 use crate::geometry::{
@@ -13,7 +14,8 @@ use crate::numerics::Dd;
 /// Coefficients of pieces are right to this part of their terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// How far, in parts of the largest value, the B-spline may lie from the pieces before more knots are spent.
+/// How far, in parts of the largest value, the B-spline may lie from the pieces before more knots
+/// are spent.
 const AWAY: f64 = 1e-14;
 
 /// Coefficients of powers, from the lowest, and the place they are powers of the distance from.
@@ -23,7 +25,8 @@ struct Piece {
 }
 
 impl CurveShape {
-    /// The same curve as a B-spline, with weights where it has them. Refused for a polynomial whose degree is above [`HIGHEST_DEGREE`].
+    /// The same curve as a B-spline, with weights where it has them. Refused for a polynomial whose
+    /// degree is above [`HIGHEST_DEGREE`].
     pub fn to_b_spline(&self) -> Result<BSplineCurve, CurveFault> {
         match self {
             CurveShape::BSpline(curve) => Ok(curve.clone()),
@@ -61,7 +64,8 @@ fn piecewise(curve: &PiecewisePolynomial) -> Result<BSplineCurve, CurveFault> {
     assemble(curve, p, breaks, &apart, &pieces)
 }
 
-/// The order of the highest derivative up to which two pieces agree at their break; None if not even the values do.
+/// The order of the highest derivative up to which two pieces agree at their break; None if not
+/// even the values do.
 fn continuity(left: &Piece, right: &Piece, at: f64) -> Option<usize> {
     let h = Dd::diff(at, left.at);
     let agree = |order: usize| {
@@ -107,7 +111,8 @@ fn assemble(
     Ok(BSplineCurve::new(basis, curve.dimension(), points, None)?)
 }
 
-/// The polar form: the k-th power becomes the k-th elementary symmetric function of the distances, over its number of terms.
+/// The polar form: the k-th power becomes the k-th elementary symmetric function of the distances,
+/// over its number of terms.
 fn polar(piece: &Piece, arguments: &[f64]) -> Vector {
     let p = arguments.len();
     let mut symmetric = vec![Dd::ZERO; p + 1];

@@ -1,5 +1,5 @@
-//! The area of a surface: ∬ |S_u × S_v| by Gauss–Legendre rules on the rectangles between its breaks, the worst of which are split
-//! until their estimated errors add up to the tolerance.
+//! The area of a surface: ∬ |S_u × S_v| by Gauss–Legendre rules on the rectangles between its
+//! breaks, the worst of which are split until their estimated errors add up to the tolerance.
 
 use super::Surface;
 use crate::numerics::{cancel, quadrature::gauss_legendre, sum2};
@@ -55,7 +55,8 @@ impl Ord for Cell {
 /// Nodes and weights on [-1, 1].
 type Rule = Vec<(f64, f64)>;
 
-/// The area of the surface's place in space, to `tolerance` (relative to the area) if 4096 further rectangles suffice.
+/// The area of the surface's place in space, to `tolerance` (relative to the area) if 4096 further
+/// rectangles suffice.
 pub fn area(surface: &dyn Surface, tolerance: f64) -> Area {
     let rule = |n| -> Rule { gauss_legendre(n).into_iter().map(|(x, w)| (x.to_f64(), w.to_f64())).collect() };
     let rules = [rule(FINE), rule(COARSE)];

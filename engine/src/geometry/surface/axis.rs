@@ -1,8 +1,10 @@
 //! One axis of a B-spline surface, prepared for many evaluations.
 //!
-//! On each span the functions that are not 0 there are kept as polynomials of `τ = (x − middle)/width`, |τ| ≤ 1/2, with coefficients
-//! worked out in double-double. A basis is then one Horner scheme over N functions side by side: no recursion and no division. In τ
-//! the coefficients of a polynomial that stays within [0, 1] are small, so that Horner's rule errs by a few roundings of 1.
+//! On each span the functions that are not 0 there are kept as polynomials of `τ = (x −
+//! middle)/width`, |τ| ≤ 1/2, with coefficients worked out in double-double. A basis is then one
+//! Horner scheme over N functions side by side: no recursion and no division. In τ the coefficients
+//! of a polynomial that stays within [0, 1] are small, so that Horner's rule errs by a few
+//! roundings of 1.
 
 use crate::geometry::BSplineBasis;
 use crate::numerics::Dd;

@@ -1,6 +1,8 @@
-//! Tensor-product B-spline surfaces and their rational form, NURBS surfaces (Eqs. 6 and 9 over two parameters).
+//! Tensor-product B-spline surfaces and their rational form, NURBS surfaces (Eqs. 6 and 9 over two
+//! parameters).
 //!
-//! Control point (i, j) belongs to function i along u and j along v, and stands at `i · (number along v) + j`.
+//! Control point (i, j) belongs to function i along u and j along v, and stands at `i · (number
+//! along v) + j`.
 
 use super::{Surface, SurfaceJet, bends::bends};
 use crate::geometry::{
@@ -8,7 +10,8 @@ use crate::geometry::{
     space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector, check_controls},
 };
 
-/// `S(u, v) = Σ wᵢⱼ aᵢⱼ Nᵢ(u) Nⱼ(v) / Σ wᵢⱼ Nᵢ(u) Nⱼ(v)`, or without weights the numerator with w = 1.
+/// `S(u, v) = Σ wᵢⱼ aᵢⱼ Nᵢ(u) Nⱼ(v) / Σ wᵢⱼ Nᵢ(u) Nⱼ(v)`, or without weights the numerator with w =
+/// 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BSplineSurface {
     bases: [BSplineBasis; 2],
@@ -18,7 +21,8 @@ pub struct BSplineSurface {
 }
 
 impl BSplineSurface {
-    /// Checks that points and weights match the bases; weights are ≥ 0, and somewhere above 0 around every corner of spans.
+    /// Checks that points and weights match the bases; weights are ≥ 0, and somewhere above 0
+    /// around every corner of spans.
     pub fn new(
         bases: [BSplineBasis; 2],
         dimension: Dimension,
@@ -57,7 +61,8 @@ impl BSplineSurface {
         self.weights.as_deref()
     }
 
-    /// Weighted points and weights, summed with the bases' derivatives; in order: value, u, v, uu, uv, vv (up to `order`).
+    /// Weighted points and weights, summed with the bases' derivatives; in order: value, u, v, uu,
+    /// uv, vv (up to `order`).
     fn sums(&self, u: f64, v: f64, order: usize) -> ([Vector; 6], [f64; 6]) {
         const ORDERS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
         let [along_u, along_v] = &self.bases;
@@ -87,7 +92,8 @@ impl BSplineSurface {
     }
 }
 
-/// The jet of P / w from those of P and of w, each in the order value, u, v, uu, uv, vv: Leibniz' rule on S · w = P.
+/// The jet of P / w from those of P and of w, each in the order value, u, v, uu, uv, vv: Leibniz'
+/// rule on S · w = P.
 #[inline(always)]
 pub(super) fn quotient(p: &[Vector; 6], w: &[f64; 6]) -> SurfaceJet {
     let value = p[0] / w[0];

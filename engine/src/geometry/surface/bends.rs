@@ -1,7 +1,9 @@
-//! Bounds of the second derivatives over rectangles of parameters: what makes a bound of the distance to a part of a surface valid.
+//! Bounds of the second derivatives over rectangles of parameters: what makes a bound of the
+//! distance to a part of a surface valid.
 //!
-//! Derivatives of a B-spline are B-splines, and lie within the hull of their control points that act on a span. Knots are inserted where
-//! a rectangle ends, so that those of each rectangle are few and near.
+//! Derivatives of a B-spline are B-splines, and lie within the hull of their control points that
+//! act on a span. Knots are inserted where a rectangle ends, so that those of each rectangle are
+//! few and near.
 
 use super::{BSplineSurface, Surface};
 use crate::geometry::{BSplineBasis, space::Vector};
@@ -19,8 +21,8 @@ struct Net {
     points: Vec<(Vector, f64)>,
 }
 
-/// For every rectangle between neighbouring `cuts` (ascending, within the domain), v running fastest. `None` where a weight of 0 leaves
-/// the derivatives without bound.
+/// For every rectangle between neighbouring `cuts` (ascending, within the domain), v running
+/// fastest. `None` where a weight of 0 leaves the derivatives without bound.
 pub fn bends(surface: &BSplineSurface, cuts: [&[f64]; 2]) -> Option<Vec<Bends>> {
     let mut fine = surface.clone();
     for (axis, cuts) in cuts.into_iter().enumerate() {
@@ -97,7 +99,8 @@ fn slopes(net: &Net, surface: &BSplineSurface, axis: usize, order: usize) -> Net
     Net { columns, points }
 }
 
-/// Over span (i, j) of knots: sizes of all six nets about the middle of the control points there, and from them those of the quotient.
+/// Over span (i, j) of knots: sizes of all six nets about the middle of the control points there,
+/// and from them those of the quotient.
 fn over_span(surface: &BSplineSurface, nets: &[Net; 6], [i, j]: [usize; 2]) -> Option<Bends> {
     const ORDERS: [[usize; 2]; 6] = [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]];
     let [p, q] = surface.bases().each_ref().map(BSplineBasis::degree);
@@ -135,7 +138,8 @@ fn over_span(surface: &BSplineSurface, nets: &[Net; 6], [i, j]: [usize; 2]) -> O
     ])
 }
 
-/// The same where nothing but places can be asked for: the largest of 25 of each rectangle, with room to spare.
+/// The same where nothing but places can be asked for: the largest of 25 of each rectangle, with
+/// room to spare.
 pub fn sampled(surface: &dyn Surface, u: [f64; 2], v: [f64; 2]) -> Bends {
     const SLACK: f64 = 3.0;
     let mut largest = [0.0f64; 3];
@@ -156,7 +160,8 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
-        /// Nowhere in a rectangle is a second derivative larger, and somewhere it is not much smaller.
+        /// Nowhere in a rectangle is a second derivative larger, and somewhere it is not much
+        /// smaller.
         #[test]
         fn no_derivative_is_larger(
             values in prop::collection::vec(prop::array::uniform3(-9.0..9.0f64), 40),

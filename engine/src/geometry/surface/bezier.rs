@@ -1,7 +1,8 @@
-//! Tensor Bézier patches, also rational: `S(u, v) = Σ wᵢⱼ aᵢⱼ Bᵢ(s) Bⱼ(t) / Σ wᵢⱼ Bᵢ(s) Bⱼ(t)` with Bernstein polynomials of
-//! the parameters mapped to [0, 1].
+//! Tensor Bézier patches, also rational: `S(u, v) = Σ wᵢⱼ aᵢⱼ Bᵢ(s) Bⱼ(t) / Σ wᵢⱼ Bᵢ(s) Bⱼ(t)` with
+//! Bernstein polynomials of the parameters mapped to [0, 1].
 //!
-//! Bernstein polynomials are the B-splines of one span, so the patch is kept as such; only its degrees are those of the net.
+//! Bernstein polynomials are the B-splines of one span, so the patch is kept as such; only its
+//! degrees are those of the net.
 
 use super::{BSplineSurface, Surface, SurfaceJet};
 use crate::{
@@ -30,8 +31,9 @@ pub enum BezierFault {
 }
 
 impl BezierSurface {
-    /// `shape` counts the control points along u and v (degree + 1 each, 2 to 26); `control_points` with v running fastest;
-    /// `domain` the ranges of u and v, usually [0, 1] both; weights ≥ 0 for a rational patch.
+    /// `shape` counts the control points along u and v (degree + 1 each, 2 to 26); `control_points`
+    /// with v running fastest; `domain` the ranges of u and v, usually [0, 1] both; weights ≥ 0 for
+    /// a rational patch.
     pub fn new(
         shape: [usize; 2],
         domain: [[f64; 2]; 2],

@@ -1,7 +1,8 @@
 //! Four boundary curves that meet at four corners: what a Coons or Gregory patch is filled into.
 //!
-//! Borders are named by what is constant on them: `u0` is the curve over v on u = low, `v1` the curve over u on v = high. In
-//! lists they stand in the order u0, u1, v0, v1; corner (i, j) is where border uᵢ meets border vⱼ.
+//! Borders are named by what is constant on them: `u0` is the curve over v on u = low, `v1` the
+//! curve over u on v = high. In lists they stand in the order u0, u1, v0, v1; corner (i, j) is
+//! where border uᵢ meets border vⱼ.
 
 use super::bezier::one_span;
 use crate::{
@@ -71,7 +72,8 @@ pub enum BoundaryFault {
     Domain { border: Border, low: f64, high: f64, wanted_low: f64, wanted_high: f64 },
     #[error("borders u{i} and v{j} are {gap:e} apart at their corner, more than {tolerance:e}", i = corner[0], j = corner[1])]
     Corner { corner: [usize; 2], gap: f64, tolerance: f64 },
-    #[error("at the corner of u{i} and v{j} the cross derivative of {border} is {gap:e} off the border that runs there, more than {tolerance:e}", i = corner[0], j = corner[1])]
+    #[error("at the corner of u{i} and v{j} the cross derivative of {border} is {gap:e} off the border that runs \
+        there, more than {tolerance:e}", i = corner[0], j = corner[1])]
     Cross { border: Border, corner: [usize; 2], gap: f64, tolerance: f64 },
     #[error(
         "border {border} is missing; only one of the four may be, where a patch of points in space has three sides"
@@ -107,14 +109,15 @@ pub struct Boundaries {
 }
 
 impl Boundaries {
-    /// Curves in the order u0, u1, v0, v1, heights over the parameters all or points of space all, which meet to `tolerance`
-    /// (in their coordinates). Heights: opposite curves have one domain. Points: the patch takes the domains of u0 and v0, onto
-    /// which those of u1 and v1 are mapped.
+    /// Curves in the order u0, u1, v0, v1, heights over the parameters all or points of space all,
+    /// which meet to `tolerance` (in their coordinates). Heights: opposite curves have one domain.
+    /// Points: the patch takes the domains of u0 and v0, onto which those of u1 and v1 are mapped.
     pub fn new(curves: [CurveShape; 4], tolerance: f64) -> Result<Self, BoundaryFault> {
         Self::checked(curves, None, tolerance)
     }
 
-    /// As [`Boundaries::new`], but one border of points in space may be missing: there the patch has a point, and three sides.
+    /// As [`Boundaries::new`], but one border of points in space may be missing: there the patch
+    /// has a point, and three sides.
     pub fn three_sided(curves: [Option<CurveShape>; 4], tolerance: f64) -> Result<Self, BoundaryFault> {
         let missing: Vec<Border> = Border::ALL.into_iter().filter(|b| curves[*b as usize].is_none()).collect();
         let collapsed = missing.first().copied();
@@ -123,7 +126,8 @@ impl Boundaries {
         }
         let mut given: Vec<CurveShape> = curves.into_iter().flatten().collect();
         if let Some(border) = collapsed {
-            // without one border the others are, in order, its opposite and the two that run into it, or the other way round
+            // without one border the others are, in order, its opposite and the two that run into
+            // it, or the other way round
             let (opposite, sides) = if border.axis() == 1 { (0, [1, 2]) } else { (2, [0, 1]) };
             let ends = sides.map(|k| given[k].value(given[k].domain()[border.end()]));
             let missing = BoundaryFault::Missing { border };

@@ -1,11 +1,14 @@
 //! The point of a surface that is closest to a given one: the orthogonal distance of a node.
 //!
-//! The surface is divided into small rectangles between its breaks, each within a ball, and the balls into a tree. What lies nearest comes
-//! first: balls are opened into balls, rectangles are searched and halved, until nothing is left that could be nearer than the best
-//! point found. What is left out is left out by a bound that holds in all of it: Taylor's formula with bounds of the second
-//! derivatives (`bends.rs`, `closest_cell.rs`). Of surfaces that are no B-splines those bounds come from samples, with room to spare.
+//! The surface is divided into small rectangles between its breaks, each within a ball, and the
+//! balls into a tree. What lies nearest comes first: balls are opened into balls, rectangles are
+//! searched and halved, until nothing is left that could be nearer than the best point found. What
+//! is left out is left out by a bound that holds in all of it: Taylor's formula with bounds of the
+//! second derivatives (`bends.rs`, `closest_cell.rs`). Of surfaces that are no B-splines those
+//! bounds come from samples, with room to spare.
 //!
-//! Feet are found by going downhill (`descent.rs`), held within the surface's own smooth piece, so that edges and corners are found as such.
+//! Feet are found by going downhill (`descent.rs`), held within the surface's own smooth piece, so
+//! that edges and corners are found as such.
 
 use super::{
     Surface,
@@ -21,8 +24,9 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 
 /// Rectangles along each parameter at least.
 const LEAST_LEAVES: usize = 16;
-/// What could be nearer by this part of the distance at most is left out, once so many rectangles were halved. Only where a whole line or
-/// part of the surface is about as near as its foot, around the centre of a sphere, are there many; these places are then as good.
+/// What could be nearer by this part of the distance at most is left out, once so many rectangles
+/// were halved. Only where a whole line or part of the surface is about as near as its foot, around
+/// the centre of a sphere, are there many; these places are then as good.
 const NEAR: [(usize, f64); 3] = [(0, 1e-9), (1000, 1e-6), (4000, 1e-4)];
 /// Rectangles that one question halves at most.
 const MOST_HALVED: usize = 8000;
@@ -36,9 +40,11 @@ pub struct SurfacePoint {
     pub point: Vector,
     /// How far it is.
     pub distance: f64,
-    /// The same, below 0 on the side that the normal S_u × S_v points away from. None where there is no normal.
+    /// The same, below 0 on the side that the normal S_u × S_v points away from. None where there
+    /// is no normal.
     pub signed_distance: Option<f64>,
-    /// Whether the connection is at right angles to the surface, to rounding; if not, the point is on a border or an edge.
+    /// Whether the connection is at right angles to the surface, to rounding; if not, the point is
+    /// on a border or an edge.
     pub is_orthogonal: bool,
 }
 
@@ -149,7 +155,8 @@ impl<'a> ClosestPoint<'a> {
         found
     }
 
-    /// Builds the ball of a block of rectangles and returns its number; the block is halved along its longer side.
+    /// Builds the ball of a block of rectangles and returns its number; the block is halved along
+    /// its longer side.
     fn divide(&mut self, [i, end_i]: [usize; 2], [j, end_j]: [usize; 2], columns: usize) -> usize {
         let (rows, wide) = (end_i - i, end_j - j);
         let ball = if rows == 1 && wide == 1 {
@@ -170,7 +177,8 @@ impl<'a> ClosestPoint<'a> {
         self.tree.len() - 1
     }
 
-    /// The closest point to `node` (in space; a surface of heights takes the place of z(u, v) there).
+    /// The closest point to `node` (in space; a surface of heights takes the place of z(u, v)
+    /// there).
     pub fn to(&self, node: &Vector) -> SurfacePoint {
         let mut best = Best { at: [0.0; 2], point: Vector::zeros(), square: f64::INFINITY, is_orthogonal: false };
         let mut queue = Queue::default();

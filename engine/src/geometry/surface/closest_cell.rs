@@ -1,7 +1,7 @@
 //! A rectangle of parameters, and what its middle tells of the distances to all of it.
 //!
-//! With bounds of the second derivatives Taylor's formula encloses the part of the surface: it lies within `rest` of the parallelogram that
-//! the tangents at the middle span.
+//! With bounds of the second derivatives Taylor's formula encloses the part of the surface: it lies
+//! within `rest` of the parallelogram that the tangents at the middle span.
 
 use super::{Surface, SurfaceJet, bends::Bends};
 use crate::geometry::space::Vector;
@@ -68,8 +68,8 @@ impl Cell {
         sides.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether the squared distance to `node` is surely a convex function of the parameters in it, so that its least value is found by
-    /// going downhill.
+    /// Whether the squared distance to `node` is surely a convex function of the parameters in it,
+    /// so that its least value is found by going downhill.
     pub fn is_convex(&self, node: &Vector) -> bool {
         let ([a, b], [uu, uv, vv]) = (self.half, self.bends);
         let (long_u, long_v) = (self.jet.u.norm(), self.jet.v.norm());

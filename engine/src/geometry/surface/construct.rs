@@ -1,4 +1,5 @@
-//! The one door to all surfaces: what is given, a method, and the surface with what is to be said of it.
+//! The one door to all surfaces: what is given, a method, and the surface with what is to be said
+//! of it.
 
 use super::{
     BSplineSurface, BezierSurface, Boundaries, CoonsPatch, GregoryPatch, NodeGrid, Surface, SurfaceShape,
@@ -29,8 +30,9 @@ pub enum Given {
     Grid { u: Vec<f64>, v: Vec<f64>, z: Vec<Vec<f64>> },
     /// Points of space in rows.
     Points { rows: Vec<Vec<Vector>>, parametrization: Parametrization },
-    /// Boundary curves in the order u0, u1, v0, v1 (see [`super::boundaries`]), one of which may be missing, the derivatives across them
-    /// as far as known, and how far the curves' ends may be apart.
+    /// Boundary curves in the order u0, u1, v0, v1 (see [`super::boundaries`]), one of which may be
+    /// missing, the derivatives across them as far as known, and how far the curves' ends may be
+    /// apart.
     Boundaries { curves: Box<[Option<CurveShape>; 4]>, cross: Box<[Option<CurveShape>; 4]>, tolerance: f64 },
     /// A mesh of curves and how far they may be apart where they cross.
     Mesh { mesh: CurveMesh, tolerance: f64 },
@@ -56,13 +58,15 @@ pub struct Net {
 pub enum Method {
     /// Coons patches: of boundary curves one, of a mesh or grid one in every mesh (C⁰).
     CoonsBilinear,
-    /// The same, bicubically blended. In a mesh or on a grid the twists are common to the patches around a node (C¹).
+    /// The same, bicubically blended. In a mesh or on a grid the twists are common to the patches
+    /// around a node (C¹).
     CoonsBicubic { twists: Twists },
     /// Gregory patches: of a net of 16 + 4 points, of boundary curves, or in every mesh.
     Gregory,
     /// Of a net of any degrees; bicubic of boundary curves, or in every mesh.
     Bezier,
-    /// Through a grid, knots averaged where not given; or of a net, with knots or with clamped uniform ones.
+    /// Through a grid, knots averaged where not given; or of a net, with knots or with clamped
+    /// uniform ones.
     BSpline { degrees: [usize; 2], knots: [Option<Vec<f64>>; 2] },
     /// Near a grid.
     BSplineLeastSquares { degrees: [usize; 2], knots: [AxisKnots; 2] },
@@ -80,7 +84,8 @@ pub struct Built {
     pub residual_sum_of_squares: Option<f64>,
     /// The largest gap between curves that meet, of a mesh.
     pub gap: Option<Worst>,
-    /// How far the surface is from its boundary curves at worst: where patches have cubic borders, or curves leave gaps.
+    /// How far the surface is from its boundary curves at worst: where patches have cubic borders,
+    /// or curves leave gaps.
     pub deviation: Option<Worst>,
     /// How its patches meet.
     pub joints: Vec<Joint>,
@@ -150,7 +155,8 @@ fn on_grid(grid: NodeGrid, method: Method) -> Result<Built, SurfaceFault> {
     Ok(built)
 }
 
-/// Cubic splines (not-a-knot) through the rows and columns of nodes, and the rounding that their crossings may differ by.
+/// Cubic splines (not-a-knot) through the rows and columns of nodes, and the rounding that their
+/// crossings may differ by.
 fn network(grid: &NodeGrid) -> Result<(CurveMesh, f64), SurfaceFault> {
     let [us, vs] = grid.parameters();
     let columns = vs.len();

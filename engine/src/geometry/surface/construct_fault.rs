@@ -84,7 +84,8 @@ pub enum SurfaceFault {
     #[error("{}; degree and control points ask for {wanted}", counted(*.given, "knot", "knots"))]
     KnotCount { axis: usize, given: usize, wanted: usize },
     #[error(
-        "a Gregory patch has a net of 4 × 4 points, 2 × 2 further inner points and no weights; the net is {rows} × {columns}"
+        "a Gregory patch has a net of 4 × 4 points, 2 × 2 further inner points and no weights; the net is {rows} × \
+         {columns}"
     )]
     GregoryNet { rows: usize, columns: usize },
 }

@@ -1,8 +1,10 @@
-//! How smooth a surface is across the lines where its pieces meet: borders of patches and knots alike.
+//! How smooth a surface is across the lines where its pieces meet: borders of patches and knots
+//! alike.
 //!
-//! Along each such line both sides are sampled at the same places, a few roundings to either side of it. Reported is the worst of each:
-//! the gap (C⁰), the angle between normals (G¹), the jump of the first derivatives (C¹), of the second (C²) and of the principal
-//! curvatures (G², where G¹ holds). Whoever knows what is small for him turns figures into classes: [`Joint::class`].
+//! Along each such line both sides are sampled at the same places, a few roundings to either side
+//! of it. Reported is the worst of each: the gap (C⁰), the angle between normals (G¹), the jump of
+//! the first derivatives (C¹), of the second (C²) and of the principal curvatures (G², where G¹
+//! holds). Whoever knows what is small for him turns figures into classes: [`Joint::class`].
 
 use super::{Differential, Surface, SurfaceJet, differential::normal};
 use crate::numerics::cancel;
@@ -36,7 +38,8 @@ pub struct Joint {
     pub along: [f64; 2],
     /// Distance of the two sides.
     pub gap: Worst,
-    /// Angle between the normals of the two sides, in radians; none where either has no normal at any sample.
+    /// Angle between the normals of the two sides, in radians; none where either has no normal at
+    /// any sample.
     pub normal_angle: Option<Worst>,
     /// Length of the jump of S_u or S_v, whichever is longer.
     pub first_derivative: Worst,
@@ -75,8 +78,8 @@ pub enum ContinuityClass {
 }
 
 impl Joint {
-    /// The best class whose figures, and those of all classes below, are within `tolerance`. Where no normal exists the derivatives
-    /// decide.
+    /// The best class whose figures, and those of all classes below, are within `tolerance`. Where
+    /// no normal exists the derivatives decide.
     pub fn class(&self, tolerance: &ContinuityTolerance) -> ContinuityClass {
         let flat = self.normal_angle.is_none_or(|angle| angle.value <= tolerance.angle);
         if !(self.gap.value <= tolerance.gap) {
@@ -91,8 +94,9 @@ impl Joint {
     }
 }
 
-/// Every line inside of the domain along which `surface` is not known to be infinitely smooth, looked at in `samples` (2 or more) places
-/// between any two crossing lines, close to the crossings too.
+/// Every line inside of the domain along which `surface` is not known to be infinitely smooth,
+/// looked at in `samples` (2 or more) places between any two crossing lines, close to the crossings
+/// too.
 pub fn joints(surface: &dyn Surface, samples: usize) -> Vec<Joint> {
     let (domain, breaks) = (surface.domain(), surface.breaks());
     let samples = samples.max(2);

@@ -1,12 +1,15 @@
-//! Coons patches: a rectangle of parameters filled from its four boundary curves (Coons 1967; Farin, ch. 22).
+//! Coons patches: a rectangle of parameters filled from its four boundary curves (Coons 1967;
+//! Farin, ch. 22).
 //!
-//! The patch is the Boolean sum `P₁ + P₂ − P₁P₂` of two interpolations, P₁ across u and P₂ across v. Bilinearly blended, each is
-//! linear between opposite curves. Bicubically blended, each is cubic and takes the derivative across each border too, so that
-//! patches that share a border's curve and cross derivative meet smoothly.
+//! The patch is the Boolean sum `P₁ + P₂ − P₁P₂` of two interpolations, P₁ across u and P₂ across
+//! v. Bilinearly blended, each is linear between opposite curves. Bicubically blended, each is
+//! cubic and takes the derivative across each border too, so that patches that share a border's
+//! curve and cross derivative meet smoothly.
 //!
-//! The derivatives across the borders are given, or cubics between the tangents of the neighbouring borders, whose end slopes are
-//! the twists (mixed derivatives at the corners). Where the derivatives given along two borders imply different twists at their
-//! corner, the twist is Gregory's rational mixture (`corner.rs`), which keeps both.
+//! The derivatives across the borders are given, or cubics between the tangents of the neighbouring
+//! borders, whose end slopes are the twists (mixed derivatives at the corners). Where the
+//! derivatives given along two borders imply different twists at their corner, the twist is
+//! Gregory's rational mixture (`corner.rs`), which keeps both.
 
 use super::{
     Surface, SurfaceJet,
@@ -24,7 +27,8 @@ use crate::geometry::{
 /// How the twists at the corners are found for cross derivatives that are not given.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Twists {
-    /// Those of the bilinearly blended patch of the same borders (Adini): right for every surface u·f(v) + g(v) + v·h(u) + k(u).
+    /// Those of the bilinearly blended patch of the same borders (Adini): right for every surface
+    /// u·f(v) + g(v) + v·h(u) + k(u).
     #[default]
     Adini,
     /// None (Ferguson): flat spots at the corners.
@@ -33,7 +37,8 @@ pub enum Twists {
     Given([[Vector; 2]; 2]),
 }
 
-/// A patch that reproduces its four boundary curves, and when bicubically blended the derivatives across them.
+/// A patch that reproduces its four boundary curves, and when bicubically blended the derivatives
+/// across them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoonsPatch {
     boundaries: Boundaries,
@@ -56,9 +61,10 @@ impl CoonsPatch {
         CoonsPatch { boundaries, cross: None }
     }
 
-    /// The bicubically blended patch. `cross` in the order u0, u1, v0, v1: the derivative of the patch across each border, by u or
-    /// v, over the border's domain; what is missing is estimated. A cross derivative given must agree at its ends with the tangents
-    /// of the borders that run there: their difference times the width of the patch is at most `tolerance`.
+    /// The bicubically blended patch. `cross` in the order u0, u1, v0, v1: the derivative of the
+    /// patch across each border, by u or v, over the border's domain; what is missing is estimated.
+    /// A cross derivative given must agree at its ends with the tangents of the borders that run
+    /// there: their difference times the width of the patch is at most `tolerance`.
     pub fn bicubic(
         boundaries: Boundaries,
         cross: [Option<CurveShape>; 4],
@@ -132,7 +138,8 @@ impl Surface for CoonsPatch {
                 jet.add_over_u(slope_v[end], &jet_over(&cross.curves[2 + end], self.domain()[0], u));
             }
         }
-        // P₁ − P₁P₂: what the curves over v add to the blends of their own ends, which is 0 at these
+        // P₁ − P₁P₂: what the curves over v add to the blends of their own ends, which is 0 at
+        // these
         for i in 0..2 {
             let mut rest = self.boundaries.jet(i, v);
             for j in 0..2 {

@@ -1,17 +1,19 @@
 //! What two incompatible twists at a corner add to a patch (Gregory 1974).
 //!
-//! Cross-boundary derivatives given along two borders that meet may disagree about the mixed derivative at the corner. Gregory's
-//! remedy weighs both, `T = (s Tᵤ + t Tᵥ) / (s + t)`, with s and t the local parameters from the corner. Written as
-//! `T = (Tᵤ + Tᵥ)/2 + (Tᵤ − Tᵥ)/2 · (s − t)/(s + t)` everything rational is in one function, whose derivatives are worked out
-//! here in a form that neither divides by small numbers nor cancels.
+//! Cross-boundary derivatives given along two borders that meet may disagree about the mixed
+//! derivative at the corner. Gregory's remedy weighs both, `T = (s Tᵤ + t Tᵥ) / (s + t)`, with s
+//! and t the local parameters from the corner. Written as `T = (Tᵤ + Tᵥ)/2 + (Tᵤ − Tᵥ)/2 · (s −
+//! t)/(s + t)` everything rational is in one function, whose derivatives are worked out here in a
+//! form that neither divides by small numbers nor cancels.
 
 use super::jets::{NumberJet, product};
 
 /// The jet of `W(s, t) = (1 − s)² (1 − t)² φ(s, t)` with `φ = s t (s − t)/(s + t)`.
 ///
-/// With r = s/(s+t) and w = t/(s+t): φ_s = t (r − w + 2rw), φ_t = s (r − w − 2rw), φ_ss = 4w³, φ_tt = −4r³ and
-/// φ_st = (r − w)(1 + 2rw). The second derivatives are functions of direction alone and have no limit at the corner. There, what
-/// stands for them is φ_ss along t = 0, φ_tt along s = 0 and φ_st along the diagonal: 0, all three.
+/// With r = s/(s+t) and w = t/(s+t): φ_s = t (r − w + 2rw), φ_t = s (r − w − 2rw), φ_ss = 4w³, φ_tt
+/// = −4r³ and φ_st = (r − w)(1 + 2rw). The second derivatives are functions of direction alone and
+/// have no limit at the corner. There, what stands for them is φ_ss along t = 0, φ_tt along s = 0
+/// and φ_st along the diagonal: 0, all three.
 pub(super) fn twist_share(s: f64, t: f64) -> NumberJet {
     let sum = s + t;
     let phi = if sum == 0.0 {

@@ -1,4 +1,5 @@
-//! Downhill to the foot of the perpendicular: a damped Newton iteration for the squared distance of a node, within a rectangle of parameters.
+//! Downhill to the foot of the perpendicular: a damped Newton iteration for the squared distance of
+//! a node, within a rectangle of parameters.
 
 use super::{Surface, SurfaceJet};
 use crate::geometry::space::Vector;
@@ -21,8 +22,8 @@ pub(super) struct Best {
     pub is_orthogonal: bool,
 }
 
-/// The jet at a place of a smooth piece. A break belongs to the piece behind it; the derivatives of the piece before it are those next
-/// to it.
+/// The jet at a place of a smooth piece. A break belongs to the piece behind it; the derivatives of
+/// the piece before it are those next to it.
 pub(super) fn place_within(surface: &dyn Surface, room: Rectangle, [u, v]: [f64; 2]) -> SurfaceJet {
     let jet = surface.place(u, v);
     let domain = surface.domain();
@@ -67,8 +68,8 @@ pub(super) fn descend(
     Best { at, point: jet.value, square, is_orthogonal }
 }
 
-/// One step downhill: Newton's where the Hessian is positive definite, else ever more of the gradient's direction; `None` if none
-/// is found that lowers the distance.
+/// One step downhill: Newton's where the Hessian is positive definite, else ever more of the
+/// gradient's direction; `None` if none is found that lowers the distance.
 fn step(
     surface: &dyn Surface,
     room: Rectangle,
@@ -120,7 +121,8 @@ fn steepness(node: &Vector, jet: &SurfaceJet, pressed: [bool; 2]) -> f64 {
     along(0, &jet.u).max(along(1, &jet.v))
 }
 
-/// Solves `H d = −g` for the parameters that are free; `None` unless H is clearly positive definite on these.
+/// Solves `H d = −g` for the parameters that are free; `None` unless H is clearly positive definite
+/// on these.
 fn direction([a, b, c]: [f64; 3], [gu, gv]: [f64; 2], pressed: [bool; 2]) -> Option<[f64; 2]> {
     match pressed {
         [true, true] => None,

@@ -1,14 +1,16 @@
-//! Differential geometry at a point: normal, first and second fundamental form, curvatures and their directions.
+//! Differential geometry at a point: normal, first and second fundamental form, curvatures and
+//! their directions.
 //!
-//! The normal is S_u × S_v made unit; a curvature is above 0 where the surface bends towards it. Curvatures are eigenvalues of the
-//! shape operator in an orthonormal frame of the tangent plane, which keeps their digits where S_u and S_v are long or nearly
-//! parallel. Where S_u × S_v = 0, at the tip of a three-sided patch, everything is a limit: see [`super::triangle`].
+//! The normal is S_u × S_v made unit; a curvature is above 0 where the surface bends towards it.
+//! Curvatures are eigenvalues of the shape operator in an orthonormal frame of the tangent plane,
+//! which keeps their digits where S_u and S_v are long or nearly parallel. Where S_u × S_v = 0, at
+//! the tip of a three-sided patch, everything is a limit: see [`super::triangle`].
 
 use super::{Surface, SurfaceJet, triangle};
 use crate::geometry::space::Vector;
 
-/// Sines of the angle between S_u and S_v, and lengths of either against the patch, below which there is no normal to be had of
-/// them.
+/// Sines of the angle between S_u and S_v, and lengths of either against the patch, below which
+/// there is no normal to be had of them.
 const SINGULAR: f64 = 1e-10;
 
 /// What the derivatives at a point tell.
@@ -27,14 +29,17 @@ pub struct Differential {
     pub mean: f64,
     /// The principal curvatures, the larger first.
     pub principal: [f64; 2],
-    /// The unit tangents along which these are taken, at right angles. Where both are equal, any two are as good.
+    /// The unit tangents along which these are taken, at right angles. Where both are equal, any
+    /// two are as good.
     pub directions: [Vector; 2],
-    /// Whether the parameters are singular here, so that all but `point` and `first_form` are limits along a parameter line.
+    /// Whether the parameters are singular here, so that all but `point` and `first_form` are
+    /// limits along a parameter line.
     pub by_limit: bool,
 }
 
 impl Differential {
-    /// At a regular point, from the jet of the place in space (see [`Surface::place`]); `None` where S_u × S_v vanishes.
+    /// At a regular point, from the jet of the place in space (see [`Surface::place`]); `None`
+    /// where S_u × S_v vanishes.
     pub fn of(jet: &SurfaceJet) -> Option<Self> {
         let across = jet.u.cross(&jet.v);
         let (long_u, long_cross) = (jet.u.norm(), across.norm());
@@ -44,7 +49,8 @@ impl Differential {
         let normal = across / long_cross;
         let first_form = [jet.u.norm_squared(), jet.u.dot(&jet.v), jet.v.norm_squared()];
         let second_form = [normal.dot(&jet.uu), normal.dot(&jet.uv), normal.dot(&jet.vv)];
-        // S_u = a e₁, S_v = b e₁ + c e₂; the shape operator in (e₁, e₂) is the second form between the columns of the inverse
+        // S_u = a e₁, S_v = b e₁ + c e₂; the shape operator in (e₁, e₂) is the second form between
+        // the columns of the inverse
         let e1 = jet.u / long_u;
         let e2 = normal.cross(&e1);
         let (a, b, c) = (long_u, jet.v.dot(&e1), long_cross / long_u);
@@ -67,7 +73,8 @@ impl Differential {
         })
     }
 
-    /// At (u, v); by a limit where the parameters are singular, `None` where there is none either (a cusp, a fold).
+    /// At (u, v); by a limit where the parameters are singular, `None` where there is none either
+    /// (a cusp, a fold).
     pub fn at(surface: &dyn Surface, u: f64, v: f64) -> Option<Self> {
         Self::at_jet(surface, &surface.place(u, v), u, v)
     }
@@ -77,8 +84,8 @@ impl Differential {
         if is_singular(jet, surface.domain()) { triangle::limit(surface, u, v) } else { Self::of(jet) }
     }
 
-    /// The curvature of the section by the plane of the normal and the tangent that leaves at `angle` (radians) from the first
-    /// principal direction towards the second (Euler).
+    /// The curvature of the section by the plane of the normal and the tangent that leaves at
+    /// `angle` (radians) from the first principal direction towards the second (Euler).
     pub fn normal_curvature(&self, angle: f64) -> f64 {
         let (sin, cos) = angle.sin_cos();
         self.principal[0] * cos * cos + self.principal[1] * sin * sin
@@ -89,8 +96,9 @@ impl Differential {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Local {
     pub point: Vector,
-    /// Unit normal along S_u × S_v; where the parameters are singular its limit from inside, which may exist where curvatures have none (at
-    /// the tip of a three-sided patch that ends as a cone does).
+    /// Unit normal along S_u × S_v; where the parameters are singular its limit from inside, which
+    /// may exist where curvatures have none (at the tip of a three-sided patch that ends as a cone
+    /// does).
     pub normal: Option<Vector>,
     /// `None` where there is no tangent plane, or no limit of the curvatures.
     pub differential: Option<Differential>,
@@ -111,7 +119,8 @@ impl Local {
     }
 }
 
-/// The unit normal at (u, v), along S_u × S_v; by a limit where the parameters are singular. A tip without curvature may have one.
+/// The unit normal at (u, v), along S_u × S_v; by a limit where the parameters are singular. A tip
+/// without curvature may have one.
 pub fn normal(surface: &dyn Surface, u: f64, v: f64) -> Option<Vector> {
     normal_at(surface, &surface.place(u, v), u, v)
 }
@@ -123,8 +132,8 @@ fn normal_at(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Option<
     jet.u.cross(&jet.v).try_normalize(0.0)
 }
 
-/// Whether S_u and S_v span no plane that could be trusted: one of them vanishes against its own change over the patch, or they are
-/// parallel.
+/// Whether S_u and S_v span no plane that could be trusted: one of them vanishes against its own
+/// change over the patch, or they are parallel.
 pub(super) fn is_singular(jet: &SurfaceJet, [[a, b], [c, d]]: [[f64; 2]; 2]) -> bool {
     let (wide, high) = (b - a, d - c);
     let size_u = jet.u.norm() + wide * jet.uu.norm() + high * jet.uv.norm();
@@ -167,7 +176,8 @@ mod tests {
         }
     }
 
-    /// z = (p x² + 2 q x y + r y²)/2 has the shape operator ((p, q), (q, r)) at the origin, whatever the parameters' lines.
+    /// z = (p x² + 2 q x y + r y²)/2 has the shape operator ((p, q), (q, r)) at the origin,
+    /// whatever the parameters' lines.
     #[test]
     fn a_paraboloid_under_skew_parameters() {
         let (p, q, r) = (2.0, 0.5, -1.0);

@@ -1,8 +1,9 @@
 //! Many places of one surface at once.
 //!
-//! B-spline and Bézier surfaces of degrees up to 5 are prepared span by span (`axis.rs`) and summed without allocating; on a
-//! grid of places the sums over u are shared by a whole row. Other surfaces are asked place by place. Above a size the work is
-//! shared out in chunks: every place is computed in the same way whichever thread takes it.
+//! B-spline and Bézier surfaces of degrees up to 5 are prepared span by span (`axis.rs`) and summed
+//! without allocating; on a grid of places the sums over u are shared by a whole row. Other
+//! surfaces are asked place by place. Above a size the work is shared out in chunks: every place is
+//! computed in the same way whichever thread takes it.
 
 use super::{
     BSplineSurface, Surface, SurfaceJet, SurfaceShape,
@@ -124,15 +125,17 @@ fn each<T: Send>(at: &[[f64; 2]], f: impl Fn(f64, f64) -> T + Sync) -> Vec<T> {
 struct Tensor<const N: usize> {
     along_u: Axis<N>,
     along_v: Axis<N>,
-    /// The net of each coordinate that counts; with weights, these times the coordinates, and the weights last. Filled up with N
-    /// rows and columns of zeros, so that functions above the degree find something to be multiplied with.
+    /// The net of each coordinate that counts; with weights, these times the coordinates, and the
+    /// weights last. Filled up with N rows and columns of zeros, so that functions above the degree
+    /// find something to be multiplied with.
     planes: Vec<Vec<f64>>,
     columns: usize,
     dimension: Dimension,
     is_rational: bool,
 }
 
-/// What the places of one line of a grid share: their numbers, and the sums over u for every column.
+/// What the places of one line of a grid share: their numbers, and the sums over u for every
+/// column.
 #[derive(Default)]
 struct Line {
     places: Range<usize>,
@@ -215,7 +218,8 @@ impl<const N: usize> Tensor<N> {
         SurfaceJet { value, u, v, uu, uv, vv }
     }
 
-    /// The heights at us × vs, place by place; the sums over u are made when a place begins a new line.
+    /// The heights at us × vs, place by place; the sums over u are made when a place begins a new
+    /// line.
     fn height_grid(&self, us: &[f64], vs: &[f64]) -> Vec<f64> {
         let across: Vec<(usize, [f64; N])> =
             vs.iter().map(|v| self.along_v.at::<0>(*v)).map(|(j, f)| (j, f[0])).collect();

@@ -1,10 +1,12 @@
 //! Rational bicubic Gregory patches of 20 control points (Gregory 1974; Chiyokura and Kimura 1983).
 //!
-//! A bicubic Bézier patch whose four inner control points are pairs, `a` and `b`, mixed by the parameters s, t of the unit square:
-//! `P₁₁ = (s a + t b)/(s + t)` and its mirror images at the other corners. So on s = 0 and s = 1 only the b points act on the
-//! derivative across the border, on t = 0 and t = 1 only the a points: each border takes its own cross derivative, whether or not
-//! they agree about the twist at the corner. Where they do not, the second derivatives have no limit at the corner; what is told
-//! there is S_uu and S_vv along the borders and the mean of the two twists.
+//! A bicubic Bézier patch whose four inner control points are pairs, `a` and `b`, mixed by the
+//! parameters s, t of the unit square: `P₁₁ = (s a + t b)/(s + t)` and its mirror images at the
+//! other corners. So on s = 0 and s = 1 only the b points act on the derivative across the border,
+//! on t = 0 and t = 1 only the a points: each border takes its own cross derivative, whether or not
+//! they agree about the twist at the corner. Where they do not, the second derivatives have no
+//! limit at the corner; what is told there is S_uu and S_vv along the borders and the mean of the
+//! two twists.
 
 use super::{
     Surface, SurfaceJet,
@@ -18,7 +20,8 @@ use crate::{
     numerics::words::Shown,
 };
 
-/// The control points: a 4 × 4 net (i along u, j along v) whose inner four are the `a` points, and the `b` points of these four.
+/// The control points: a 4 × 4 net (i along u, j along v) whose inner four are the `a` points, and
+/// the `b` points of these four.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GregoryNet {
     pub net: [[Vector; 4]; 4],

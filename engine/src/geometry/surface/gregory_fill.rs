@@ -1,9 +1,10 @@
 //! Gregory patches filled into four boundary curves.
 //!
-//! The borders of the patch are cubics with the ends and end tangents of the curves, which they equal where these are cubics. The
-//! derivative across each border is a polynomial of its own: given, or linear between the tangents of the borders that run
-//! into it. So it depends on nothing but that border and the tangents at its ends, and patches that share these meet smoothly,
-//! which is what the twenty control points are for.
+//! The borders of the patch are cubics with the ends and end tangents of the curves, which they
+//! equal where these are cubics. The derivative across each border is a polynomial of its own:
+//! given, or linear between the tangents of the borders that run into it. So it depends on nothing
+//! but that border and the tangents at its ends, and patches that share these meet smoothly, which
+//! is what the twenty control points are for.
 
 use super::{
     GregoryPatch, Surface,
@@ -19,9 +20,9 @@ use crate::geometry::{
 /// Places of a border between two breaks where patch and curve are compared.
 const LOOKS: usize = 16;
 
-/// The patch, and how far its borders are from the curves at worst. `cross` in the order u0, u1, v0, v1: the derivatives by u or v across
-/// the borders, of which the values at the ends (which must be the borders' tangents there, to `tolerance` times 1 / width) and the
-/// slopes there count.
+/// The patch, and how far its borders are from the curves at worst. `cross` in the order u0, u1,
+/// v0, v1: the derivatives by u or v across the borders, of which the values at the ends (which
+/// must be the borders' tangents there, to `tolerance` times 1 / width) and the slopes there count.
 pub fn gregory(
     boundaries: &Boundaries,
     cross: &[Option<CurveShape>; 4],

@@ -1,4 +1,5 @@
-//! Grids of nodes, (uᵢ, vⱼ, zᵢⱼ) or points of space in rows: what they are checked for, and which parameters points get.
+//! Grids of nodes, (uᵢ, vⱼ, zᵢⱼ) or points of space in rows: what they are checked for, and which
+//! parameters points get.
 
 use crate::numerics::cancel;
 use crate::{
@@ -36,7 +37,8 @@ pub enum GridFault {
         AXES[*axis], Shown(*.value), Shown(*.before)
     )]
     NotAscending { axis: usize, index: usize, value: f64, before: f64 },
-    #[error("the points ({row}, {column}) and the one before it along {} are one, so that no parameter lies between them", AXES[*axis])]
+    #[error("the points ({row}, {column}) and the one before it along {} are one, so that no parameter lies between \
+        them", AXES[*axis])]
     Coincident { axis: usize, row: usize, column: usize },
     #[error("along {} all points of every line are one", AXES[*axis])]
     NoExtent { axis: usize },
@@ -59,7 +61,8 @@ pub enum GridFault {
     )]
     SchoenbergWhitney { axis: usize, function: usize, low: f64, high: f64 },
     #[error(
-        "the nodes along {} determine function {function}, which lives between knots {} and {}, no better than rounding",
+        "the nodes along {} determine function {function}, which lives between knots {} and {}, no better than \
+         rounding",
         AXES[*axis], Shown(*.low), Shown(*.high)
     )]
     Rank { axis: usize, function: usize, low: f64, high: f64 },
@@ -70,7 +73,8 @@ pub enum GridFault {
 const AXES: [&str; 2] = ["u", "v"];
 
 impl NodeGrid {
-    /// Heights z(u, v): `z` has one number for every (u, v), v running fastest; parameters are finite and ascend strictly.
+    /// Heights z(u, v): `z` has one number for every (u, v), v running fastest; parameters are
+    /// finite and ascend strictly.
     pub fn heights(u: Vec<f64>, v: Vec<f64>, z: &[f64]) -> Result<Self, GridFault> {
         let values = z.iter().map(|z| Vector::new(*z, 0.0, 0.0)).collect();
         Self::checked([u, v], Dimension::Graph, values)
@@ -81,8 +85,9 @@ impl NodeGrid {
         Self::checked([u, v], Dimension::Space, points)
     }
 
-    /// Rows of points of space (each at one u); their parameters from 0 to 1 are the mean of those of all rows, and of all columns.
-    /// Lines whose points are all one, as at the tip of a three-sided patch, have no say.
+    /// Rows of points of space (each at one u); their parameters from 0 to 1 are the mean of those
+    /// of all rows, and of all columns. Lines whose points are all one, as at the tip of a
+    /// three-sided patch, have no say.
     pub fn rows(rows: &[Vec<Vector>], parametrization: Parametrization) -> Result<Self, GridFault> {
         let columns = rows.first().map_or(0, Vec::len);
         for (row, points) in rows.iter().enumerate() {

@@ -1,7 +1,8 @@
 //! B-spline surfaces through every node of a grid.
 //!
-//! The equations of a grid separate: one banded matrix along u and one along v, each solved for all lines of nodes at once (de Boor,
-//! A Practical Guide to Splines, ch. XVII). Everything runs in double-double and is rounded once.
+//! The equations of a grid separate: one banded matrix along u and one along v, each solved for all
+//! lines of nodes at once (de Boor, A Practical Guide to Splines, ch. XVII). Everything runs in
+//! double-double and is rounded once.
 
 use super::{
     BSplineSurface,
@@ -14,8 +15,9 @@ use crate::geometry::{
 };
 use crate::numerics::{Dd, cancel::Asking};
 
-/// The surface of these degrees through all nodes of `grid`. Knots of an axis that are not given are means of neighbouring parameters
-/// (Piegl and Tiller, Eq. 9.8); given ones number nodes + degree + 1.
+/// The surface of these degrees through all nodes of `grid`. Knots of an axis that are not given
+/// are means of neighbouring parameters (Piegl and Tiller, Eq. 9.8); given ones number nodes +
+/// degree + 1.
 pub fn interpolate(
     grid: &NodeGrid,
     degrees: [usize; 2],

@@ -1,4 +1,5 @@
-//! Arithmetic of jets: how products of functions of u and of v, and sums of them, pass on to derivatives of order 2.
+//! Arithmetic of jets: how products of functions of u and of v, and sums of them, pass on to
+//! derivatives of order 2.
 
 use super::SurfaceJet;
 use crate::geometry::space::Vector;
@@ -53,7 +54,8 @@ impl SurfaceJet {
         *self = swapped.swapped();
     }
 
-    /// The jet by parameters of which these are `factors` times the rate: the chain rule of an affine map.
+    /// The jet by parameters of which these are `factors` times the rate: the chain rule of an
+    /// affine map.
     pub(super) fn scaled(mut self, factors: [f64; 2]) -> Self {
         let [a, b] = factors;
         self.u *= a;

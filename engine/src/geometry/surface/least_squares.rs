@@ -1,12 +1,14 @@
 //! B-spline surfaces near the nodes of a grid, by least squares without weights.
 //!
-//! On a full grid the problem separates, `X = X_u ⊗ X_v`: first every column of nodes is fitted along u, then what comes out along v.
-//! Each axis is a banded matrix of m rows with degree + 1 entries, triangularised by rotations (O(m degree²)), which then serves
-//! all lines at once through the seminormal equations `RᵀR x = Xᵀz`, corrected by their own residuals (Björck 1987): the inner
-//! loops run over lines side by side (`least_squares_axis.rs`).
+//! On a full grid the problem separates, `X = X_u ⊗ X_v`: first every column of nodes is fitted
+//! along u, then what comes out along v. Each axis is a banded matrix of m rows with degree + 1
+//! entries, triangularised by rotations (O(m degree²)), which then serves all lines at once through
+//! the seminormal equations `RᵀR x = Xᵀz`, corrected by their own residuals (Björck 1987): the
+//! inner loops run over lines side by side (`least_squares_axis.rs`).
 //!
-//! Grids of up to [`FINE`] nodes are fitted with residuals in double-double, which gives the coefficients all digits of a double;
-//! larger ones with residuals in double, which keeps them to rounding of the largest.
+//! Grids of up to [`FINE`] nodes are fitted with residuals in double-double, which gives the
+//! coefficients all digits of a double; larger ones with residuals in double, which keeps them to
+//! rounding of the largest.
 
 use super::{
     BSplineSurface,
@@ -29,7 +31,8 @@ pub enum AxisKnots {
     Uniform(usize),
 }
 
-/// The surface of these degrees with the least sum of squared distances (in its values) from the nodes, and that sum.
+/// The surface of these degrees with the least sum of squared distances (in its values) from the
+/// nodes, and that sum.
 pub fn least_squares(
     grid: &NodeGrid,
     degrees: [usize; 2],
@@ -89,7 +92,8 @@ fn residual_sum(grid: &NodeGrid, [along_u, along_v]: &[&AxisFit; 2], points: &[V
     for c in 0..grid.dimension().count() {
         let rows = points.len() / columns;
         let coefficients = Lines::of(columns, rows, |k| points[k % rows * columns + k / rows][c]);
-        // values at the nodes' v for every function of u, then at their u: in the order of the nodes
+        // values at the nodes' v for every function of u, then at their u: in the order of the
+        // nodes
         let half = along_v.times(&coefficients).transposed();
         let fitted = along_u.times(&half);
         sum += grid.values().iter().zip(fitted.entries()).map(|(z, f)| (z[c] - f) * (z[c] - f)).sum::<f64>();

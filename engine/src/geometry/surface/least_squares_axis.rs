@@ -1,6 +1,8 @@
-//! One axis of a least-squares fit on a grid: a banded matrix, its triangular factor, and solutions for many lines side by side.
+//! One axis of a least-squares fit on a grid: a banded matrix, its triangular factor, and solutions
+//! for many lines side by side.
 //!
-//! Lines lie eight abreast, so that one step of the elimination is a few operations on whole registers.
+//! Lines lie eight abreast, so that one step of the elimination is a few operations on whole
+//! registers.
 
 use super::grid::GridFault;
 use crate::geometry::BSplineBasis;
@@ -14,7 +16,8 @@ use crate::numerics::{
 const ABREAST: usize = 8;
 /// Corrections of one solution, at most.
 const CORRECTIONS: usize = 6;
-/// A row of functions sums to 1; rotations that leave less than this on the diagonal have found no new direction.
+/// A row of functions sums to 1; rotations that leave less than this on the diagonal have found no
+/// new direction.
 const RANK: f64 = 1e-13;
 const RANK_FINE: f64 = 1e-26;
 
@@ -94,7 +97,8 @@ enum Factor {
 }
 
 impl AxisFit {
-    /// Checks that the nodes determine every function and factors the matrix; `fine` for residuals in double-double.
+    /// Checks that the nodes determine every function and factors the matrix; `fine` for residuals
+    /// in double-double.
     pub(super) fn new(axis: usize, basis: &BSplineBasis, nodes: &[f64], fine: bool) -> Result<Self, GridFault> {
         let (band, functions) = (basis.degree() + 1, basis.size());
         let support = |j: usize| (basis.knots()[j], basis.knots()[j + band]);
@@ -296,7 +300,8 @@ fn largest(values: &[Lane<f64>]) -> f64 {
     values.as_flattened().iter().fold(0.0, |a, x| a.max(x.abs()))
 }
 
-/// The upper triangular factor, row j holding columns j to j + band − 1; or the function that no node determines.
+/// The upper triangular factor, row j holding columns j to j + band − 1; or the function that no
+/// node determines.
 fn triangle<T: Real>(fit: &AxisFit, entry: impl Fn(usize) -> T, rank: f64) -> Result<Vec<T>, usize> {
     let (band, n) = (fit.band, fit.functions);
     let mut r = vec![T::zero(); n * band];
@@ -305,7 +310,8 @@ fn triangle<T: Real>(fit: &AxisFit, entry: impl Fn(usize) -> T, rank: f64) -> Re
         for (j, x) in row.iter_mut().enumerate() {
             *x = entry(i * band + j);
         }
-        // rotated into rows first, first + 1, …, whose own entries reach no further than this one's, since nodes ascend
+        // rotated into rows first, first + 1, …, whose own entries reach no further than this
+        // one's, since nodes ascend
         for k in 0..band {
             let x = row[k];
             if x.is_zero() {

@@ -1,9 +1,12 @@
-//! From a mesh of curves to a surface (section 2.1 of the paper): topology, nodes, network, filling.
+//! From a mesh of curves to a surface (section 2.1 of the paper): topology, nodes, network,
+//! filling.
 //!
-//! One family of curves runs over v, each at one u; the other runs over u, each at one v. Intersections of a surface with two families of
-//! parallel planes at right angles are such a mesh of heights y(x). Where two curves cross they must agree. Every mesh is cut out
-//! of its curves exactly, and filled with a patch of the kind asked for. The first or last curve of a family may be missing on a mesh of
-//! points in space: the others then run together in one point, and the patches there have three sides.
+//! One family of curves runs over v, each at one u; the other runs over u, each at one v.
+//! Intersections of a surface with two families of parallel planes at right angles are such a mesh
+//! of heights y(x). Where two curves cross they must agree. Every mesh is cut out of its curves
+//! exactly, and filled with a patch of the kind asked for. The first or last curve of a family may
+//! be missing on a mesh of points in space: the others then run together in one point, and the
+//! patches there have three sides.
 
 use super::{
     BezierSurface, CoonsPatch, Patchwork, SurfaceShape,
@@ -47,7 +50,8 @@ pub enum Fill {
     CoonsBicubicFlat,
     /// Gregory patches: C¹ across lines where the curves are, the borders cubics.
     Gregory,
-    /// Bicubic Bézier patches with common twists at the nodes: C¹ where the curves are, the borders cubics.
+    /// Bicubic Bézier patches with common twists at the nodes: C¹ where the curves are, the borders
+    /// cubics.
     Bezier,
 }
 
@@ -57,8 +61,8 @@ pub struct Filled {
     pub patchwork: Patchwork,
     /// The largest gap at a crossing of two curves, and where.
     pub gap: Worst,
-    /// How far borders of patches are from the curves at worst, and where: by cubics that curves are replaced by, and by corners half-way
-    /// between curves that leave a gap.
+    /// How far borders of patches are from the curves at worst, and where: by cubics that curves
+    /// are replaced by, and by corners half-way between curves that leave a gap.
     pub deviation: Worst,
 }
 

@@ -1,9 +1,12 @@
-//! Surfaces: z(u, v) over two axes, or points of space over two parameters (sections 2.1 and 2.2 of the paper).
+//! Surfaces: z(u, v) over two axes, or points of space over two parameters (sections 2.1 and 2.2 of
+//! the paper).
 //!
-//! A surface is anything that can tell its domain and its jet: value and derivatives to order 2. What follows from these alone
-//! (normal, fundamental forms, curvatures, the closest point, area) is written once, for every surface.
+//! A surface is anything that can tell its domain and its jet: value and derivatives to order 2.
+//! What follows from these alone (normal, fundamental forms, curvatures, the closest point, area)
+//! is written once, for every surface.
 //!
-//! Parameters outside the domain are the caller's mistake and are refused at the door; here the border patch goes on.
+//! Parameters outside the domain are the caller's mistake and are refused at the door; here the
+//! border patch goes on.
 
 pub mod area;
 mod axis;
@@ -63,7 +66,8 @@ pub struct SurfaceJet {
 }
 
 impl SurfaceJet {
-    /// The jet of the place in space of a surface of this dimension: (u, v, z(u, v)) for a graph, else the jet itself.
+    /// The jet of the place in space of a surface of this dimension: (u, v, z(u, v)) for a graph,
+    /// else the jet itself.
     pub fn placed(self, dimension: Dimension, u: f64, v: f64) -> Self {
         if dimension.is_parametric() {
             return self;
@@ -88,14 +92,17 @@ pub trait Surface {
     /// The ranges of u and of v, low < high each.
     fn domain(&self) -> [[f64; 2]; 2];
 
-    /// Value and derivatives to order 2. At a break the piece to the right counts, at the end of the domain the last one.
+    /// Value and derivatives to order 2. At a break the piece to the right counts, at the end of
+    /// the domain the last one.
     fn jet(&self, u: f64, v: f64) -> SurfaceJet;
 
-    /// For u and for v: the places, both ends included and ascending, between which the surface is infinitely smooth.
+    /// For u and for v: the places, both ends included and ascending, between which the surface is
+    /// infinitely smooth.
     fn breaks(&self) -> [Vec<f64>; 2];
 
-    /// Bounds of the sizes of ∂²/∂u², ∂²/∂u∂v and ∂²/∂v² in each rectangle between neighbouring `cuts` of u and of v (ascending, within
-    /// the domain), v running fastest. `None` where the surface has none to offer.
+    /// Bounds of the sizes of ∂²/∂u², ∂²/∂u∂v and ∂²/∂v² in each rectangle between neighbouring
+    /// `cuts` of u and of v (ascending, within the domain), v running fastest. `None` where the
+    /// surface has none to offer.
     fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
         let _ = cuts;
         None

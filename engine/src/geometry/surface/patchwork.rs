@@ -1,4 +1,5 @@
-//! Surfaces of several patches on a grid of parameters, as a mesh of boundary curves divides them (section 2.1 of the paper).
+//! Surfaces of several patches on a grid of parameters, as a mesh of boundary curves divides them
+//! (section 2.1 of the paper).
 
 use super::{Surface, SurfaceJet, SurfaceShape, boundaries::merged, grid::GridFault, grid::ascending};
 use crate::geometry::space::{Dimension, Vector};
@@ -40,7 +41,8 @@ impl PatchworkFault {
 }
 
 impl Patchwork {
-    /// Patches between the lines `us` and `vs` (2 or more each, ascending), v running fastest, each over its own rectangle.
+    /// Patches between the lines `us` and `vs` (2 or more each, ascending), v running fastest, each
+    /// over its own rectangle.
     pub fn new(us: Vec<f64>, vs: Vec<f64>, patches: Vec<SurfaceShape>) -> Result<Self, PatchworkFault> {
         let lines = [us, vs];
         for (axis, places) in lines.iter().enumerate() {

@@ -1,7 +1,8 @@
-//! The same B-spline surface over other knots: insertion, a part of the domain, higher degree, Bézier patches.
+//! The same B-spline surface over other knots: insertion, a part of the domain, higher degree,
+//! Bézier patches.
 //!
-//! Every line of control points along an axis is a curve, changed by polar forms in double-double and rounded once; rational surfaces in
-//! homogeneous coordinates.
+//! Every line of control points along an axis is a curve, changed by polar forms in double-double
+//! and rounded once; rational surfaces in homogeneous coordinates.
 
 use super::{BSplineSurface, BezierSurface, Surface, grid::GridFault};
 use crate::geometry::{
@@ -15,8 +16,9 @@ use crate::numerics::{Dd, cancel};
 type Homogeneous = [Dd; 4];
 
 impl BSplineSurface {
-    /// Inserts knots along an axis (0 for u), in any order, each as often as it stands; the surface stays. Refused outside of the
-    /// domain and where a knot would stand more than degree + 1 times.
+    /// Inserts knots along an axis (0 for u), in any order, each as often as it stands; the surface
+    /// stays. Refused outside of the domain and where a knot would stand more than degree + 1
+    /// times.
     pub fn refine(&self, axis: usize, inserted: &[f64]) -> Result<Self, GridFault> {
         let (low, high) = self.bases()[axis].domain();
         if let Some((index, &value)) = inserted.iter().enumerate().find(|(_, x)| !(low <= **x && **x <= high)) {
@@ -41,7 +43,8 @@ impl BSplineSurface {
         self.over(axis, end(low).chain(inner).chain(end(high)).collect())
     }
 
-    /// The same surface of a degree higher by `times` along an axis, clamped there. Refused above [`HIGHEST_DEGREE`].
+    /// The same surface of a degree higher by `times` along an axis, clamped there. Refused above
+    /// [`HIGHEST_DEGREE`].
     pub fn elevate(&self, axis: usize, times: usize) -> Result<Self, GridFault> {
         let (low, high) = self.bases()[axis].domain();
         let mut surface = self.restrict(axis, low, high)?;

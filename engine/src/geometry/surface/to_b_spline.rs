@@ -1,8 +1,9 @@
 //! Any surface as B-spline surfaces, which is what CAD reads.
 //!
-//! Exact where that exists: Bézier patches, Coons patches of polynomial boundary curves (their blends are polynomials too), Gregory
-//! patches whose pairs coincide. What is rational in another way is approached by bicubic interpolation, ever finer until it is within
-//! a tolerance. A surface of several pieces becomes several, since CAD takes a patch for smooth.
+//! Exact where that exists: Bézier patches, Coons patches of polynomial boundary curves (their
+//! blends are polynomials too), Gregory patches whose pairs coincide. What is rational in another
+//! way is approached by bicubic interpolation, ever finer until it is within a tolerance. A surface
+//! of several pieces becomes several, since CAD takes a patch for smooth.
 
 use super::{
     BSplineSurface, CoonsPatch, GregoryPatch, NodeGrid, Surface, SurfaceShape, bezier::one_span, boundaries::CORNERS,
@@ -23,13 +24,15 @@ const MOST: usize = 128;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted {
     pub surface: BSplineSurface,
-    /// The largest distance found from what it stands for, at equal parameters; 0 where it is the same function.
+    /// The largest distance found from what it stands for, at equal parameters; 0 where it is the
+    /// same function.
     pub deviation: f64,
 }
 
 impl SurfaceShape {
-    /// B-spline surfaces that are together this surface: the same functions where that is possible, else within `tolerance` (in units of the
-    /// coordinates) or as near as 128 × 128 spans come. `deviation` says how near that is.
+    /// B-spline surfaces that are together this surface: the same functions where that is possible,
+    /// else within `tolerance` (in units of the coordinates) or as near as 128 × 128 spans come.
+    /// `deviation` says how near that is.
     pub fn to_b_splines(&self, tolerance: f64) -> Vec<Converted> {
         let exact = |surface: BSplineSurface| vec![Converted { surface, deviation: 0.0 }];
         match self {
@@ -153,7 +156,8 @@ fn mapped(curve: &CurveShape, [low, high]: [f64; 2]) -> Option<BSplineCurve> {
     BSplineCurve::new(basis, spline.dimension(), spline.control_points().to_vec(), None).ok()
 }
 
-/// The blending functions of a Coons patch over `domain`: for the values, and for the slopes of a bicubic one.
+/// The blending functions of a Coons patch over `domain`: for the values, and for the slopes of a
+/// bicubic one.
 fn blends(domain: [f64; 2], bicubic: bool) -> Option<Vec<BSplineCurve>> {
     let third = (domain[1] - domain[0]) / 3.0;
     let tables: &[&[f64]] = if bicubic {
@@ -191,9 +195,9 @@ fn missing(wanted: &[f64], given: &[f64]) -> Vec<f64> {
     more
 }
 
-/// Bicubic interpolants of the pieces between the breaks.
-/// Where corners have two twists each (`graded`) second derivatives have no limit there, and those of order 4 grow as 1 / r²; nodes
-/// as dense there as the root of r make the deviation alike everywhere.
+/// Bicubic interpolants of the pieces between the breaks. Where corners have two twists each
+/// (`graded`) second derivatives have no limit there, and those of order 4 grow as 1 / r²; nodes as
+/// dense there as the root of r make the deviation alike everywhere.
 fn approached(surface: &dyn Surface, graded: bool, tolerance: f64) -> Vec<Converted> {
     let [us, vs] = surface.breaks();
     let mut found = Vec::new();

@@ -1,7 +1,9 @@
-//! Patches of three sides: four-sided ones, one border of which is a point (the paper's degenerated case of section 2.1).
+//! Patches of three sides: four-sided ones, one border of which is a point (the paper's degenerated
+//! case of section 2.1).
 //!
-//! At the tip the parameter along the collapsed border moves nothing, S_u = 0 say, and the formulas for normal and curvature
-//! read 0/0. Along any one line into the tip they may have a limit, found by extrapolating from a few places on it.
+//! At the tip the parameter along the collapsed border moves nothing, S_u = 0 say, and the formulas
+//! for normal and curvature read 0/0. Along any one line into the tip they may have a limit, found
+//! by extrapolating from a few places on it.
 
 use super::{
     Surface, SurfaceJet,
@@ -44,21 +46,24 @@ pub fn degenerate_borders(surface: &dyn Surface, tolerance: f64) -> Vec<Degenera
     Border::ALL.into_iter().map(extent_of).filter(|found| found.extent <= tolerance).collect()
 }
 
-/// Distances from the singular place, as shares of the span that lies there: the first, halved this many times.
+/// Distances from the singular place, as shares of the span that lies there: the first, halved this
+/// many times.
 const FIRST: f64 = 1.0 / 16.0;
 const HALVINGS: usize = 7;
 /// Two extrapolations in succession that differ by more, relative to their size, have not settled.
 const SETTLED: f64 = 1e-4;
 
-/// The limit of the unit normal along the parameter line that leaves the singular place (u, v) into the patch.
+/// The limit of the unit normal along the parameter line that leaves the singular place (u, v) into
+/// the patch.
 pub(super) fn normal_limit(surface: &dyn Surface, u: f64, v: f64) -> Option<Vector> {
     let samples = approach(surface, u, v)?;
     let normals = samples.iter().map(|near| near.normal.into()).collect();
     Vector::from(extrapolated::<3>(normals)?).try_normalize(0.5)
 }
 
-/// The limit of everything in [`Differential`] along that line. `None` where it does not settle: where the lines that run into
-/// the tip lie in no plane, the patch ends there as a cone does, and its curvature grows without bound.
+/// The limit of everything in [`Differential`] along that line. `None` where it does not settle:
+/// where the lines that run into the tip lie in no plane, the patch ends there as a cone does, and
+/// its curvature grows without bound.
 pub(super) fn limit(surface: &dyn Surface, u: f64, v: f64) -> Option<Differential> {
     let here = surface.place(u, v);
     let samples = approach(surface, u, v)?;
@@ -89,7 +94,8 @@ pub(super) fn limit(surface: &dyn Surface, u: f64, v: f64) -> Option<Differentia
     })
 }
 
-/// What the derivatives tell at a few places ever nearer to (u, v); `None` if these are singular too.
+/// What the derivatives tell at a few places ever nearer to (u, v); `None` if these are singular
+/// too.
 fn approach(surface: &dyn Surface, u: f64, v: f64) -> Option<Vec<Differential>> {
     let [du, dv] = inward(surface, &surface.place(u, v), u, v);
     let near = |k: usize| {
@@ -100,12 +106,14 @@ fn approach(surface: &dyn Surface, u: f64, v: f64) -> Option<Vec<Differential>> 
     (0..=HALVINGS).map(near).collect()
 }
 
-/// A step from (u, v) across the span that lies there, along the parameter that moves the point, or along both if neither does.
+/// A step from (u, v) across the span that lies there, along the parameter that moves the point, or
+/// along both if neither does.
 fn inward(surface: &dyn Surface, here: &SurfaceJet, u: f64, v: f64) -> [f64; 2] {
     let breaks = surface.breaks();
     let step = |axis: usize, x: f64| {
         let places = &breaks[axis];
-        // into the longer part of the span around x, so that it leads away from what is singular at an end
+        // into the longer part of the span around x, so that it leads away from what is singular at
+        // an end
         let above = places.iter().find(|b| **b > x).map_or(0.0, |next| next - x);
         let below = places.iter().rev().find(|b| **b < x).map_or(0.0, |before| before - x);
         if above >= -below { above } else { below }

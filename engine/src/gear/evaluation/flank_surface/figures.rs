@@ -1,8 +1,9 @@
 //! The named figures of a flank by themselves, as far as its nodes tell them.
 //!
-//! Nodes over the whole flank tell the second-order surface with all of them. Crossed profiles and leads tell it without the mixed term, that
-//! is all but the twist; a single trace tells nothing of the kind. What is told has a condition below Belsley's limit, of columns over [-1, 1]
-//! as they are: scaled to one length, a column that hardly is there would look as good as any other.
+//! Nodes over the whole flank tell the second-order surface with all of them. Crossed profiles and
+//! leads tell it without the mixed term, that is all but the twist; a single trace tells nothing of
+//! the kind. What is told has a condition below Belsley's limit, of columns over [-1, 1] as they
+//! are: scaled to one length, a column that hardly is there would look as good as any other.
 
 use super::{FlankNodes, SurfaceSettings, Trimmed, flank_surface};
 use crate::{
@@ -13,7 +14,8 @@ use crate::{
     gear::Gear,
 };
 
-/// Figures in µm over the trimmed range, signs as asked for; `None` where the nodes do not tell one.
+/// Figures in µm over the trimmed range, signs as asked for; `None` where the nodes do not tell
+/// one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlankFigures {
     pub profile_slope: Option<f64>,
@@ -23,7 +25,8 @@ pub struct FlankFigures {
     pub twist: Option<f64>,
 }
 
-/// The figures by plain least squares: how `settings` would regularise and scale is not looked at. `None` where the nodes do not tell them.
+/// The figures by plain least squares: how `settings` would regularise and scale is not looked at.
+/// `None` where the nodes do not tell them.
 pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Option<FlankFigures> {
     let spec = FitSpec { regularization: Regularization::None, scaling: Scaling::None, ..settings.spec.clone() };
     let settings = SurfaceSettings { spec, ..settings.clone() };
@@ -51,7 +54,8 @@ pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
     })
 }
 
-/// Whether the nodes of a fit without scaling tell its terms apart and how large each is: over [-1, 1] a short column is one that hardly is there.
+/// Whether the nodes of a fit without scaling tell its terms apart and how large each is: over [-1,
+/// 1] a short column is one that hardly is there.
 fn told(result: &FitResult) -> bool {
     result.spectrum.condition.is_some_and(|condition| condition < DEFAULT_CONDITION_LIMIT)
 }

@@ -1,7 +1,9 @@
-//! The second-order surface of a whole flank: what its deviations have in common, and what is left as form.
+//! The second-order surface of a whole flank: what its deviations have in common, and what is left
+//! as form.
 //!
-//! Over the evaluation range, less the border, roll length and z are mapped to [-1, 1]²: u from root to tip, v towards greater z.
-//! `δ ≈ c₁ + c_u u + c_v v + c_uu u² + c_uv uv + c_vv v²` is a fit of the service with the caller's regularisation, estimator and filters, and
+//! Over the evaluation range, less the border, roll length and z are mapped to [-1, 1]²: u from
+//! root to tip, v towards greater z. `δ ≈ c₁ + c_u u + c_v v + c_uu u² + c_uv uv + c_vv v²` is a
+//! fit of the service with the caller's regularisation, estimator and filters, and
 //!
 //! | figure | is | positive where material |
 //! |---|---|---|
@@ -12,8 +14,9 @@
 //! | lengthwise crowning | −c_vv | stands out half-way between the ends |
 //! | twist | 4 c_uv | grows more with z at the tip than at the root (by the sign asked for) |
 //!
-//! all in µm over the trimmed range, along the direction in which the deviations are given, with standard errors and with the bounds of their bias
-//! that the fit answers (for the use of such a surface see Litvin et al., ASME J. Mech. Des. 115(4), 1993, p. 995).
+//! all in µm over the trimmed range, along the direction in which the deviations are given, with
+//! standard errors and with the bounds of their bias that the fit answers (for the use of such a
+//! surface see Litvin et al., ASME J. Mech. Des. 115(4), 1993, p. 995).
 
 mod figures;
 mod nodes;
@@ -37,12 +40,14 @@ pub(in crate::gear) use own_zeros::{Sample, TERMS, Through, through};
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceSettings {
     pub side: Side,
-    /// Evaluation range in the coordinate of the nodes, ascending; by default from the first to the last node that is there.
+    /// Evaluation range in the coordinate of the nodes, ascending; by default from the first to the
+    /// last node that is there.
     pub profile_range: Option<[f64; 2]>,
     /// mm of z.
     pub helix_range: Option<[f64; 2]>,
     pub border: Border,
-    /// How deviations count; a topography has no leads of its own, so `Din` is the same as `Material`.
+    /// How deviations count; a topography has no leads of its own, so `Din` is the same as
+    /// `Material`.
     pub given: DeviationSign,
     /// Sign of slopes and of twist.
     pub sign: SlopeSign,
@@ -99,7 +104,8 @@ pub struct FlankSurface {
     pub result: FitResult,
 }
 
-/// Fits the surface. Faults point to `/profile`, `/z_mm`, `/deviation_um`, `/valid`, `/border_percent`, and those of the fit to `/nodes`.
+/// Fits the surface. Faults point to `/profile`, `/z_mm`, `/deviation_um`, `/valid`,
+/// `/border_percent`, and those of the fit to `/nodes`.
 pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FlankSurface, FitError> {
     let (trimmed, counts, posted) = Trimmed::new(gear, nodes, settings)?;
     let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Monomial, terms: Terms::Total };

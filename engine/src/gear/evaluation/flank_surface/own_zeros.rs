@@ -1,14 +1,15 @@
 //! The second-order surface through traces, each of which may have a zero of its own.
 //!
-//! A measuring machine zeroes each profile and each helix by itself, so of the level of a trace nothing is
-//! known: `δ = a_t + c_u u + c_v v + c_uu u² + c_uv uv + c_vv v²` with a nuisance parameter a_t for every trace
-//! t. It is taken out by centring columns and deviations trace by trace (Frisch, Waugh and Lovell), which gives
-//! the same estimates and errors as a column for each a_t. Samples count by the length that they stand for.
+//! A measuring machine zeroes each profile and each helix by itself, so of the level of a trace
+//! nothing is known: `δ = a_t + c_u u + c_v v + c_uu u² + c_uv uv + c_vv v²` with a nuisance
+//! parameter a_t for every trace t. It is taken out by centring columns and deviations trace by
+//! trace (Frisch, Waugh and Lovell), which gives the same estimates and errors as a column for each
+//! a_t. Samples count by the length that they stand for.
 //!
-//! *What is told.* All columns run over [-1, 1], so a direction of the coefficients whose singular value is below
-//! 1/30 of the greatest (Belsley) is one that the samples do not tell. The term of highest order with the
-//! greatest share in such directions is left out, until none is left. A slope whose twist is left out is that in
-//! the section of its trace.
+//! *What is told.* All columns run over [-1, 1], so a direction of the coefficients whose singular
+//! value is below 1/30 of the greatest (Belsley) is one that the samples do not tell. The term of
+//! highest order with the greatest share in such directions is left out, until none is left. A
+//! slope whose twist is left out is that in the section of its trace.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -37,7 +38,8 @@ const SHARE: f64 = 0.1;
 /// The surface, as far as the traces tell it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Through {
-    /// Of 1, u, v, u², uv and v²; `None` where the traces do not tell it. Of 1 only where all traces share one zero.
+    /// Of 1, u, v, u², uv and v²; `None` where the traces do not tell it. Of 1 only where all
+    /// traces share one zero.
     pub coefficients: [Option<f64>; TERMS],
     /// a_t of each trace; the constant of the surface where all share one zero.
     pub zeros: Vec<f64>,
@@ -146,7 +148,8 @@ impl Through {
         sample.deviation - self.zeros[t] - shape
     }
 
-    /// Variances of the coefficients where the samples of trace t have the variance `of(t)` and are independent.
+    /// Variances of the coefficients where the samples of trace t have the variance `of(t)` and are
+    /// independent.
     pub fn variances(&self, traces: &[Vec<Sample>], of: impl Fn(usize) -> f64) -> [Option<f64>; TERMS] {
         let n = self.kept.len();
         let mut sums = [0.0; TERMS];

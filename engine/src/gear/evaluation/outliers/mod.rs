@@ -1,16 +1,16 @@
 //! Samples that stand out of their neighbours: dust, chips, a probe that lifted off.
 //!
-//! Short places, up to a sixteenth of the trace, are looked for here, and long ones within it, up to a seventh, by
-//! [`wide`].
+//! Short places, up to a sixteenth of the trace, are looked for here, and long ones within it, up
+//! to a seventh, by [`wide`].
 //!
-//! A smooth curve through medians (the mean parabola taken away, then medians of blocks with straight
-//! lines between them) leaves residuals. A sample is suspected where its residual is more than
-//! [`THRESHOLD`] times the scale (1.4826 × median absolute deviation) of the whole trace *and* of its
-//! own neighbourhood, about the neighbourhood's median (Hampel's rule with a window), and where the
-//! trace comes back behind it. At an end it cannot come back: there a place is suspected where material
-//! stands out and begins abruptly. What falls off to the end is a relief or a break of the edge, and
-//! what rises slowly is the flank. The standard counts such samples, and so does the evaluation unless
-//! they are asked to be left out; but it says so.
+//! A smooth curve through medians (the mean parabola taken away, then medians of blocks with
+//! straight lines between them) leaves residuals. A sample is suspected where its residual is more
+//! than [`THRESHOLD`] times the scale (1.4826 × median absolute deviation) of the whole trace *and*
+//! of its own neighbourhood, about the neighbourhood's median (Hampel's rule with a window), and
+//! where the trace comes back behind it. At an end it cannot come back: there a place is suspected
+//! where material stands out and begins abruptly. What falls off to the end is a relief or a break
+//! of the edge, and what rises slowly is the flank. The standard counts such samples, and so does
+//! the evaluation unless they are asked to be left out; but it says so.
 
 mod wide;
 
@@ -35,7 +35,8 @@ const LEAST_STEP: f64 = 0.5;
 /// One in so many samples of a trace lies beside a border, and so many at least.
 const BESIDE: usize = 12;
 const FEWEST_BESIDE: usize = 8;
-/// At a border the trace jumps by this share of the height, and by so many scatters about the curve beside it.
+/// At a border the trace jumps by this share of the height, and by so many scatters about the curve
+/// beside it.
 const LEAST_JUMP: f64 = 0.5;
 const JUMP_OVER_RMS: f64 = 4.0;
 /// Normal standard deviation over median absolute deviation.
@@ -105,8 +106,9 @@ fn spread(values: &[f64]) -> [f64; 2] {
     [middle, MAD * median(&mut values.iter().map(|x| (x - middle).abs()).collect::<Vec<f64>>())]
 }
 
-/// Whether a place begins abruptly: its residuals, from its border on, grow from a quarter to three quarters of their
-/// greatest within so many samples, and the trace beside it (`beside`, from the border away) does not lead there.
+/// Whether a place begins abruptly: its residuals, from its border on, grow from a quarter to three
+/// quarters of their greatest within so many samples, and the trace beside it (`beside`, from the
+/// border away) does not lead there.
 fn is_abrupt(
     inside: impl Iterator<Item = [f64; 2]>,
     beside: impl Iterator<Item = [f64; 2]>,
@@ -127,8 +129,8 @@ fn is_abrupt(
         })
 }
 
-/// Whether material stands out at an end of a trace, of whose samples residuals and deviations are given: it begins
-/// abruptly there, with a step.
+/// Whether material stands out at an end of a trace, of whose samples residuals and deviations are
+/// given: it begins abruptly there, with a step.
 fn stands_at_end(both: &[[f64; 2]], run: &Run) -> bool {
     let n = both.len();
     let (within, beside) = ((n / ABRUPT_AT_ENDS).max(2), (n / BESIDE).max(FEWEST_BESIDE));
@@ -144,7 +146,8 @@ fn stands_at_end(both: &[[f64; 2]], run: &Run) -> bool {
         && steps(&towards, border, (n / STEP_AT_ENDS).max(1)) > LEAST_STEP * run.height
 }
 
-/// Whether a place within a trace, of whose samples residuals and deviations are given, begins or ends abruptly.
+/// Whether a place within a trace, of whose samples residuals and deviations are given, begins or
+/// ends abruptly.
 fn jumps(both: &[[f64; 2]], run: &Run) -> bool {
     let n = both.len();
     let (within, beside) = ((n / ABRUPT_AT_ENDS).max(2), (n / BESIDE).max(FEWEST_BESIDE));
@@ -154,15 +157,16 @@ fn jumps(both: &[[f64; 2]], run: &Run) -> bool {
         || is_abrupt(inside().rev(), upper.iter().copied(), run.height, within)
 }
 
-/// By how much more a trace rises at most over so many samples within a place from its border on than it did before.
+/// By how much more a trace rises at most over so many samples within a place from its border on
+/// than it did before.
 fn steps(towards: &[[f64; 2]], border: usize, lag: usize) -> f64 {
     let at = |k: usize| towards[k][1];
     let each = (border.max(2 * lag)..towards.len()).map(|k| at(k) - 2.0 * at(k - lag) + at(k - 2 * lag));
     each.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Where the least-squares parabola through the samples beside a border leads so many samples beyond it, and what it
-/// leaves; `None` of too few.
+/// Where the least-squares parabola through the samples beside a border leads so many samples
+/// beyond it, and what it leaves; `None` of too few.
 fn lead(beside: impl Iterator<Item = [f64; 2]>, beyond: usize) -> Option<[f64; 2]> {
     let deviation: Vec<f64> = beside.map(|[_, deviation]| deviation).collect();
     let n = deviation.len();

@@ -1,8 +1,10 @@
-//! Places of dust that are longer than medians of blocks tell: smears, fibres, chips that the probe rides on.
+//! Places of dust that are longer than medians of blocks tell: smears, fibres, chips that the probe
+//! rides on.
 //!
-//! A polynomial of order 4, fitted so that far samples do not count (Tukey's weights after some steps of least absolute
-//! values), leaves residuals. A run of them beyond [`super::THRESHOLD`] scales is suspected where it begins and ends
-//! abruptly, and where the trace beside it is back near the polynomial: waves and reliefs do neither.
+//! A polynomial of order 4, fitted so that far samples do not count (Tukey's weights after some
+//! steps of least absolute values), leaves residuals. A run of them beyond [`super::THRESHOLD`]
+//! scales is suspected where it begins and ends abruptly, and where the trace beside it is back
+//! near the polynomial: waves and reliefs do neither.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -67,7 +69,8 @@ pub(super) fn outliers(at: &[f64], deviation: &[f64]) -> Vec<Run> {
     runs
 }
 
-/// Whether a run of residuals, each with its deviation, begins and ends abruptly, with the trace back beside it.
+/// Whether a run of residuals, each with its deviation, begins and ends abruptly, with the trace
+/// back beside it.
 fn stands_alone(both: &[[f64; 2]], run: &Run) -> bool {
     let n = both.len();
     let (from, to, within) = (run.from, run.to, (n / ABRUPT).max(3));
