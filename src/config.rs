@@ -41,17 +41,20 @@ pub struct ServeSettings {
     #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 1 << 30)]
     pub body_memory: usize,
     /// Seconds in which a request body must have arrived (else 408).
-    #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60,
+        value_parser = clap::value_parser!(u64).range(1..))]
     pub body_timeout: u64,
     /// Seconds that a client may take nothing of its answer before it is let go.
-    #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30,
+        value_parser = clap::value_parser!(u64).range(1..))]
     pub write_timeout: u64,
     /// Connections at a time; less where the system gives fewer handles. Idle ones give way,
     /// further clients wait.
     #[arg(long, env = "FLANKFIT_MAX_CONNECTIONS", default_value_t = 4096)]
     pub max_connections: usize,
     /// Seconds in which a request must be answered (else 503).
-    #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120,
+        value_parser = clap::value_parser!(u64).range(1..))]
     pub request_timeout: u64,
     /// Seconds that a shutdown waits for what was accepted.
     #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30)]

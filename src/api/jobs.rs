@@ -79,7 +79,8 @@ pub struct JobBody {
 /// Changes of a job. A field that is left out stays as it is.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = JobPatch, example = json!({"machine": "grinder 4", "tags": {"shift": "day"}, "clear": ["serial_number"]}))]
+#[schema(as = JobPatch, example = json!({"machine": "grinder 4", "tags": {"shift": "day"},
+    "clear": ["serial_number"]}))]
 pub struct JobPatchBody {
     /// The new name.
     #[serde(default, deserialize_with = "present")]

@@ -456,7 +456,8 @@ mod tests {
         }
 
         #[test]
-        fn symmetric_rows_are_rows(n in 0..6_usize, seed in proptest::collection::vec(any::<u32>(), 36), broken in any::<bool>()) {
+        fn symmetric_rows_are_rows(n in 0..6_usize, seed in proptest::collection::vec(any::<u32>(), 36),
+            broken in any::<bool>()) {
             let mut rows: Vec<Vec<f64>> =
                 (0..n).map(|i| (0..n).map(|j| f64::from(seed[i.min(j) * 6 + i.max(j)]) / 7.0).collect()).collect();
             if let (true, Some(last)) = (broken, rows.last_mut()) {

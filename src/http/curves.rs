@@ -30,8 +30,10 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// smoothing). The curve of the answer can be sent back as it is to the other operations of curves.
 #[utoipa::path(
     post, path = "/v1/curves", operation_id = "create_curve", tag = "curves",
-    request_body(content = CurveRequest, description = "Points and the method that leads a curve through or near them."),
-    responses((status = 200, description = "The curve, everything needed to build it again, and how stable it is.", body = BuiltCurveBody))
+    request_body(content = CurveRequest,
+        description = "Points and the method that leads a curve through or near them."),
+    responses((status = 200, description = "The curve, everything needed to build it again, and how stable it is.",
+        body = BuiltCurveBody))
 )]
 async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let built = read_json(&state, payload, |text| curve_request::build(text, None)).await?;

@@ -78,8 +78,10 @@ struct EventsQuery {
         EventsQuery
     ),
     responses(
-        (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.", body = JobEventBody, content_type = "text/event-stream"),
-        (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.",
+            body = JobEventBody, content_type = "text/event-stream"),
+        (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem,
+            content_type = "application/problem+json"),
         (status = 422, description = "The query has something else in it, or `last_event_id` is not the id of an \
             event.", body = Problem, content_type = "application/problem+json")
     )

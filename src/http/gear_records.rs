@@ -47,7 +47,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// The points may be those of the iteration's own nodes or others of the same gear; the gear is
 /// that of the job unless the request has one.
 #[utoipa::path(
-    post, path = "/v1/jobs/{job_id}/iterations/{number}/deviations", operation_id = "create_iteration_deviations", tag = "iterations",
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/deviations", operation_id = "create_iteration_deviations",
+    tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
@@ -57,8 +58,10 @@ pub fn group() -> OpenApiRouter<AppState> {
     request_body(content = DeviationsRequestBody, description = "Points or a grid; the gear is that of the job where \
         the request has none."),
     responses(
-        (status = 201, description = "What `POST /v1/gears/deviations` answers, kept.", body = RecordBody, headers(("Location" = String, description = "Where the record is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 201, description = "What `POST /v1/gears/deviations` answers, kept.", body = RecordBody,
+            headers(("Location" = String, description = "Where the record is."))),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_iteration_deviations(
@@ -79,7 +82,8 @@ async fn create_iteration_deviations(
 /// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. The answer
 /// stays with the iteration as a record.
 #[utoipa::path(
-    post, path = "/v1/jobs/{job_id}/iterations/{number}/evaluations", operation_id = "create_iteration_evaluation", tag = "iterations",
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/evaluations", operation_id = "create_iteration_evaluation",
+    tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
@@ -89,8 +93,10 @@ async fn create_iteration_deviations(
     request_body(content = EvaluateBody, description = "Traces and how they are evaluated; the gear is that of the job \
         where the request has none."),
     responses(
-        (status = 201, description = "What `POST /v1/gears/evaluate` answers, kept.", body = RecordBody, headers(("Location" = String, description = "Where the record is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 201, description = "What `POST /v1/gears/evaluate` answers, kept.", body = RecordBody,
+            headers(("Location" = String, description = "Where the record is."))),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_iteration_evaluation(
@@ -112,7 +118,8 @@ async fn create_iteration_evaluation(
 /// By a sensitivity matrix, or by the motions of a form grinder or generating grinder. It is
 /// compared with what the next iteration of the job measures.
 #[utoipa::path(
-    post, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "create_iteration_correction", tag = "iterations",
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "create_iteration_correction",
+    tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
@@ -122,8 +129,10 @@ async fn create_iteration_evaluation(
     request_body(content = CorrectionRequestBody, description = "What the settings do, how far they may go, and how \
         far that is trusted."),
     responses(
-        (status = 201, description = "The changes and what they should bring.", body = CorrectionBody, headers(("Location" = String, description = "Where the record is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 201, description = "The changes and what they should bring.", body = CorrectionBody,
+            headers(("Location" = String, description = "Where the record is."))),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_iteration_correction(
@@ -148,7 +157,8 @@ async fn create_iteration_correction(
 /// be.
 /// What is told node by node, and the fits of the settings, come with `include`.
 #[utoipa::path(
-    get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction", tag = "iterations",
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction",
+    tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
@@ -157,8 +167,10 @@ async fn create_iteration_correction(
     ),
     responses(
         (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next \
-            iteration. As CSV a line for each setting, under the names of OPC UA for Geometrical Measuring Systems.", content((KeptCorrectionBody = "application/json"), (String = "text/csv"))),
-        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem, content_type = "application/problem+json")
+            iteration. As CSV a line for each setting, under the names of OPC UA for Geometrical Measuring Systems.",
+            content((KeptCorrectionBody = "application/json"), (String = "text/csv"))),
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn get_iteration_correction(

@@ -53,7 +53,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// outside the scope of the standard is refused.
 #[utoipa::path(
     post, path = "/v1/gears/tolerances", operation_id = "gear_tolerances", tag = "gears",
-    request_body(content = TolerancesRequestBody, description = "A gear within the scope of the standard, and a class."),
+    request_body(content = TolerancesRequestBody,
+        description = "A gear within the scope of the standard, and a class."),
     responses((status = 200, description = "The tolerances.", body = TolerancesBody))
 )]
 async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
@@ -96,7 +97,8 @@ async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Res
 #[utoipa::path(
     post, path = "/v1/gears/pitch", operation_id = "gear_pitch", tag = "gears",
     request_body(content = PitchRequestBody, description = "A gear, and where its flanks are."),
-    responses((status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes.", body = PitchEvaluationBody))
+    responses((status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes.",
+        body = PitchEvaluationBody))
 )]
 async fn gear_pitch(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     Ok(json(read_json(&state, payload, pitch::answer).await?))
@@ -139,7 +141,8 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
     responses(
         (status = 200, description = "Points and unit normals. As CSV a line `id,x,y,z,i,j,k` for each node, row by \
             row.", content((FlankBody = "application/json"), (String = "text/csv"))),
-        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem, content_type = "application/problem+json")
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn gear_flank(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {

@@ -52,7 +52,8 @@ struct ImportFormBody {
     request_body(content = ImportFormBody, content_type = "multipart/form-data", description = "The file, and what is \
         said of it."),
     responses(
-        (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = NewIterationBody, headers(
+        (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = NewIterationBody,
+            headers(
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),

@@ -59,11 +59,13 @@ pub fn group() -> OpenApiRouter<AppState> {
         description = "Nodes, what to fit to them, and what is known of the measurement."
     ),
     responses(
-        (status = 201, description = "The iteration with its first fit, which is chosen until another one is.", body = NewIterationBody, headers(
+        (status = 201, description = "The iteration with its first fit, which is chosen until another one is.",
+            body = NewIterationBody, headers(
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_iteration(
@@ -121,7 +123,8 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "get_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path)),
-    responses((status = 200, description = "The iteration.", body = IterationBody, headers(("ETag" = String, description = "Version of the iteration."))))
+    responses((status = 200, description = "The iteration.", body = IterationBody,
+        headers(("ETag" = String, description = "Version of the iteration."))))
 )]
 async fn get_iteration(
     State(state): State<AppState>,
@@ -142,8 +145,10 @@ async fn get_iteration(
     ),
     request_body(content = IterationPatchBody, description = "The decision."),
     responses(
-        (status = 200, description = "The iteration with its new decision.", body = IterationBody, headers(("ETag" = String, description = "Version of the iteration."))),
-        (status = 412, description = "The iteration has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+        (status = 200, description = "The iteration with its new decision.", body = IterationBody,
+            headers(("ETag" = String, description = "Version of the iteration."))),
+        (status = 412, description = "The iteration has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn update_iteration(
@@ -171,8 +176,10 @@ pub fn present(iteration: &Iteration) -> Response {
     get, path = "/v1/jobs/{job_id}/iterations/{number}/nodes", operation_id = "get_iteration_nodes", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path)),
     responses(
-        (status = 200, description = "The nodes. They never change.", content((NodesBody = "application/json"), (String = "text/csv"))),
-        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem, content_type = "application/problem+json")
+        (status = 200, description = "The nodes. They never change.",
+            content((NodesBody = "application/json"), (String = "text/csv"))),
+        (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn get_iteration_nodes(

@@ -45,7 +45,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 ///
 /// The iteration's first fit and all others are kept; comparing them is what the trace is for.
 #[utoipa::path(
-    post, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "create_iteration_fit", tag = "iterations",
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "create_iteration_fit",
+    tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
@@ -57,7 +58,8 @@ pub fn group() -> OpenApiRouter<AppState> {
             ("Location" = String, description = "Where the fit is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_iteration_fit(
@@ -101,7 +103,8 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
     responses(
         (status = 200, description = "Some fits, and where the next page begins.", body = FitPageBody),
-        (status = 422, description = "The limit or the cursor is not one.", body = Problem, content_type = "application/problem+json")
+        (status = 422, description = "The limit or the cursor is not one.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn list_iteration_fits(
@@ -117,7 +120,8 @@ async fn list_iteration_fits(
 /// What is included beside is computed from the stored nodes and added; what is stored stays as it
 /// is, byte for byte. `spec` can be sent back, changed, as a refit.
 #[utoipa::path(
-    get, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", operation_id = "get_iteration_fit", tag = "iterations",
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", operation_id = "get_iteration_fit",
+    tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
@@ -126,8 +130,11 @@ async fn list_iteration_fits(
             beside, names with commas between them.")
     ),
     responses(
-        (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody, headers(("ETag" = String, description = "Changes when the fit is chosen and when another one is; nothing else of it does. With `include` there is none."))),
-        (status = 422, description = "There is nothing of that name to include.", body = Problem, content_type = "application/problem+json")
+        (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody,
+            headers(("ETag" = String,
+                description = "Changes when the fit is chosen and when another one is; nothing else of it does. With `include` there is none."))),
+        (status = 422, description = "There is nothing of that name to include.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn get_iteration_fit(
@@ -168,8 +175,10 @@ async fn get_iteration_fit(
     ),
     request_body(content = ChosenFitBody, description = "The fit that stands."),
     responses(
-        (status = 200, description = "The iteration with its new choice.", body = IterationBody, headers(("ETag" = String, description = "Version of the iteration."))),
-        (status = 412, description = "The iteration has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+        (status = 200, description = "The iteration with its new choice.", body = IterationBody,
+            headers(("ETag" = String, description = "Version of the iteration."))),
+        (status = 412, description = "The iteration has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn choose_fit(
@@ -189,7 +198,8 @@ async fn choose_fit(
 /// It shows that an answer can be reproduced, with this or a later version of the program. There is
 /// nothing to be said: a body is empty or `{}`.
 #[utoipa::path(
-    post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit", tag = "iterations",
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit",
+    tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), ("fit_id" = Uuid, Path)),
     responses((status = 200, description = "Whether the answers are identical.", body = ReplayBody))
 )]

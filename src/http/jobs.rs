@@ -43,7 +43,8 @@ pub fn group() -> OpenApiRouter<AppState> {
             ("Location" = String, description = "Where the job is."),
             ("ETag" = String, description = "Version of the job.")
         )),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_job(State(state): State<AppState>, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
@@ -76,7 +77,8 @@ fn created(job: &Job, stored: Stored) -> Answer {
     params(PageQuery),
     responses(
         (status = 200, description = "Some jobs, and where the next page begins.", body = JobPageBody),
-        (status = 422, description = "The limit or the cursor is not one.", body = Problem, content_type = "application/problem+json")
+        (status = 422, description = "The limit or the cursor is not one.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn list_jobs(
@@ -93,7 +95,8 @@ async fn list_jobs(
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}", operation_id = "get_job", tag = "jobs",
     params(("job_id" = Uuid, Path)),
-    responses((status = 200, description = "The job.", body = JobBody, headers(("ETag" = String, description = "Version of the job."))))
+    responses((status = 200, description = "The job.", body = JobBody,
+        headers(("ETag" = String, description = "Version of the job."))))
 )]
 async fn get_job(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
     Ok(present(state.jobs.job(id).await?))
@@ -111,9 +114,12 @@ async fn get_job(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Res
     ),
     request_body(content = JobPatchBody, description = "What is to be changed."),
     responses(
-        (status = 200, description = "The job after the change.", body = JobBody, headers(("ETag" = String, description = "Version of the job."))),
-        (status = 409, description = "An iteration or an open stream is of a tooth that the new gear has not got.", body = Problem, content_type = "application/problem+json"),
-        (status = 412, description = "The job has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+        (status = 200, description = "The job after the change.", body = JobBody,
+            headers(("ETag" = String, description = "Version of the job."))),
+        (status = 409, description = "An iteration or an open stream is of a tooth that the new gear has not got.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 412, description = "The job has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn update_job(
@@ -137,8 +143,10 @@ async fn update_job(
     ),
     responses(
         (status = 204, description = "The job is gone."),
-        (status = 409, description = "The job has iterations, which are kept for good.", body = Problem, content_type = "application/problem+json"),
-        (status = 412, description = "The job has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "The job has iterations, which are kept for good.", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 412, description = "The job has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn delete_job(

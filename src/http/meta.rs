@@ -74,7 +74,8 @@ async fn get_health() -> axum::Json<Health> {
     get, path = "/readyz", operation_id = "get_readiness", tag = "operation",
     responses(
         (status = 200, description = "Requests can be answered.", body = Health),
-        (status = 503, description = "The store does not answer, or its disk is full.", body = Problem, content_type = "application/problem+json")
+        (status = 503, description = "The store does not answer, or its disk is full.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn get_readiness(State(state): State<AppState>) -> Result<axum::Json<Health>, Problem> {
@@ -91,7 +92,8 @@ async fn get_readiness(State(state): State<AppState>) -> Result<axum::Json<Healt
 /// Requests, fits, queues, streams and the store, for a Prometheus server.
 #[utoipa::path(
     get, path = "/metrics", operation_id = "get_metrics", tag = "operation",
-    responses((status = 200, description = "Metrics in the Prometheus text format.", body = String, content_type = "text/plain"))
+    responses((status = 200, description = "Metrics in the Prometheus text format.", body = String,
+        content_type = "text/plain"))
 )]
 async fn get_metrics(State(state): State<AppState>) -> impl IntoResponse {
     metrics::gauge!(telemetry::BODY_MEMORY).set(state.budget.held() as f64);

@@ -96,11 +96,13 @@ fn created(place: &str, record: &Record, body: Vec<u8>) -> Answer {
 ///
 /// In pages, without the requests and results themselves.
 #[utoipa::path(
-    get, path = "/v1/jobs/{job_id}/iterations/{number}/records", operation_id = "list_iteration_records", tag = "iterations",
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/records", operation_id = "list_iteration_records",
+    tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
     responses(
         (status = 200, description = "Some records, and where the next page begins.", body = RecordPageBody),
-        (status = 422, description = "The limit or the cursor is not one.", body = Problem, content_type = "application/problem+json")
+        (status = 422, description = "The limit or the cursor is not one.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn list_iteration_records(
@@ -116,7 +118,8 @@ async fn list_iteration_records(
 ///
 /// The text of the result is that which was answered when it was made.
 #[utoipa::path(
-    get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record", tag = "iterations",
+    get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record",
+    tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
@@ -126,7 +129,8 @@ async fn list_iteration_records(
     ),
     responses(
         (status = 200, description = "The record.", body = RecordBody),
-        (status = 422, description = "There is nothing of that name to include.", body = Problem, content_type = "application/problem+json")
+        (status = 422, description = "There is nothing of that name to include.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn get_iteration_record(

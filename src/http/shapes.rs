@@ -32,7 +32,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 ///
 /// As `POST /v1/curves`; the answer stays with the iteration as a record.
 #[utoipa::path(
-    post, path = "/v1/jobs/{job_id}/iterations/{number}/curves", operation_id = "create_iteration_curve", tag = "iterations",
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/curves", operation_id = "create_iteration_curve",
+    tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
@@ -42,8 +43,10 @@ pub fn group() -> OpenApiRouter<AppState> {
     request_body(content = KeptCurveRequest, description = "A method, and points where the iteration's own are not \
         meant."),
     responses(
-        (status = 201, description = "The curve, kept.", body = RecordBody, headers(("Location" = String, description = "Where the curve is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 201, description = "The curve, kept.", body = RecordBody,
+            headers(("Location" = String, description = "Where the curve is."))),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_iteration_curve(
@@ -62,17 +65,21 @@ async fn create_iteration_curve(
 ///
 /// As `POST /v1/surfaces`; the answer stays with the iteration as a record.
 #[utoipa::path(
-    post, path = "/v1/jobs/{job_id}/iterations/{number}/surfaces", operation_id = "create_iteration_surface", tag = "iterations",
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/surfaces", operation_id = "create_iteration_surface",
+    tag = "iterations",
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
         ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
             again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
     ),
-    request_body(content = SurfaceRequest, description = "A method, and nodes where the iteration's own are not meant."),
+    request_body(content = SurfaceRequest,
+        description = "A method, and nodes where the iteration's own are not meant."),
     responses(
-        (status = 201, description = "The surface, kept.", body = RecordBody, headers(("Location" = String, description = "Where the surface is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 201, description = "The surface, kept.", body = RecordBody,
+            headers(("Location" = String, description = "Where the surface is."))),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_iteration_surface(

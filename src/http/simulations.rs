@@ -36,8 +36,10 @@ pub fn group() -> OpenApiRouter<AppState> {
     request_body(content = ClosedLoopBody, description = "The machine, the probe and the ways to correct; everything \
         has a default."),
     responses(
-        (status = 200, description = "Round by round what was measured and changed, and the jobs that keep it.", body = ClosedLoopResultBody),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 200, description = "Round by round what was measured and changed, and the jobs that keep it.",
+            body = ClosedLoopResultBody),
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn simulate_closed_loop(

@@ -55,9 +55,12 @@ pub fn group() -> OpenApiRouter<AppState> {
     responses(
         (status = 101, description = "A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is \
             closed when the stream is finished or deleted, and when the server stops."),
-        (status = 400, description = "Not a WebSocket request.", body = Problem, content_type = "application/problem+json"),
-        (status = 403, description = "A web page of an origin that `--cors-origins` does not name.", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The stream is finished.", body = Problem, content_type = "application/problem+json")
+        (status = 400, description = "Not a WebSocket request.", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 403, description = "A web page of an origin that `--cors-origins` does not name.", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 409, description = "The stream is finished.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn connect_stream(

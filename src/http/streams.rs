@@ -52,7 +52,8 @@ pub fn group() -> OpenApiRouter<AppState> {
             ("Location" = String, description = "Where the stream is."),
             ("ETag" = String, description = "Version of the stream.")
         )),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_stream(
@@ -88,7 +89,8 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}", operation_id = "get_stream", tag = "streams",
     params(("stream_id" = Uuid, Path)),
-    responses((status = 200, description = "The stream.", body = StreamBody, headers(("ETag" = String, description = "Version of the stream."))))
+    responses((status = 200, description = "The stream.", body = StreamBody,
+        headers(("ETag" = String, description = "Version of the stream."))))
 )]
 async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
     let (stream, told) = stream_flow::look(&state, id).await?;
@@ -106,11 +108,13 @@ async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> 
     params(
         ("stream_id" = Uuid, Path),
         ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
-            again. (Blocks are known by their number and nodes without it.)", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+            again. (Blocks are known by their number and nodes without it.)", min_length = 1, max_length = 255,
+            pattern = "^[!-~]+$")
     ),
     request_body(content = BlockBody, description = "The block that comes next, or one that was sent before."),
     responses(
-        (status = 200, description = "The estimate after this block. A block sent again gets its first answer again.", body = EstimateBody, headers(
+        (status = 200, description = "The estimate after this block. A block sent again gets its first answer again.",
+            body = EstimateBody, headers(
             ("ETag" = String, description = "Version of the stream after this block.")
         )),
         (status = 409, description = "Another block is expected next, the block was sent before with other nodes, or \
@@ -144,7 +148,8 @@ async fn add_stream_nodes(
     request_body(content = Option<FinishBody>, description = "What is known of the measurement; an empty body says \
         nothing."),
     responses(
-        (status = 201, description = "The iteration, as if its nodes had been posted together.", body = NewIterationBody, headers(
+        (status = 201, description = "The iteration, as if its nodes had been posted together.",
+            body = NewIterationBody, headers(
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
@@ -200,7 +205,8 @@ async fn finish_stream(
     ),
     responses(
         (status = 204, description = "The stream is gone."),
-        (status = 412, description = "The stream has changed meanwhile.", body = Problem, content_type = "application/problem+json")
+        (status = 412, description = "The stream has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn delete_stream(

@@ -23,7 +23,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/studies/randomization", operation_id = "study_randomization", tag = "studies",
     request_body(content = RandomizationRequest, description = "What is randomised, and how."),
-    responses((status = 200, description = "Medians and quartiles by level, and the references.", body = RandomizationResult))
+    responses((status = 200, description = "Medians and quartiles by level, and the references.",
+        body = RandomizationResult))
 )]
 async fn study_randomization(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let answer = read_json(&state, payload, |text| study::answer(text)?.to_json().map_err(Problem::internal)).await?;

@@ -40,7 +40,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/surfaces", operation_id = "create_surface", tag = "surfaces",
     request_body(content = SurfaceRequest, description = "What the surface is made of, and how."),
-    responses((status = 200, description = "The surface, everything needed to build it again, and a report.", body = BuiltSurfaceBody))
+    responses((status = 200, description = "The surface, everything needed to build it again, and a report.",
+        body = BuiltSurfaceBody))
 )]
 async fn create_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let plans = state.plans.clone();

@@ -30,8 +30,10 @@ pub fn group() -> OpenApiRouter<AppState> {
     get, path = "/v1/jobs/{job_id}/trace", operation_id = "get_trace", tag = "iterations",
     params(("job_id" = Uuid, Path), PageQuery),
     responses(
-        (status = 200, description = "The job with some of its iterations, by number, and where the next page begins.", body = TraceBody),
-        (status = 422, description = "The limit or the cursor is not one.", body = Problem, content_type = "application/problem+json")
+        (status = 200, description = "The job with some of its iterations, by number, and where the next page begins.",
+            body = TraceBody),
+        (status = 422, description = "The limit or the cursor is not one.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn get_trace(

@@ -17,7 +17,8 @@ pub enum OpenError {
     #[error(
         "cannot open or create the database {path}: its directory must exist and be writable by the user that runs \
          flankfit \
-         (beside the file SQLite keeps {path}-wal and {path}-shm); in a container, give the volume to that user", path = path.display()
+         (beside the file SQLite keeps {path}-wal and {path}-shm); in a container, give the volume to that user",
+         path = path.display()
     )]
     CannotOpen { path: PathBuf },
     /// SQLite's code 8.
@@ -34,7 +35,8 @@ pub enum OpenError {
     /// SQLite's code 26.
     #[error("{path} is not an SQLite database", path = path.display())]
     NotADatabase { path: PathBuf },
-    #[error("the database {path} was written by a newer flankfit (its migration {version} is unknown here)", path = path.display())]
+    #[error("the database {path} was written by a newer flankfit (its migration {version} is unknown here)",
+        path = path.display())]
     Newer { path: PathBuf, version: i64 },
     #[error("the database {path} cannot be brought up to date: {source}", path = path.display())]
     Migration { path: PathBuf, source: sqlx::migrate::MigrateError },

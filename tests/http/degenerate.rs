@@ -95,7 +95,10 @@ async fn a_variant_of_james_stein_goes_with_the_positive_part_but_not_against_it
     let app = TestApp::start().await;
     let x: Vec<f64> = (0..9).map(f64::from).collect();
     let y = [0.5, -1.0, 0.3, 0.9, -0.7, 0.2, -0.4, 1.1, -0.6];
-    let with = |variant: &str, positive: bool| json!({"regularization": {"type": "james_stein", "variant": variant, "positive_part": positive}});
+    let with = |variant: &str, positive: bool| {
+        json!({"regularization": {"type": "james_stein", "variant": variant,
+        "positive_part": positive}})
+    };
     for variant in ["efron_morris", "hoerl_kennard"] {
         let factor = async |positive: bool| {
             let body = fit(&app, &x, &y, 4, with(variant, positive)).await;

@@ -40,7 +40,10 @@ const COUNTS: [u64; 5] = [i64::MAX as u64, u64::MAX, u64::MAX - 1, u64::MAX / 2,
 async fn degrees_of_shapes() {
     let app = TestApp::start().await;
     let curve = |degree: u64| json!({"type": "b_spline", "degree": degree, "knots": [0, 1], "control_points": [0]});
-    let surface = |degree: Value| json!({"type": "b_spline", "degree": degree, "knots": [[0, 0, 1, 1], [0, 0, 1, 1]], "control_points": [[0, 0], [0, 0]]});
+    let surface = |degree: Value| {
+        json!({"type": "b_spline", "degree": degree, "knots": [[0, 0, 1, 1], [0, 0, 1, 1]],
+        "control_points": [[0, 0], [0, 0]]})
+    };
     for count in COUNTS {
         for (path, name) in
             [("evaluate", "curve_evaluate"), ("export", "curve_export"), ("closest-points", "curve_closest")]
@@ -179,7 +182,8 @@ async fn one_fault_is_one_error() {
         assert_eq!(send(app.post(path, body)).await.pointers(), expected, "{path} {body}");
     }
     let grid = json!({
-        "gear": {"teeth": 52, "normal_module_mm": 1.0}, "grid": {"flank": "left", "diameter_mm": [53, 52], "z_mm": [0], "deviation_um": [[1], [2]]}
+        "gear": {"teeth": 52, "normal_module_mm": 1.0},
+        "grid": {"flank": "left", "diameter_mm": [53, 52], "z_mm": [0], "deviation_um": [[1], [2]]}
     });
     assert_eq!(sent(&app, "/v1/gears/deviations", &grid).await.pointers(), ["/grid/diameter_mm/1"]);
     let newton = json!({

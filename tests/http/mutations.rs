@@ -146,7 +146,8 @@ proptest! {
             Just("multipart/form-data; boundary=x".to_owned()),
             "[a-z/;= +\"]{0,20}",
         ],
-        encoding in prop_oneof![Just("identity".to_owned()), Just("gzip".to_owned()), Just("zstd".to_owned()), "[a-z,]{0,8}"],
+        encoding in prop_oneof![Just("identity".to_owned()), Just("gzip".to_owned()), Just("zstd".to_owned()),
+            "[a-z,]{0,8}"],
         id in "[ -~]{0,40}",
         body in prop::collection::vec(any::<u8>(), 0..200),
     ) {

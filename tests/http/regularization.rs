@@ -148,7 +148,8 @@ async fn two_spellings_have_one_digest() {
 async fn dependent_columns_are_answered_by_a_smaller_rank() {
     let app = TestApp::start().await;
     let request = json!({
-        "nodes": {"type": "matrix", "x": [[1, 2, 4], [1, 3, 6], [1, 5, 10], [1, 6, 12], [1, 8, 16]], "y": [1, 2, 2, 4, 5]},
+        "nodes": {"type": "matrix", "x": [[1, 2, 4], [1, 3, 6], [1, 5, 10], [1, 6, 12], [1, 8, 16]],
+            "y": [1, 2, 2, 4, 5]},
         "model": {"type": "linear"},
         "regularization": {"type": "truncated_svd", "rank": 2},
         "include": ["matrix_b", "lambda_curve", "ridge_trace"],

@@ -135,8 +135,10 @@ fn is_of(value: &Value, kind: &str) -> bool {
 #[test]
 fn what_a_schema_does_not_allow_is_found() {
     use serde_json::json;
-    let document = json!({"components": {"schemas": {"A": {"type": "object", "required": ["a"], "additionalProperties": false,
-        "properties": {"a": {"type": ["number", "null"], "minimum": 1}, "b": {"type": "array", "maxItems": 1, "items": {"enum": ["x"]}}}}}}});
+    let document = json!({"components": {"schemas": {"A": {"type": "object", "required": ["a"],
+        "additionalProperties": false,
+        "properties": {"a": {"type": ["number", "null"], "minimum": 1},
+            "b": {"type": "array", "maxItems": 1, "items": {"enum": ["x"]}}}}}}});
     let schemas = Schemas(&document);
     let a = json!({"$ref": "#/components/schemas/A"});
     for (value, count) in [

@@ -126,7 +126,8 @@ async fn null_clears_nothing() {
     let refused = sent(&app, &place, &json!({"gear": {"teeth": 20, "normal_module_mm": 2}, "clear": ["gear"]})).await;
     assert_eq!(refused.pointers(), ["/clear/0"]);
     // every entry that cannot be, and what else is wrong
-    let body = json!({"machine": "n", "serial_number": "s", "gear": {"teeth": 20, "normal_module_mm": 1, "hand": "right", "helix_angle_deg": -5},
+    let body = json!({"machine": "n", "serial_number": "s",
+        "gear": {"teeth": 20, "normal_module_mm": 1, "hand": "right", "helix_angle_deg": -5},
                       "clear": ["machine", "serial_number", "part_number", "machine"]});
     let refused = sent(&app, &place, &body).await;
     let mut pointers = refused.pointers();

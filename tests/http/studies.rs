@@ -118,7 +118,10 @@ async fn impossible_studies_are_pointed_at() {
 #[tokio::test]
 async fn each_number_out_of_range_is_told_once_and_at_its_place() {
     let app = TestApp::start().await;
-    let study_of = |x: Value, coefficients: Value| json!({"x": x, "coefficients": coefficients, "noise_sigma": 1, "levels": [0.1], "repetitions": 2});
+    let study_of = |x: Value, coefficients: Value| {
+        json!({"x": x, "coefficients": coefficients, "noise_sigma": 1,
+        "levels": [0.1], "repetitions": 2})
+    };
     let x = json!([[1, 0], [1, 1], [1, 3]]);
     for (request, expected) in [
         (study_of(x.clone(), json!([1e300, 1])), vec!["/coefficients/0"]),

@@ -180,7 +180,8 @@ async fn parts_of_the_url_are_called_by_their_names() {
 async fn every_fault_of_a_gear_is_listed_and_names_are_clean() {
     let app = TestApp::start().await;
     let job = json!({"name": "w", "gear": {
-        "teeth": 0, "normal_module_mm": -1, "helix_angle_deg": 120, "hand": "up", "colour": 1, "tool": {"tip_radius_mm": -1}
+        "teeth": 0, "normal_module_mm": -1, "helix_angle_deg": 120, "hand": "up", "colour": 1,
+        "tool": {"tip_radius_mm": -1}
     }});
     let mut found = send(app.post("/v1/jobs", job.to_string())).await.pointers();
     found.sort_unstable();

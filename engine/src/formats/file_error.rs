@@ -30,7 +30,8 @@ pub enum FileError {
     #[error("{place}: expected {expected}, found {found}")]
     Expected { place: Place, expected: &'static str, found: String },
     /// A trace has more or fewer values than its head says.
-    #[error("{place}: {trace} announces {announced} values, found {found}{}", if *.found > *.announced { " or more" } else { "" })]
+    #[error("{place}: {trace} announces {announced} values, found {found}{}",
+        if *.found > *.announced { " or more" } else { "" })]
     ValueCount { place: Place, trace: String, announced: usize, found: usize },
     #[error("{place}: more than {most} {what}")]
     TooMany { place: Place, what: &'static str, most: usize },

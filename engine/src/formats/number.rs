@@ -57,7 +57,8 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_bit_comes_back(x in proptest::num::f64::NORMAL | proptest::num::f64::SUBNORMAL | proptest::num::f64::ZERO) {
+        fn every_bit_comes_back(x in proptest::num::f64::NORMAL | proptest::num::f64::SUBNORMAL
+            | proptest::num::f64::ZERO) {
             prop_assert_eq!(real(x).parse::<f64>().unwrap().to_bits(), x.to_bits());
             prop_assert_eq!(iges_real(x).replace('D', "E").parse::<f64>().unwrap().to_bits(), x.to_bits());
             prop_assert!(iges_real(x).len() <= 25 && real(x).contains('.'));

@@ -67,7 +67,8 @@ fn order_looks_at_both_parts() {
 
 proptest! {
     #[test]
-    fn error_free_transformations_are_exact(a in -(1i64 << 53)..(1i64 << 53), b in -(1i64 << 53)..(1i64 << 53), shift in 0..40u32) {
+    fn error_free_transformations_are_exact(a in -(1i64 << 53)..(1i64 << 53), b in -(1i64 << 53)..(1i64 << 53),
+        shift in 0..40u32) {
         let (x, y) = (a as f64, (b as f64) * f64::from(shift).exp2());
         let exact = i128::from(a) + (i128::from(b) << shift);
         let (s, e) = two_sum(x, y);
@@ -80,7 +81,8 @@ proptest! {
     }
 
     #[test]
-    fn sums_of_integers_are_exact(a in -(1i128 << 100)..(1i128 << 100), b in -(1i128 << 100)..(1i128 << 100), c in -(1i64 << 53)..(1i64 << 53)) {
+    fn sums_of_integers_are_exact(a in -(1i128 << 100)..(1i128 << 100), b in -(1i128 << 100)..(1i128 << 100),
+        c in -(1i64 << 53)..(1i64 << 53)) {
         prop_assert_eq!(int(dd(a) + dd(b)), a + b);
         prop_assert_eq!(int(dd(a) - dd(b)), a - b);
         prop_assert_eq!(int(dd(a) + c as f64), a + i128::from(c));

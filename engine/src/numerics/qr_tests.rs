@@ -127,14 +127,16 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
-    fn cross_products_are_kept(m in 1usize..20, n in 1usize..8, entries in prop::collection::vec(-1.0..1.0f64, 180), exponents in prop::collection::vec(-100i32..100, 8)) {
+    fn cross_products_are_kept(m in 1usize..20, n in 1usize..8, entries in prop::collection::vec(-1.0..1.0f64, 180),
+        exponents in prop::collection::vec(-100i32..100, 8)) {
         let a = DMatrix::from_fn(m, n, |i, j| entries[i * n + j] * f64::from(exponents[j]).exp2());
         let y = DVector::from_column_slice(&entries[160..160 + m]);
         check_both(&a, &y);
     }
 
     #[test]
-    fn the_rest_of_y_is_the_least_squares_residual(m in 4usize..20, entries in prop::collection::vec(-1.0..1.0f64, 80)) {
+    fn the_rest_of_y_is_the_least_squares_residual(m in 4usize..20,
+        entries in prop::collection::vec(-1.0..1.0f64, 80)) {
         let a = DMatrix::from_fn(m, 3, |i, j| entries[i * 3 + j]);
         let y = DVector::from_column_slice(&entries[60..60 + m]);
         let qr = qr_with_rhs(a.map(Dd::from), y.map(Dd::from));

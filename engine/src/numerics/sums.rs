@@ -86,7 +86,8 @@ mod tests {
         }
 
         #[test]
-        fn integers_multiply_exactly(x in prop::collection::vec((-(1i64 << 48)..(1i64 << 48), -(1i64 << 48)..(1i64 << 48)), 0..40)) {
+        fn integers_multiply_exactly(x in prop::collection::vec((-(1i64 << 48)..(1i64 << 48),
+            -(1i64 << 48)..(1i64 << 48)), 0..40)) {
             let exact: i128 = x.iter().map(|&(x, y)| i128::from(x) * i128::from(y)).sum();
             let (x, y): (Vec<f64>, Vec<f64>) = x.iter().map(|&(x, y)| (x as f64, y as f64)).unzip();
             let dot = dot2(&x, &y);

@@ -78,7 +78,8 @@ proptest! {
     #[test]
     fn out_and_back(
         rows in prop::collection::vec(
-            (prop::option::of("[ -~äß]{0,8}"), [-1e9f64..1e9, -1.0..1.0, 1e-300..1e-290], prop::option::of([-1.0f64..1.0, 0.5..1.0, -1.0..1.0])),
+            (prop::option::of("[ -~äß]{0,8}"), [-1e9f64..1e9, -1.0..1.0, 1e-300..1e-290],
+                prop::option::of([-1.0f64..1.0, 0.5..1.0, -1.0..1.0])),
             1..20,
         )
     ) {

@@ -46,7 +46,8 @@ proptest! {
     }
 
     #[test]
-    fn coefficients_are_those_of_the_textbook_columns(seed: u64, p in 0usize..4, q in 0usize..4, total: bool, given: bool) {
+    fn coefficients_are_those_of_the_textbook_columns(seed: u64, p in 0usize..4, q in 0usize..4, total: bool,
+        given: bool) {
         let data = Surface::new(seed, [2, 3], 0.5, 1e-3);
         let p = if total { q } else { p };
         let (degree, terms) = if total { (Degree::Both(q), Terms::Total) } else { (Degree::Each(p, q), Terms::Tensor) };

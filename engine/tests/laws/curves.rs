@@ -118,7 +118,8 @@ proptest! {
             let mut basis = vec![0.0; curve.basis().degree() + 1];
             let first = curve.basis().values(t, &mut basis);
             prop_assert!((basis.iter().sum::<f64>() - 1.0).abs() < 1e-14 && basis.iter().all(|n| *n >= 0.0));
-            let along: Vec<f64> = curve.control_points()[first..][..basis.len()].iter().map(|p| p.dot(&normal)).collect();
+            let along: Vec<f64> = curve.control_points()[first..][..basis.len()].iter()
+                .map(|p| p.dot(&normal)).collect();
             let value = curve.value(t).dot(&normal);
             let (low, high) = along.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
             prop_assert!(value >= low - 1e-14 && value <= high + 1e-14);
@@ -126,14 +127,16 @@ proptest! {
     }
 
     #[test]
-    fn no_plane_is_crossed_more_often_than_by_the_polygon(curve in b_spline(), normal in vector(), height in -0.5f64..0.5) {
+    fn no_plane_is_crossed_more_often_than_by_the_polygon(curve in b_spline(), normal in vector(),
+        height in -0.5f64..0.5) {
         let polygon = changes_of_side(curve.control_points().iter().map(|p| p.dot(&normal) - height));
         let along = changes_of_side(places(&curve, 500).into_iter().map(|t| curve.value(t).dot(&normal) - height));
         prop_assert!(along <= polygon, "{} {}", along, polygon);
     }
 
     #[test]
-    fn control_points_move_with_the_curve(curve in b_spline(), rows in prop::array::uniform3(vector()), shift in vector()) {
+    fn control_points_move_with_the_curve(curve in b_spline(), rows in prop::array::uniform3(vector()),
+        shift in vector()) {
         let map = |p: &Vector| Vector::new(rows[0].dot(p), rows[1].dot(p), rows[2].dot(p)) + shift;
         let points = curve.control_points().iter().map(map).collect();
         let weights = curve.weights().map(<[f64]>::to_vec);
@@ -174,7 +177,8 @@ proptest! {
                 prop_assert!((curve.value(*x).x - v.x).abs() < 1e-14);
                 prop_assert_eq!(curve.value(*x).yz(), Vector::zeros().yz());
             }
-            for parametrization in [Parametrization::Uniform, Parametrization::ChordLength, Parametrization::Centripetal] {
+            for parametrization in [Parametrization::Uniform, Parametrization::ChordLength,
+                Parametrization::Centripetal] {
                 let (curve, at) = shape_through(&space(values.clone(), parametrization), &method).unwrap();
                 prop_assert_eq!((at[0], at[at.len() - 1]), (0.0, 1.0));
                 for (t, v) in at.iter().zip(&values) {
@@ -185,7 +189,8 @@ proptest! {
     }
 
     #[test]
-    fn curves_move_with_their_points((_, values) in nodes(4..10), rows in prop::array::uniform3(vector()), shift in vector()) {
+    fn curves_move_with_their_points((_, values) in nodes(4..10), rows in prop::array::uniform3(vector()),
+        shift in vector()) {
         let map = |p: &Vector| Vector::new(rows[0].dot(p), rows[1].dot(p), rows[2].dot(p)) + shift;
         let moved: Vec<Vector> = values.iter().map(map).collect();
         for method in linear_methods(values.len()) {
@@ -221,13 +226,15 @@ proptest! {
         for method in all {
             let (curve, _) = shape_through(&points, &method).unwrap();
             for t in places(&curve, 30) {
-                prop_assert!((curve.value(t).x - cubic(t)).abs() < 1e-10 * (1.0 + cubic(t).abs()), "{:?} {}", method, t);
+                prop_assert!((curve.value(t).x - cubic(t)).abs() < 1e-10 * (1.0 + cubic(t).abs()), "{:?} {}", method,
+                    t);
             }
         }
     }
 
     #[test]
-    fn errors_grow_by_the_lebesgue_constant_at_most((x, values) in nodes(4..9), errors in prop::collection::vec(-1.0f64..1.0, 9)) {
+    fn errors_grow_by_the_lebesgue_constant_at_most((x, values) in nodes(4..9),
+        errors in prop::collection::vec(-1.0f64..1.0, 9)) {
         for method in linear_methods(x.len()) {
             let one = through(&graph(&x, &values), &method).unwrap();
             let moved: Vec<Vector> = values.iter().zip(&errors).map(|(v, e)| v + Vector::x() * *e).collect();
@@ -334,7 +341,8 @@ proptest! {
         prop_assert!((of(&curve, low, at) + of(&curve, at, high) - whole).abs() < 1e-10 * whole);
         prop_assert!((of(&curve.elevate(1).unwrap(), low, high) - whole).abs() < 1e-10 * whole);
         let polygon = |points: &[Vector]| points.windows(2).map(|p| (p[1] - p[0]).norm()).sum::<f64>();
-        let samples: Vec<Vector> = (0..=4000).map(|k| curve.value(low + (high - low) * f64::from(k) / 4000.0)).collect();
+        let samples: Vec<Vector> = (0..=4000)
+            .map(|k| curve.value(low + (high - low) * f64::from(k) / 4000.0)).collect();
         prop_assert!(polygon(&samples) <= whole * (1.0 + 1e-12) && polygon(&samples) >= whole * 0.98);
         prop_assert!(whole <= polygon(curve.control_points()) * (1.0 + 1e-12));
         if curve.basis().degree() == 1 {

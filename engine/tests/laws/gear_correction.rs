@@ -80,7 +80,8 @@ proptest! {
     /// and Tucker hold.
     #[test]
     fn limits_hold_with_their_multipliers(
-        j in entries(60, 1.0), d in entries(12, 10.0), w in proptest::collection::vec(0.1f64..3.0, 12), size in 0.1f64..8.0,
+        j in entries(60, 1.0), d in entries(12, 10.0), w in proptest::collection::vec(0.1f64..3.0, 12),
+        size in 0.1f64..8.0,
         low in proptest::collection::vec(-1.0f64..0.3, 5), high in proptest::collection::vec(0.3f64..1.0, 5),
     ) {
         let limited: Vec<Setting> = settings(5)
@@ -139,7 +140,8 @@ proptest! {
     /// at most the norm that the bound assumes, of nearly collinear settings as of others.
     #[test]
     fn bounds_hold_for_wanted_changes_within_their_norm(
-        j in entries(60, 1.0), wanted in entries(5, 10.0), apart in -6.0f64..0.0, limits in proptest::option::of(1.0f64..4.0),
+        j in entries(60, 1.0), wanted in entries(5, 10.0), apart in -6.0f64..0.0,
+        limits in proptest::option::of(1.0f64..4.0),
     ) {
         let mut j = j;
         for row in j.chunks_exact_mut(5) {
@@ -168,7 +170,8 @@ proptest! {
                     prop_assert!(setting.bias_bound.unwrap() <= farther * (1.0 + 1e-12), "{setting:?} within {most}");
                 }
                 let missed = (setting.change - wanted).abs();
-                prop_assert!(missed <= setting.bias_bound.unwrap() * (1.0 + 1e-6) + 1e-6, "{missed} {:?}", setting.bias_bound);
+                prop_assert!(missed <= setting.bias_bound.unwrap() * (1.0 + 1e-6) + 1e-6, "{missed} {:?}",
+                    setting.bias_bound);
             }
         }
     }

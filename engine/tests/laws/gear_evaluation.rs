@@ -92,7 +92,8 @@ proptest! {
         let gear = gear();
         let mut settings = settings();
         settings.sign = SlopeSign::AsGiven;
-        settings.helix = Some(HelixSettings { reference: HelixReference::EvaluationRange, ..HelixSettings::on([1.0, 19.0]) });
+        settings.helix = Some(HelixSettings { reference: HelixReference::EvaluationRange,
+            ..HelixSettings::on([1.0, 19.0]) });
         let straight = trace(&gear, kind, side, count, |u| height + 0.5 * slope * u);
         let values = one(&gear, &straight, &settings);
         near(values.slope, slope, 1e-6);

@@ -121,7 +121,8 @@ proptest! {
     /// Index deviations, angles and single pitches of the same gear answer the same; where teeth
     /// are counted from does not matter.
     #[test]
-    fn pitches_agree_in_every_form(index in prop::collection::vec(-30.0..30.0f64, 50), start in 0usize..50, offset in -3.0..3.0f64) {
+    fn pitches_agree_in_every_form(index in prop::collection::vec(-30.0..30.0f64, 50), start in 0usize..50,
+        offset in -3.0..3.0f64) {
         let gear = gear(|_| ());
         let of = |measured: &PitchMeasured| answer(&gear, measured);
         let by_index = of(&PitchMeasured::Index(index.clone()));
@@ -148,7 +149,8 @@ proptest! {
     /// Readings of an eccentric gear: twice the amount, at its angle; readings from both flanks'
     /// index deviations see the same.
     #[test]
-    fn eccentricity_is_found(amount in 0.1..80.0f64, angle in -3.0..3.0f64, level in -100.0..100.0f64, gap in 0usize..50) {
+    fn eccentricity_is_found(amount in 0.1..80.0f64, angle in -3.0..3.0f64, level in -100.0..100.0f64,
+        gap in 0usize..50) {
         let gear = gear(|g| g.teeth = 48);
         let phase = |i: usize| TAU * i as f64 / 48.0 - angle;
         let mut readings: Vec<f64> = (0..48).map(|i| level + amount * phase(i).cos()).collect();

@@ -142,8 +142,10 @@ proptest! {
         let noisy = grid(6, 9, |u, v| second_order(put)(u, v) + (37.0 * u + 91.0 * v).sin());
         let spec = FitSpec { regularization: Regularization::Ridge { parameter: Parameter::Fixed(k) }, ..plain() };
         let surface = fitted(&gear, &noisy.nodes(), &SurfaceSettings { spec, ..settings() });
-        for figure in [surface.mean, surface.profile_slope, surface.helix_slope, surface.profile_crowning, surface.helix_crowning, surface.twist] {
-            prop_assert!((figure.value - figure.least_squares).abs() <= figure.bias_bound * (1.0 + 1e-9), "{:?}", figure);
+        for figure in [surface.mean, surface.profile_slope, surface.helix_slope, surface.profile_crowning,
+            surface.helix_crowning, surface.twist] {
+            prop_assert!((figure.value - figure.least_squares).abs() <= figure.bias_bound * (1.0 + 1e-9), "{:?}",
+                figure);
             prop_assert!(figure.std_error.is_some_and(|e| e > 0.0));
         }
         prop_assert!(surface.remainder.peak_to_valley <= 2.0 * surface.remainder.max_abs + 1e-12);

@@ -162,7 +162,8 @@ proptest! {
     }
 
     #[test]
-    fn normals_are_orthogonal_to_the_surface_and_point_out(gear in any_gear(), left: bool, share in 0.05..0.6f64, z in -20.0..20.0f64) {
+    fn normals_are_orthogonal_to_the_surface_and_point_out(gear in any_gear(), left: bool, share in 0.05..0.6f64,
+        z in -20.0..20.0f64) {
         let flank = Flank::new(&gear, side_of(left));
         let r = gear.base_radius();
         let (roll, h) = (share * r, 1e-5 * r);
@@ -175,7 +176,8 @@ proptest! {
         // Away from the middle of its own tooth.
         let turn = gear.turn_per_length() * z;
         let out = place.point + 1e-3 * place.normal * gear.data().normal_module;
-        let angle = |p: Vector, z: f64| side_of(left).sign() * ((-p.x).atan2(p.y) - turn - gear.turn_per_length() * (p.z - z) + PI).rem_euclid(2.0 * PI);
+        let angle = |p: Vector, z: f64| side_of(left).sign() * ((-p.x).atan2(p.y)
+            - turn - gear.turn_per_length() * (p.z - z) + PI).rem_euclid(2.0 * PI);
         let wide = |p: Vector| (angle(p, z) - side_of(left).sign() * PI) * p.x.hypot(p.y);
         let thickness = |p: Vector| {
             let roll = gear.roll_length(2.0 * p.x.hypot(p.y)).unwrap_or(0.0);
@@ -209,8 +211,10 @@ proptest! {
         let left = Flank::new(&gear, Side::Left).at(roll, z);
         let mirrored = Flank::new(&other, Side::Right).at(roll, z);
         let bound = 1e-13 * gear.diameter(roll);
-        prop_assert!((left.point.x + mirrored.point.x).abs() < bound && (left.point.y - mirrored.point.y).abs() < bound);
-        prop_assert!((left.normal.x + mirrored.normal.x).abs() < 1e-13 && (left.normal.z - mirrored.normal.z).abs() < 1e-13);
+        prop_assert!((left.point.x + mirrored.point.x).abs() < bound
+            && (left.point.y - mirrored.point.y).abs() < bound);
+        prop_assert!((left.normal.x + mirrored.normal.x).abs() < 1e-13
+            && (left.normal.z - mirrored.normal.z).abs() < 1e-13);
         // A right-hand helix turns counterclockwise towards the viewer.
         let turned = Flank::new(&gear, Side::Left).at(roll, z + 1e-3);
         let cross = left.point.x * turned.point.y - left.point.y * turned.point.x;

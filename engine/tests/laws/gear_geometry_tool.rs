@@ -132,7 +132,8 @@ proptest! {
         prop_assert!(2.0 * end.radius <= gear.diameter(form) + 1e-9 * scale);
         let form = if fillet.tool.protuberance > 0.0 { gear.roll_length(2.0 * end.radius).unwrap() } else { form };
         prop_assert!((2.0 * end.radius - gear.diameter(form)).abs() < 1e-9 * scale);
-        prop_assert!((end.half_angle - flank.half_angle(form)).abs() < 1e-9, "{} {}", end.half_angle, flank.half_angle(form));
+        prop_assert!((end.half_angle - flank.half_angle(form)).abs() < 1e-9, "{} {}", end.half_angle,
+            flank.half_angle(form));
         let foot = fillet.at(0.0);
         prop_assert!((foot.radius - fillet.root_radius()).abs() < 1e-12 * scale);
         let point = |delta: f64| fillet.at(delta).point(1.0, 0.0);
@@ -155,7 +156,8 @@ proptest! {
             // The textbook's form diameter.
             let data = gear.data();
             let tool = data.tool.unwrap();
-            let straight = tool.addendum_factor * data.normal_module - tool.tip_radius * (1.0 - data.pressure_angle.sin());
+            let straight = tool.addendum_factor * data.normal_module - tool.tip_radius
+                * (1.0 - data.pressure_angle.sin());
             let sin_t = gear.transverse_pressure_angle().sin();
             let roll = scale * sin_t - (straight - data.profile_shift * data.normal_module) / sin_t;
             prop_assert!((form - roll).abs() < 1e-10 * scale);
@@ -196,7 +198,8 @@ proptest! {
         prop_assert!(is_simple(&closed));
         // Nearly as large as its mean width times its height.
         let depth = Geometry::of(&gear).tooth_depth;
-        prop_assert!(area < 1.3 * depth * gear.transverse_module() * PI && area > 0.1 * depth * gear.transverse_module());
+        prop_assert!(area < 1.3 * depth * gear.transverse_module() * PI
+            && area > 0.1 * depth * gear.transverse_module());
         let whole = tooth.gear();
         let disc = PI * gear.root_radius().max(gear.tip_radius()).powi(2);
         let inner = PI * tooth.flank()[0].radius.min(gear.tip_radius()).powi(2);

@@ -41,7 +41,8 @@ proptest! {
         let chosen = report.lambda_star.unwrap();
         let (least, first, last) = tried(&sums, filter);
         let condition = sums.condition(filter, chosen);
-        prop_assert!(condition <= least * (1.0 + 1e-9), "condition {condition:e} at {chosen:e}, {least:e} at {first:e}");
+        prop_assert!(condition <= least * (1.0 + 1e-9),
+            "condition {condition:e} at {chosen:e}, {least:e} at {first:e}");
         assert_close("condition", result.spectrum.regularized.condition.unwrap(), condition, 1e-9, 0.0);
 
         let step = (sums.lambda[n - 1] / sums.lambda[0]).powf(1.0 / 20_000.0);

@@ -99,7 +99,8 @@ proptest! {
             weights: Some(net.clone()),
         };
         // a surface of the space is reproduced
-        let exact = fit(&Nodes::scattered(u.clone(), v.clone(), z.clone(), None).unwrap(), &plain(model.clone())).unwrap();
+        let exact = fit(&Nodes::scattered(u.clone(), v.clone(), z.clone(), None).unwrap(),
+            &plain(model.clone())).unwrap();
         for (got, truth) in values(&exact).iter().zip(&truth) {
             prop_assert!((got - truth).abs() < 1e-9, "{got} {truth}");
         }
@@ -126,7 +127,8 @@ proptest! {
         let (a, b) = (&result.spectrum.eigenvalues, &posted.spectrum.eigenvalues);
         prop_assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-10 * b), "{a:?} {b:?}");
         for (a, b) in result.coefficients.iter().zip(&posted.coefficients) {
-            prop_assert!((a.value - b.value).abs() < 1e-10 && (a.std_error.unwrap() - b.std_error.unwrap()).abs() < 1e-10);
+            prop_assert!((a.value - b.value).abs() < 1e-10
+                && (a.std_error.unwrap() - b.std_error.unwrap()).abs() < 1e-10);
         }
         // slopes of the columns move the bounds on perturbation: against differences
         let h = 1e-6;

@@ -108,7 +108,8 @@ proptest! {
         for ((c, got), k) in dense.coefficients.iter().zip(controls(&banded)).zip(0..) {
             prop_assert!((got - c.value).abs() < 1e-11, "{} {got} {}", c.term, c.value);
             // σ̂ of the service is that of least squares
-            let error = banded.coordinates[0].standard_errors.as_ref().unwrap()[k] / banded.coordinates[0].sigma.unwrap();
+            let error = banded.coordinates[0].standard_errors.as_ref().unwrap()[k]
+                / banded.coordinates[0].sigma.unwrap();
             prop_assert!(close(error, c.std_error.unwrap() / dense.residuals.sigma.unwrap(), 1e-7));
         }
         let factors: f64 = dense.regularization.filter_factors.iter().sum();
@@ -122,7 +123,8 @@ proptest! {
     fn polynomials_are_reproduced(seed: u64, spans in 2usize..12) {
         let Data { u, v, .. } = data(seed, 4000, false);
         let along = |u: f64, v: f64| [u * v - 3.0, u * u + 0.1 * v, 2.0 * u - v * v * v * 0.01];
-        let coordinates: Vec<Vec<f64>> = (0..3).map(|c| u.iter().zip(&v).map(|(u, v)| along(*u, *v)[c]).collect()).collect();
+        let coordinates: Vec<Vec<f64>> = (0..3).map(|c| u.iter().zip(&v).map(|(u, v)| along(*u,
+            *v)[c]).collect()).collect();
         let points = SurfacePoints { u: &u, v: &v, coordinates: &coordinates, weight: None };
         let found = surface(&points, &spec(model([3, 3], [spans, 4]), Regularization::None), ALL).unwrap();
         for c in &found.coordinates {

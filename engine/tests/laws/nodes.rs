@@ -73,7 +73,8 @@ proptest! {
         surface.nodes = order.iter().map(|k| surface.nodes[*k]).collect();
         surface.z = order.iter().map(|k| surface.z[*k]).collect();
         for regularization in regularizations() {
-            let spec = with_residuals(FitSpec { regularization, ..polynomial(Degree::Both(2), PolynomialBasis::Monomial) });
+            let spec = with_residuals(FitSpec { regularization,
+                ..polynomial(Degree::Both(2), PolynomialBasis::Monomial) });
             let (one, two) = (fit(&own, &spec), fit(&surface.scattered(), &spec));
             assert_same_fit(&one, &two, 1e-9);
             for (place, k) in order.iter().enumerate() {

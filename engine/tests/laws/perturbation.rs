@@ -55,7 +55,8 @@ proptest! {
     }
 
     #[test]
-    fn moved_abscissae_stay_within_the_bounds(seed: u64, degree in 1usize..4, extra in 1usize..20, share in 0.0f64..1.0) {
+    fn moved_abscissae_stay_within_the_bounds(seed: u64, degree in 1usize..4, extra in 1usize..20,
+        share in 0.0f64..1.0) {
         let mut random = Random::new(seed);
         let m = degree + 1 + extra;
         let x: Vec<f64> = (0..m).map(|_| random.between(30.0, 34.0)).collect();
@@ -91,7 +92,8 @@ proptest! {
     }
 
     #[test]
-    fn bounds_by_their_formulas(seed: u64, n in 2usize..6, extra in 1usize..10, log_condition in 1.0f64..6.0, unit: bool) {
+    fn bounds_by_their_formulas(seed: u64, n in 2usize..6, extra in 1usize..10, log_condition in 1.0f64..6.0,
+        unit: bool) {
         let problem = Problem::graded(seed, n, extra, log_condition);
         let scaling = if unit { Scaling::UnitLength } else { Scaling::None };
         let spectrum = problem.spectrum(if unit { Columns::UnitLength } else { Columns::AsTheyAre });
@@ -137,7 +139,8 @@ proptest! {
         let node_uncertainty = Some(NodeUncertainty { position: 0.0, height: 1e-9 });
         let t = 2.0 * sums.lambda[0];
         let regularization = spectral(Scheme::Exact, Count::Given(1), Parameter::Fixed(t));
-        let report = fit(&problem.nodes(), &FitSpec { node_uncertainty, regularization, ..linear() }).perturbation.unwrap();
+        let report = fit(&problem.nodes(),
+            &FitSpec { node_uncertainty, regularization, ..linear() }).perturbation.unwrap();
         let (before, after) = (report.least_squares, report.regularized);
         // Only heights move: the bound is κ(X̄) ε ‖Y‖ / (‖X̄‖ ‖Â_B‖).
         let estimate = |f: &[f64]| sums.a.iter().zip(f).map(|(a, f)| (a * f).powi(2)).sum::<f64>().sqrt();

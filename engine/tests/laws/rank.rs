@@ -25,7 +25,8 @@ proptest! {
     #![proptest_config(config(48))]
 
     #[test]
-    fn duplicate_columns_share_the_least_solution(seed: u64, n in 1usize..6, extra in 2usize..9, power in -9i32..10, none: bool) {
+    fn duplicate_columns_share_the_least_solution(seed: u64, n in 1usize..6, extra in 2usize..9, power in -9i32..10,
+        none: bool) {
         let mut random = Random::new(seed);
         let m = n + extra;
         let independent: Vec<Vec<f64>> = (0..m).map(|_| random.normals(n)).collect();

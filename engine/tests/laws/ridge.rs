@@ -18,7 +18,8 @@ proptest! {
 
     #[test]
     fn the_estimate_solves_the_penalised_equations(
-        seed: u64, n in 1usize..9, extra in 1usize..12, log_condition in 1.0f64..12.0, place in -0.5f64..1.5, unit: bool,
+        seed: u64, n in 1usize..9, extra in 1usize..12, log_condition in 1.0f64..12.0, place in -0.5f64..1.5,
+        unit: bool,
     ) {
         let problem = Problem::graded(seed, n, extra, log_condition);
         let scaling = if unit { Scaling::UnitLength } else { Scaling::None };

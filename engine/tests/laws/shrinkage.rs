@@ -110,7 +110,8 @@ proptest! {
 
     #[test]
     fn james_stein_is_what_it_is_defined_as(
-        seed: u64, n in 3usize..9, extra in 1usize..15, log_condition in 1.0f64..8.0, unit: bool, aimed: bool, which in 0usize..3,
+        seed: u64, n in 3usize..9, extra in 1usize..15, log_condition in 1.0f64..8.0, unit: bool, aimed: bool,
+        which in 0usize..3,
     ) {
         let problem = Problem::graded(seed, n, extra, log_condition);
         let scaling = if unit { Scaling::UnitLength } else { Scaling::None };

@@ -85,7 +85,8 @@ proptest! {
         let sums = spectrum.sums();
         let k = (sums.lambda[0] * sums.lambda[n - 1]).sqrt();
         let nodes = matrix(&problem.x, &problem.y, weight);
-        let mut cases = vec![(Regularization::None, None), (Regularization::Ridge { parameter: Parameter::Fixed(k) }, Some(Filter::Ridge))];
+        let mut cases = vec![(Regularization::None, None),
+            (Regularization::Ridge { parameter: Parameter::Fixed(k) }, Some(Filter::Ridge))];
         if n > 1 {
             let regularization = spectral(Scheme::FirstOrder, Count::Given(1), Parameter::Fixed(k));
             cases.push((regularization, Some(Filter::FirstOrder(1))));

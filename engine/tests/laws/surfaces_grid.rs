@@ -64,7 +64,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn many_places_at_once_are_the_same_places(surface in spline(), at in prop::collection::vec((0.0..=1.0f64, 0.0..=1.0f64), 1..40)) {
+    fn many_places_at_once_are_the_same_places(surface in spline(),
+        at in prop::collection::vec((0.0..=1.0f64, 0.0..=1.0f64), 1..40)) {
         let [[a, b], [c, d]] = surface.domain();
         let places: Vec<[f64; 2]> = at.iter().map(|(s, t)| [a + s * (b - a), c + t * (d - c)]).collect();
         let shape = SurfaceShape::BSpline(surface.clone());
@@ -80,9 +81,11 @@ proptest! {
             for value in [values[k], jets[k].value, grid[diagonal], grid_jets[diagonal].value] {
                 prop_assert!((value - truth.value).norm() < 1e-14);
             }
-            prop_assert!((heights[k] - truth.value.x).abs() < 1e-14 && (grid_heights[diagonal] - truth.value.x).abs() < 1e-14);
+            prop_assert!((heights[k] - truth.value.x).abs() < 1e-14
+                && (grid_heights[diagonal] - truth.value.x).abs() < 1e-14);
             for jet in [&jets[k], &grid_jets[diagonal]] {
-                let pairs = [(jet.u, truth.u), (jet.v, truth.v), (jet.uu, truth.uu), (jet.uv, truth.uv), (jet.vv, truth.vv)];
+                let pairs = [(jet.u, truth.u), (jet.v, truth.v), (jet.uu, truth.uu), (jet.uv, truth.uv),
+                    (jet.vv, truth.vv)];
                 for (got, truth) in pairs {
                     prop_assert!((got - truth).norm() < 1e-12 * truth.norm().max(100.0), "{got:?} {truth:?}");
                 }
@@ -110,7 +113,8 @@ proptest! {
             a <= u && u <= b && c <= v && v <= d
         };
         prop_assert!((patches.iter().find(holds).unwrap().value(u, v) - truth).norm() < 1e-14);
-        prop_assert_eq!(surface.refine(1, &[d + 1.0]).unwrap_err(), GridFault::OutOfDomain { axis: 1, index: 0, value: d + 1.0, low: c, high: d });
+        prop_assert_eq!(surface.refine(1, &[d + 1.0]).unwrap_err(),
+            GridFault::OutOfDomain { axis: 1, index: 0, value: d + 1.0, low: c, high: d });
         let degree = surface.bases()[0].degree() + 25;
         prop_assert_eq!(surface.elevate(0, 25).unwrap_err(), GridFault::Degree { axis: 0, degree, most: 25 });
     }
@@ -140,7 +144,8 @@ proptest! {
     /// space is found again.
     #[test]
     fn least_squares_residuals_are_orthogonal_to_all_functions(
-        u in places(14), v in places(11), z in prop::collection::vec(-1.0..1.0f64, 154), (p, q) in (1usize..4, 1usize..4),
+        u in places(14), v in places(11), z in prop::collection::vec(-1.0..1.0f64, 154),
+        (p, q) in (1usize..4, 1usize..4),
         spans in 1usize..6, large in any::<bool>()
     ) {
         // a grid of more than FINE nodes takes the other way

@@ -67,12 +67,14 @@ proptest! {
     }
 
     #[test]
-    fn nor_on_patches_that_are_rational(curves in boundary_curves(), points in prop::collection::vec(vector(), 20), node in vector()) {
+    fn nor_on_patches_that_are_rational(curves in boundary_curves(), points in prop::collection::vec(vector(), 20),
+        node in vector()) {
         let boundaries = Boundaries::new(curves.map(CurveShape::BSpline), 1e-13).unwrap();
         let coons = CoonsPatch::bicubic(boundaries, [const { None }; 4], &Twists::Adini, 1e-12).unwrap();
         let node = node * 3.0;
         not_beaten(&coons, &node, &ClosestPoint::on(&coons).to(&node))?;
-        let net = std::array::from_fn(|i| std::array::from_fn(|j| points[4 * i + j] + Vector::new(i as f64, j as f64, 0.0)));
+        let net = std::array::from_fn(|i| std::array::from_fn(|j| points[4 * i + j] + Vector::new(i as f64, j as f64,
+            0.0)));
         let b = std::array::from_fn(|i| std::array::from_fn(|j| points[16 + 2 * i + j] + Vector::new(1.5, 1.5, 0.0)));
         let gregory = GregoryPatch::new([[0.0, 1.0]; 2], Dimension::Space, GregoryNet { net, b }).unwrap();
         not_beaten(&gregory, &node, &ClosestPoint::on(&gregory).to(&node))?;

@@ -134,7 +134,8 @@ proptest! {
 
     /// Conversions are the same surface: exactly where they say so, else within what they say.
     #[test]
-    fn converted_surfaces_are_the_surface(curves in boundary_curves(), inner in prop::collection::vec(vector(), 8), (s, t) in (0.0..1.0f64, 0.0..1.0f64)) {
+    fn converted_surfaces_are_the_surface(curves in boundary_curves(), inner in prop::collection::vec(vector(), 8),
+        (s, t) in (0.0..1.0f64, 0.0..1.0f64)) {
         let boundaries = Boundaries::new(curves.map(CurveShape::BSpline), 1e-13).unwrap();
         let none = [const { None }; 4];
         let bilinear = CoonsPatch::bilinear(boundaries.clone());

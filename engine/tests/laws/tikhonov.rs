@@ -26,7 +26,8 @@ proptest! {
     /// Raw monomials far from 0, whose columns are nearly parallel.
     #[test]
     fn surfaces_in_monomials(
-        seed: u64, order in 0usize..4, p in 1usize..4, q in 0usize..4, unit: bool, wu in 0.01f64..10.0, wv in 0.0f64..10.0,
+        seed: u64, order in 0usize..4, p in 1usize..4, q in 0usize..4, unit: bool, wu in 0.01f64..10.0,
+        wv in 0.0f64..10.0,
         log in -8.0f64..4.0, wide: bool,
     ) {
         prop_assume!(order <= p);
@@ -74,7 +75,8 @@ proptest! {
 
     /// Differences of neighbouring coefficients, of order 0 the ridge of unscaled columns.
     #[test]
-    fn linear_models(seed: u64, n in 4usize..9, extra in 1usize..9, log_condition in 1.0f64..9.0, order in 0usize..4, unit: bool, log in -6.0f64..2.0) {
+    fn linear_models(seed: u64, n in 4usize..9, extra in 1usize..9, log_condition in 1.0f64..9.0, order in 0usize..4,
+        unit: bool, log in -6.0f64..2.0) {
         let problem = Problem::graded(seed, n, extra, log_condition);
         let x = rows(&problem.x);
         let mut signs = vec![1.0];
@@ -85,7 +87,8 @@ proptest! {
             .map(|row| (0..n).map(|j| Big::from(if j >= row { signs.get(j - row).copied().unwrap_or(0.0) } else { 0.0 })).collect())
             .collect();
         let weight = 2.5;
-        let penalty: Rows = gram(&differences).iter().map(|r| r.iter().map(|x| x * &Big::from(weight)).collect()).collect();
+        let penalty: Rows = gram(&differences).iter().map(|r| r.iter()
+            .map(|x| x * &Big::from(weight)).collect()).collect();
         let lambda = 10f64.powf(log);
         let mut spec = FitSpec {
             scaling: if unit { Scaling::UnitLength } else { Scaling::None },

@@ -76,7 +76,8 @@ mod tests {
         closed["additionalProperties"] = json!(false);
         let mut schemas: Schemas = serde_json::from_value(json!({
             "Part": part("b"),
-            "Whole": {"allOf": [closed, {"$ref": "#/components/schemas/Part"}, {"allOf": [part("c")]}], "description": "d"}
+            "Whole": {"allOf": [closed, {"$ref": "#/components/schemas/Part"}, {"allOf": [part("c")]}],
+                "description": "d"}
         }))
         .unwrap();
         flatten(&mut schemas);

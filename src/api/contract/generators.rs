@@ -91,7 +91,8 @@ mod tests {
                 "/b": {"post": {"requestBody": {"content": {"multipart/form-data": reference("File")}}}}
             },
             "components": {"schemas": {
-                "Body": {"properties": {"degree": {"$ref": "#/components/schemas/Degree"}, "curve": {"$ref": "#/components/schemas/Curve"}}},
+                "Body": {"properties": {"degree": {"$ref": "#/components/schemas/Degree"},
+                    "curve": {"$ref": "#/components/schemas/Curve"}}},
                 "Degree": {"description": "d", "oneOf": [{"type": "integer"}, {"type": "array"}]},
                 "Curve": {"oneOf": [{"$ref": "#/components/schemas/File"}]},
                 "Form": {"properties": {"spec": {"$ref": "#/components/schemas/Spec"}}}, "Spec": {}, "File": {}

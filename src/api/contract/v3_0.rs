@@ -142,7 +142,8 @@ mod tests {
         let document = json!({
             "openapi": "3.1.0",
             "info": {"title": "t", "version": "1", "license": {"name": "MIT", "identifier": "MIT"}},
-            "paths": {"/a": {"get": {"parameters": [{"name": "n", "in": "query", "schema": {"type": ["integer", "null"]}}]}}},
+            "paths": {"/a": {"get": {"parameters": [{"name": "n", "in": "query",
+                "schema": {"type": ["integer", "null"]}}]}}},
             "components": {"schemas": {"A": {
                 "type": "object",
                 "properties": {

@@ -82,7 +82,10 @@ mod tests {
 
     #[test]
     fn alternatives_have_names_and_a_discriminator() {
-        let item = |tag: &str| json!({"type": "object", "required": ["type"], "properties": {"type": {"type": "string", "enum": [tag]}}});
+        let item = |tag: &str| {
+            json!({"type": "object", "required": ["type"],
+            "properties": {"type": {"type": "string", "enum": [tag]}}})
+        };
         let mut schemas: Schemas = serde_json::from_value(json!({
             "Shape": {"oneOf": [item("tip_relief"), item("crowning")]},
             "Plain": {"oneOf": [{"type": "string"}, {"type": "integer"}]}

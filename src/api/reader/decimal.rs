@@ -347,7 +347,8 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 20_000, ..ProptestConfig::default() })]
 
         #[test]
-        fn every_text_gives_the_nearest_double(w in any::<u64>(), digits in 1..21_usize, point in 0..20_usize, exponent in -60..60_i64) {
+        fn every_text_gives_the_nearest_double(w in any::<u64>(), digits in 1..21_usize, point in 0..20_usize,
+            exponent in -60..60_i64) {
             let mut text = w.to_string();
             text.truncate(digits);
             if point > 0 && point < text.len() {

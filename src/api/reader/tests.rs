@@ -380,7 +380,8 @@ fn the_digest_does_not_see_how_a_request_is_written() {
 proptest! {
     #[test]
     fn specs_survive_storing(
-        model in 0..5_usize, scaling in 0..3_usize, regularization in 0..9_usize, value in 1e-9..1e9_f64, include in 0..16_usize,
+        model in 0..5_usize, scaling in 0..3_usize, regularization in 0..9_usize, value in 1e-9..1e9_f64,
+        include in 0..16_usize,
     ) {
         let spec = FitSpec {
             scaling: [spec::Scaling::UnitLength, spec::Scaling::None, spec::Scaling::Standardized][scaling],
@@ -436,8 +437,10 @@ proptest! {
                         basis: spec::PolynomialBasis::Legendre,
                         terms: spec::Terms::Total,
                     },
-                    Model::BSpline { degree: spec::Degree::Both(3), knots: spec::Knots::SpansEach(2, 5), weights: None },
-                    Model::BSpline { degree: spec::Degree::Both(1), knots: spec::Knots::Curve(vec![0.0, 0.1, value]), weights: None },
+                    Model::BSpline { degree: spec::Degree::Both(3), knots: spec::Knots::SpansEach(2, 5),
+                        weights: None },
+                    Model::BSpline { degree: spec::Degree::Both(1), knots: spec::Knots::Curve(vec![0.0, 0.1, value]),
+                        weights: None },
                     Model::BSpline {
                         degree: spec::Degree::Both(1),
                         knots: spec::Knots::Surface(vec![0.0, value], vec![-value, 0.3]),

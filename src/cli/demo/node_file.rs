@@ -57,7 +57,8 @@ pub enum NodeFileError {
         #[source]
         source: serde_json::Error,
     },
-    #[error("{} holds neither a fit request (an object with \"nodes\") nor nodes (an object with \"type\")", path.display())]
+    #[error("{} holds neither a fit request (an object with \"nodes\") nor nodes (an object with \"type\")",
+        path.display())]
     NoNodes { path: PathBuf },
     #[error("{}: {source}", path.display())]
     Csv {

@@ -111,7 +111,8 @@ fn curve(controls: usize) -> Value {
         let (turn, radius) = (k as f64, 1.0 + noise(k));
         json!([radius * turn.cos(), radius * turn.sin()])
     };
-    json!({"type": "b_spline", "degree": 3, "knots": knots, "control_points": (0..controls).map(point).collect::<Value>()})
+    json!({"type": "b_spline", "degree": 3, "knots": knots,
+        "control_points": (0..controls).map(point).collect::<Value>()})
 }
 
 pub fn arc_lengths() -> Body {

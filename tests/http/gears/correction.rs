@@ -13,7 +13,8 @@ const V: [f64; 5] = [1.0, 4.0, 7.5, 11.0, 14.0];
 
 fn flank(of: impl Fn(f64, f64) -> f64) -> Value {
     let rows: Vec<Vec<f64>> = U.iter().map(|u| V.iter().map(|v| of(*u, *v)).collect()).collect();
-    json!({"nodes": {"type": "grid", "u": U, "v": V, "z": rows}, "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
+    json!({"nodes": {"type": "grid", "u": U, "v": V, "z": rows},
+        "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
 }
 
 async fn job(app: &TestApp) -> String {
@@ -36,7 +37,8 @@ async fn a_correction_is_kept_and_compared_with_the_next_measurement() {
     let first = flank(|u, v| 8.0 * (u - 9.0) / 3.0 - 5.0 * (v - 7.5) / 6.5 + form(u, v));
     assert_eq!(send(app.post(&place, first.to_string())).await.status, 201);
     assert_eq!(send(app.get(&format!("{place}/1/correction"))).await.status, 404);
-    let request = json!({"sensitivity": sensitivity(), "noise_sigma_um": 0.2, "response_uncertainty": 0.02, "include": ["nodes"]});
+    let request = json!({"sensitivity": sensitivity(), "noise_sigma_um": 0.2, "response_uncertainty": 0.02,
+        "include": ["nodes"]});
     let kept = send(app.post(&format!("{place}/1/correction"), request.to_string())).await;
     assert_eq!(kept.status, 201, "{}", kept.text);
     let correction = kept.json();
@@ -160,7 +162,8 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     };
     let request = json!({
         "sensitivity": {"machine": "form_grinding", "flank": "right"},
-        "limits": {"helix_angle": {"increment": 0.05, "min": -4.0, "max": 4.0}, "infeed": {"fixed": true}, "tool_axis_offset": {}},
+        "limits": {"helix_angle": {"increment": 0.05, "min": -4.0, "max": 4.0}, "infeed": {"fixed": true},
+            "tool_axis_offset": {}},
         "noise_sigma_um": 0.2, "response_uncertainty": 0.05,
     });
     let answer = send(app.post(&path, request.to_string())).await;
@@ -200,7 +203,8 @@ async fn settings_are_limited_rounded_and_held_by_name() {
     assert!(answer["predicted"]["rms_um"].as_f64().unwrap() < 0.3, "{}", answer["predicted"]["rms_um"]);
     // rounded to something else, the predicted figures are other ones
     let coarse = json!({
-        "sensitivity": {"machine": "form_grinding", "flank": "right"}, "limits": {"helix_angle": {"increment": 5.0}}, "noise_sigma_um": 0.2,
+        "sensitivity": {"machine": "form_grinding", "flank": "right"}, "limits": {"helix_angle": {"increment": 5.0}},
+        "noise_sigma_um": 0.2,
     });
     let coarse = send(app.post(&path, coarse.to_string())).await.json();
     let slope = |answer: &Value| answer["predicted"]["figures"]["after"]["helix_slope_um"].as_f64().unwrap().abs();
@@ -333,7 +337,8 @@ async fn the_closed_loop_is_a_job_and_least_squares_runs_away() {
             "/grid",
         ),
         (
-            json!({"matrix": tilts, "settings": ["a", "b"], "grid": [3, 3], "setting_error": [1.0, 1.0], "missing": 0.7, "store": true}),
+            json!({"matrix": tilts, "settings": ["a", "b"], "grid": [3, 3], "setting_error": [1.0, 1.0],
+                "missing": 0.7, "store": true}),
             "/missing",
         ),
     ] {

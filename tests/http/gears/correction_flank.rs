@@ -193,7 +193,8 @@ const V: [f64; 5] = [1.0, 4.0, 7.5, 11.0, 14.0];
 
 fn flank(scale: f64, of: impl Fn(f64, f64) -> f64) -> Value {
     let rows: Vec<Vec<f64>> = U.iter().map(|u| V.iter().map(|v| scale * of(*u, *v)).collect()).collect();
-    json!({"nodes": {"type": "grid", "u": U, "v": V, "z": rows}, "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
+    json!({"nodes": {"type": "grid", "u": U, "v": V, "z": rows},
+        "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
 }
 
 fn with(mut body: Value, flank: Option<&str>, tooth: Option<&str>, axes: Option<Value>) -> Value {

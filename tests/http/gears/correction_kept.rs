@@ -84,7 +84,8 @@ async fn a_correction_is_compared_by_the_gear_that_it_was_made_for() {
     // the record says it as well, and so do those of deviations
     let record = format!("{job}/iterations/1/records/{}", before["id"].as_str().unwrap());
     assert_eq!(send(app.get(&record)).await.json()["gear"], spur());
-    let grid = json!({"gear": other, "grid": {"flank": "left", "roll_length_mm": U, "z_mm": V, "deviation_um": vec![[0.0; 5]; 4]}});
+    let grid = json!({"gear": other,
+        "grid": {"flank": "left", "roll_length_mm": U, "z_mm": V, "deviation_um": vec![[0.0; 5]; 4]}});
     let kept = send(app.post(&format!("{job}/iterations/1/deviations"), grid.to_string())).await;
     assert_eq!((kept.status.as_u16(), kept.json().get("gear")), (201, None), "the job has none now");
     assert_eq!(patch(json!({"gear": spur()})).await.status, 200);

@@ -89,7 +89,8 @@ async fn what_is_wrong_with_traces_is_pointed_at() {
         |trace: Value, evaluation: Value| json!({"gear": spur(), "traces": [trace], "evaluation": evaluation});
     let whole = json!({"helix_range_mm": [1.0, 14.0]});
     let helix = |extra: Value| {
-        let mut trace = json!({"tooth": "1", "flank": "left", "kind": "helix", "z_mm": [0.0, 5.0, 10.0], "deviation_um": [0.0, 1.0, 2.0]});
+        let mut trace = json!({"tooth": "1", "flank": "left", "kind": "helix", "z_mm": [0.0, 5.0, 10.0],
+            "deviation_um": [0.0, 1.0, 2.0]});
         trace.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
         trace
     };
@@ -285,7 +286,8 @@ async fn evaluations_are_kept_with_an_iteration_and_take_the_gear_of_the_job() {
     let app = TestApp::start().await;
     let job = send(app.post("/v1/jobs", json!({"name": "w", "gear": spur()}).to_string())).await.json();
     let place = format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap());
-    let nodes = json!({"nodes": {"type": "curve", "x": [0.0, 1.0, 2.0, 3.0], "y": [0.1, 1.0, 1.9, 3.2]}, "model": {"type": "polynomial", "degree": 1}});
+    let nodes = json!({"nodes": {"type": "curve", "x": [0.0, 1.0, 2.0, 3.0], "y": [0.1, 1.0, 1.9, 3.2]},
+        "model": {"type": "polynomial", "degree": 1}});
     assert_eq!(send(app.post(&place, nodes.to_string())).await.status, 201);
     for (operation, path, kind) in [
         ("create_iteration_evaluation", "evaluations", "evaluation"),

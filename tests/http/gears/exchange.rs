@@ -20,7 +20,8 @@ async fn nodes_of_a_flank_go_out_as_points_and_come_back_without_deviation() {
     let app = TestApp::start().await;
     let gear =
         json!({"teeth": 31, "normal_module_mm": 2.0, "helix_angle_deg": 15.0, "hand": "left", "face_width_mm": 20.0});
-    let request = json!({"gear": gear, "flank": "right", "tooth": 3, "profile": {"axis": "diameter", "values": [62.5, 64.0, 65.5, 67.0]},
+    let request = json!({"gear": gear, "flank": "right", "tooth": 3,
+        "profile": {"axis": "diameter", "values": [62.5, 64.0, 65.5, 67.0]},
                          "face_width_positions_mm": [1.0, 7.0, 13.0, 19.0]});
     let csv = send(app.post("/v1/gears/flank", request.to_string()).header("accept", "text/csv")).await;
     assert_eq!((csv.status.as_u16(), csv.header("content-type")), (200, "text/csv; charset=utf-8"), "{}", csv.text);
@@ -57,7 +58,8 @@ async fn a_correction_goes_out_under_the_names_of_the_standard() {
     let place = format!("{}/iterations", job(&app, Some(spur())).await);
     let (u, v) = ([6.0, 8.0, 10.0, 12.0], [1.0, 4.0, 7.5, 11.0, 14.0]);
     let rows: Vec<Vec<f64>> = u.iter().map(|u| v.iter().map(|v| 3.0 * u - 2.0 * v).collect()).collect();
-    let nodes = json!({"nodes": {"type": "grid", "u": u, "v": v, "z": rows}, "model": {"type": "polynomial", "degree": 2, "terms": "total"}});
+    let nodes = json!({"nodes": {"type": "grid", "u": u, "v": v, "z": rows},
+        "model": {"type": "polynomial", "degree": 2, "terms": "total"}});
     assert_eq!(send(app.post(&place, nodes.to_string())).await.status, 201);
     let mut request = examples("create_iteration_correction")[0].1.clone();
     request["limits"] = json!({"profile_angle": {"min": -1.0, "max": 1.0}});

@@ -128,7 +128,8 @@ async fn curves_become_an_iteration_with_its_evaluation() {
     assert!((surface["profile_slope_um"]["value"].as_f64().unwrap() - 10.0).abs() < 0.01, "{surface}");
     assert!((surface["helix_slope_um"]["value"].as_f64().unwrap() - 0.4 * width).abs() < 0.01, "{surface}");
     // the same with words of the caller
-    let spec = json!({"tooth": "1", "flank": "left", "note": "again", "evaluation": {"helix_range_mm": [1.0, 14.0], "helix_reference_length_mm": 7.5}});
+    let spec = json!({"tooth": "1", "flank": "left", "note": "again",
+        "evaluation": {"helix_range_mm": [1.0, 14.0], "helix_reference_length_mm": 7.5}});
     let again = import(&app, &job, file(false), "1.mka", Some(spec)).await;
     assert_eq!((again.status.as_u16(), &again.json()["note"]), (201, &json!("again")));
     app.stop().await;

@@ -36,7 +36,8 @@ async fn base_circles_of_the_paper() {
     for (teeth, module, alpha, beta, base, base_helix) in
         [(83, 2.03, 18.0, 28.0, 179.0857, 26.519), (26, 1.44, 17.0, 25.0, 39.1433, 23.838)]
     {
-        let gear = json!({"teeth": teeth, "normal_module_mm": module, "normal_pressure_angle_deg": alpha, "helix_angle_deg": beta});
+        let gear = json!({"teeth": teeth, "normal_module_mm": module, "normal_pressure_angle_deg": alpha,
+            "helix_angle_deg": beta});
         let answer = taken(&app, "/v1/gears/geometry", &json!({"gear": gear})).await;
         assert!((answer["base_diameter_mm"].as_f64().unwrap() - base).abs() < 5e-5);
         assert!((answer["base_helix_angle_deg"].as_f64().unwrap() - base_helix).abs() < 5e-4);
@@ -67,7 +68,8 @@ async fn nodes_lie_on_the_involute_and_relief_is_taken_along_the_normal() {
     let gear = json!({"teeth": 26, "normal_module_mm": 1.44, "normal_pressure_angle_deg": 17.0, "helix_angle_deg": 25.0,
                       "hand": "left", "face_width_mm": 12.0});
     let (rolls, z) = ([4.0, 6.0, 9.0], [-3.0, 0.0, 5.0]);
-    let mut request = json!({"gear": gear, "flank": "left", "profile": {"axis": "roll_length", "values": rolls}, "face_width_positions_mm": z});
+    let mut request = json!({"gear": gear, "flank": "left", "profile": {"axis": "roll_length", "values": rolls},
+        "face_width_positions_mm": z});
     let plain = taken(&app, "/v1/gears/flank", &request).await;
     let (alpha, beta) = (17f64.to_radians(), 25f64.to_radians());
     let alpha_t = (alpha.tan() / beta.cos()).atan();

@@ -9,14 +9,16 @@ use crate::{
 };
 
 fn helical() -> Value {
-    json!({"teeth": 31, "normal_module_mm": 2.0, "normal_pressure_angle_deg": 20.0, "helix_angle_deg": 15.0, "hand": "right", "face_width_mm": 20.0})
+    json!({"teeth": 31, "normal_module_mm": 2.0, "normal_pressure_angle_deg": 20.0, "helix_angle_deg": 15.0,
+        "hand": "right", "face_width_mm": 20.0})
 }
 
 /// Points of the service's own flank, moved along its normals by `out` µm; the laws hold the flank
 /// to the formulas.
 async fn points(app: &TestApp, flank: &str, tooth: u32, out: f64) -> Vec<Vec<f64>> {
     let request = json!({"gear": helical(), "flank": flank, "tooth": tooth,
-                         "profile": {"axis": "diameter", "values": [63.0, 65.0, 67.0]}, "face_width_positions_mm": [1.0, 10.0, 19.0]});
+                         "profile": {"axis": "diameter", "values": [63.0, 65.0, 67.0]},
+                         "face_width_positions_mm": [1.0, 10.0, 19.0]});
     let answer = taken(app, "/v1/gears/flank", &request).await;
     let flat = |name: &str| -> Vec<Vec<f64>> {
         answer[name].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap().iter().map(numbers)).collect()
@@ -44,7 +46,8 @@ async fn points_have_the_deviation_that_they_were_moved_by() {
     // transverse deviations are greater by 1 / cos β_b, and a ball's centre stands out by its
     // radius
     let beta_b = (15f64.to_radians().sin() * 20f64.to_radians().cos()).asin();
-    let request = json!({"gear": helical(), "points": points(&app, "left", 1, 507.0).await, "probe_radius_mm": 0.5, "direction": "transverse"});
+    let request = json!({"gear": helical(), "points": points(&app, "left", 1, 507.0).await, "probe_radius_mm": 0.5,
+        "direction": "transverse"});
     let answer = taken(&app, "/v1/gears/deviations", &request).await;
     close(answer["deviation_um"][4].as_f64().unwrap(), 7.0 / beta_b.cos(), 1e-9);
 

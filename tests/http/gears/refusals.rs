@@ -84,17 +84,22 @@ async fn warnings_and_faults_name_fields_of_the_request() {
         (json!({"gear": twenty(), "points": point, "teeth": [21]}), "/teeth/0"),
         (json!({"gear": twenty(), "points": []}), "/points"),
         (
-            json!({"gear": twenty(), "grid": {"flank": "left", "roll_length_mm": [6.0, 7.0], "z_mm": [1.0, 2.0], "deviation_um": [[0.0, 1.0], [1.0, 2.0]]},
+            json!({"gear": twenty(),
+                "grid": {"flank": "left", "roll_length_mm": [6.0, 7.0], "z_mm": [1.0, 2.0],
+                    "deviation_um": [[0.0, 1.0], [1.0, 2.0]]},
                    "borders": {"root_percent": 60, "tip_percent": 60}}),
             "/borders/root_percent",
         ),
         (
-            json!({"gear": twenty(), "grid": {"flank": "left", "roll_length_mm": [6.0, 7.0], "z_mm": [1.0, 2.0], "deviation_um": [[0.0, 1.0], [1.0, 2.0]]},
+            json!({"gear": twenty(),
+                "grid": {"flank": "left", "roll_length_mm": [6.0, 7.0], "z_mm": [1.0, 2.0],
+                    "deviation_um": [[0.0, 1.0], [1.0, 2.0]]},
                    "borders": {"z_range_mm": [3.0, 2.0]}}),
             "/borders/z_range_mm",
         ),
         (
-            json!({"gear": twenty(), "points": point, "modifications": [{"type": "tip_relief", "amount_um": 5, "start_diameter_mm": 1.0}]}),
+            json!({"gear": twenty(), "points": point,
+                "modifications": [{"type": "tip_relief", "amount_um": 5, "start_diameter_mm": 1.0}]}),
             "/modifications/0/start_diameter_mm",
         ),
     ] {
@@ -162,11 +167,16 @@ async fn traces_refer_to_the_modified_flank() {
         let mut request = json!({
             "gear": helical,
             "traces": [
-                {"tooth": "1", "flank": flank, "kind": "helix", "z_mm": z, "deviation_um": helix, "section_diameter_mm": diameter(12.0)},
-                {"tooth": "1", "flank": flank, "kind": "profile", "roll_length_mm": roll, "deviation_um": profile, "section_z_mm": 10.0}],
-            "modifications": [{"type": "helix_crowning", "amount_um": 8.0}, {"type": "profile_slope", "amount_um": 6.0}],
-            "modification_range": {"profile_diameter_range_mm": [diameter(7.0), diameter(17.0)], "helix_range_mm": [0.0, 20.0]},
-            "evaluation": {"helix_range_mm": [0.0, 20.0], "profile_diameter_range_mm": [diameter(7.0), diameter(17.0)]}});
+                {"tooth": "1", "flank": flank, "kind": "helix", "z_mm": z, "deviation_um": helix,
+                    "section_diameter_mm": diameter(12.0)},
+                {"tooth": "1", "flank": flank, "kind": "profile", "roll_length_mm": roll, "deviation_um": profile,
+                    "section_z_mm": 10.0}],
+            "modifications": [{"type": "helix_crowning", "amount_um": 8.0},
+                {"type": "profile_slope", "amount_um": 6.0}],
+            "modification_range": {"profile_diameter_range_mm": [diameter(7.0), diameter(17.0)],
+                "helix_range_mm": [0.0, 20.0]},
+            "evaluation": {"helix_range_mm": [0.0, 20.0],
+                "profile_diameter_range_mm": [diameter(7.0), diameter(17.0)]}});
         let answer = taken(&app, "/v1/gears/evaluate", &request).await;
         for trace in answer["traces"].as_array().unwrap() {
             // material that grows with z is a left-hand deviation on right flanks
@@ -185,9 +195,11 @@ async fn deviations_refer_to_the_modified_flank() {
     let app = TestApp::start().await;
     let gear =
         json!({"teeth": 31, "normal_module_mm": 2.0, "helix_angle_deg": 15.0, "hand": "right", "face_width_mm": 20.0});
-    let modifications = json!([{"type": "helix_crowning", "amount_um": 8.0}, {"type": "profile_slope", "amount_um": 6.0}, {"type": "twist", "amount_um": 10.0}]);
+    let modifications = json!([{"type": "helix_crowning", "amount_um": 8.0},
+        {"type": "profile_slope", "amount_um": 6.0}, {"type": "twist", "amount_um": 10.0}]);
     let range = json!({"profile_diameter_range_mm": [61.0, 65.5], "helix_range_mm": [0.0, 20.0]});
-    let flank = json!({"gear": gear, "flank": "left", "profile": {"axis": "diameter", "values": [61.5, 63.0, 65.0]}, "face_width_positions_mm": [1.0, 10.0, 19.0],
+    let flank = json!({"gear": gear, "flank": "left", "profile": {"axis": "diameter", "values": [61.5, 63.0, 65.0]},
+        "face_width_positions_mm": [1.0, 10.0, 19.0],
                        "modifications": modifications, "modification_range": range});
     let nodes = taken(&app, "/v1/gears/flank", &flank).await;
     let points: Vec<Value> =
@@ -209,7 +221,8 @@ async fn deviations_refer_to_the_modified_flank() {
     }
     // an instrument's topography counts from the involute
     let rows: Vec<Vec<f64>> = relief.chunks(3).map(|row| row.iter().map(|r| 1.5 - r).collect()).collect();
-    let grid = json!({"gear": gear, "grid": {"flank": "left", "diameter_mm": [61.5, 63.0, 65.0], "z_mm": [1.0, 10.0, 19.0], "deviation_um": rows},
+    let grid = json!({"gear": gear,
+        "grid": {"flank": "left", "diameter_mm": [61.5, 63.0, 65.0], "z_mm": [1.0, 10.0, 19.0], "deviation_um": rows},
                       "modifications": modifications, "modification_range": range});
     let answer = taken(&app, "/v1/gears/deviations", &grid).await;
     for k in 0..9 {

@@ -113,7 +113,8 @@ async fn a_record_is_of_the_tooth_and_flank_of_its_iteration() {
 
     // points: by the flank that they lie on, told or found
     let points = async |flank: &str, tooth: u32| {
-        let body = json!({"gear": spur(), "flank": flank, "tooth": tooth, "profile": {"axis": "roll_length", "values": U},
+        let body = json!({"gear": spur(), "flank": flank, "tooth": tooth,
+            "profile": {"axis": "roll_length", "values": U},
                           "face_width_positions_mm": V});
         let found = send(app.post("/v1/gears/flank", body.to_string())).await;
         assert_eq!(found.status, 200, "{}", found.text);

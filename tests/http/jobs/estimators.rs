@@ -31,7 +31,8 @@ async fn every_estimator_is_stored_and_replayed_bit_by_bit() {
         ["least_absolute_deviations", "least_trimmed_squares", "lp", "m_estimator", "quantile", "rank"]
     );
     for estimator in &estimators {
-        let body = json!({"model": request["model"], "estimator": estimator, "include": ["robust_weights"], "reason": "peaks"});
+        let body = json!({"model": request["model"], "estimator": estimator, "include": ["robust_weights"],
+            "reason": "peaks"});
         let refit = app.post(&format!("{place}/fits"), &body).await.expect(201);
         let documented: IterationFitBody = serde_json::from_str(&refit.text).unwrap();
         let refit = refit.json();

@@ -19,7 +19,11 @@ async fn a_job_from_creation_to_acceptance() {
     let gear = json!({"teeth": 52, "normal_module_mm": 1.0, "normal_pressure_angle_deg": 20.0, "helix_angle_deg": 0.0,
         "profile_shift_coefficient": 0.0, "face_width_mm": 20.0, "tool": {"tip_radius_mm": 0.3}});
     let created = app
-        .post("/v1/jobs", &json!({"name": "wheel", "part_number": "A-1", "machine": "grinder 3", "gear": gear, "tags": {"shift": "night"}}))
+        .post(
+            "/v1/jobs",
+            &json!({"name": "wheel", "part_number": "A-1", "machine": "grinder 3", "gear": gear,
+            "tags": {"shift": "night"}}),
+        )
         .await
         .expect(201);
     let job = created.header("location").unwrap().to_owned();

@@ -221,7 +221,8 @@ async fn finish_and_delete_race_with_nodes() {
 async fn forgetting_follows_what_changes_and_finish_counts_all() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
-    let model = json!({"model": {"type": "polynomial", "degree": 0}, "regularization": {"type": "none"}, "forgetting_factor": 0.5});
+    let model = json!({"model": {"type": "polynomial", "degree": 0}, "regularization": {"type": "none"},
+        "forgetting_factor": 0.5});
     let stream = app.stream(&job, &model).await;
     let curve = |sequence: u64, y: &[f64]| {
         let x: Vec<usize> = (0..y.len()).collect();
@@ -286,7 +287,10 @@ async fn keys_tags_and_jobs_with_streams() {
 async fn nodes_on_a_line_wait_for_others() {
     let mut app = TestApp::start().await;
     let stream = app.stream(&app.job().await, &json!({"model": {"type": "polynomial", "degree": [1, 1]}})).await;
-    let line = |sequence: u64, v: f64| json!({"sequence": sequence, "nodes": {"type": "scattered", "u": [1, 2, 3, 4, 5], "v": [v, v, v, v, v], "z": [1, 2, 1, 2, 1]}});
+    let line = |sequence: u64, v: f64| {
+        json!({"sequence": sequence,
+        "nodes": {"type": "scattered", "u": [1, 2, 3, 4, 5], "v": [v, v, v, v, v], "z": [1, 2, 1, 2, 1]}})
+    };
     let waiting = app.post(&format!("{stream}/nodes"), &line(1, 0.0)).await.expect(200).json();
     assert!(waiting.get("result").is_none());
     assert_eq!(waiting["warnings"][0]["code"], "rank_deficient");

@@ -14,7 +14,8 @@ use crate::harness::{TestApp, send};
 
 /// A quarter of the unit circle.
 fn quarter() -> Value {
-    json!({"type": "nurbs", "degree": 2, "knots": [0, 0, 0, 1, 1, 1], "control_points": [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+    json!({"type": "nurbs", "degree": 2, "knots": [0, 0, 0, 1, 1, 1],
+        "control_points": [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
            "weights": [1.0, 0.5 * SQRT_2, 1.0]})
 }
 
@@ -169,7 +170,8 @@ async fn impossible_places_and_shapes_are_pointed_at() {
         ),
         (
             "/v1/curves/evaluate",
-            json!({"curve": {"type": "polynomial", "form": "barycentric", "nodes": [0, 1], "values": [1, 2], "weights": [1, 1]}, "at": []}),
+            json!({"curve": {"type": "polynomial", "form": "barycentric", "nodes": [0, 1], "values": [1, 2],
+                "weights": [1, 1]}, "at": []}),
             "/curve/weights",
         ),
         ("/v1/curves/closest-points", json!({"curve": quarter(), "points": [[1, 2, 3]]}), "/points/0"),

@@ -170,7 +170,10 @@ async fn how_patches_meet_is_told() {
 #[tokio::test]
 async fn a_patch_with_three_sides_says_so() {
     let app = TestApp::start().await;
-    let line = |a: [f64; 3], b: [f64; 3]| json!({"type": "b_spline", "degree": 1, "knots": [0, 0, 1, 1], "control_points": [a, b]});
+    let line = |a: [f64; 3], b: [f64; 3]| {
+        json!({"type": "b_spline", "degree": 1, "knots": [0, 0, 1, 1],
+        "control_points": [a, b]})
+    };
     let (tip, left, right) = ([0.0, 0.0, 1.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
     let request = json!({"boundaries": {"u1": line(left, right), "v0": line(tip, left), "v1": line(tip, right)},
                          "method": {"type": "coons_bilinear"}});
@@ -223,7 +226,8 @@ async fn impossible_surfaces_are_pointed_at() {
             "/method/spans/0",
         ),
         (
-            json!({"grid": grid, "method": {"type": "nurbs", "degree": 1, "knots": [[0, 0, 1, 1], [0, 0, 1, 1]], "weights": [[1]]}}),
+            json!({"grid": grid,
+                "method": {"type": "nurbs", "degree": 1, "knots": [[0, 0, 1, 1], [0, 0, 1, 1]], "weights": [[1]]}}),
             "/method",
         ),
         (json!({"grid": grid, "method": {"type": "loft"}}), "/method/type"),

@@ -33,7 +33,8 @@ pub enum WhyUnplaced {
     NoLength { at: f64 },
     #[error("profile places are given in “{word}”, which has no known meaning")]
     UnknownAxis { word: String },
-    #[error("the measuring range reaches {} mm, which is below the base circle of {} mm", Shown(*.diameter), Shown(*.base))]
+    #[error("the measuring range reaches {} mm, which is below the base circle of {} mm", Shown(*.diameter),
+        Shown(*.base))]
     BelowBase { diameter: f64, base: f64 },
 }
 

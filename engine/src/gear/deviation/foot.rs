@@ -47,7 +47,8 @@ pub enum Stray {
     #[error("the point lies inside the base circle (diameter {} mm, base circle {} mm), where the flank has no normals",
         short(2.0 * radius), short(2.0 * base_radius))]
     InsideBase { radius: f64, base_radius: f64 },
-    #[error("its foot would lie {} mm of roll before the start of the involute on the base circle", short(-roll_length))]
+    #[error("its foot would lie {} mm of roll before the start of the involute on the base circle",
+        short(-roll_length))]
     BeforeInvolute { roll_length: f64 },
     #[error("the point lies {} mm from the {} flank of tooth {tooth}, farther than {} mm: another flank, or not this \
         gear",

@@ -51,7 +51,8 @@ pub enum CurveFault {
     #[error("number {index} ({}) lies no more than {difference:e} above the one before it, which leaves a double no \
         digits", Shown(*.value))]
     TooClose { part: Part, index: usize, value: f64, difference: f64 },
-    #[error("number {index} ({}) lies below the one before it ({}); the order of nodes is never changed", Shown(*.value), Shown(*.before))]
+    #[error("number {index} ({}) lies below the one before it ({}); the order of nodes is never changed",
+        Shown(*.value), Shown(*.before))]
     Descending { part: Part, index: usize, value: f64, before: f64 },
     #[error("degree {degree} asks for at least {least} nodes, {nodes} are given")]
     DegreeAboveNodes { degree: usize, nodes: usize, least: usize },
@@ -73,7 +74,8 @@ pub enum CurveFault {
     Singular { index: usize },
     #[error("the place {} is not within the domain [{}, {}]", Shown(*.value), Shown(*.low), Shown(*.high))]
     OutOfDomain { value: f64, low: f64, high: f64 },
-    #[error("node {node} (at {}) is not within the domain [{}, {}] of the knots", Shown(*.value), Shown(*.low), Shown(*.high))]
+    #[error("node {node} (at {}) is not within the domain [{}, {}] of the knots", Shown(*.value), Shown(*.low),
+        Shown(*.high))]
     NodeOutOfDomain { node: usize, value: f64, low: f64, high: f64 },
     #[error("coefficient {index} of the curve is beyond the range of a double")]
     NotRepresentable { index: usize },

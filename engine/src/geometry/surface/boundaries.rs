@@ -70,7 +70,8 @@ pub enum BoundaryFault {
         Shown(*.low), Shown(*.high), Shown(*.wanted_low), Shown(*.wanted_high)
     )]
     Domain { border: Border, low: f64, high: f64, wanted_low: f64, wanted_high: f64 },
-    #[error("borders u{i} and v{j} are {gap:e} apart at their corner, more than {tolerance:e}", i = corner[0], j = corner[1])]
+    #[error("borders u{i} and v{j} are {gap:e} apart at their corner, more than {tolerance:e}", i = corner[0],
+        j = corner[1])]
     Corner { corner: [usize; 2], gap: f64, tolerance: f64 },
     #[error("at the corner of u{i} and v{j} the cross derivative of {border} is {gap:e} off the border that runs \
         there, more than {tolerance:e}", i = corner[0], j = corner[1])]

@@ -44,7 +44,8 @@ pub enum GridFault {
     NoExtent { axis: usize },
     #[error("degree {degree} along {} is not within 1 to {most}", AXES[*axis])]
     Degree { axis: usize, degree: usize, most: usize },
-    #[error("{spans} spans along {} ask for more functions than the {nodes} nodes there determine at degree {degree}", AXES[*axis])]
+    #[error("{spans} spans along {} ask for more functions than the {nodes} nodes there determine at degree {degree}",
+        AXES[*axis])]
     Spans { axis: usize, spans: usize, nodes: usize, degree: usize },
     #[error("knots along {}: {fault}", AXES[*axis])]
     Knots { axis: usize, fault: KnotFault },
