@@ -13,21 +13,22 @@ struct Rule {
 }
 
 /// Rooms of the engine's crate; all others are the service's.
-const ENGINE: &[&str] = &["estimation", "formats", "gear", "geometry", "numerics"];
+const ENGINE: &[&str] = &["estimation", "fault", "formats", "gear", "geometry", "numerics"];
 
 /// The only crates that the engine builds on: none that knows a wire, a clock or a file.
 const ENGINE_BUILDS_ON: &[&str] = &["libm", "nalgebra", "num-traits", "quick-xml", "rand_chacha", "rayon", "thiserror"];
 
 /// Telemetry, like a log, may be written to from every room above the mathematics.
 const RULES: &[Rule] = &[
+    Rule { room: "fault", rooms: &[], foreign: &[] },
     Rule { room: "numerics", rooms: &[], foreign: &[] },
-    Rule { room: "geometry", rooms: &["numerics"], foreign: &[] },
-    Rule { room: "formats", rooms: &["estimation", "gear", "geometry", "numerics"], foreign: &[] },
-    Rule { room: "estimation", rooms: &["geometry", "numerics"], foreign: &[] },
-    Rule { room: "gear", rooms: &["estimation", "geometry", "numerics"], foreign: &[] },
+    Rule { room: "geometry", rooms: &["fault", "numerics"], foreign: &[] },
+    Rule { room: "formats", rooms: &["estimation", "fault", "gear", "geometry", "numerics"], foreign: &[] },
+    Rule { room: "estimation", rooms: &["fault", "geometry", "numerics"], foreign: &[] },
+    Rule { room: "gear", rooms: &["estimation", "fault", "geometry", "numerics"], foreign: &[] },
     Rule {
         room: "api",
-        rooms: &["estimation", "formats", "gear", "geometry", "jobs", "numerics", "telemetry"],
+        rooms: &["estimation", "fault", "formats", "gear", "geometry", "jobs", "numerics", "telemetry"],
         foreign: &["axum", "clap", "metrics", "sqlx", "tokio", "tower", "tower_http", "utoipa_axum"],
     },
     Rule {

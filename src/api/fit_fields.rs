@@ -9,8 +9,9 @@ use super::{
     fit_spec::{EstimatorBody, IncludeName, NodeUncertaintyBody, RegularizationBody, ScalingName},
     reader::{Fields, RawSpec, SPEC_KEYS},
 };
+use crate::api::faults::Faults;
 use flankfit_engine::estimation::{
-    Faults, FitSpec,
+    FitSpec,
     spec::{Model, Regularization},
 };
 

@@ -17,8 +17,9 @@ use super::{
     reader::Extra,
     text::{LongText, Moment, ShortText},
 };
+use crate::api::faults::Faults;
 use crate::jobs::{Decision, FitRecord, FitSummary, Iteration, List, Measurand, NewFit, NewIteration, Page, Stored};
-use flankfit_engine::estimation::{Faults, Nodes};
+use flankfit_engine::estimation::Nodes;
 
 /// A fit request with what is known of the measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

@@ -1,8 +1,9 @@
 //! What the store refuses, as problems.
 
 use super::problem::{Problem, ProblemCode};
+use crate::api::faults::Faults;
 use crate::jobs::{RepositoryError, What};
-use flankfit_engine::estimation::{Faults, words::counted};
+use flankfit_engine::fault::words::counted;
 
 impl From<RepositoryError> for Problem {
     fn from(error: RepositoryError) -> Self {

@@ -9,8 +9,8 @@ use super::{
     gears::gear::GearBody,
     text::{Moment, ShortText, Tags},
 };
+use crate::api::faults::Faults;
 use crate::jobs::{Job, JobDraft, JobPatch, List, Page, Update};
-use flankfit_engine::estimation::Faults;
 
 /// A job to create.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -14,9 +14,10 @@ use super::{
     reader::Extra,
     text::ShortText,
 };
+use crate::api::faults::Faults;
 use crate::jobs::Measurand;
 use flankfit_engine::{
-    estimation::{Faults, FitSpec, Nodes, Recursive},
+    estimation::{FitSpec, Nodes, Recursive},
     gear::tooth::check_name,
 };
 

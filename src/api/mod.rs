@@ -10,6 +10,7 @@ pub mod criteria;
 pub mod estimator_spec;
 pub mod events;
 pub mod examples;
+pub mod faults;
 pub mod filters;
 pub mod fit_fields;
 pub mod fit_result;

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::json_writer::NotFinite;
-use flankfit_engine::estimation::{Fault, Faults, FitError};
+use crate::api::faults::{Fault, Faults};
+use flankfit_engine::estimation::FitError;
 
 /// An error. `application/problem+json` (RFC 9457).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -210,7 +211,8 @@ impl Problem {
     }
 
     /// 422 with every fault by its place.
-    pub fn invalid(faults: Faults) -> Self {
+    pub fn invalid(faults: impl Into<Faults>) -> Self {
+        let faults = faults.into();
         let list = faults.list();
         // What is missing within something that is not there, or is no object, is not said again.
         let follows = |fault: &Fault| {
@@ -253,7 +255,7 @@ impl Problem {
     /// stand.
     pub fn of_fit(error: FitError, place: impl Fn(&str) -> String) -> Self {
         match error {
-            FitError::Invalid(faults) => Problem::invalid(faults.moved(place)),
+            FitError::Invalid(faults) => Problem::invalid(Faults::from(faults).moved(place)),
             other => Problem::from(other).placed(place),
         }
     }

@@ -21,8 +21,12 @@ use super::{
     reader::{self, Extra},
     text::{LongText, Moment, ShortText},
 };
+use crate::api::faults::Faults;
 use crate::jobs::{NewStream, Stream, StreamDraft};
-use flankfit_engine::estimation::{Faults, Nodes, Recursive, near, words::counted};
+use flankfit_engine::{
+    estimation::{Nodes, Recursive, near},
+    fault::words::counted,
+};
 
 /// A stream to open: a fit request without nodes. `domain` must be given where the basis is mapped
 /// to it (Chebyshev, Legendre) or knots are equal spans over it.
@@ -181,7 +185,7 @@ pub struct FinishBody {
 pub fn read_stream(text: &[u8]) -> Result<StreamDraft, Problem> {
     let (spec, memory) = reader::read_refit::<Memory>(text)?;
     let forgetting_factor = memory.forgetting_factor.unwrap_or(1.0);
-    let mut faults = Recursive::new(&spec, forgetting_factor).err().unwrap_or_default();
+    let mut faults = Recursive::new(&spec, forgetting_factor).err().map(Faults::from).unwrap_or_default();
     let Memory { flank, tooth, axes, .. } = memory;
     let measurand = MeasurandBody { flank, tooth, axes }.checked_for_stream(&spec);
     let measurand = measurand.map_err(|more| faults.append(more)).unwrap_or_default();

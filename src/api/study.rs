@@ -11,8 +11,9 @@ use super::{
     reader::{self, NoExtra, ReadError},
     study_result::RandomizationResult,
 };
+use crate::api::faults::Faults;
 use flankfit_engine::estimation::{
-    Faults, FitError,
+    FitError,
     randomization::{self, ColumnScaling, Measured, Setup, Study},
 };
 
@@ -151,7 +152,10 @@ pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
             StudyScaling::UnitLength => ColumnScaling::UnitLength,
         },
     })
-    .map_err(|faults| Problem::invalid(if from_nodes { about_nodes(&faults, coefficients_given) } else { faults }))?;
+    .map_err(|faults| {
+        let faults = faults.into();
+        Problem::invalid(if from_nodes { about_nodes(&faults, coefficients_given) } else { faults })
+    })?;
     Ok(CheckedStudy {
         study,
         terms: material.terms,
@@ -170,7 +174,7 @@ pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
 pub fn answer(text: &[u8]) -> Result<RandomizationResult, Problem> {
     let checked = read(text)?;
     let result = randomization::run(&checked.study).map_err(|error| match error {
-        FitError::Invalid(faults) => Problem::invalid(about_matrix(&faults)),
+        FitError::Invalid(faults) => Problem::invalid(about_matrix(&faults.into())),
         other => other.into(),
     })?;
     Ok(RandomizationResult::new(result, checked))

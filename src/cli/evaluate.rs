@@ -25,7 +25,7 @@ use crate::api::{
     reader,
 };
 use flankfit_engine::{
-    estimation::words::Shown,
+    fault::words::Shown,
     formats::{GearFile, gear_file, klingelnberg::Reading},
     gear::Gear,
 };

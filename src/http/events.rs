@@ -27,11 +27,11 @@ use super::{
 use crate::{
     api::{
         events::{self, JobEventBody},
+        faults::Faults,
         problem::{Problem, ProblemCode},
     },
     jobs::RepositoryError,
 };
-use flankfit_engine::estimation::Faults;
 
 /// Events read at a time.
 const PAGE: u32 = 256;

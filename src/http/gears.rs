@@ -16,6 +16,7 @@ use super::{
     unsent::weighed,
 };
 use crate::api::{
+    faults::Faults,
     gears::{
         deviations::{self, DeviationsBody},
         deviations_request::DeviationsRequestBody,
@@ -31,7 +32,6 @@ use crate::api::{
     },
     problem::{Problem, Room},
 };
-use flankfit_engine::estimation::Faults;
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()

@@ -4,8 +4,7 @@
 use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::Value;
 
-use crate::api::problem::Problem;
-use flankfit_engine::estimation::Faults;
+use crate::api::{faults::Faults, problem::Problem};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

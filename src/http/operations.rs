@@ -17,10 +17,10 @@ use utoipa::openapi::{
 
 use super::accept;
 use crate::api::{
+    faults::Faults,
     problem::{Problem, ProblemCode},
     reader,
 };
-use flankfit_engine::estimation::Faults;
 
 /// The operations of the contract by their paths.
 #[derive(Clone, Debug)]

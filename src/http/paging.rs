@@ -4,10 +4,9 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 
 use crate::{
-    api::problem::Problem,
+    api::{faults::Faults, problem::Problem},
     jobs::{Cursor, List, NoCursor, PageRequest},
 };
-use flankfit_engine::estimation::Faults;
 
 /// Which part of a list is wanted.
 #[derive(Clone, Debug, Deserialize, IntoParams)]

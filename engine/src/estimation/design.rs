@@ -16,8 +16,9 @@ use super::{
     spec::{Degree, Domain, FitSpec, Knots, Model, PolynomialBasis, Terms},
 };
 use crate::{
+    fault::words::Shown,
     geometry::{BSplineBasis, KnotFault, Mapping, WeightNet, polynomial, polynomial::Family, rational::WeightFault},
-    numerics::{Dd, Real, cancel::Asking, words::Shown},
+    numerics::{Dd, Real, cancel::Asking},
 };
 
 /// The largest number of coefficients: the n×n analysis must stay within seconds.

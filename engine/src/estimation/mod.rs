@@ -44,7 +44,7 @@ mod spectrum;
 pub mod state;
 mod tile;
 
-pub use crate::numerics::words;
+pub use crate::fault::words;
 pub use banded::weight::Trace;
 pub use cost::is_short;
 pub use error::{Fault, Faults, FitError};

@@ -1,7 +1,7 @@
 //! What a file says of its gear: perhaps all of it, perhaps not.
 
 use crate::{
-    estimation::words::Shown,
+    fault::words::Shown,
     gear::{GearData, Hand},
 };
 

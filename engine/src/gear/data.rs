@@ -3,9 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{generation::rack, involute::Flank};
-use crate::estimation::{
-    Faults,
-    words::{Shown, counted},
+use crate::{
+    estimation::Faults,
+    fault::words::{Shown, counted},
 };
 
 /// Most teeth of a gear.

@@ -24,11 +24,11 @@ use super::{
     involute::Flank,
     modification::{Column, Relief},
 };
-use crate::estimation::{
-    Faults,
-    words::{Shown, counted},
-};
 use crate::numerics::cancel;
+use crate::{
+    estimation::Faults,
+    fault::words::{Shown, counted},
+};
 
 /// Most nodes of one grid.
 pub const MOST_NODES: usize = 2_000_000;

@@ -1,7 +1,7 @@
 //! Coordinates along the profile.
 
 use super::Gear;
-use crate::estimation::{Faults, words::Shown};
+use crate::{estimation::Faults, fault::words::Shown};
 
 /// What profile values are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -4,9 +4,9 @@
 //! being closed on the right. A basis of degree `p` (order `p + 1`) has `n = knots − p − 1`
 //! functions, of which `p + 1` are not 0 at any place.
 
-use crate::numerics::{
-    Dd, Real,
-    words::{Shown, counted},
+use crate::{
+    fault::words::{Shown, counted},
+    numerics::{Dd, Real},
 };
 
 /// A checked knot vector with its degree.

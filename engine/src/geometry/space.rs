@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::numerics::words::counted;
+use crate::fault::words::counted;
 
 /// A point or a derivative; coordinates beyond the shape's [`Dimension`] are 0.
 pub type Vector = Vector3<f64>;

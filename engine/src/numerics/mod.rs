@@ -31,7 +31,6 @@ pub mod sums;
 pub mod triangular;
 mod vector;
 pub mod wide;
-pub mod words;
 
 pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;

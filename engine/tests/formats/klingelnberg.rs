@@ -2,12 +2,12 @@
 //! line and a column.
 
 use flankfit_engine::{
+    fault::words::Shown,
     formats::{
         FileError, NoteCode, Place,
         klingelnberg::{Block, Curves, ProfileAxis, Section, Sense, SliceOf, WhichDiameter, WhyUnplaced, read_curves},
     },
     gear::{self, Hand, Kind, Side},
-    numerics::words::Shown,
 };
 
 use super::klingelnberg_file::{Gear, Layout, Lines, Style, Trace};

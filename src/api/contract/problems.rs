@@ -2,8 +2,10 @@
 
 use serde_json::Value;
 
-use crate::api::problem::{Problem, ProblemCode};
-use flankfit_engine::estimation::Faults;
+use crate::api::{
+    faults::Faults,
+    problem::{Problem, ProblemCode},
+};
 
 /// The problem that is shown under a status.
 pub fn example(status: &str) -> Option<Value> {

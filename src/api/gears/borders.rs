@@ -3,12 +3,10 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use flankfit_engine::{
-    estimation::Faults,
-    gear::{
-        Gear,
-        deviation::{Border, Borders},
-    },
+use crate::api::faults::Faults;
+use flankfit_engine::gear::{
+    Gear,
+    deviation::{Border, Borders},
 };
 
 /// Which part of the flank takes part.

@@ -10,7 +10,9 @@ use uuid::Uuid;
 use super::correction;
 use crate::{
     api::{
-        canonical, job_fits,
+        canonical,
+        faults::Faults,
+        job_fits,
         problem::Problem,
         reader::read_json,
         records::{self, Built},
@@ -20,10 +22,10 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{
-        Faults, FitSpec, Nodes, Plans,
+        FitSpec, Nodes, Plans,
         spec::{Degree, Include, Model, PolynomialBasis, Regularization, Scaling, Terms},
-        words::entries,
     },
+    fault::words::entries,
     gear::{
         correction::{self as gear_correction, Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Setting},
         simulation::{Asked, Simulation, Strategy, case, closed_loop},
@@ -262,8 +264,8 @@ fn condition(machine: &Asked) -> Result<Option<f64>, Problem> {
 }
 
 /// Faults of a machine, by places in the request.
-fn placed(faults: Faults) -> Problem {
-    Problem::invalid(faults.moved(|pointer| pointer.strip_prefix("/sensitivity").unwrap_or(pointer).to_owned()))
+fn placed(faults: impl Into<Faults>) -> Problem {
+    Problem::invalid(faults.into().moved(|pointer| pointer.strip_prefix("/sensitivity").unwrap_or(pointer).to_owned()))
 }
 
 /// What a run cannot go on with, by places in the request; `number` is how often the machine was
@@ -310,7 +312,9 @@ fn tell(
             let correction = Correction::new(asked).map_err(|faults| refused(faults.into()))?;
             let solution = correction.solve().map_err(refused)?;
             let changes: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
-            simulation.apply(&changes).map_err(|faults| Problem::invalid(faults.moved(place(number + 1))))?;
+            simulation
+                .apply(&changes)
+                .map_err(|faults| Problem::invalid(Faults::from(faults).moved(place(number + 1))))?;
             round.rms_predicted_um = Some(solution.predicted.rms);
             round.changes = Some(changes);
             if store {
@@ -346,7 +350,7 @@ fn rms(measured: &[f64]) -> f64 {
 /// Deviations over [-1, 1] × [-1, 1].
 fn grid(rows: usize, columns: usize, measured: &[f64]) -> Result<Nodes, Faults> {
     let axis = |n: usize| (0..n).map(|i| 2.0 * i as f64 / (n - 1) as f64 - 1.0).collect::<Vec<f64>>();
-    Nodes::grid(axis(rows), axis(columns), measured.to_vec(), None, None)
+    Ok(Nodes::grid(axis(rows), axis(columns), measured.to_vec(), None, None)?)
 }
 
 /// A measurement with its second-order surface and the correction that followed.

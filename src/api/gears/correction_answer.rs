@@ -13,7 +13,7 @@ use super::{
     same_nodes::same_nodes,
 };
 use crate::{
-    api::{json_writer, problem::Problem, text::Moment},
+    api::{faults::Faults, json_writer, problem::Problem, text::Moment},
     jobs::{Measurand, Record},
 };
 use flankfit_engine::{
@@ -224,7 +224,7 @@ fn answer(
     let gear = kept.as_ref().or(today);
     let read = |of: &Measured| {
         correction_request::read(record.draft.request.as_bytes(), &of.nodes, &of.measurand, gear)
-            .map(|read| read.map_err(|faults| why(FitError::Invalid(faults))))
+            .map(|read| read.map_err(|faults| first(&faults)))
     };
     let (earlier, later) = match (read(before)?, read(after)?) {
         (Ok(earlier), Ok(later)) => (earlier, later),
@@ -278,10 +278,14 @@ fn same_changes(told: &[f64], again: impl Iterator<Item = f64>) -> bool {
     told.iter().zip(again).all(|(told, again)| (told - again).abs() <= 1e-6 * size)
 }
 
+fn first(faults: &Faults) -> String {
+    faults.list().first().map_or_else(String::new, |fault| fault.detail.clone())
+}
+
 /// The first thing that stands in the way.
 fn why(error: FitError) -> String {
     match error {
-        FitError::Invalid(faults) => faults.list().first().map_or_else(String::new, |fault| fault.detail.clone()),
+        FitError::Invalid(faults) => first(&faults.into()),
         other => other.to_string(),
     }
 }

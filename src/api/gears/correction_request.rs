@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     api::{
+        faults::Faults,
         fit_fields,
         fit_spec::{RegularizationBody, ScalingName, present},
         measurand::AxesBody,
@@ -22,7 +23,8 @@ use crate::{
     jobs::{Measurand, side_name},
 };
 use flankfit_engine::{
-    estimation::{Faults, Nodes, spec::Scaling, words::entries},
+    estimation::{Nodes, spec::Scaling},
+    fault::words::entries,
     gear::{
         Gear, Side,
         correction::{
@@ -420,7 +422,7 @@ fn of_machine(
     }
     ranges.helix = helix.unwrap_or(ranges.helix);
     let asked = [diameters.is_some(), helix.is_some()];
-    let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, asked)));
+    let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more.into(), asked)));
     let flank = Some(Flank { gear: gear.clone(), side, places, ranges, traces: None });
     let found = found.ok()?;
     Some(Known { name: machine.name(), settings: found.settings, matrix: found.matrix, flank, flank_assumed })

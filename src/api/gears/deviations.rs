@@ -16,20 +16,18 @@ use super::{
 use crate::{
     api::{
         canonical,
+        faults::Faults,
         json_writer::{Json, Object},
         problem::Problem,
         records::Built,
     },
     jobs::Measurand,
 };
-use flankfit_engine::{
-    estimation::Faults,
-    gear::{
-        Gear, Side,
-        deviation::{self, Deviations, Node, Reference, Relief},
-        registration::{Registering, Start, register, register_from, start},
-        trace::Direction,
-    },
+use flankfit_engine::gear::{
+    Gear, Side,
+    deviation::{self, Deviations, Node, Reference, Relief},
+    registration::{Registering, Start, register, register_from, start},
+    trace::Direction,
 };
 
 /// Deviations, everything in the order of the points; `null` stands for an undefined one.
@@ -117,18 +115,18 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
                 begun = Some(found.map_err(|faults| registration::refused(faults.into()))?);
             }
             let touches = begun.as_ref().map_or(touches, |begun| &begun.touches);
-            ("points", deviation::measure(&reference, touches, measurement))
+            ("points", deviation::measure(&reference, touches, measurement).map_err(Faults::from))
         }
         Given::Grid(grid) => {
             let own = of.and_then(tooth_number);
             let topography = grid.topography(gear, asked.direction, own).map_err(Problem::invalid)?;
-            ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults)))
+            ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults.into())))
         }
     };
     let mut deviations = deviations.map_err(Problem::invalid)?;
     if let Some(body) = &asked.borders {
         let borders = body.borders(gear).map_err(Problem::invalid)?;
-        deviations.set_borders(&borders).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
+        deviations.set_borders(&borders).map_err(|faults| Problem::invalid(body.placed(&faults.into())))?;
     }
     let found = registering.as_ref().map(|registering| match &begun {
         Some(begun) => register_from(&reference, &deviations, registering, begun),

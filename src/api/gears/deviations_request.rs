@@ -12,14 +12,13 @@ use super::{
     trace::SideName,
 };
 use crate::api::{
+    faults::Faults,
     fit_fields::{self, FIT_KEYS, FitFields},
     reader::{Fields, ReadError, read_part},
 };
 use flankfit_engine::{
-    estimation::{
-        Faults, FitSpec,
-        words::{Shown, entries},
-    },
+    estimation::FitSpec,
+    fault::words::{Shown, entries},
     gear::{
         Gear, Side,
         deviation::{Measurement, Strays, Topography, Touch},

@@ -12,18 +12,15 @@ use super::{
     trace::{KindName, SideName},
 };
 use crate::{
-    api::{json_writer, problem::Problem, reader::read_json, records::Built},
+    api::{faults::Faults, json_writer, problem::Problem, reader::read_json, records::Built},
     jobs::Measurand,
 };
-use flankfit_engine::{
-    estimation::Faults,
-    gear::{
-        Gear,
-        evaluation::{
-            self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist,
-        },
-        tolerance::Class,
+use flankfit_engine::gear::{
+    Gear,
+    evaluation::{
+        self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist,
     },
+    tolerance::Class,
 };
 
 /// What traces say.

@@ -8,20 +8,18 @@ use super::{
     modification::{self, ModificationBody, ModificationRangeBody},
     trace::TraceBody,
 };
-use flankfit_engine::{
-    estimation::Faults,
-    gear::{
-        Gear, Kind, Trace,
-        evaluation::{
-            self, Evaluation,
-            settings::{
-                DeviationSign, HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference,
-                ProfileSettings, Settings, SlopeSign,
-            },
+use crate::api::faults::Faults;
+use flankfit_engine::gear::{
+    Gear, Kind, Trace,
+    evaluation::{
+        self, Evaluation,
+        settings::{
+            DeviationSign, HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference,
+            ProfileSettings, Settings, SlopeSign,
         },
-        tolerance::Rounding,
-        trace::Direction,
     },
+    tolerance::Rounding,
+    trace::Direction,
 };
 
 /// Traces to evaluate.

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     api::{
+        faults::Faults,
         measurand::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis},
         problem::Problem,
         text::{SHORT, ShortText},
@@ -20,7 +21,7 @@ use crate::{
     jobs::Measurand,
 };
 use flankfit_engine::{
-    estimation::{Faults, Nodes},
+    estimation::Nodes,
     formats::{
         FileError, Notes,
         gear_file::{self, GearFile},

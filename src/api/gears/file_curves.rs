@@ -9,9 +9,8 @@ use super::{
     file_gears,
     notice::NoticeBody,
 };
-use crate::api::problem::Problem;
+use crate::api::{faults::Faults, problem::Problem};
 use flankfit_engine::{
-    estimation::Faults,
     formats::klingelnberg::{Curves, ProfileAxis, Range, Sense, SliceOf},
     gear::{
         Gear, Kind, Trace,

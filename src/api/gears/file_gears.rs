@@ -8,9 +8,8 @@ use super::{
     gear::{GearBody, HandName},
     notice::NoticeBody,
 };
-use crate::api::{json_writer, problem::Problem};
+use crate::api::{faults::Faults, json_writer, problem::Problem};
 use flankfit_engine::{
-    estimation::Faults,
     formats::{
         Difference, GearFacts,
         gear_file::{self, GearFile},

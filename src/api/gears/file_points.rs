@@ -5,9 +5,9 @@ use super::{
     file_gears,
     notice::NoticeBody,
 };
-use crate::api::problem::Problem;
+use crate::api::{faults::Faults, problem::Problem};
 use flankfit_engine::{
-    estimation::{Faults, words::counted},
+    fault::words::counted,
     formats::{
         points::ListedPoint,
         rexs::{RexsFlank, RexsModel},

@@ -11,12 +11,12 @@ use super::{
     trace::SideName,
 };
 use crate::api::{
+    faults::Faults,
     json_writer::Json,
     problem::{Problem, Room},
     reader::read_json,
 };
 use flankfit_engine::{
-    estimation::Faults,
     formats::points::{self, ListedPoint},
     gear::{FlankGrid, Gear, GridSpec, Modifications, ProfileAxis, Side, flank_grid::MOST_NODES},
     geometry::space::Vector,
@@ -83,7 +83,7 @@ impl ProfileBody {
     /// Roll lengths; faults stand at `{at}/0` ….
     pub fn roll_lengths(&self, gear: &Gear, at: &str) -> Result<Vec<f64>, Faults> {
         let (axis, values) = self.axis_and_values();
-        axis.roll_lengths(gear, &values, at)
+        Ok(axis.roll_lengths(gear, &values, at)?)
     }
 }
 

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::api::{
     canonical,
+    faults::Faults,
     fit_fields::{self, FIT_KEYS, FitFields},
     fit_result::FitResultBody,
     fit_text,
@@ -21,7 +22,8 @@ use crate::api::{
     records::Built,
 };
 use flankfit_engine::{
-    estimation::{Faults, FitError, spec::Include, words::entries},
+    estimation::{FitError, spec::Include},
+    fault::words::entries,
     gear::{
         Gear,
         evaluation::{

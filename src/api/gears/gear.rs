@@ -6,14 +6,11 @@ use utoipa::ToSchema;
 
 use super::notice::NoticeBody;
 use crate::{
-    api::{fit_spec::present, problem::Problem},
+    api::{faults::Faults, fit_spec::present, problem::Problem},
     jobs::Job,
 };
 use flankfit_engine::{
-    estimation::{
-        Faults,
-        words::{Shown, counted},
-    },
+    fault::words::{Shown, counted},
     gear::{Gear, GearData, Hand, Tool, data::DEDENDUM},
 };
 
@@ -114,7 +111,7 @@ impl GearBody {
                 protuberance: tool.protuberance_mm.unwrap_or(0.0),
             }),
         };
-        Gear::new(data).map_err(|faults| faults.moved(|pointer| format!("{at}{pointer}")))
+        Gear::new(data).map_err(|faults| Faults::from(faults).moved(|pointer| format!("{at}{pointer}")))
     }
 }
 

@@ -2,8 +2,9 @@
 //! along the axis.
 
 use super::profile_axis::ProfileAxisName;
+use crate::api::faults::Faults;
 use flankfit_engine::{
-    estimation::{Faults, FitSpec, Nodes, spec::Model},
+    estimation::{FitSpec, Nodes, spec::Model},
     gear::{
         Gear, ProfileAxis, Side,
         correction::machine::{FlankNode, Ranges},

@@ -4,12 +4,10 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::flank::ProfileBody;
-use flankfit_engine::{
-    estimation::Faults,
-    gear::{
-        Gear, Modifications,
-        modification::{End, Flanks, Growth, Interpolation, Law, Modification, Range, Topography},
-    },
+use crate::api::faults::Faults;
+use flankfit_engine::gear::{
+    Gear, Modifications,
+    modification::{End, Flanks, Growth, Interpolation, Law, Modification, Range, Topography},
 };
 
 /// What is taken off the involute flank on purpose. Amounts are µm along the normal, positive where
@@ -170,7 +168,7 @@ pub fn read(
     let mut faults = Faults::default();
     let range = match range {
         Some(body) => Range::new(gear, body.profile_diameter_range_mm, body.helix_range_mm)
-            .map_err(|more| faults.append(more.moved(|pointer| format!("/modification_range{pointer}"))))
+            .map_err(|more| faults.append(Faults::from(more).moved(|pointer| format!("/modification_range{pointer}"))))
             .ok(),
         None => Range::whole(gear).or_else(|| {
             faults
@@ -183,7 +181,7 @@ pub fn read(
     let Some(range) = faults.into_result(range)? else { return Ok(None) };
     Modifications::new(gear, range, laws)
         .map(Some)
-        .map_err(|more| more.moved(|pointer| format!("/modifications{}", wire(pointer))))
+        .map_err(|more| Faults::from(more).moved(|pointer| format!("/modifications{}", wire(pointer))))
 }
 
 /// Fields of the wire have their units behind their names.
@@ -234,8 +232,9 @@ impl ModificationBody {
                     InterpolationName::Bilinear => Interpolation::Bilinear,
                     InterpolationName::BSpline => Interpolation::BSpline,
                 };
-                let made = rolls
-                    .and_then(|rolls| Topography::new(&at, &rolls, face_width_positions_mm, relief_um, interpolation));
+                let made = rolls.and_then(|rolls| {
+                    Ok(Topography::new(&at, &rolls, face_width_positions_mm, relief_um, interpolation)?)
+                });
                 (flank, Law::Topography(made.map_err(|more| faults.append(more)).ok()?))
             }
         };

@@ -1,12 +1,10 @@
 //! What is kept with an iteration is of its flank and tooth.
 
+use crate::api::faults::Faults;
 use crate::jobs::Measurand;
-use flankfit_engine::{
-    estimation::Faults,
-    gear::{
-        Side,
-        tooth::{Position, canonical},
-    },
+use flankfit_engine::gear::{
+    Side,
+    tooth::{Position, canonical},
 };
 
 /// The tooth that something is said to be of.

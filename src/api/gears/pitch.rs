@@ -4,17 +4,14 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{evaluate_request::RoundingName, gear::GearBody, notice::NoticeBody, trace::SideName};
-use crate::api::{json_writer, problem::Problem, reader::read_json};
-use flankfit_engine::{
-    estimation::Faults,
-    gear::{
-        Side,
-        evaluation::{
-            pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch},
-            runout::{Counting, Runout, from_pitches, from_readings},
-        },
-        tolerance::{Class, Rounding},
+use crate::api::{faults::Faults, json_writer, problem::Problem, reader::read_json};
+use flankfit_engine::gear::{
+    Side,
+    evaluation::{
+        pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch},
+        runout::{Counting, Runout, from_pitches, from_readings},
     },
+    tolerance::{Class, Rounding},
 };
 
 /// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth stand in the

@@ -5,18 +5,16 @@ use utoipa::ToSchema;
 
 use super::{flank::TEXT_OF_NUMBER, gear::GearBody, geometry, notice::NoticeBody};
 use crate::api::{
+    faults::Faults,
     json_writer::Json,
     problem::{Problem, Room},
     reader::read_json,
 };
-use flankfit_engine::{
-    estimation::Faults,
-    gear::{
-        Geometry,
-        generation::Polar,
-        generation::envelope::{Envelope, MOST_RADII, Motion, ToolPoint, ToolProfile},
-        generation::tooth::{self, Steps, Tooth},
-    },
+use flankfit_engine::gear::{
+    Geometry,
+    generation::Polar,
+    generation::envelope::{Envelope, MOST_RADII, Motion, ToolPoint, ToolProfile},
+    generation::tooth::{self, Steps, Tooth},
 };
 
 /// A gear, and how finely its section is wanted.

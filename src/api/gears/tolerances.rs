@@ -4,11 +4,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::gear::GearBody;
-use crate::api::{json_writer, problem::Problem, reader::read_json};
-use flankfit_engine::{
-    estimation::Faults,
-    gear::tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Tolerances},
-};
+use crate::api::{faults::Faults, json_writer, problem::Problem, reader::read_json};
+use flankfit_engine::gear::tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Tolerances};
 
 /// A gear and a class.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -3,11 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::api::faults::Faults;
 use flankfit_engine::{
-    estimation::{
-        Faults,
-        words::{Shown, entries},
-    },
+    fault::words::{Shown, entries},
     gear::{
         Gear, Kind, Side, Trace,
         tooth::{Position, check_name},

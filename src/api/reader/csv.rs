@@ -9,8 +9,9 @@
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
 use super::ReadError;
-use flankfit_engine::estimation::{Faults, Nodes, words::counted};
+use crate::api::faults::Faults;
 use flankfit_engine::numerics::cancel;
+use flankfit_engine::{estimation::Nodes, fault::words::counted};
 
 const SURFACE: [&str; 3] = ["u", "v", "z"];
 const CURVE: [&str; 2] = ["x", "y"];

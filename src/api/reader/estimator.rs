@@ -5,12 +5,13 @@ use super::{
     request::read_part,
     spec::{read_tag, unknown_type},
 };
-use crate::api::estimator_spec::*;
-use flankfit_engine::estimation::{
-    Faults,
-    estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start},
-    robust::loss::Loss,
-    words::{Counted, Shown, counted},
+use crate::api::{estimator_spec::*, faults::Faults};
+use flankfit_engine::{
+    estimation::{
+        estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start},
+        robust::loss::Loss,
+    },
+    fault::words::{Counted, Shown, counted},
 };
 
 const AT: &str = "/estimator";

@@ -13,7 +13,7 @@ use super::{
     cursor::{Cursor, Syntax, Token},
     request::{escape, first_fault},
 };
-use flankfit_engine::estimation::{Fault, Faults};
+use crate::api::faults::{Fault, Faults};
 
 /// Texts beyond this get their first fault only: they would be read many times.
 const SMALL: usize = 16 * 1024;

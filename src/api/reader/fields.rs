@@ -12,7 +12,7 @@ use super::{
     request::{escape, malformed},
     wording::no_such_field,
 };
-use flankfit_engine::estimation::Faults;
+use crate::api::faults::Faults;
 
 /// The fields of an object, each still text.
 #[derive(Debug, Default)]

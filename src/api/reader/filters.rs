@@ -6,14 +6,16 @@ use super::{
     request::read_part,
     spec::{read_tag, unknown_type},
 };
-use crate::api::filters::{
-    DEFAULT_THRESHOLD, DEFAULT_WINDOW, FilterAxisName, GaussianFilter, HampelFilter, MOST_FILTERS, PeakAction,
-    SplineFilter,
+use crate::api::{
+    faults::Faults,
+    filters::{
+        DEFAULT_THRESHOLD, DEFAULT_WINDOW, FilterAxisName, GaussianFilter, HampelFilter, MOST_FILTERS, PeakAction,
+        SplineFilter,
+    },
 };
-use flankfit_engine::estimation::{
-    Faults,
-    filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
-    words::Shown,
+use flankfit_engine::{
+    estimation::filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
+    fault::words::Shown,
 };
 
 /// The filters, when none of them has a fault.

@@ -42,7 +42,8 @@ pub use self::{request::escape, wording::alternatives};
 use serde::de::DeserializeOwned;
 
 use super::problem::{Problem, ProblemCode};
-use flankfit_engine::estimation::{Faults, FitSpec, Nodes};
+use crate::api::faults::Faults;
+use flankfit_engine::estimation::{FitSpec, Nodes};
 
 /// Why a body was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -55,9 +56,9 @@ pub enum ReadError {
     Invalid(Faults),
 }
 
-impl From<Faults> for ReadError {
-    fn from(faults: Faults) -> Self {
-        ReadError::Invalid(faults)
+impl<F: Into<Faults>> From<F> for ReadError {
+    fn from(faults: F) -> Self {
+        ReadError::Invalid(faults.into())
     }
 }
 

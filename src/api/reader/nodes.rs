@@ -8,10 +8,10 @@ use super::{
     request::{escape, read_part},
     wording::no_such_field,
 };
-use crate::api::text::control_character;
-use flankfit_engine::estimation::{
-    Faults, Nodes,
-    words::{counted, entries},
+use crate::api::{faults::Faults, text::control_character};
+use flankfit_engine::{
+    estimation::{Faults as NodeFaults, Nodes},
+    fault::words::{counted, entries},
 };
 
 /// The fields of all four types, before the type is known (it may come last).
@@ -167,13 +167,14 @@ impl<'a> RawNodes<'a> {
 
 /// Builds the nodes. The faults of reading come first; where one is known already, the check's word
 /// on the placeholder that stands there is dropped.
-fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, Faults>) -> Result<Nodes, Faults> {
+fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, NodeFaults>) -> Result<Nodes, Faults> {
     if faults.count() >= Faults::MOST {
         return Err(faults);
     }
     match build() {
         Ok(nodes) => faults.into_result(nodes),
         Err(found) => {
+            let found = Faults::from(found);
             for fault in found.list() {
                 if !faults.list().iter().any(|known| known.pointer == fault.pointer) {
                     faults.push(fault.pointer.as_str(), fault.detail.as_str());

@@ -9,7 +9,7 @@ use super::{
     cursor::{Cursor, Syntax, Token},
     request::escape,
 };
-use flankfit_engine::estimation::Faults;
+use crate::api::faults::Faults;
 
 /// What is said of it.
 const REFUSED: &str = "null is no value of a field; give a value, or leave the field out where it is optional (null \

@@ -4,7 +4,8 @@
 //! named at once.
 
 use super::cursor::{Cursor, Syntax, Token};
-use flankfit_engine::estimation::Faults;
+use crate::api::faults::Faults;
+
 use flankfit_engine::numerics::cancel;
 
 /// Numbers after which the length of the array is estimated.

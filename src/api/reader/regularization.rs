@@ -4,8 +4,8 @@ use super::{
     request::read_part,
     spec::{read_tag, unknown_type, unsigned_zeros},
 };
-use crate::api::fit_spec::*;
-use flankfit_engine::estimation::{Faults, spec, words::Shown};
+use crate::api::{faults::Faults, fit_spec::*};
+use flankfit_engine::{estimation::spec, fault::words::Shown};
 
 /// The regularisation, with the contract's defaults and ranges.
 pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Regularization> {

@@ -13,8 +13,9 @@ use super::{
     spec::{RawSpec, SPEC_KEYS},
     wording::{explain, no_such_field},
 };
+use crate::api::faults::{Fault, Faults};
 use flankfit_engine::{
-    estimation::{Fault, Faults, FitSpec, Nodes},
+    estimation::{FitSpec, Nodes},
     numerics::cancel,
 };
 

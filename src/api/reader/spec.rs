@@ -8,10 +8,10 @@ use super::{
     regularization::read_regularization,
     request::{read_object, read_part},
 };
-use crate::api::{fit_spec::*, fit_spec_json::include};
-use flankfit_engine::estimation::{
-    Faults, FitSpec, spec,
-    words::{Shown, counted},
+use crate::api::{faults::Faults, fit_spec::*, fit_spec_json::include};
+use flankfit_engine::{
+    estimation::{FitSpec, spec},
+    fault::words::{Shown, counted},
 };
 
 /// The keys of a spec at the top level of a request.

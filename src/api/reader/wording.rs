@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 
 use super::nearest::nearest;
-use flankfit_engine::estimation::words::{Shown, entries};
+use flankfit_engine::fault::words::{Shown, entries};
 
 /// Characters of the caller's text that a message repeats.
 const REPEATED: usize = 64;

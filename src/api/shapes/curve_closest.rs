@@ -9,12 +9,13 @@ use super::{
     places::{beyond, write_points},
 };
 use crate::api::{
+    faults::Faults,
     json_writer::Json,
     problem::Problem,
     reader::{Fields, read_rows},
 };
 use flankfit_engine::{
-    estimation::{Faults, words::counted},
+    fault::words::counted,
     geometry::{
         curve::{Curve, CurveShape, closest::Closest},
         space::{Dimension, Vector},

@@ -9,19 +9,17 @@ use super::{
     point::PointBody,
 };
 use crate::api::{
+    faults::Faults,
     fit_result_parts::WarningBody,
     json_writer::Json,
     problem::Problem,
     reader::{Fields, read_numbers, read_part},
 };
-use flankfit_engine::numerics::cancel;
-use flankfit_engine::{
-    estimation::Faults,
-    geometry::curve::{
-        Curve, CurveShape,
-        measure::{self, Bending},
-    },
+use flankfit_engine::geometry::curve::{
+    Curve, CurveShape,
+    measure::{self, Bending},
 };
+use flankfit_engine::numerics::cancel;
 
 /// Most parameters at which the arc length is asked for.
 const MOST_LENGTHS: usize = 10_000;

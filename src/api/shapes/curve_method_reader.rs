@@ -5,13 +5,13 @@ use super::{
     curve_methods::*,
     point::{self, PointBody},
 };
-use crate::api::reader::{Fields, read_part, read_tag, unknown_type};
-use flankfit_engine::{
-    estimation::Faults,
-    geometry::{
-        curve::{Ends, KnotChoice, Method, Points, Tangents},
-        space::{Dimension, Vector},
-    },
+use crate::api::{
+    faults::Faults,
+    reader::{Fields, read_part, read_tag, unknown_type},
+};
+use flankfit_engine::geometry::{
+    curve::{Ends, KnotChoice, Method, Points, Tangents},
+    space::{Dimension, Vector},
 };
 
 /// A method as it was asked for, with its name.

@@ -10,14 +10,16 @@ use super::{
     places::beyond,
 };
 use crate::api::{
-    canonical, fit_text,
+    canonical,
+    faults::Faults,
+    fit_text,
     json_writer::{Json, Object},
     problem::Problem,
     reader::parameter,
 };
 use flankfit_engine::{
     estimation::{
-        Faults, FitSpec, Nodes,
+        FitSpec, Nodes,
         near::{self, Adaptive, CurveAsked, CurveFit, CurvePoints, KnotPlacement, Parameters, Stop},
         smoothing::{
             Smoothing, SmoothingFault, SmoothingSpline,

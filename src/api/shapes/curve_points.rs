@@ -3,9 +3,13 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::reader::{Fields, read_numbers, read_part, read_rows};
+use crate::api::{
+    faults::Faults,
+    reader::{Fields, read_numbers, read_part, read_rows},
+};
 use flankfit_engine::{
-    estimation::{Faults, Nodes, words::counted},
+    estimation::Nodes,
+    fault::words::counted,
     geometry::{
         curve::{Parametrization, Points},
         space::{Dimension, Vector},

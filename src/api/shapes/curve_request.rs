@@ -12,13 +12,14 @@ use super::{
     fault::{CurveFields, curve_fault},
 };
 use crate::api::{
+    faults::Faults,
     fit_fields::{self, FIT_KEYS, FitFields},
     problem::Problem,
     reader::Fields,
     records::Built,
 };
 use flankfit_engine::{
-    estimation::{Faults, Nodes},
+    estimation::Nodes,
     geometry::curve::{Points, through},
 };
 

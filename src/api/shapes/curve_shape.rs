@@ -9,11 +9,12 @@ use super::{
     point::{self, PointBody},
 };
 use crate::api::{
+    faults::Faults,
     fit_spec::{present, tags},
     reader::{read_part, read_tag, unknown_type},
 };
 use flankfit_engine::{
-    estimation::{Faults, words::counted},
+    fault::words::counted,
     geometry::{
         BSplineBasis,
         curve::{BSplineCurve, Curve, CurveFault, CurveShape, PiecewisePolynomial, Polynomial, polynomial::Form},

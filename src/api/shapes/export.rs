@@ -12,13 +12,13 @@ use super::{
     surface_shape::SurfaceBody,
 };
 use crate::api::{
+    faults::Faults,
     problem::{Problem, Room},
     reader::{Fields, read_part},
     text::ShortText,
 };
 use flankfit_engine::numerics::cancel::Asking;
 use flankfit_engine::{
-    estimation::Faults,
     formats::{
         CadShape, ExportFault, Label, Moment, NamedLine, NamedMesh, NamedShape, QuadMesh, fe_mesh, iges, obj, sampling,
         step, stl, vtk,

@@ -1,8 +1,8 @@
 //! Faults of knots and control points with their places in the request.
 
-use crate::api::problem::Problem;
+use crate::api::{faults::Faults, problem::Problem};
 use flankfit_engine::{
-    estimation::{Faults, FitError},
+    estimation::FitError,
     geometry::{
         KnotFault,
         curve::{CurveFault, Part},

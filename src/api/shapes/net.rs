@@ -1,8 +1,9 @@
 //! Nets of values: rows along u, v within a row.
 
 use super::point::{self, PointBody};
+use crate::api::faults::Faults;
 use flankfit_engine::{
-    estimation::{Faults, words::counted},
+    fault::words::counted,
     geometry::space::{Dimension, Vector},
 };
 

@@ -1,8 +1,8 @@
 //! Where a curve or surface is asked about, and answers that leave the range of doubles.
 
-use crate::api::{json_writer::Object, problem::Problem};
+use crate::api::{faults::Faults, json_writer::Object, problem::Problem};
+use flankfit_engine::geometry::space::Vector;
 use flankfit_engine::numerics::cancel::Asking;
-use flankfit_engine::{estimation::Faults, geometry::space::Vector};
 
 /// Refuses what lies outside of a domain, each by the pointer that `pointer` writes of its index.
 pub fn within(

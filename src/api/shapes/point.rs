@@ -15,11 +15,9 @@ use utoipa::{
     },
 };
 
+use crate::api::faults::Faults;
+use flankfit_engine::geometry::space::{Dimension, Vector};
 use flankfit_engine::numerics::cancel::{self, Asking};
-use flankfit_engine::{
-    estimation::Faults,
-    geometry::space::{Dimension, Vector},
-};
 
 /// `y`, `[x, y]` or `[x, y, z]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]

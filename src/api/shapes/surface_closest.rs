@@ -9,11 +9,8 @@ use super::{
     surface_reader::read_surface,
     surface_shape::SurfaceBody,
 };
-use crate::api::{json_writer::Json, problem::Problem, reader::Fields};
-use flankfit_engine::{
-    estimation::Faults,
-    geometry::surface::closest::{ClosestPoint, SurfacePoint},
-};
+use crate::api::{faults::Faults, json_writer::Json, problem::Problem, reader::Fields};
+use flankfit_engine::geometry::surface::closest::{ClosestPoint, SurfacePoint};
 
 // Declared for the document; read by `answer`.
 /// A surface and nodes.

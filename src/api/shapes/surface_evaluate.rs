@@ -6,13 +6,14 @@ use super::{
     surface_values::SurfaceIncludeName,
 };
 use crate::api::{
+    faults::Faults,
     json_writer::Json,
     problem::{Problem, Room},
     reader::{Fields, read_numbers, read_part, read_rows},
 };
 use flankfit_engine::numerics::cancel::Asking;
 use flankfit_engine::{
-    estimation::{Faults, words::counted},
+    fault::words::counted,
     geometry::surface::{Evaluator, Local, Surface, SurfaceJet, SurfaceShape, area},
 };
 

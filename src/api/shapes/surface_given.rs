@@ -12,9 +12,13 @@ use super::{
     point::PointBody,
     surface_reader::{boundary_curves, corner_tolerance},
 };
-use crate::api::reader::{self, Fields, NoExtra, ReadError, read_numbers, read_part, read_rows};
+use crate::api::{
+    faults::Faults,
+    reader::{self, Fields, NoExtra, ReadError, read_numbers, read_part, read_rows},
+};
 use flankfit_engine::{
-    estimation::{Faults, Nodes, words::counted},
+    estimation::Nodes,
+    fault::words::counted,
     geometry::{
         curve::{CurveShape, Parametrization},
         space::{Dimension, Vector},

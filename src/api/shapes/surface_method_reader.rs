@@ -7,16 +7,14 @@ use super::{
     surface_reader::{borders, degrees},
 };
 use crate::api::{
+    faults::Faults,
     fit_spec::SpansBody,
     reader::{Fields, read_part, read_tag, unknown_type},
 };
-use flankfit_engine::{
-    estimation::Faults,
-    geometry::{
-        curve::CurveShape,
-        space::Vector,
-        surface::{construct::Method, coons::Twists, least_squares::AxisKnots},
-    },
+use flankfit_engine::geometry::{
+    curve::CurveShape,
+    space::Vector,
+    surface::{construct::Method, coons::Twists, least_squares::AxisKnots},
 };
 
 /// A method as it was asked for.

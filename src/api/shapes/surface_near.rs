@@ -6,13 +6,15 @@ use super::{
     surface_result::write_surface,
 };
 use crate::api::{
-    canonical, fit_text,
+    canonical,
+    faults::Faults,
+    fit_text,
     json_writer::{Json, Object},
     problem::Problem,
 };
 use flankfit_engine::{
     estimation::{
-        self, Faults, FitSpec, Nodes, Plans,
+        self, FitSpec, Nodes, Plans,
         near::{self, Shape, SurfaceFit, SurfaceInclude, SurfacePoints},
         result::{Arithmetic, Warning},
         spec::{Degree, Estimator, Include, Knots, Model, Regularization, Scaling},

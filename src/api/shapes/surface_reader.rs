@@ -10,11 +10,12 @@ use super::{
     surface_shape::*,
 };
 use crate::api::{
+    faults::Faults,
     fit_spec::{DegreeBody, DomainBody},
     reader::{Fields, read_numbers, read_part, read_tag, unknown_type},
 };
 use flankfit_engine::{
-    estimation::{Faults, words::counted},
+    fault::words::counted,
     geometry::{
         BSplineBasis,
         curve::{Curve, CurveShape},

@@ -16,6 +16,7 @@ use super::{
     surface_shape::BordersBody,
 };
 use crate::api::{
+    faults::Faults,
     fit_fields::{self, FIT_KEYS, FitFields},
     nodes_schema::NodesBody,
     problem::Problem,
@@ -23,7 +24,7 @@ use crate::api::{
     records::Built,
 };
 use flankfit_engine::{
-    estimation::{Faults, Nodes, Plans},
+    estimation::{Nodes, Plans},
     geometry::surface::{
         Border,
         construct::{self, Given, Method},
@@ -104,7 +105,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         },
         GivenSurface::Grid { u, v, z } if asked.is_near() && !plain => {
             let nodes = Nodes::grid(u, v, z.concat(), None, None)
-                .map_err(|faults| Problem::invalid(moved(&faults, "/grid")))?;
+                .map_err(|faults| Problem::invalid(moved(&faults.into(), "/grid")))?;
             return near(&nodes, asked, "/grid");
         }
         GivenSurface::Grid { u, v, z } => (Given::Grid { u, v, z }, None),

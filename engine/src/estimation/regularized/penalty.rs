@@ -16,12 +16,9 @@ use crate::{
         error::Faults,
         spec::{Scaling, Tikhonov},
     },
+    fault::words::{Shown, counted},
     geometry::{WeightNet, polynomial},
-    numerics::{
-        Dd, Real, qr,
-        quadrature::gauss_legendre,
-        words::{Shown, counted},
-    },
+    numerics::{Dd, Real, qr, quadrature::gauss_legendre},
 };
 
 /// Orders of derivatives that a penalty may have.

@@ -5,8 +5,8 @@ use super::{
     Block, Curve, Curves, HelixSetup, ProfileAxis, ProfileSetup, Section, Sense, Sides, Signs,
 };
 use crate::{
+    fault::words::Shown,
     gear::{Gear, Kind, Side, Trace},
-    numerics::words::Shown,
 };
 
 /// A trace whose samples have positions.

@@ -41,10 +41,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::{problem::Correction, solution::Noise};
 use crate::{
-    estimation::{
-        Faults, FitError,
-        words::{Shown, counted, entries},
-    },
+    estimation::{Faults, FitError},
+    fault::words::{Shown, counted, entries},
     numerics::fisher,
 };
 

@@ -41,10 +41,8 @@
 use super::problem::Setting;
 use crate::numerics::cancel::Asking;
 use crate::{
-    estimation::{
-        Faults,
-        words::{Shown, counted},
-    },
+    estimation::Faults,
+    fault::words::{Shown, counted},
     gear::{Gear, Side, involute::Flank},
     geometry::space::Vector,
 };

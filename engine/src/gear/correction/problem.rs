@@ -4,10 +4,12 @@ use super::{
     damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping},
     datum::lost,
 };
-use crate::estimation::{
-    Faults,
-    spec::{Include, Scaling},
-    words::{Shown, counted, entries},
+use crate::{
+    estimation::{
+        Faults,
+        spec::{Include, Scaling},
+    },
+    fault::words::{Shown, counted, entries},
 };
 
 /// Most settings of a machine.

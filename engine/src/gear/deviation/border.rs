@@ -4,10 +4,7 @@
 //! *Toe* is the end of the smaller z, *heel* the other. Faults point into the borders themselves.
 
 use super::{Deviations, Node};
-use crate::{
-    estimation::{Faults, words::Shown},
-    gear::Gear,
-};
+use crate::{estimation::Faults, fault::words::Shown, gear::Gear};
 
 /// What part of an axis takes part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

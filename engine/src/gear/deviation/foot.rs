@@ -22,9 +22,9 @@
 use std::f64::consts::TAU;
 
 use crate::{
+    fault::words::Shown,
     gear::{Gear, Side, involute::Flank, involute::inv_of_roll},
     geometry::space::Vector,
-    numerics::words::Shown,
 };
 
 /// Where a point belongs on a gear.

@@ -5,10 +5,8 @@
 
 use super::{Deviations, Direction, Node, Reference, measure::no_tooth};
 use crate::{
-    estimation::{
-        Faults,
-        words::{Shown, counted, entries},
-    },
+    estimation::Faults,
+    fault::words::{Shown, counted, entries},
     gear::{Side, trace::MOST_DEVIATION},
 };
 

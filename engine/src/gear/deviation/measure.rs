@@ -9,11 +9,7 @@ use super::{
     foot::{foot, normal, word},
 };
 use crate::numerics::cancel::Asking;
-use crate::{
-    estimation::{Faults, words::Shown},
-    gear::Side,
-    geometry::space::Vector,
-};
+use crate::{estimation::Faults, fault::words::Shown, gear::Side, geometry::space::Vector};
 
 /// No coordinate is larger, mm.
 const MOST_COORDINATE: f64 = 1e7;

@@ -2,7 +2,7 @@
 
 use super::single::{Told, Values};
 use crate::{
-    estimation::words::Shown,
+    fault::words::Shown,
     gear::{
         Kind,
         tolerance::{Characteristic, Class, Rounding, Tolerances},

@@ -6,7 +6,7 @@ use super::{
     single::{Subject, Told},
     spacing::{LEAST_COVERED, LONGEST_DISTANCE, Spacing},
 };
-use crate::estimation::words::{Shown, counted};
+use crate::fault::words::{Shown, counted};
 
 /// Shares are sums of rounded numbers.
 const ROUNDING: f64 = 1e-9;

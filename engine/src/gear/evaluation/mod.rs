@@ -48,11 +48,11 @@ use super::{
     tolerance::{Class, OutOfScope, Tolerances},
     trace::MOST_DEVIATION,
 };
-use crate::estimation::{
-    Faults,
-    words::{Shown, entries},
-};
 use crate::numerics::cancel;
+use crate::{
+    estimation::Faults,
+    fault::words::{Shown, entries},
+};
 
 /// A trace and, where the flank is modified by design, its design line: µm per sample in the sign
 /// and direction of the deviations, taken away from them.

@@ -13,10 +13,8 @@ use std::f64::consts::TAU;
 
 use super::Notice;
 use crate::{
-    estimation::{
-        Faults,
-        words::{Shown, counted, entries},
-    },
+    estimation::Faults,
+    fault::words::{Shown, counted, entries},
     gear::{
         Gear, Side,
         data::MOST_LENGTH,

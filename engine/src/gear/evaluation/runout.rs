@@ -16,8 +16,8 @@ use crate::{
     estimation::{
         self, Faults, FitError, FitSpec, Nodes,
         spec::{Model, Regularization},
-        words::{Shown, counted, entries},
     },
+    fault::words::{Shown, counted, entries},
     gear::{
         Gear, Side,
         involute::Flank,

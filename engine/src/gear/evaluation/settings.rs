@@ -6,7 +6,7 @@ use super::super::{
     data::{LEAST_LENGTH, MOST_LENGTH},
     trace::{Direction, Kind},
 };
-use crate::estimation::{Faults, words::Shown};
+use crate::{estimation::Faults, fault::words::Shown};
 
 /// Which way a posted deviation counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -25,7 +25,7 @@ use super::{
     suspects::{self, Suspects},
 };
 use crate::{
-    estimation::words::counted,
+    fault::words::counted,
     gear::{Gear, Trace},
 };
 

@@ -5,7 +5,7 @@ use super::{
     samples::{Sample, Taken},
     single::{FEWEST_SAMPLES, Subject, Values},
 };
-use crate::estimation::words::Shown;
+use crate::fault::words::Shown;
 
 /// A place that stands out of its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -24,10 +24,6 @@
 use std::f64::consts::PI;
 
 use super::Polar;
-use crate::estimation::{
-    Faults,
-    words::{Shown, counted},
-};
 use crate::geometry::{
     curve::{
         Curve,
@@ -36,6 +32,10 @@ use crate::geometry::{
     space::{Dimension, Vector},
 };
 use crate::numerics::cancel::Asking;
+use crate::{
+    estimation::Faults,
+    fault::words::{Shown, counted},
+};
 
 /// Most points of a profile, those of its steps and corners with them.
 pub const MOST_POINTS: usize = 200_000;

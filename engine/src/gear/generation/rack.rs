@@ -22,9 +22,9 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use super::Polar;
-use crate::estimation::{Faults, words::Shown};
 use crate::gear::{Gear, Side, involute::Flank};
 use crate::numerics::cancel::Asking;
+use crate::{estimation::Faults, fault::words::Shown};
 
 /// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal
 /// modules.

@@ -6,12 +6,12 @@
 //! tooth, has no profile.
 
 use super::{Polar, Root};
-use crate::estimation::{
-    Faults,
-    words::{Shown, counted},
-};
 use crate::gear::{Gear, Side, geometry::pointed_diameter, involute::Flank};
 use crate::numerics::cancel;
+use crate::{
+    estimation::Faults,
+    fault::words::{Shown, counted},
+};
 
 /// Most points of a profile.
 pub const MOST_POINTS: usize = 2_000_000;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::Geometry;
-use crate::estimation::words::Shown;
+use crate::fault::words::Shown;
 use crate::gear::{Gear, generation::Root};
 
 /// Below this normal thickness (in normal modules) a tip counts as thin.

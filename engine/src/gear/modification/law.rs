@@ -2,8 +2,8 @@
 //! for the twist, which is their product.
 
 use super::{LEAST_LENGTH, Range, Topography};
-use crate::estimation::{Faults, words::Shown};
 use crate::gear::Gear;
+use crate::{estimation::Faults, fault::words::Shown};
 
 /// How a relief grows from its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

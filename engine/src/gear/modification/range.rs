@@ -1,8 +1,8 @@
 //! The part of the flank that amounts of modifications refer to.
 
 use super::LEAST_LENGTH;
-use crate::estimation::{Faults, words::Shown};
 use crate::gear::{Gear, Geometry};
+use crate::{estimation::Faults, fault::words::Shown};
 
 /// Ends of profile and face width, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,15 +5,15 @@
 //! constant. Beyond the border the value of the nearest border place goes on.
 
 use super::{LEAST_LENGTH, Relief};
-use crate::estimation::{
-    Faults,
-    words::{Shown, counted},
-};
 use crate::geometry::{
     BSplineBasis,
     surface::{BSplineSurface, NodeGrid, grid::GridFault, interpolate::interpolate},
 };
 use crate::numerics::cancel::Asking;
+use crate::{
+    estimation::Faults,
+    fault::words::{Shown, counted},
+};
 
 /// Most nodes of one topography.
 pub const MOST_NODES: usize = 1_000_000;

@@ -14,8 +14,8 @@ use crate::{
         FitError, FitResult, FitSpec, fit,
         result::Warning,
         spec::{Estimator, Include, Regularization},
-        words::{Shown, counted},
     },
+    fault::words::{Shown, counted},
     gear::deviation::{Deviations, Node},
     numerics::cancel::Asking,
 };

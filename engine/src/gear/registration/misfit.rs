@@ -8,10 +8,8 @@ use super::{
     search::SHIFTS,
 };
 use crate::{
-    estimation::{
-        result::Warning,
-        words::{Shown, counted},
-    },
+    estimation::result::Warning,
+    fault::words::{Shown, counted},
     gear::{Gear, deviation::Deviations},
     numerics::quantiles::median,
 };

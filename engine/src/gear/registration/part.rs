@@ -8,10 +8,8 @@ use super::{
     start::{Start, nearest},
 };
 use crate::{
-    estimation::{
-        Faults, FitError, Nodes,
-        words::{Shown, counted},
-    },
+    estimation::{Faults, FitError, Nodes},
+    fault::words::{Shown, counted},
     gear::{
         Side,
         deviation::{

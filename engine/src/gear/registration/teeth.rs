@@ -12,7 +12,7 @@ use super::{
     start::nearest,
 };
 use crate::{
-    estimation::words::{Shown, counted},
+    fault::words::{Shown, counted},
     gear::deviation::{Touch, foot::phase},
 };
 

@@ -17,10 +17,9 @@
 pub mod case;
 pub mod closed_loop;
 
-use crate::estimation::{
-    Faults,
-    randomization::normal::Normals,
-    words::{Shown, counted, entries},
+use crate::{
+    estimation::{Faults, randomization::normal::Normals},
+    fault::words::{Shown, counted, entries},
 };
 
 pub use closed_loop::{Round, Run, Strategy, run};

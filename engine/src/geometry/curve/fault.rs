@@ -1,8 +1,8 @@
 //! Why a curve is refused, and where in the input the reason stands.
 
 use crate::{
+    fault::words::Shown,
     geometry::{KnotFault, space::ControlFault},
-    numerics::words::Shown,
 };
 
 /// The part of the input that a fault speaks of.

@@ -6,11 +6,11 @@
 
 use super::{BSplineSurface, Surface, SurfaceJet};
 use crate::{
+    fault::words::Shown,
     geometry::{
         BSplineBasis, KnotFault,
         space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
     },
-    numerics::words::Shown,
 };
 
 /// A patch over one rectangle, its net having (degree + 1) control points along each parameter.

@@ -6,11 +6,11 @@
 
 use super::bezier::one_span;
 use crate::{
+    fault::words::Shown,
     geometry::{
         curve::{BSplineCurve, Curve, CurveShape},
         space::{Dimension, Vector},
     },
-    numerics::words::Shown,
 };
 
 /// One of the four borders of a patch.

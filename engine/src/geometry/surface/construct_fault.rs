@@ -5,8 +5,8 @@ use super::{
     patchwork::PatchworkFault,
 };
 use crate::{
+    fault::words::counted,
     geometry::{curve::CurveFault, space::ControlFault},
-    numerics::words::counted,
 };
 
 /// The part of what was given that a fault speaks of.

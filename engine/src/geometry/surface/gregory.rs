@@ -16,8 +16,8 @@ use super::{
     to_b_spline,
 };
 use crate::{
+    fault::words::Shown,
     geometry::space::{ControlFault, Dimension, Vector},
-    numerics::words::Shown,
 };
 
 /// The control points: a 4 × 4 net (i along u, j along v) whose inner four are the `a` points, and

@@ -3,12 +3,12 @@
 
 use crate::numerics::cancel;
 use crate::{
+    fault::words::{Shown, counted},
     geometry::{
         BSplineBasis, KnotFault,
         curve::{CurveFault, Parametrization},
         space::{Dimension, HIGHEST_DEGREE, Vector},
     },
-    numerics::words::{Shown, counted},
 };
 
 /// Values at all crossings of two lists of parameters, v running fastest.

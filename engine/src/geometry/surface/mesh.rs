@@ -19,11 +19,11 @@ use super::{
 };
 use crate::numerics::cancel;
 use crate::{
+    fault::words::{Shown, counted},
     geometry::{
         curve::{BSplineCurve, Curve, CurveFault, CurveShape},
         space::{Dimension, Vector},
     },
-    numerics::words::{Shown, counted},
 };
 
 /// The curves of a mesh.

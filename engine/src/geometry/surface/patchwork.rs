@@ -3,7 +3,7 @@
 
 use super::{Surface, SurfaceJet, SurfaceShape, boundaries::merged, grid::GridFault, grid::ascending};
 use crate::geometry::space::{Dimension, Vector};
-use crate::numerics::{cancel, words::counted};
+use crate::{fault::words::counted, numerics::cancel};
 
 /// Patches over the rectangles between given u and given v. Some may have three sides.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,10 +3,8 @@
 use super::SurfaceSettings;
 use crate::numerics::cancel::Asking;
 use crate::{
-    estimation::{
-        Faults, FitError, Nodes,
-        words::{Shown, entries},
-    },
+    estimation::{Faults, FitError, Nodes},
+    fault::words::{Shown, entries},
     gear::{Gear, Kind, ProfileAxis, evaluation::EDGE},
 };
 
