@@ -2,7 +2,7 @@
 #   docker build --build-arg RUST_IMAGE=registry.example/rust:1-bookworm --build-arg RUN_IMAGE=registry.example/cc -t flankfit .
 # The symbols of exactly this program, for a debugger or a trace of addresses:
 #   docker build --target symbols --output symbols .
-ARG RUST_IMAGE=docker.io/library/rust:1-bookworm
+ARG RUST_IMAGE=docker.io/library/rust:1.95-bookworm
 ARG RUN_IMAGE=gcr.io/distroless/cc-debian12:nonroot
 
 # The manifest with an empty file for every target that it may name. It stays the same, and with it the layer of the dependencies, as long as
@@ -11,8 +11,8 @@ FROM ${RUST_IMAGE} AS manifest
 WORKDIR /all
 COPY . .
 RUN mkdir /manifest \
- && cp -r --parents Cargo.toml engine/Cargo.toml Cargo.lock .cargo /manifest \
- && for target in src/lib.rs src/main.rs engine/src/lib.rs benches/*.rs engine/benches/*.rs tests/*.rs tests/*/main.rs; do \
+ && cp -r --parents Cargo.toml engine/Cargo.toml xtask/Cargo.toml Cargo.lock .cargo /manifest \
+ && for target in src/lib.rs src/main.rs */src/lib.rs */src/main.rs benches/*/main.rs engine/benches/*/main.rs tests/*.rs tests/*/main.rs; do \
       mkdir -p "/manifest/$(dirname "$target")" && echo 'fn main() {}' > "/manifest/$target"; \
     done
 

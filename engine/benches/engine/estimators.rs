@@ -1,4 +1,4 @@
-//! Robust estimators: `cargo bench --bench estimators`. One call of `fit` on a flank grid of degree
+//! Robust estimators: `cargo xtask bench estimators`. One call of `fit` on a flank grid of degree
 //! (3,3) on which every tenth node is a gross peak; `least_squares` is there to compare with.
 
 use divan::Bencher;
@@ -9,10 +9,6 @@ use flankfit_engine::estimation::{
     robust::loss::Loss,
     spec::{Degree, Model, PolynomialBasis, Terms},
 };
-
-fn main() {
-    divan::main();
-}
 
 /// 45, 1,000 and 10,000 nodes.
 const SHAPES: [(usize, usize); 3] = [(5, 9), (25, 40), (100, 100)];

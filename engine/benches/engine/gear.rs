@@ -1,4 +1,4 @@
-//! Gears: `cargo bench --bench gear`. Nominal and modified grids of a million nodes, and what a
+//! Gears: `cargo xtask bench gear`. Nominal and modified grids of a million nodes, and what a
 //! gear's data cost to work out.
 
 use divan::{Bencher, counter::ItemsCount};
@@ -8,10 +8,6 @@ use flankfit_engine::gear::{
     involute::{Flank, Place},
     modification::{End, Flanks, Growth, Law, Modification, Range},
 };
-
-fn main() {
-    divan::main();
-}
 
 const NODES: usize = 1_000_000;
 

@@ -1,4 +1,4 @@
-//! Surfaces: `cargo bench --bench surfaces`. A million places of a bicubic surface, least squares
+//! Surfaces: `cargo xtask bench surfaces`. A million places of a bicubic surface, least squares
 //! on 100 × 100 nodes, closest points.
 
 use divan::{Bencher, counter::ItemsCount};
@@ -11,10 +11,6 @@ use flankfit_engine::geometry::{
         least_squares::{AxisKnots, least_squares},
     },
 };
-
-fn main() {
-    divan::main();
-}
 
 const PLACES: usize = 1_000_000;
 

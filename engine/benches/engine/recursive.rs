@@ -1,4 +1,4 @@
-//! Nodes one by one: `cargo bench --bench recursive`. What is timed is one node added to an
+//! Nodes one by one: `cargo xtask bench recursive`. What is timed is one node added to an
 //! estimate that has seen 100 or 10,000 (the cost must not grow with them), and one look at its
 //! result.
 
@@ -7,10 +7,6 @@ use flankfit_engine::estimation::{
     FitSpec, Nodes, Recursive,
     spec::{Degree, Domain, Model, PolynomialBasis, Terms},
 };
-
-fn main() {
-    divan::main();
-}
 
 const DEGREES: [usize; 4] = [2, 3, 5, 9];
 

@@ -1,4 +1,4 @@
-//! Files of gear measurements: `cargo bench --bench gear_files`. A curve file of 5 MB with teeth
+//! Files of gear measurements: `cargo xtask bench gear_files`. A curve file of 5 MB with teeth
 //! all around, the same with its positions, a value file, and a list of points.
 
 use std::fmt::Write as _;
@@ -14,14 +14,10 @@ use flankfit_engine::{
 };
 
 #[expect(dead_code, reason = "the tests' writer has more shapes than a benchmark needs")]
-#[path = "../tests/formats/klingelnberg_file.rs"]
+#[path = "../../tests/formats/klingelnberg_file.rs"]
 mod klingelnberg_file;
 
 use klingelnberg_file::{Lines, Style, Trace};
-
-fn main() {
-    divan::main();
-}
 
 /// 480 samples with the noise of a generator of fixed sequence, undefined at the end.
 fn samples(seed: usize) -> Vec<Option<f64>> {

@@ -1,4 +1,4 @@
-//! Filters and the fit behind them: `cargo bench --bench filters`. What is timed is one whole fit
+//! Filters and the fit behind them: `cargo xtask bench filters`. What is timed is one whole fit
 //! with one filter, hence also the filtered columns whose collinearity is reported.
 
 use divan::Bencher;
@@ -8,10 +8,6 @@ use flankfit_engine::estimation::{
     fit,
     spec::{Degree, Model, PolynomialBasis, Terms},
 };
-
-fn main() {
-    divan::main();
-}
 
 /// Places along u and v.
 const SHAPES: [(usize, usize); 3] = [(9, 15), (40, 60), (200, 200)];

@@ -1,4 +1,4 @@
-//! Evaluation of measured flanks: `cargo bench --bench gear_evaluation`. A whole gear of 60 teeth
+//! Evaluation of measured flanks: `cargo xtask bench gear_evaluation`. A whole gear of 60 teeth
 //! (profile and helix of both flanks, 480 samples each), the second-order surface of a flank, and
 //! pitch with run-out.
 
@@ -20,10 +20,6 @@ use flankfit_engine::{
         tolerance::Rounding,
     },
 };
-
-fn main() {
-    divan::main();
-}
 
 const TEETH: u32 = 60;
 const SAMPLES: usize = 480;

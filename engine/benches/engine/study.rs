@@ -1,12 +1,8 @@
-//! The randomisation study: `cargo bench --bench study`. Levels from so small that arithmetic of
+//! The randomisation study: `cargo xtask bench study`. Levels from so small that arithmetic of
 //! twice the precision is needed to so large that it is not.
 
 use divan::Bencher;
 use flankfit_engine::estimation::randomization::{ColumnScaling, Setup, Study, run};
-
-fn main() {
-    divan::main();
-}
 
 /// Powers of a roll length from 9 to 17 mm.
 fn study(rows: usize, columns: usize, level: f64) -> Study {

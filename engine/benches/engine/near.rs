@@ -1,4 +1,4 @@
-//! Curves and surfaces near points: `cargo bench --bench near`.
+//! Curves and surfaces near points: `cargo xtask bench near`.
 //!
 //! The big surface is the one that the limits were made for: 1,000,000 scattered nodes, 40 × 40
 //! spans, bicubic (1,849 coefficients).
@@ -14,10 +14,6 @@ use flankfit_engine::estimation::{
     },
     spec::{Criterion, Degree, FitSpec, Knots, Model, Parameter, Regularization, Tikhonov},
 };
-
-fn main() {
-    divan::main();
-}
 
 /// Numbers in [0, 1) that look random and are the same on every machine.
 fn noise(count: usize, seed: u64) -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! Curves through points: `cargo bench --bench curves`. Construction with and without the figures
+//! Curves through points: `cargo xtask bench curves`. Construction with and without the figures
 //! of stability, evaluation of a million places, closest points, arc length.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
@@ -7,10 +7,6 @@ use flankfit_engine::geometry::curve::{
     construct::shape_through, measure::DEFAULT_TOLERANCE, through,
 };
 use flankfit_engine::geometry::space::{Dimension, Vector};
-
-fn main() {
-    divan::main();
-}
 
 const METHODS: [&str; 6] = ["lagrange", "newton", "akima", "monotone", "cubic_spline", "b_spline"];
 const PLACES: usize = 1_000_000;

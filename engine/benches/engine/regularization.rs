@@ -1,4 +1,4 @@
-//! The regularised estimators: `cargo bench --bench regularization`. One call of `fit` each, on the
+//! The regularised estimators: `cargo xtask bench regularization`. One call of `fit` each, on the
 //! same flank, so that what differs is the regularisation; the default (spectral, min_mse) is the
 //! yardstick.
 
@@ -10,10 +10,6 @@ use flankfit_engine::estimation::{
         ShrinkageFactor, Terms, Tikhonov,
     },
 };
-
-fn main() {
-    divan::main();
-}
 
 /// 40 × 25 nodes of a flank in mm, heights of a few micrometres with a ripple that no polynomial
 /// follows.

@@ -1,61 +1,25 @@
 //! A load generator: so many keep-alive connections, each sending the same request again as soon as
-//! it is answered. It runs on one thread of its own, so that of two cores the server has at least
-//! one.
+//! it is answered. It runs on the thread of the bench alone, so that of two cores the server has at
+//! least one.
 
-use std::{
-    io,
-    net::SocketAddr,
-    time::{Duration, Instant},
-};
+use std::{io, net::SocketAddr};
 
 use flankfit::{app::App, config::ServeSettings};
-use tokio::{net::TcpStream, sync::oneshot};
-
-/// The one of the program.
-#[global_allocator]
-static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
-
-/// How hard to press and for how long.
-#[derive(Clone, Copy)]
-pub struct Load {
-    pub connections: usize,
-    pub warm_up: Duration,
-    pub measured: Duration,
-}
-
-/// What came back.
-pub struct Report {
-    /// Requests answered with a 2xx a second.
-    pub per_second: f64,
-    pub p50: Duration,
-    pub p99: Duration,
-    /// Answers that were no 2xx.
-    pub refused: usize,
-}
-
-impl std::fmt::Display for Report {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let ms = |d: Duration| d.as_secs_f64() * 1e3;
-        write!(
-            f,
-            "{:>9.0} requests/s   p50 {:>7.3} ms   p99 {:>7.3} ms   refused {}",
-            self.per_second,
-            ms(self.p50),
-            ms(self.p99),
-            self.refused
-        )
-    }
-}
+use tokio::{net::TcpStream, runtime::Runtime, sync::oneshot, task::JoinSet};
 
 /// A server of this process, stopped when dropped.
 pub struct Server {
     pub address: SocketAddr,
     _stop: oneshot::Sender<()>,
-    _runtime: tokio::runtime::Runtime,
+    _runtime: Runtime,
+    _database: tempfile::TempDir,
 }
 
 impl Server {
-    pub fn start(database_url: String) -> Self {
+    /// With an empty database of that name.
+    pub fn start(name: &str) -> Self {
+        let database = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder for the database");
+        let database_url = format!("sqlite://{}", database.path().join(name).with_extension("db").display());
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().expect("threads can be made");
         let settings =
             ServeSettings { bind: SocketAddr::from(([127, 0, 0, 1], 0)), database_url, ..ServeSettings::default() };
@@ -65,7 +29,7 @@ impl Server {
         runtime.spawn(app.serve(async {
             let _ = stopped.await;
         }));
-        Server { address, _stop: stop, _runtime: runtime }
+        Server { address, _stop: stop, _runtime: runtime, _database: database }
     }
 }
 
@@ -88,52 +52,43 @@ pub fn once(address: SocketAddr, request: &[u8]) -> (u16, Vec<u8>) {
     single_thread().block_on(exchange).expect("the server answers")
 }
 
-/// Presses.
-pub fn run(address: SocketAddr, request: &[u8], load: Load) -> Report {
-    let request: std::sync::Arc<[u8]> = request.into();
-    let runtime = single_thread();
-    let outcome = runtime.block_on(async {
-        let start = Instant::now() + load.warm_up;
-        let end = start + load.measured;
-        let mut tasks = Vec::new();
-        for _ in 0..load.connections {
-            let request = request.clone();
-            tasks.push(tokio::spawn(async move {
-                let mut connection = Connection::open(address).await?;
-                let (mut latencies, mut refused) = (Vec::new(), 0);
-                loop {
-                    let sent = Instant::now();
-                    let (status, _) = connection.exchange(&request).await?;
-                    let answered = Instant::now();
-                    if answered >= end {
-                        return Ok::<_, io::Error>((latencies, refused));
+/// Connections that stay open from round to round.
+pub struct Press {
+    runtime: Runtime,
+    connections: Vec<Connection>,
+}
+
+impl Press {
+    pub fn new(address: SocketAddr, connections: usize) -> Self {
+        let runtime = single_thread();
+        let open = || runtime.block_on(Connection::open(address)).expect("the server takes connections");
+        let connections = (0..connections).map(|_| open()).collect();
+        Press { runtime, connections }
+    }
+
+    /// Sends the request so many times over all connections at once, and waits for the answers, each
+    /// of them a 2xx.
+    pub fn round(&mut self, request: &[u8], requests: usize) {
+        let of_each = requests / self.connections.len();
+        let mut at_work = JoinSet::new();
+        for mut connection in self.connections.drain(..) {
+            let request = request.to_vec();
+            at_work.spawn_on(
+                async move {
+                    for _ in 0..of_each {
+                        let (status, _) = connection.exchange(&request).await.expect("the server answers");
+                        assert!((200..300).contains(&status), "refused with {status}");
                     }
-                    if sent >= start {
-                        if (200..300).contains(&status) { latencies.push(answered - sent) } else { refused += 1 }
-                    }
-                }
-            }));
+                    connection
+                },
+                self.runtime.handle(),
+            );
         }
-        let (mut latencies, mut refused) = (Vec::new(), 0);
-        for task in tasks {
-            let (of_one, refused_of_one) = task.await.expect("a connection does not panic")?;
-            latencies.extend(of_one);
-            refused += refused_of_one;
-        }
-        Ok::<_, io::Error>((latencies, refused))
-    });
-    let (mut latencies, refused) = outcome.expect("the server keeps the connections");
-    latencies.sort_unstable();
-    let quantile = |q: f64| latencies.get((latencies.len() as f64 * q) as usize).copied().unwrap_or_default();
-    Report {
-        per_second: latencies.len() as f64 / load.measured.as_secs_f64(),
-        p50: quantile(0.50),
-        p99: quantile(0.99),
-        refused,
+        self.connections = self.runtime.block_on(at_work.join_all());
     }
 }
 
-fn single_thread() -> tokio::runtime::Runtime {
+fn single_thread() -> Runtime {
     tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime can be made")
 }
 

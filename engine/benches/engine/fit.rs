@@ -1,4 +1,4 @@
-//! The engine alone: `cargo bench --bench fit`. Nodes are made once; what is timed is one call of
+//! The engine alone: `cargo xtask bench fit`. Nodes are made once; what is timed is one call of
 //! `fit` with the defaults of the contract, hence with the spectrum, every criterion's λ*, bounds
 //! and collinearity.
 
@@ -7,10 +7,6 @@ use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
     spec::{Degree, Model, PolynomialBasis, Terms},
 };
-
-fn main() {
-    divan::main();
-}
 
 /// Nodes along u and v: 45, 1,000, 10,000 and 1,000,000 of them.
 const SHAPES: [(usize, usize); 4] = [(5, 9), (25, 40), (100, 100), (1000, 1000)];

@@ -1,33 +1,37 @@
-//! The HTTP path: `cargo bench --bench http`. A server of this process, eight keep-alive
-//! connections, full diagnostics in every answer. The load generator takes its share of the same
-//! cores.
+//! `POST /v1/fits`: eight keep-alive connections, full diagnostics in every answer.
 
-mod load;
-
-use std::time::Duration;
-
-use load::{Load, Server, post};
+use divan::{Bencher, counter::ItemsCount};
 use serde_json::{Value, json};
 
-const LOAD: Load = Load { connections: 8, warm_up: Duration::from_secs(1), measured: Duration::from_secs(5) };
+use super::load::{self, Press, Server, post};
 
-fn main() {
-    let database = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder for the database");
-    let server = Server::start(format!("sqlite://{}", database.path().join("http.db").display()));
-    for (name, body) in [
-        ("POST /v1/fits, 45 grid nodes, degree (3,3)", grid(5, 9, 3)),
-        ("POST /v1/fits, 1,000 grid nodes, degree (3,3)", grid(25, 40, 3)),
-        ("POST /v1/fits, 10,000 grid nodes, degree (3,3)", grid(100, 100, 3)),
-        ("POST /v1/fits, 10,000 scattered nodes, degree (3,3)", scattered(100, 100, 3)),
-    ] {
-        let request = post("/v1/fits", &body.to_string());
-        let (status, answer) = load::once(server.address, &request);
-        assert_eq!(status, 200, "{}", String::from_utf8_lossy(&answer));
-        let report = load::run(server.address, &request, LOAD);
-        println!("{name:<52} {report}   ({} B in, {} B out)", request.len(), answer.len());
-    }
+const CONNECTIONS: usize = 8;
+/// Requests of a round, so many that its beginning and end do not count.
+const ROUND: usize = 800;
+
+/// 45, 1,000 and 10,000 nodes, degree (3,3).
+const SHAPES: [(usize, usize); 3] = [(5, 9), (25, 40), (100, 100)];
+
+#[divan::bench(args = SHAPES, sample_size = 1, max_time = 5)]
+fn grids(bencher: Bencher, (nu, nv): (usize, usize)) {
+    rounds(bencher, &grid(nu, nv, 3));
 }
 
+#[divan::bench(args = [SHAPES[2]], sample_size = 1, max_time = 5)]
+fn scattered_nodes(bencher: Bencher, (nu, nv): (usize, usize)) {
+    rounds(bencher, &scattered(nu, nv, 3));
+}
+
+fn rounds(bencher: Bencher, body: &Value) {
+    let server = Server::start("fits");
+    let request = post("/v1/fits", &body.to_string());
+    let (status, answer) = load::once(server.address, &request);
+    assert_eq!(status, 200, "{}", String::from_utf8_lossy(&answer));
+    let mut press = Press::new(server.address, CONNECTIONS);
+    bencher.counter(ItemsCount::new(ROUND)).bench_local(|| press.round(&request, ROUND));
+}
+
+/// A request with the defaults of the contract.
 fn request(nodes: Value, degree: usize) -> Value {
     json!({"nodes": nodes, "model": {"type": "polynomial", "degree": [degree, degree]}})
 }
