@@ -1,0 +1,142 @@
+//! `deny.toml` kept: licences, bans and sources of everything that the program is built from. Where
+//! `cargo deny` is installed the gate asks it as well; this test has the same rules of the same
+//! file and needs cargo alone.
+
+use std::{collections::BTreeSet, fs, process::Command};
+
+use serde_json::Value;
+
+use super::root;
+
+const CRATES_IO: &str = "registry+https://github.com/rust-lang/crates.io-index";
+
+/// The strings between `open` and the next `close`.
+fn strings_between(text: &str, open: &str, close: &str) -> Vec<String> {
+    let from = text.find(open).unwrap_or_else(|| panic!("deny.toml has no {open:?}")) + open.len();
+    let inside = &text[from..from + text[from..].find(close).expect("it ends")];
+    inside.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+/// What `deny.toml` says.
+struct Rules {
+    targets: Vec<String>,
+    licences: Vec<String>,
+    banned: Vec<String>,
+}
+
+impl Rules {
+    fn read() -> Self {
+        let text = fs::read_to_string(root().join("deny.toml")).expect("deny.toml");
+        for rule in [r#"wildcards = "deny""#, r#"unknown-registry = "deny""#, r#"unknown-git = "deny""#] {
+            assert!(text.contains(rule), "deny.toml without {rule}, which this test keeps");
+        }
+        let bans = &text[text.find("\ndeny = [").expect("bans")..text.find("[sources]").expect("sources")];
+        let banned = bans.split("name = \"").skip(1).map(|rest| rest[..rest.find('"').expect("a name")].to_owned());
+        Rules {
+            targets: strings_between(&text, "targets = [", "]"),
+            licences: strings_between(&text, "\nallow = [", "]"),
+            banned: banned.collect(),
+        }
+    }
+}
+
+/// Whether an SPDX expression can be met by licences that are allowed. `A/B` is what `A OR B` was
+/// before.
+fn allowed(expression: &str, licences: &[String]) -> bool {
+    let spaced = expression.replace('/', " OR ").replace('(', " ( ").replace(')', " ) ");
+    let tokens: Vec<&str> = spaced.split_whitespace().collect();
+    let mut at = 0;
+    let met = any_of(&tokens, &mut at, licences);
+    met && at == tokens.len()
+}
+
+fn any_of(tokens: &[&str], at: &mut usize, licences: &[String]) -> bool {
+    let mut met = all_of(tokens, at, licences);
+    while tokens.get(*at) == Some(&"OR") {
+        *at += 1;
+        met |= all_of(tokens, at, licences);
+    }
+    met
+}
+
+fn all_of(tokens: &[&str], at: &mut usize, licences: &[String]) -> bool {
+    let mut met = one(tokens, at, licences);
+    while tokens.get(*at) == Some(&"AND") {
+        *at += 1;
+        met &= one(tokens, at, licences);
+    }
+    met
+}
+
+fn one(tokens: &[&str], at: &mut usize, licences: &[String]) -> bool {
+    let Some(&token) = tokens.get(*at) else { return false };
+    *at += 1;
+    if token == "(" {
+        let met = any_of(tokens, at, licences);
+        *at += 1;
+        return met;
+    }
+    let mut name = token.to_owned();
+    if tokens.get(*at) == Some(&"WITH") {
+        name = format!("{token} WITH {}", tokens.get(*at + 1).copied().unwrap_or_default());
+        *at += 2;
+    }
+    licences.contains(&name)
+}
+
+/// The packages that a target is built from, development included.
+fn packages(target: &str) -> Vec<Value> {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.args(["metadata", "--locked", "--format-version", "1", "--filter-platform", target]);
+    let output = cargo.current_dir(root()).output().expect("cargo can be started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo writes JSON");
+    let nodes = metadata["resolve"]["nodes"].as_array().expect("a graph");
+    let used: BTreeSet<&str> = nodes.iter().filter_map(|node| node["id"].as_str()).collect();
+    let all = metadata["packages"].as_array().expect("packages");
+    all.iter().filter(|package| package["id"].as_str().is_some_and(|id| used.contains(id))).cloned().collect()
+}
+
+#[test]
+fn licences_bans_and_sources_are_those_of_deny_toml() {
+    let rules = Rules::read();
+    assert!(!rules.targets.is_empty() && !rules.licences.is_empty() && !rules.banned.is_empty());
+    let mut wrong = BTreeSet::new();
+    for target in &rules.targets {
+        for package in packages(target) {
+            let name = package["name"].as_str().expect("a name");
+            let licence = package["license"].as_str().unwrap_or("none");
+            if !allowed(licence, &rules.licences) {
+                wrong.insert(format!("{name}: licence {licence}"));
+            }
+            if rules.banned.iter().any(|banned| banned == name) {
+                wrong.insert(format!("{name} is banned"));
+            }
+            match package["source"].as_str() {
+                Some(CRATES_IO) => {}
+                Some(other) => _ = wrong.insert(format!("{name} comes from {other}")),
+                None => {
+                    let needed = package["dependencies"].as_array().expect("dependencies");
+                    // A path is a version of its own.
+                    let any = |needed: &&Value| needed["req"] == "*" && needed["path"].is_null();
+                    wrong.extend(needed.iter().filter(any).map(|d| format!("{name} takes any {}", d["name"])));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn licence_expressions_are_read() {
+    let licences: Vec<String> = ["MIT", "Apache-2.0", "Zlib"].map(str::to_owned).into();
+    let met = ["MIT", "MIT OR GPL-3.0", "GPL-3.0/MIT", "(MIT OR GPL-3.0) AND Zlib", "GPL-3.0 AND MIT OR Zlib"];
+    for expression in met {
+        assert!(allowed(expression, &licences), "{expression}");
+    }
+    let unmet =
+        ["GPL-3.0", "MIT AND GPL-3.0", "Apache-2.0 WITH LLVM-exception", "(MIT OR Zlib) AND GPL-3.0", "", "none"];
+    for expression in unmet {
+        assert!(!allowed(expression, &licences), "{expression}");
+    }
+}
