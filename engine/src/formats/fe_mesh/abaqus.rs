@@ -2,35 +2,22 @@
 
 use std::{io::Write as _, sync::Arc};
 
-use super::super::{
-    fault::ExportFault,
-    label::{Label, SYSTEM},
-    number::real_within,
-    pieces::Pieces,
-    quad_mesh::QuadMesh,
-    text::ascii,
+use super::{
+    super::{
+        fault::ExportFault,
+        label::{Label, SYSTEM},
+        pieces::Pieces,
+        quad_mesh::QuadMesh,
+    },
+    coordinates::{node_lines, title},
 };
-
-/// The columns that Abaqus takes for a number; what would need more is rounded, to 12 digits at
-/// worst.
-const WIDTH: usize = 20;
 
 /// Nodes in the set `NODES`, elements in the set `FLANK`. Section, material and steps are the
 /// user's.
 pub fn abaqus(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
-    if mesh.faces().is_empty() {
-        return Err(ExportFault::Nothing);
-    }
-    let name: String = ascii(&label.name).chars().take(80).collect();
-    let written = label.written_at.iso_8601();
+    let (name, written) = title(&mesh, label, 80)?;
     let head = format!("*HEADING\n{SYSTEM}: {name}\n** {written}, lengths in mm\n*NODE, NSET=NODES\n");
-    let nodes = Arc::clone(&mesh);
-    let mut file = Pieces::new().text(head).lines(mesh.nodes().len(), move |i, out| {
-        let p = nodes.nodes()[i];
-        let [x, y, z] = [p.x, p.y, p.z].map(|x| real_within(x, WIDTH));
-        // Writing to a vector cannot fail.
-        let _ = writeln!(out, "{}, {x}, {y}, {z}", i + 1);
-    });
+    let mut file = node_lines(Pieces::new().text(head), Arc::clone(&mesh), ", ");
     for (kind, count) in [("S4", 4), ("S3", 3)] {
         if mesh.faces().iter().any(|face| face.corners().len() == count) {
             file = file.text(format!("*ELEMENT, TYPE={kind}, ELSET=FLANK\n"));

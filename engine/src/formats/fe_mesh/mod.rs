@@ -7,6 +7,7 @@
 
 mod abaqus;
 mod adina;
+mod coordinates;
 mod tables;
 
 pub use abaqus::abaqus;
