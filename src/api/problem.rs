@@ -8,8 +8,10 @@ use std::{borrow::Cow, fmt::Display};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::json_writer::NotFinite;
-use crate::api::faults::{Fault, Faults};
+use crate::api::{
+    faults::{Fault, Faults},
+    json::{error::ReadError, writer::NotFinite},
+};
 use flankfit_engine::estimation::FitError;
 
 /// An error. `application/problem+json` (RFC 9457).
@@ -333,6 +335,15 @@ impl From<FitError> for Problem {
                 )
             },
             FitError::NotConverged(what) => Problem::new(ProblemCode::NotConverged, what),
+        }
+    }
+}
+
+impl From<ReadError> for Problem {
+    fn from(error: ReadError) -> Self {
+        match error {
+            ReadError::Malformed { detail } => Problem::new(ProblemCode::MalformedBody, detail),
+            ReadError::Invalid(faults) => Problem::invalid(faults),
         }
     }
 }

@@ -9,20 +9,27 @@ use std::{
 
 use clap::Args;
 
-use super::demo::table::Table;
-use crate::api::{
-    gears::{
-        deviations,
-        evaluate::{EvaluatedTraceBody, EvaluationBody},
-        evaluate_request::EvaluationSettingsBody,
-        figures::FigureBody,
-        file::{self, FileRead, ImportSpecBody},
-        file_gears::{self, GearsOfFileBody},
-        gear::GearBody,
-        trace::{KindName, SideName},
+use crate::{
+    api::{
+        gears::{
+            deviations,
+            evaluation::{
+                answer::{EvaluatedTraceBody, EvaluationBody},
+                figures::FigureBody,
+                request::EvaluationSettingsBody,
+            },
+            files::{
+                gears::{self, GearsOfFileBody},
+                read::{self, FileRead, ImportSpecBody},
+            },
+            gear::GearBody,
+            trace::KindName,
+        },
+        json::part::read_json,
+        measurand::side::SideName,
+        problem::Problem,
     },
-    problem::Problem,
-    reader,
+    cli::demo::table::Table,
 };
 use flankfit_engine::{
     fault::words::Shown,
@@ -89,7 +96,7 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
     let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
     let parsed = gear_file::read(&content, name.as_deref());
     if let (Ok(GearFile::Model(_)), None) = (&parsed, &arguments.component) {
-        return gears(&file_gears::read(&content, name.as_deref()).map_err(said)?, arguments.json);
+        return gears(&gears::read(&content, name.as_deref()).map_err(said)?, arguments.json);
     }
     if let Ok(GearFile::Values(values)) = parsed {
         let mut table = Table::new(["code", "result", "value"], 2);
@@ -104,18 +111,16 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
         return Ok(table.to_string());
     }
     let gear = match &arguments.gear {
-        Some(path) => Some(reader::read_json::<GearBody>(&bytes(path)?).map_err(|error| said(error.into()))?),
+        Some(path) => Some(read_json::<GearBody>(&bytes(path)?).map_err(|error| said(error.into()))?),
         None => None,
     };
     let evaluation = match &arguments.settings {
-        Some(path) => {
-            Some(reader::read_json::<EvaluationSettingsBody>(&bytes(path)?).map_err(|error| said(error.into()))?)
-        }
+        Some(path) => Some(read_json::<EvaluationSettingsBody>(&bytes(path)?).map_err(|error| said(error.into()))?),
         None => None,
     };
     let component = arguments.component.clone();
     let spec = ImportSpecBody { gear, evaluation, component, ..ImportSpecBody::default() };
-    let read = file::read(&content, name.as_deref(), &spec, None).map_err(said)?;
+    let read = read::read(&content, name.as_deref(), &spec, None).map_err(said)?;
     for warning in &read.warnings {
         eprintln!("{}: {}", warning.code, warning.message);
     }
@@ -194,7 +199,7 @@ fn flanks(read: &FileRead) -> Result<String, std::fmt::Error> {
         let number = |x: f64| format!("{x:.2}");
         table.row([
             flank.tooth.clone(),
-            file::word(flank.side).to_owned(),
+            read::word(flank.side).to_owned(),
             flank.places.len().to_string(),
             number(deviations().sum::<f64>() / count),
             number((deviations().map(|d| d * d).sum::<f64>() / count).sqrt()),

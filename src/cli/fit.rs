@@ -8,7 +8,7 @@ use std::{
 
 use clap::Args;
 
-use crate::api::{problem::Problem, service};
+use crate::api::{fits::service, problem::Problem};
 
 #[derive(Debug, Args)]
 pub struct FitArguments {

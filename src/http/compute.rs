@@ -15,8 +15,8 @@ use super::{
     state::AppState,
 };
 use crate::api::{
+    json::{extra::Extra, part},
     problem::{Problem, Room},
-    reader::{self, Extra},
 };
 use flankfit_engine::estimation::{self, FitSpec, Nodes};
 
@@ -108,7 +108,7 @@ where
             return Ok(T::default());
         }
         match media {
-            Media::Json => Ok(reader::read_json(&text)?),
+            Media::Json => Ok(part::read_json(&text)?),
             Media::Multipart(other) | Media::Other(other) => Err(unsupported(&other, "application/json")),
         }
     };

@@ -6,14 +6,15 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{body::Payload, compute::read_json, files::attachment, fits::json, state::AppState};
 use crate::api::{
-    problem::Problem,
-    shapes::{
-        curve_closest::{self, ClosestOnCurveBody, CurveFeetBody},
-        curve_evaluate::{self, CurveValuesBody, EvaluateCurveBody},
-        curve_request::{self, CurveRequest},
-        curve_result::BuiltCurveBody,
-        export::{self, ExportCurveBody},
+    curves::{
+        self,
+        closest::{self, ClosestOnCurveBody, CurveFeetBody},
+        evaluate::{self, CurveValuesBody, EvaluateCurveBody},
+        request::CurveRequest,
+        result::BuiltCurveBody,
     },
+    problem::Problem,
+    shapes::export::{self, ExportCurveBody},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -36,7 +37,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         body = BuiltCurveBody))
 )]
 async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    let built = read_json(&state, payload, |text| curve_request::build(text, None)).await?;
+    let built = read_json(&state, payload, |text| curves::build(text, None)).await?;
     Ok(json(built.result))
 }
 
@@ -49,7 +50,7 @@ async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result
     responses((status = 200, description = "Values in the order of `at`.", body = CurveValuesBody))
 )]
 async fn evaluate_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, curve_evaluate::answer).await?))
+    Ok(json(read_json(&state, payload, evaluate::answer).await?))
 }
 
 /// Finds the point of a curve that is closest to each given point.
@@ -61,7 +62,7 @@ async fn evaluate_curve(State(state): State<AppState>, payload: Payload) -> Resu
     responses((status = 200, description = "Closest points in the order of the given ones.", body = CurveFeetBody))
 )]
 async fn closest_points_of_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, curve_closest::answer).await?))
+    Ok(json(read_json(&state, payload, closest::answer).await?))
 }
 
 /// Writes a curve as a file: IGES 126 or STEP AP242 for CAD systems, VTK or CSV for looking.

@@ -19,16 +19,16 @@ use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
-use super::{
-    closing::Guest,
-    extract::{PathOf, QueryOf},
-    state::AppState,
-};
 use crate::{
     api::{
-        events::{self, JobEventBody},
         faults::Faults,
+        jobs::events::{self, JobEventBody},
         problem::{Problem, ProblemCode},
+    },
+    http::{
+        closing::Guest,
+        extract::{PathOf, QueryOf},
+        state::AppState,
     },
     jobs::RepositoryError,
 };

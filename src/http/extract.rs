@@ -11,8 +11,8 @@ use uuid::Uuid;
 
 use super::{body::Payload, compute::read_small_json, state::AppState};
 use crate::api::{
+    json::part::read_json,
     problem::{Problem, ProblemCode},
-    reader,
 };
 
 /// Path parameters; an id of the wrong form is an id that does not exist (404).
@@ -93,7 +93,7 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for JsonOf<T> {
     async fn from_request(request: Request, state: &AppState) -> Result<Self, Problem> {
         let limit = state.settings.body_limit.min(SMALL_BODY);
         let payload = Payload::collect(request, state, limit).await?;
-        let read = |text: &[u8]| Ok(JsonOf(reader::read_json(text)?));
+        let read = |text: &[u8]| Ok(JsonOf(read_json(text)?));
         read_small_json(state, payload, limit, read).await
     }
 }

@@ -9,11 +9,13 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{body::Payload, budget::Held, compute::read_and, state::AppState, unsent::weighed};
 use crate::api::{
-    fit_result::FitResultBody,
-    fit_spec::{FitForm, FitRequest},
-    measurand::MeasurandBody,
+    fits::{
+        answer::result::FitResultBody,
+        service,
+        spec::request::{FitForm, FitRequest},
+    },
+    measurand::axes::MeasurandBody,
     problem::Problem,
-    service,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {

@@ -18,19 +18,19 @@ use super::{
 use crate::{
     api::{
         gears::{
-            correction::{self, CorrectionBody},
-            correction_answer::{self, After, KeptCorrectionBody, Measured},
-            correction_csv,
-            correction_include::{CorrectionInclude, KeptIncludeName},
-            correction_request::CorrectionRequestBody,
-            deviations,
-            deviations_request::DeviationsRequestBody,
-            evaluate,
-            evaluate_request::EvaluateBody,
+            correction::{
+                self, csv,
+                include::{CorrectionInclude, KeptIncludeName},
+                kept::{self, After, KeptCorrectionBody, Measured},
+                request::CorrectionRequestBody,
+                result::CorrectionBody,
+            },
+            deviations::{self, request::DeviationsRequestBody},
+            evaluation::{self, request::EvaluateBody},
             gear::of_job,
         },
+        jobs::records::{self, RecordBody},
         problem::{Problem, ProblemCode},
-        records::{self, RecordBody},
     },
     jobs::{Later, RecordKind},
 };
@@ -106,7 +106,7 @@ async fn create_iteration_evaluation(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        let built = evaluate::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?;
+        let built = evaluation::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?;
         Ok(about.of_gear(records::draft(RecordKind::Evaluation, text, built)?).into())
     };
     keep(state, place, "evaluations", key, payload, build).await
@@ -186,7 +186,7 @@ async fn get_iteration_correction(
         return Err(Problem::new(ProblemCode::NotFound, "The iteration has no correction."));
     };
     if form == Form::Csv {
-        return Ok(form.response(state.pool.run(move || correction_csv::write(&record)).await??));
+        return Ok(form.response(state.pool.run(move || csv::write(&record)).await??));
     }
     let (before, _before) = measured(&state, job, number).await?.into_parts();
     let (after, _after) = match state.jobs.later(job, number).await? {
@@ -198,8 +198,7 @@ async fn get_iteration_correction(
         Later { .. } => (After::Nothing, None),
     };
     let today = of_job(&state.jobs.job(job).await?)?;
-    let body =
-        state.pool.run(move || correction_answer::write(&record, &before, &after, today.as_ref(), include)).await??;
+    let body = state.pool.run(move || kept::write(&record, &before, &after, today.as_ref(), include)).await??;
     Ok(form.response(body))
 }
 

@@ -6,31 +6,37 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{
-    accept::Form,
-    body::Payload,
-    compute::{read_json, read_json_in_room},
-    fits::{json, json_held},
-    multipart::{FileForm, read_file},
-    state::AppState,
-    unsent::weighed,
-};
-use crate::api::{
-    faults::Faults,
-    gears::{
-        deviations::{self, DeviationsBody},
-        deviations_request::DeviationsRequestBody,
-        evaluate::{self, EvaluationBody},
-        evaluate_request::EvaluateBody,
-        file_gears::{self, GearsOfFileBody},
-        flank::{self, FlankBody, FlankRequestBody},
-        flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
-        geometry::{self, GeometryBody, GeometryRequestBody},
-        pitch::{self, PitchEvaluationBody, PitchRequestBody},
-        profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
-        tolerances::{self, TolerancesBody, TolerancesRequestBody},
+use crate::{
+    api::{
+        faults::Faults,
+        gears::{
+            design::{
+                flank::{self, FlankBody, FlankRequestBody},
+                geometry::{self, GeometryBody, GeometryRequestBody},
+                profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
+                tolerances::{self, TolerancesBody, TolerancesRequestBody},
+            },
+            deviations::{self, answer::DeviationsBody, request::DeviationsRequestBody},
+            evaluation::{
+                self,
+                answer::EvaluationBody,
+                flank_surface::{self, FlankSurfaceBody, FlankSurfaceRequestBody},
+                pitch::{self, PitchEvaluationBody, PitchRequestBody},
+                request::EvaluateBody,
+            },
+            files::gears::{self, GearsOfFileBody},
+        },
+        problem::{Problem, Room},
     },
-    problem::{Problem, Room},
+    http::{
+        accept::Form,
+        body::Payload,
+        compute::{read_json, read_json_in_room},
+        fits::{json, json_held},
+        multipart::{FileForm, read_file},
+        state::AppState,
+        unsent::weighed,
+    },
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -72,7 +78,7 @@ async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Res
         classes.", body = EvaluationBody))
 )]
 async fn evaluate_gear(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, |text| evaluate::build(text, None, None)).await?.result))
+    Ok(json(read_json(&state, payload, |text| evaluation::build(text, None, None)).await?.result))
 }
 
 /// Deviations of measured points from the nominal flanks, if asked after the part has been laid
@@ -183,7 +189,7 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
         if spec.is_some() {
             return Err(Problem::invalid(Faults::one("/spec", "nothing is to be said of this file")));
         }
-        file_gears::answer(file, name.as_deref())
+        gears::answer(file, name.as_deref())
     };
     Ok(json(state.pool.run(work).await??))
 }

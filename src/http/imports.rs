@@ -16,9 +16,8 @@ use super::{
 };
 use crate::{
     api::{
-        gears::{file::ImportSpecBody, file_import, gear::of_job},
-        job_iterations::NewIterationBody,
-        job_problem::of_measured,
+        gears::{files::read::ImportSpecBody, gear::of_job},
+        jobs::{import, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
     },
     jobs::GearSeen,
@@ -75,7 +74,7 @@ async fn import_iteration(
             let form = read_file(payload, limit)?;
             let FileForm { file, name, spec } = &*form;
             let gear = of_job(&own)?;
-            let mut draft = file_import::draft(file, name.as_deref(), spec.as_deref(), gear.as_ref(), &plans)?;
+            let mut draft = import::draft(file, name.as_deref(), spec.as_deref(), gear.as_ref(), &plans)?;
             draft.records.iter_mut().for_each(|record| record.gear = own.gear.as_deref().map(Into::into));
             draft.made_by = Some(GearSeen(own.gear));
             Ok::<_, Problem>(draft)

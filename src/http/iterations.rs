@@ -24,13 +24,14 @@ use super::{
 };
 use crate::{
     api::{
-        job_fits,
-        job_iterations::{
-            self, IterationBody, IterationForm, IterationPatchBody, IterationRequest, Measurement, NewIterationBody,
+        fits::{nodes_text, spec::nodes::NodesBody},
+        jobs::{
+            fits,
+            iterations::{
+                self, IterationBody, IterationForm, IterationPatchBody, IterationRequest, Measurement, NewIterationBody,
+            },
+            problem::of_measured,
         },
-        job_problem::of_measured,
-        nodes_schema::NodesBody,
-        nodes_text,
         problem::Problem,
     },
     jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
@@ -92,7 +93,7 @@ async fn create_iteration(
 /// Fits. Processor work.
 fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) -> Result<IterationDraft, Problem> {
     let measurand = measurement.measurand(&nodes).map_err(Problem::invalid)?;
-    let computed = job_fits::compute(&nodes, spec, plans)?;
+    let computed = fits::compute(&nodes, spec, plans)?;
     Ok(IterationDraft {
         measurand,
         nodes: Arc::new(nodes),
@@ -112,7 +113,7 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
         status: 201,
         location: Some(format!("/v1/jobs/{}/iterations/{}", iteration.job_id, stored.number)),
         etag: Some(etag(stored.version)),
-        body: job_iterations::created_iteration(iteration, stored),
+        body: iterations::created_iteration(iteration, stored),
     }
 }
 
@@ -164,7 +165,7 @@ async fn update_iteration(
 
 /// An iteration as it is answered.
 pub fn present(iteration: &Iteration) -> Response {
-    let mut response = json(job_iterations::iteration(iteration));
+    let mut response = json(iterations::iteration(iteration));
     set_etag(response.headers_mut(), iteration.version);
     response
 }

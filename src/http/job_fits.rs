@@ -23,12 +23,15 @@ use super::{
 };
 use crate::{
     api::{
-        fit_spec::IncludeName,
-        fit_spec_json,
-        job_fits::{self, ReplayBody, ReplayRequest},
-        job_iterations::{self, ChosenFitBody, FitPageBody, IterationBody, IterationFitBody, RefitRequest, Why},
+        fits::{
+            reader,
+            spec::{json, request::IncludeName},
+        },
+        jobs::{
+            fits::{self, ReplayBody, ReplayRequest},
+            iterations::{self, ChosenFitBody, FitPageBody, IterationBody, IterationFitBody, RefitRequest, Why},
+        },
         problem::Problem,
-        reader,
     },
     jobs::{Answer, List, NewFit, RefitDraft, Stored},
 };
@@ -74,7 +77,7 @@ async fn create_iteration_fit(
         let plans = state.plans.clone();
         let draft = read_json(&state, payload, move |text| {
             let (spec, why) = reader::read_refit::<Why>(text)?;
-            let computed = job_fits::compute(&nodes, &spec, &plans)?;
+            let computed = fits::compute(&nodes, &spec, &plans)?;
             Ok(RefitDraft { computed, reason: why.reason.map(String::from) })
         })
         .await?;
@@ -91,7 +94,7 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
         status: 201,
         location: Some(format!("{place}/fits/{}", fit.id)),
         etag: Some(etag(stored.version)),
-        body: job_iterations::created_fit(fit),
+        body: iterations::created_fit(fit),
     }
 }
 
@@ -112,7 +115,7 @@ async fn list_iteration_fits(
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Response, Problem> {
-    Ok(json(job_iterations::fits(&state.jobs.fits(job, number, query.check(List::Fits)?).await?)))
+    Ok(json(iterations::fits(&state.jobs.fits(job, number, query.check(List::Fits)?).await?)))
 }
 
 /// A fit in full, as it was answered when it was made.
@@ -145,7 +148,7 @@ async fn get_iteration_fit(
     let names: Vec<IncludeName> = query.names()?;
     let stored = state.jobs.fit(job, number, fit).await?;
     if names.is_empty() {
-        let mut response = json(job_iterations::stored_fit(&stored, &stored.result));
+        let mut response = json(iterations::stored_fit(&stored, &stored.result));
         // nothing else of it can change
         let tag = if stored.chosen { "\"chosen\"" } else { "\"not-chosen\"" };
         response.headers_mut().insert(header::ETAG, HeaderValue::from_static(tag));
@@ -156,8 +159,8 @@ async fn get_iteration_fit(
     let body = state
         .pool
         .run(move || {
-            let result = job_fits::with_include(&nodes, &stored, fit_spec_json::include(&names), &plans)?;
-            Ok::<_, Problem>(job_iterations::stored_fit(&stored, &result))
+            let result = fits::with_include(&nodes, &stored, json::include(&names), &plans)?;
+            Ok::<_, Problem>(iterations::stored_fit(&stored, &result))
         })
         .await??;
     Ok(json(body))
@@ -211,6 +214,6 @@ async fn replay_fit(
     let ReplayRequest {} = read_optional_json(&state, payload).await?;
     let stored = state.jobs.fit(job, number, fit).await?;
     let nodes = stored::nodes(&state, job, number).await?;
-    let replay = state.pool.run(move || job_fits::replay(&nodes, &stored)).await??;
+    let replay = state.pool.run(move || fits::replay(&nodes, &stored)).await??;
     Ok(axum::Json(replay.into()))
 }

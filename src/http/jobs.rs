@@ -19,9 +19,9 @@ use super::{
 };
 use crate::{
     api::{
-        jobs::{JobBody, JobPageBody, JobPatchBody, NewJobBody},
+        jobs::job::{JobBody, JobPageBody, JobPatchBody, NewJobBody},
+        json::part::read_json,
         problem::Problem,
-        reader,
     },
     jobs::{Answer, Job, List, Stored},
 };
@@ -50,7 +50,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 async fn create_job(State(state): State<AppState>, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
     once(state, key, "POST /v1/jobs".to_owned(), payload, |state, payload, known| async move {
         let limit = state.settings.body_limit;
-        let read = |text: &[u8]| Ok(reader::read_json::<NewJobBody>(text)?);
+        let read = |text: &[u8]| Ok(read_json::<NewJobBody>(text)?);
         let draft = read_small_json(&state, payload, limit, read).await?;
         let keyed = known.map(|known| known.answered_by(created));
         let job = state.jobs.create_job(draft.try_into().map_err(Problem::invalid)?, keyed).await?;

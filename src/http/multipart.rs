@@ -11,8 +11,9 @@ use super::{
     media_type::{essence, foreign_charset},
 };
 use crate::api::{
+    fits::reader,
+    json::extra::Extra,
     problem::{Problem, ProblemCode},
-    reader::{self, Extra},
 };
 use flankfit_engine::estimation::{FitSpec, Nodes};
 

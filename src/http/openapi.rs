@@ -26,7 +26,7 @@ use super::router;
 use crate::api::{
     contract,
     examples::REQUEST_EXAMPLES,
-    gears::correction_include::KeptIncludeName,
+    gears::correction::include::KeptIncludeName,
     problem::{Problem, ProblemError},
 };
 

@@ -15,11 +15,13 @@ use utoipa::openapi::{
     path::{Operation as Declared, ParameterIn},
 };
 
-use super::accept;
-use crate::api::{
-    faults::Faults,
-    problem::{Problem, ProblemCode},
-    reader,
+use crate::{
+    api::{
+        faults::Faults,
+        json::{pointer::escape, wording::alternatives},
+        problem::{Problem, ProblemCode},
+    },
+    http::accept,
 };
 
 /// The operations of the contract by their paths.
@@ -87,7 +89,7 @@ impl Operation {
         if self.media.is_empty() || self.media.iter().any(|media| accept::wanted(headers, media).weight > 0.0) {
             return Ok(());
         }
-        let media = reader::alternatives(self.media.iter().map(String::as_str));
+        let media = alternatives(self.media.iter().map(String::as_str));
         let detail =
             format!("The answer is {media}, which the header `accept` does not take; leave it out or send */*.");
         Err(Problem::new(ProblemCode::NotAcceptable, detail))
@@ -97,7 +99,7 @@ impl Operation {
         let mut faults = Faults::default();
         let Ok(Query(given)) = Query::<Vec<(String, String)>>::try_from_uri(uri) else { return Ok(()) };
         for (i, (name, _)) in given.iter().enumerate() {
-            let pointer = || format!("/{}", reader::escape(name));
+            let pointer = || format!("/{}", escape(name));
             if !self.parameters.contains(name) {
                 faults.push(pointer(), self.unknown());
             } else if given[..i].iter().any(|(before, _)| before == name) {
@@ -111,7 +113,7 @@ impl Operation {
         match self.parameters.is_empty() {
             true => "there is no such query parameter; this operation has none".to_owned(),
             false => {
-                let known = reader::alternatives(self.parameters.iter().map(|name| format!("`{name}`")));
+                let known = alternatives(self.parameters.iter().map(|name| format!("`{name}`")));
                 format!("there is no such query parameter; expected {known}")
             }
         }

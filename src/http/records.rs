@@ -21,9 +21,9 @@ use super::{
 };
 use crate::{
     api::{
-        gears::correction_include::{CorrectionInclude, KeptIncludeName},
+        gears::correction::include::{CorrectionInclude, KeptIncludeName},
+        jobs::records::{self, RecordBody, RecordPageBody},
         problem::Problem,
-        records::{self, RecordBody, RecordPageBody},
     },
     jobs::{Answer, Job, List, Measurand, Record, RecordDraft, RecordKind, Stored},
 };

@@ -14,12 +14,10 @@ use super::{
 };
 use crate::{
     api::{
+        curves::{self, request::KeptCurveRequest},
+        jobs::records::{self, RecordBody},
         problem::Problem,
-        records::{self, RecordBody},
-        shapes::{
-            curve_request::{self, KeptCurveRequest},
-            surface_request::{self, SurfaceRequest},
-        },
+        surfaces::{self, request::SurfaceRequest},
     },
     jobs::RecordKind,
 };
@@ -56,7 +54,7 @@ async fn create_iteration_curve(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        Ok(records::draft(RecordKind::Curve, text, curve_request::build(text, Some(&about.nodes))?)?.into())
+        Ok(records::draft(RecordKind::Curve, text, curves::build(text, Some(&about.nodes))?)?.into())
     };
     keep(state, (job, number), "curves", key, payload, build).await
 }
@@ -89,8 +87,7 @@ async fn create_iteration_surface(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let build = |text: &[u8], about: &About| {
-        Ok(records::draft(RecordKind::Surface, text, surface_request::build(text, Some(&about.nodes), &about.plans)?)?
-            .into())
+        Ok(records::draft(RecordKind::Surface, text, surfaces::build(text, Some(&about.nodes), &about.plans)?)?.into())
     };
     keep(state, (job, number), "surfaces", key, payload, build).await
 }

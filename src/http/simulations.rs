@@ -15,8 +15,8 @@ use super::{
 };
 use crate::{
     api::{
-        gears::closed_loop::{self, ClosedLoopBody, ClosedLoopResultBody, Kept, Told},
         problem::Problem,
+        simulations::closed_loop::{self, ClosedLoopBody, ClosedLoopResultBody, Kept, Told},
     },
     jobs::{Answer, Stored},
 };

@@ -15,10 +15,13 @@ use uuid::Uuid;
 use super::{conditional::etag, idempotency::Known, state::AppState};
 use crate::{
     api::{
-        canonical, measurand,
+        fits::canonical,
+        measurand::axes,
         problem::{Problem, ProblemCode},
-        stream_state,
-        streams::{self, PostedBlock, Told},
+        streams::{
+            state,
+            stream::{self, PostedBlock, Told},
+        },
     },
     jobs::{Answer, BlockDraft, LiveStream, NewBlock, RepositoryError, Slot, Stream},
     telemetry,
@@ -73,13 +76,13 @@ async fn next(state: &AppState, slot: Slot, block: PostedBlock, known: Option<Kn
     let (estimate, written, body) = state
         .pool
         .run(move || {
-            measurand::check_block(&of, &pushed).map_err(Problem::invalid)?;
+            axes::check_block(&of, &pushed).map_err(Problem::invalid)?;
             estimate.push(&pushed).map_err(Problem::invalid)?;
-            let told = streams::tell(&estimate, &input_sha256)?;
+            let told = stream::tell(&estimate, &input_sha256)?;
             // as much is read again after a restart as an analysis costs anyway
             let due = unwritten >= UNWRITTEN.max(4 * estimate.size().unwrap_or(0) as u64);
-            let written = if due { estimate.state().map(|state| stream_state::encode(&state)) } else { None };
-            let body = streams::answer(sequence, node_count, &told);
+            let written = if due { estimate.state().map(|state| state::encode(&state)) } else { None };
+            let body = stream::answer(sequence, node_count, &told);
             Ok::<_, Problem>((estimate, written, body))
         })
         .await??;
@@ -113,8 +116,8 @@ async fn repeated(state: &AppState, live: &LiveStream, block: &PostedBlock) -> R
     let body = state
         .pool
         .run(move || {
-            let told = streams::tell(&then.estimate, &then.stream.input_sha256)?;
-            Ok::<_, Problem>(streams::answer(then.stream.sequence, then.stream.node_count, &told))
+            let told = stream::tell(&then.estimate, &then.stream.input_sha256)?;
+            Ok::<_, Problem>(stream::answer(then.stream.sequence, then.stream.node_count, &told))
         })
         .await??;
     Ok(as_answer(body, 1 + block.sequence))
@@ -132,16 +135,16 @@ pub async fn present<'a>(state: &AppState, id: Uuid, slot: &'a mut Slot) -> Resu
 async fn load(state: &AppState, id: Uuid) -> Result<LiveStream, Problem> {
     let (stream, written, last_sha256) = state.jobs.stream_state(id).await?;
     if stream.iteration.is_some() {
-        let estimate = streams::empty_estimate(&stream)?;
+        let estimate = stream::empty_estimate(&stream)?;
         return Ok(LiveStream { stream, last_sha256, estimate, unwritten: 0 });
     }
     let restored = written.and_then(|written| {
-        let estimate = streams::restored_estimate(&stream, &written.data)?;
+        let estimate = stream::restored_estimate(&stream, &written.data)?;
         Some((estimate, written.sequence))
     });
     let (estimate, after) = match restored {
         Some(restored) => restored,
-        None => (streams::empty_estimate(&stream)?, 0),
+        None => (stream::empty_estimate(&stream)?, 0),
     };
     let begin = LiveStream { stream: stream.clone(), last_sha256, estimate, unwritten: 0 };
     let replayed = replay(state, begin, after, stream.sequence).await?;
@@ -151,8 +154,8 @@ async fn load(state: &AppState, id: Uuid) -> Result<LiveStream, Problem> {
 
 /// The stream as it was after an earlier block.
 async fn replayed(state: &AppState, stream: &Stream, until: u64) -> Result<LiveStream, Problem> {
-    let begin = Stream { sequence: 0, node_count: 0, input_sha256: streams::first_sha256(stream)?, ..stream.clone() };
-    let estimate = streams::empty_estimate(stream)?;
+    let begin = Stream { sequence: 0, node_count: 0, input_sha256: stream::first_sha256(stream)?, ..stream.clone() };
+    let estimate = stream::empty_estimate(stream)?;
     let begin = LiveStream { stream: begin, last_sha256: None, estimate, unwritten: 0 };
     replay(state, begin, 0, until).await
 }
@@ -201,7 +204,7 @@ pub async fn look(state: &AppState, id: Uuid) -> Result<(Stream, Option<Told>), 
     let estimate: Recursive = live.estimate.clone();
     drop(slot);
     let input_sha256 = stream.input_sha256;
-    let told = state.pool.run(move || streams::tell(&estimate, &input_sha256)).await??;
+    let told = state.pool.run(move || stream::tell(&estimate, &input_sha256)).await??;
     Ok((stream, Some(told)))
 }
 

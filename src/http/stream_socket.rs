@@ -26,7 +26,7 @@ use super::{budget::Held, extract::PathOf, observe::too_late, state::AppState, s
 use crate::{
     api::{
         problem::{Problem, ProblemCode},
-        streams,
+        streams::stream,
     },
     config::Origin,
     jobs::RepositoryError,
@@ -212,7 +212,7 @@ async fn block(state: &AppState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
     let outcome = async {
         let permit = state.budget.take(text.len())?;
         let text = Held::new(text, permit);
-        let block = state.pool.run(move || streams::read_block(&text)).await??;
+        let block = state.pool.run(move || stream::read_block(&text)).await??;
         stream_flow::add_block(state, id, block, None).await
     };
     let outcome = tokio::time::timeout(state.settings.request_timeout(), outcome).await;

@@ -18,11 +18,10 @@ use super::{
 };
 use crate::{
     api::{
-        fit_spec_json, job_fits,
-        job_iterations::NewIterationBody,
-        job_problem::of_measured,
+        fits::spec::json,
+        jobs::{fits, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
-        streams::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
+        streams::stream::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
     },
     jobs::{Answer, IterationDraft, NewStream, RepositoryError, Stored},
 };
@@ -65,7 +64,7 @@ async fn create_stream(
     let scope = format!("POST /v1/jobs/{job}/streams");
     once(state, key, scope, payload, move |state, payload, known| async move {
         state.jobs.admit(job).await?;
-        let draft = read_json(&state, payload, streams::read_stream).await?;
+        let draft = read_json(&state, payload, stream::read_stream).await?;
         let keyed = known.map(|known| known.answered_by(opened));
         let (stream, stored) =
             state.jobs.open_stream(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
@@ -79,7 +78,7 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
         status: 201,
         location: Some(format!("/v1/streams/{}", stream.id)),
         etag: Some(etag(stored.version)),
-        body: streams::created(stream),
+        body: stream::created(stream),
     }
 }
 
@@ -94,7 +93,7 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
 )]
 async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
     let (stream, told) = stream_flow::look(&state, id).await?;
-    let mut response = json(streams::stream(&stream, told.as_ref()));
+    let mut response = json(stream::stream(&stream, told.as_ref()));
     set_etag(response.headers_mut(), stream.version);
     Ok(response)
 }
@@ -129,7 +128,7 @@ async fn add_stream_nodes(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/streams/{id}/nodes");
     once(state, key, scope, payload, move |state, payload, known| async move {
-        let block = read_json(&state, payload, streams::read_block).await?;
+        let block = read_json(&state, payload, stream::read_block).await?;
         stream_flow::add_block(&state, id, block, known).await
     })
     .await
@@ -172,10 +171,10 @@ async fn finish_stream(
             return Err(RepositoryError::StreamFinished { iteration }.into());
         }
         let nodes = stream_flow::all_nodes(&state, &stream).await?;
-        let spec = fit_spec_json::from_json(&stream.spec).map_err(Problem::internal)?;
+        let spec = json::from_json(&stream.spec).map_err(Problem::internal)?;
         let fitted = nodes.clone();
         let plans = state.plans.clone();
-        let computed = state.pool.run(move || job_fits::compute(&fitted, &spec, &plans)).await??;
+        let computed = state.pool.run(move || fits::compute(&fitted, &spec, &plans)).await??;
         let draft = IterationDraft {
             nodes,
             computed,

@@ -6,8 +6,10 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use super::{body::Payload, compute::read_json, fits::json, state::AppState};
 use crate::api::{
     problem::Problem,
-    study::{self, RandomizationRequest},
-    study_result::RandomizationResult,
+    studies::{
+        request::{self, RandomizationRequest},
+        result::RandomizationResult,
+    },
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -27,6 +29,6 @@ pub fn group() -> OpenApiRouter<AppState> {
         body = RandomizationResult))
 )]
 async fn study_randomization(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    let answer = read_json(&state, payload, |text| study::answer(text)?.to_json().map_err(Problem::internal)).await?;
+    let answer = read_json(&state, payload, |text| request::answer(text)?.to_json().map_err(Problem::internal)).await?;
     Ok(json(answer))
 }

@@ -13,13 +13,14 @@ use super::{
 };
 use crate::api::{
     problem::Problem,
-    shapes::{
-        export::{self, ExportSurfaceBody},
-        surface_closest::{self, ClosestOnSurfaceBody, SurfaceFeetBody},
-        surface_evaluate,
-        surface_request::{self, SurfaceRequest},
-        surface_result::BuiltSurfaceBody,
-        surface_values::{EvaluateSurfaceBody, SurfaceValuesBody},
+    shapes::export::{self, ExportSurfaceBody},
+    surfaces::{
+        self,
+        closest::{self, ClosestOnSurfaceBody, SurfaceFeetBody},
+        evaluate,
+        request::SurfaceRequest,
+        result::BuiltSurfaceBody,
+        values::{EvaluateSurfaceBody, SurfaceValuesBody},
     },
 };
 
@@ -45,7 +46,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 )]
 async fn create_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let plans = state.plans.clone();
-    let built = read_json(&state, payload, move |text| surface_request::build(text, None, &plans)).await?;
+    let built = read_json(&state, payload, move |text| surfaces::build(text, None, &plans)).await?;
     Ok(json(built.result))
 }
 
@@ -60,7 +61,7 @@ async fn create_surface(State(state): State<AppState>, payload: Payload) -> Resu
     responses((status = 200, description = "Values in the order of `at`.", body = SurfaceValuesBody))
 )]
 async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json_held(read_json_in_room(&state, payload, surface_evaluate::answer).await?))
+    Ok(json_held(read_json_in_room(&state, payload, evaluate::answer).await?))
 }
 
 /// Finds the point of a surface that is closest to each given point.
@@ -73,7 +74,7 @@ async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Re
     responses((status = 200, description = "Closest points in the order of the given ones.", body = SurfaceFeetBody))
 )]
 async fn closest_points_of_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, surface_closest::answer).await?))
+    Ok(json(read_json(&state, payload, closest::answer).await?))
 }
 
 /// Writes a surface as a file: IGES 128 or STEP AP242 for CAD systems, OBJ, STL or VTK for looking,

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     api::{
-        job_trace::{self, TraceBody},
+        jobs::trace::{self, TraceBody},
         problem::Problem,
     },
     jobs::List,
@@ -41,5 +41,5 @@ async fn get_trace(
     PathOf(job): PathOf<Uuid>,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Response, Problem> {
-    Ok(json(job_trace::trace(state.jobs.trace(job, query.check(List::Iterations)?).await?)))
+    Ok(json(trace::trace(state.jobs.trace(job, query.check(List::Iterations)?).await?)))
 }

@@ -1,9 +1,8 @@
 //! The randomisation study over HTTP.
 
-use flankfit::api::{examples::REQUEST_EXAMPLES, study_result::RandomizationResult};
-use serde_json::{Value, json};
-
 use crate::harness::{Answer, TestApp, send};
+use flankfit::api::{examples::REQUEST_EXAMPLES, studies::result::RandomizationResult};
+use serde_json::{Value, json};
 
 async fn study(app: &TestApp, request: &Value) -> Answer {
     send(app.post("/v1/studies/randomization", request.to_string())).await

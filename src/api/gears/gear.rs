@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use super::notice::NoticeBody;
 use crate::{
-    api::{faults::Faults, fit_spec::present, problem::Problem},
+    api::{faults::Faults, json::present::present, problem::Problem},
     jobs::Job,
 };
 use flankfit_engine::{

@@ -3,24 +3,14 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::faults::Faults;
+use crate::api::{faults::Faults, measurand::side::SideName};
 use flankfit_engine::{
     fault::words::{Shown, entries},
     gear::{
-        Gear, Kind, Side, Trace,
+        Gear, Kind, Trace,
         tooth::{Position, check_name},
     },
 };
-
-/// A flank of a tooth that points up, seen with the axis towards the viewer; on internal gears too,
-/// where the tooth at the top points down and the left flank lies at negative x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = FlankSide)]
-pub enum SideName {
-    Left,
-    Right,
-}
 
 /// Which way a trace runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -72,24 +62,6 @@ pub struct TraceBody {
     /// Of a helix: its diameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub section_diameter_mm: Option<f64>,
-}
-
-impl From<SideName> for Side {
-    fn from(name: SideName) -> Self {
-        match name {
-            SideName::Left => Side::Left,
-            SideName::Right => Side::Right,
-        }
-    }
-}
-
-impl From<Side> for SideName {
-    fn from(side: Side) -> Self {
-        match side {
-            Side::Left => SideName::Left,
-            Side::Right => SideName::Right,
-        }
-    }
 }
 
 impl From<Kind> for KindName {

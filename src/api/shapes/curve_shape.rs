@@ -10,8 +10,11 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
-    fit_spec::{present, tags},
-    reader::{read_part, read_tag, unknown_type},
+    json::{
+        part::read_part,
+        present::present,
+        tags::{read_tag, tags, unknown_type},
+    },
 };
 use flankfit_engine::{
     fault::words::counted,

@@ -13,11 +13,9 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
+    json::{fields::Fields, part::read_part, text::ShortText},
     problem::{Problem, Room},
-    reader::{Fields, read_part},
-    text::ShortText,
 };
-use flankfit_engine::numerics::cancel::Asking;
 use flankfit_engine::{
     formats::{
         CadShape, ExportFault, Label, Moment, NamedLine, NamedMesh, NamedShape, QuadMesh, fe_mesh, iges, obj, sampling,
@@ -28,6 +26,7 @@ use flankfit_engine::{
         space::Vector,
         surface::{Surface, SurfaceShape},
     },
+    numerics::cancel::Asking,
 };
 
 pub use flankfit_engine::formats::Pieces;

@@ -1,8 +1,7 @@
 //! Where a curve or surface is asked about, and answers that leave the range of doubles.
 
-use crate::api::{faults::Faults, json_writer::Object, problem::Problem};
-use flankfit_engine::geometry::space::Vector;
-use flankfit_engine::numerics::cancel::Asking;
+use crate::api::{faults::Faults, json::writer::Object, problem::Problem};
+use flankfit_engine::{geometry::space::Vector, numerics::cancel::Asking};
 
 /// Refuses what lies outside of a domain, each by the pointer that `pointer` writes of its index.
 pub fn within(

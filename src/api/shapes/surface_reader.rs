@@ -4,6 +4,8 @@ use serde_json::value::RawValue;
 
 use super::{
     curve_shape::read_curve,
+    degree::DegreeBody,
+    domain::DomainBody,
     fault::{control_fault, knot_fault},
     net::{Net, equal_rows},
     point::PointBody,
@@ -11,8 +13,11 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
-    fit_spec::{DegreeBody, DomainBody},
-    reader::{Fields, read_numbers, read_part, read_tag, unknown_type},
+    json::{
+        fields::{Fields, read_numbers},
+        part::read_part,
+        tags::{read_tag, unknown_type},
+    },
 };
 use flankfit_engine::{
     fault::words::counted,

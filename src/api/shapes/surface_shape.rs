@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{curve_shape::CurveBody, net::Net, point::PointBody};
-use crate::api::fit_spec::{DegreeBody, DomainBody, present, tags};
+use super::{curve_shape::CurveBody, degree::DegreeBody, domain::DomainBody, net::Net, point::PointBody};
+use crate::api::json::{present::present, tags::tags};
 use flankfit_engine::geometry::{
     BSplineBasis,
     space::Dimension,

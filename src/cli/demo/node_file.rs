@@ -16,10 +16,10 @@ use serde_json::{Value, json};
 
 use super::traces;
 use crate::api::{
-    gears::file::{self, ImportSpecBody},
-    nodes_text,
+    fits::{nodes_text, reader::read_csv},
+    gears::files::read::{self, ImportSpecBody},
+    json::error::ReadError,
     problem::Problem,
-    reader::{ReadError, read_csv},
 };
 use flankfit_engine::gear::Side;
 
@@ -152,7 +152,7 @@ fn is_of_a_tester(name: &str, content: &[u8]) -> bool {
 
 /// What an import would make of the file, of each flank the tooth with the most nodes.
 fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
-    let read = file::read(content, Some(name), &ImportSpecBody::default(), None)?;
+    let read = read::read(content, Some(name), &ImportSpecBody::default(), None)?;
     let mut report = String::new();
     for warning in &read.warnings {
         report.push_str(&format!("  {}: {}\n", warning.code, warning.message));
@@ -162,7 +162,7 @@ fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
         let Some(flank) = read.nodes.iter().find(|flank| flank.side == side) else { continue };
         let nodes = serde_json::from_slice(&nodes_text::to_json(Arc::new(flank.nodes()?)).whole())
             .map_err(Problem::internal)?;
-        let of = format!("{}, {} flank of tooth {}", name, file::word(side), flank.tooth);
+        let of = format!("{}, {} flank of tooth {}", name, read::word(side), flank.tooth);
         let count = flank.places.len();
         let report = match flank.traces {
             0 => format!("{report}  {count} points of the flank used.\n"),

@@ -1,7 +1,7 @@
 //! The paper's Figs. 4 and 5 from a study: what k does to stability and to accuracy.
 
 use super::svg::{Curve, Line, Panel, page};
-use crate::api::study_result::{Quartiles, RandomizationResult, StudyFigures};
+use crate::api::studies::result::{Quartiles, RandomizationResult, StudyFigures};
 
 /// Fig. 4: condition and determinant of the randomised Fisher information matrix.
 pub fn stability(result: &RandomizationResult) -> String {

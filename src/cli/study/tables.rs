@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::{
-    api::study_result::{Quartiles, RandomizationResult, RegularizedReference, StudyFigures},
+    api::studies::result::{Quartiles, RandomizationResult, RegularizedReference, StudyFigures},
     cli::demo::table::Table,
 };
 

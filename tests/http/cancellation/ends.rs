@@ -3,11 +3,6 @@
 
 use std::time::{Duration, Instant};
 
-use flankfit::api::service;
-use flankfit_engine::numerics::cancel::Handle;
-use serde_json::json;
-use tokio::io::AsyncWriteExt;
-
 use super::dear;
 use crate::{
     harness,
@@ -16,6 +11,10 @@ use crate::{
         kill::Server,
     },
 };
+use flankfit::api::fits::service;
+use flankfit_engine::numerics::cancel::Handle;
+use serde_json::json;
+use tokio::io::AsyncWriteExt;
 
 /// A request whose client can leave; it is at work when this returns.
 async fn begun(app: &TestApp, path: &str, headers: &str, body: &str) -> tokio::net::TcpStream {

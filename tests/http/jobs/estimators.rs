@@ -1,9 +1,8 @@
 //! Every estimator as a stored fit: iteration, refits, replay in another process.
 
-use flankfit::api::{examples::REQUEST_EXAMPLES, job_iterations::IterationFitBody};
-use serde_json::{Value, json};
-
 use super::app::{TestApp, iteration};
+use flankfit::api::{examples::REQUEST_EXAMPLES, jobs::iterations::IterationFitBody};
+use serde_json::{Value, json};
 
 /// The estimators of the documented examples.
 fn estimators() -> Vec<Value> {

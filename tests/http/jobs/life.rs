@@ -1,17 +1,16 @@
 //! The whole life of a job, with a restart in the middle of it.
 
-use flankfit::api::{
-    job_iterations::{IterationBody, IterationFitBody, NewIterationBody},
-    job_trace::TraceBody,
-    jobs::JobBody,
+use super::app::{TestApp, iteration, nodes, send};
+use flankfit::api::jobs::{
+    iterations::{IterationBody, IterationFitBody, NewIterationBody},
+    job::JobBody,
+    trace::TraceBody,
 };
 use reqwest::{
     Method,
     multipart::{Form, Part},
 };
 use serde_json::{Value, json};
-
-use super::app::{TestApp, iteration, nodes, send};
 
 #[tokio::test]
 async fn a_job_from_creation_to_acceptance() {

@@ -1,10 +1,9 @@
 //! `POST /v1/curves`: every method, and what is refused.
 
-use flankfit::api::shapes::curve_result::BuiltCurveBody;
-use serde_json::{Value, json};
-
 use super::{close, examples, numbers};
 use crate::harness::{TestApp, send};
+use flankfit::api::curves::result::BuiltCurveBody;
+use serde_json::{Value, json};
 
 /// The values of a curve that was answered, at places.
 pub async fn values(app: &TestApp, curve: &Value, at: &[f64]) -> Vec<Value> {

@@ -2,15 +2,14 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
-use flankfit::api::shapes::{
-    curve_closest::CurveFeetBody, curve_evaluate::CurveValuesBody, surface_closest::SurfaceFeetBody,
-    surface_values::SurfaceValuesBody,
+use super::{close, examples, numbers};
+use crate::harness::{TestApp, send};
+use flankfit::api::{
+    curves::{closest::CurveFeetBody, evaluate::CurveValuesBody},
+    surfaces::{closest::SurfaceFeetBody, values::SurfaceValuesBody},
 };
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
-
-use super::{close, examples, numbers};
-use crate::harness::{TestApp, send};
 
 /// A quarter of the unit circle.
 fn quarter() -> Value {

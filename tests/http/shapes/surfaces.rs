@@ -1,10 +1,9 @@
 //! `POST /v1/surfaces`: every method, and what is refused.
 
-use flankfit::api::shapes::surface_result::BuiltSurfaceBody;
-use serde_json::{Value, json};
-
 use super::{close, examples, numbers};
 use crate::harness::{TestApp, send};
+use flankfit::api::surfaces::result::BuiltSurfaceBody;
+use serde_json::{Value, json};
 
 async fn build(app: &TestApp, request: &Value) -> Value {
     let answer = send(app.post("/v1/surfaces", request.to_string())).await;

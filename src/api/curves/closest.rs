@@ -1,0 +1,109 @@
+//! The points of a curve that are closest to given ones.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::points::space;
+use crate::api::{
+    faults::Faults,
+    json::{
+        fields::{Fields, read_rows},
+        writer::Json,
+    },
+    problem::Problem,
+    shapes::{
+        curve_shape::{CurveBody, read_curve},
+        places::{beyond, write_points},
+    },
+};
+use flankfit_engine::{
+    fault::words::counted,
+    geometry::{
+        curve::{Curve, CurveShape, closest::Closest},
+        space::{Dimension, Vector},
+    },
+};
+
+/// Most points of one request.
+pub const MOST_POINTS: usize = 100_000;
+
+// Declared for the document; read by `answer`.
+/// A curve and points.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = ClosestOnCurve)]
+pub struct ClosestOnCurveBody {
+    pub curve: CurveBody,
+    /// `[x, y]` each, for a curve in space `[x, y, z]`; at most 100,000.
+    #[schema(max_items = 100_000)]
+    pub points: Vec<Vec<f64>>,
+}
+
+/// Closest points, everything in the order of the given ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CurveFeet)]
+pub struct CurveFeetBody {
+    /// Where they lie on the curve.
+    pub parameters: Vec<f64>,
+    /// They themselves; of a graph (x, y).
+    pub points: Vec<Vec<f64>>,
+    /// Distance of each given point from the curve, in the caller's unit, never negative.
+    pub distances: Vec<f64>,
+    /// For a plane curve or graph: > 0 where the given point lies to the left of the curve. Left
+    /// out where the curve has no direction at one of the closest points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signed_distances: Option<Vec<f64>>,
+}
+
+/// Answers a request. Processor work.
+pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let mut faults = Faults::default();
+    let fields = Fields::of_request(text, &["curve", "points"], &mut faults)?;
+    let curve = fields.required("curve", "", &mut faults).and_then(|slice| read_curve(slice, "/curve", &mut faults));
+    let points = fields.required("points", "", &mut faults);
+    let (Some(curve), Some(points)) = (curve, points) else { return Err(Problem::invalid(faults)) };
+    let width = if curve.dimension() == Dimension::Space { 3 } else { 2 };
+    let points = read_points(points, width, &mut faults);
+    let points = points.filter(|_| faults.is_empty()).ok_or_else(|| Problem::invalid(faults))?;
+    write(&curve, &points, width)
+}
+
+/// Points of `width` coordinates that stand at `/points`.
+pub fn read_points(slice: &[u8], width: usize, faults: &mut Faults) -> Option<Vec<Vector>> {
+    const AT: &str = "/points";
+    let (flat, lengths) = read_rows(slice, AT, faults)?;
+    if lengths.len() > MOST_POINTS {
+        faults.push(AT, format!("{} points are more than {MOST_POINTS}", lengths.len()));
+        return None;
+    }
+    if lengths.is_empty() {
+        return Some(Vec::new());
+    }
+    let (dimension, points) = space(&flat, &lengths, AT, faults)?;
+    if dimension.count() != width {
+        faults.push(
+            format!("{AT}/0"),
+            format!("{}, where the shape has {width}", counted(dimension.count(), "coordinate", "coordinates")),
+        );
+        return None;
+    }
+    Some(points)
+}
+
+fn write(curve: &CurveShape, points: &[Vector], width: usize) -> Result<Vec<u8>, Problem> {
+    let closest = Closest::on(curve);
+    let feet: Vec<_> = points.iter().map(|point| closest.to(*point)).collect();
+    let numbers = |of: fn(&_) -> f64| feet.iter().map(of).collect::<Vec<_>>();
+    let signed: Option<Vec<f64>> = feet.iter().map(|foot| foot.signed_distance).collect();
+    let mut json = Json::with_capacity(128 + 22 * feet.len() * (width + 3));
+    let mut object = json.object();
+    object.numbers("parameters", &numbers(|foot| foot.parameter));
+    write_points(&mut object, "points", width, feet.iter().map(|foot| foot.point));
+    object.numbers("distances", &numbers(|foot| foot.distance));
+    if width == 2
+        && let Some(signed) = &signed
+    {
+        object.numbers("signed_distances", signed);
+    }
+    object.end();
+    json.finish().map_err(|_| beyond("/points"))
+}

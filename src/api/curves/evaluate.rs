@@ -1,0 +1,231 @@
+//! A curve at many parameters.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    faults::Faults,
+    json::{
+        fields::{Fields, read_numbers},
+        part::read_part,
+        writer::Json,
+    },
+    problem::Problem,
+    shapes::{
+        curve_shape::{CurveBody, read_curve},
+        places::{beyond, within},
+        point::PointBody,
+    },
+    warning::WarningBody,
+};
+use flankfit_engine::{
+    geometry::curve::{
+        Curve, CurveShape,
+        measure::{self, Bending},
+    },
+    numerics::cancel,
+};
+
+/// Most parameters at which the arc length is asked for.
+const MOST_LENGTHS: usize = 10_000;
+
+// Declared for the document; read by `answer`.
+/// A curve and where it is evaluated.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = EvaluateCurve)]
+pub struct EvaluateCurveBody {
+    pub curve: CurveBody,
+    /// Parameters within the curve's domain, in any order.
+    pub at: Vec<f64>,
+    /// Highest order of derivatives that are answered. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 3)]
+    pub derivatives: Option<usize>,
+    /// What is answered only when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub include: Option<Vec<CurveIncludeName>>,
+}
+
+/// What is answered of a curve only when asked for: `arc_length` for at most 10,000 parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = CurveInclude)]
+pub enum CurveIncludeName {
+    ArcLength,
+}
+
+/// A curve at parameters, everything in the order of `at`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CurveValues)]
+pub struct CurveValuesBody {
+    /// Points of the curve; numbers for a graph.
+    pub values: Vec<PointBody>,
+    /// By order: first derivatives, second ones, …
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub derivatives: Option<Vec<Vec<PointBody>>>,
+    /// With two derivatives and more: 1/radius; of plane curves and graphs > 0 where the curve
+    /// turns left. Left out where the curve stands still at one of the parameters, with a warning.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curvature: Option<Vec<f64>>,
+    /// With three derivatives, of a curve in space that is nowhere straight at the parameters: how
+    /// fast it leaves its plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torsion: Option<Vec<f64>>,
+    /// Length from the start of the domain to each parameter; of a graph that of the line (x,
+    /// y(x)).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arc_length: Option<Vec<f64>>,
+    /// Length of the whole curve.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// Estimated error of the lengths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_error: Option<f64>,
+    /// What to know about the answer; empty where there is nothing to say.
+    pub warnings: Vec<WarningBody>,
+}
+
+/// A request as it was read.
+struct Wanted {
+    curve: CurveShape,
+    at: Vec<f64>,
+    derivatives: usize,
+    arc_length: bool,
+}
+
+/// Answers a request. Processor work.
+pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let Wanted { curve, at, derivatives, arc_length } = read(text)?;
+    let width = curve.dimension().count();
+    let mut orders = vec![Vec::with_capacity(at.len() * width); derivatives + 1];
+    let mut bends = Bends::default();
+    for (index, t) in at.iter().enumerate() {
+        cancel::checkpoint();
+        if derivatives == 0 {
+            orders[0].extend_from_slice(&curve.value(*t).as_slice()[..width]);
+            continue;
+        }
+        let jet = curve.jet(*t);
+        for (order, flat) in orders.iter_mut().enumerate() {
+            flat.extend_from_slice(&jet[order].as_slice()[..width]);
+        }
+        if derivatives >= 2 {
+            bends.add(index, measure::bending(&curve, *t));
+        }
+    }
+    let mut json = Json::with_capacity(256 + 22 * at.len() * (width * (derivatives + 1) + 1));
+    let mut object = json.object();
+    object.values("values", width, &orders[0]);
+    if derivatives > 0 {
+        object.lists_of_values("derivatives", width, &orders[1..]);
+    }
+    if derivatives >= 2 && bends.still.is_none() {
+        object.numbers("curvature", &bends.curvature);
+        if derivatives == 3 && bends.has_torsion {
+            object.numbers("torsion", &bends.torsion);
+        }
+    }
+    let mut warnings = Vec::new();
+    if arc_length {
+        let lengths = Lengths::of(&curve, &at).ok_or_else(|| beyond("/at"))?;
+        if !lengths.converged {
+            let message = format!(
+                "the lengths are known to {:.1e} only: the curve is small or wild against its place",
+                lengths.error
+            );
+            warnings.push(("length_uncertain", message));
+        }
+        object
+            .numbers("arc_length", &lengths.from_start)
+            .number("length", lengths.whole)
+            .number("length_error", lengths.error);
+    }
+    warnings.extend(bends.still.map(|(first, count)| {
+        let message = format!(
+            "the curve stands still (its first derivative is 0) at {count} of the parameters, first at number {first}: \
+             it has no \
+             curvature there"
+        );
+        ("no_curvature", message)
+    }));
+    object
+        .list("warnings", warnings, |object, (code, message)| {
+            object.string("code", code).string("message", &message);
+        })
+        .end();
+    json.finish().map_err(|_| beyond("/at"))
+}
+
+/// Curvatures and torsions, place by place.
+struct Bends {
+    curvature: Vec<f64>,
+    torsion: Vec<f64>,
+    /// Whether every place so far has a torsion.
+    has_torsion: bool,
+    /// The first place where the curve stands still, and how many there are.
+    still: Option<(usize, usize)>,
+}
+
+impl Default for Bends {
+    fn default() -> Self {
+        Bends { curvature: Vec::new(), torsion: Vec::new(), has_torsion: true, still: None }
+    }
+}
+
+impl Bends {
+    fn add(&mut self, index: usize, bending: Bending) {
+        match bending.curvature {
+            Some(curvature) => self.curvature.push(curvature),
+            None => {
+                let (first, count) = self.still.unwrap_or((index, 0));
+                self.still = Some((first, count + 1));
+            }
+        }
+        self.has_torsion &= bending.torsion.is_some();
+        self.torsion.extend(bending.torsion);
+    }
+}
+
+/// Lengths from the start of the domain.
+struct Lengths {
+    from_start: Vec<f64>,
+    whole: f64,
+    error: f64,
+    /// Whether the error is what was aimed at.
+    converged: bool,
+}
+
+impl Lengths {
+    /// `None` where they leave the range of doubles.
+    fn of(curve: &CurveShape, at: &[f64]) -> Option<Self> {
+        let (each, whole) = measure::arc_lengths(curve, at, measure::DEFAULT_TOLERANCE).ok()?;
+        let from_start = each.iter().map(|length| length.length).collect();
+        Some(Lengths { from_start, whole: whole.length, error: whole.error, converged: whole.converged })
+    }
+}
+
+fn read(text: &[u8]) -> Result<Wanted, Problem> {
+    let mut faults = Faults::default();
+    let fields = Fields::of_request(text, &["curve", "at", "derivatives", "include"], &mut faults)?;
+    let curve = fields.required("curve", "", &mut faults).and_then(|slice| read_curve(slice, "/curve", &mut faults));
+    let at = fields.required("at", "", &mut faults).and_then(|slice| read_numbers(slice, "/at", &mut faults));
+    let derivatives: usize =
+        fields.get("derivatives").and_then(|slice| read_part(slice, "/derivatives", &mut faults)).unwrap_or(0);
+    if derivatives > 3 {
+        faults.push("/derivatives", format!("{derivatives} is more than 3, the highest order that is offered"));
+    }
+    let include: Vec<CurveIncludeName> =
+        fields.get("include").and_then(|slice| read_part(slice, "/include", &mut faults)).unwrap_or_default();
+    let arc_length = include.contains(&CurveIncludeName::ArcLength);
+    if let (Some(curve), Some(at)) = (&curve, &at) {
+        within(at.iter().copied().enumerate(), curve.domain(), |i| format!("/at/{i}"), &mut faults);
+        if arc_length && at.len() > MOST_LENGTHS {
+            faults.push(
+                "/at",
+                format!("arc lengths are answered for at most {MOST_LENGTHS} parameters, not {}", at.len()),
+            );
+        }
+    }
+    let (Some(curve), Some(at)) = (curve, at) else { return Err(Problem::invalid(faults)) };
+    faults.into_result(Wanted { curve, at, derivatives, arc_length }).map_err(Problem::invalid)
+}

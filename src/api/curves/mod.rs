@@ -1,0 +1,13 @@
+//! Curves through and near points: requests, readers, answers, evaluation and closest points.
+
+pub mod closest;
+pub mod evaluate;
+pub mod method_reader;
+pub mod methods;
+pub mod near;
+pub mod near_result;
+pub mod points;
+pub mod request;
+pub mod result;
+
+pub use self::request::build;

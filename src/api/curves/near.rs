@@ -1,0 +1,241 @@
+//! Curves near points: least squares by the fit of the service, coordinate by coordinate, and
+//! smoothing splines.
+
+use super::{
+    method_reader::NearBody,
+    methods::{BSplineLeastSquaresCurveMethod, SmoothingSplineMethod},
+    points::GivenPoints,
+    result::{write_curve, write_warnings},
+};
+use crate::api::{
+    faults::Faults,
+    fits::{answer::text, canonical, reader::regularization::parameter},
+    json::writer::{Json, Object},
+    problem::Problem,
+    shapes::{fault::refused_fit, places::beyond},
+};
+use flankfit_engine::{
+    estimation::{
+        FitSpec, Nodes,
+        near::{self, Adaptive, CurveAsked, CurveFit, CurvePoints, KnotPlacement, Parameters, Stop},
+        smoothing::{
+            Smoothing, SmoothingFault, SmoothingSpline,
+            choice::NoParameter,
+            smoothing_spline,
+            spline::{self, Part},
+        },
+        spec::{Criterion, Parameter},
+    },
+    geometry::curve::{Curve, CurveShape, Points},
+};
+
+/// Spans that adaptive knots begin with, and control points that they end with at most.
+const FIRST_SPANS: usize = 1;
+const MOST_CONTROLS: usize = 200;
+
+/// Coordinates of points, each on its own.
+struct Columns {
+    names: &'static [&'static str],
+    values: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    fn of(points: &Points) -> Self {
+        match points {
+            Points::Graph { y, .. } => Columns { names: &["y"], values: vec![y.clone()] },
+            Points::Space { points, dimension, .. } => {
+                let names = &["x", "y", "z"][..dimension.count()];
+                Columns { names, values: (0..names.len()).map(|c| points.iter().map(|p| p[c]).collect()).collect() }
+            }
+        }
+    }
+}
+
+/// Builds the curve. Processor work.
+pub fn build(given: &GivenPoints, method: NearBody, spec: FitSpec) -> Result<Vec<u8>, Problem> {
+    match method {
+        NearBody::BSpline(method) => {
+            let knots = placement(&method)?;
+            let weight = method.weight.or_else(|| given.weight.clone());
+            least_squares(given, weight, CurveAsked { degree: method.degree, knots, weights: None, spec })
+        }
+        NearBody::Nurbs(method) => {
+            let (knots, weights) = (KnotPlacement::Given(method.knots), Some(method.weights));
+            let weight = method.weight.or_else(|| given.weight.clone());
+            least_squares(given, weight, CurveAsked { degree: method.degree, knots, weights, spec })
+        }
+        NearBody::Smoothing(method) => smoothed(given, &method),
+    }
+}
+
+/// Where the knots are.
+fn placement(method: &BSplineLeastSquaresCurveMethod) -> Result<KnotPlacement, Problem> {
+    let BSplineLeastSquaresCurveMethod { knots, spans, control_count, tolerance, .. } = method;
+    match (knots, spans, control_count, tolerance) {
+        (Some(knots), None, None, None) => Ok(KnotPlacement::Given(knots.clone())),
+        (None, Some(spans), None, None) => Ok(KnotPlacement::Spans(*spans)),
+        (None, None, Some(controls), None) => Ok(KnotPlacement::Averaged { controls: *controls }),
+        (None, None, None, Some(tolerance)) => Ok(KnotPlacement::Adaptive(Adaptive {
+            spans: FIRST_SPANS,
+            tolerance: *tolerance,
+            most_controls: MOST_CONTROLS.max(method.degree.saturating_add(FIRST_SPANS)),
+        })),
+        _ => Err(Problem::invalid(Faults::one(
+            "/method",
+            "give exactly one of `knots`, `spans`, `control_count` and `tolerance`",
+        ))),
+    }
+}
+
+fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveAsked) -> Result<Vec<u8>, Problem> {
+    let columns = Columns::of(&given.points);
+    let points = CurvePoints {
+        coordinates: &columns.values,
+        parameters: match &given.points {
+            Points::Graph { x, .. } => Parameters::Given(x),
+            Points::Space { parametrization, .. } => Parameters::By(*parametrization),
+        },
+        weight: weight.as_deref(),
+    };
+    let fit = near::curve(&points, &asked).map_err(|error| refused_fit(error, "/points"))?;
+    let CurveFit { curve, parameters, results, spec, max_error: _, rms_error: _, steps, stop } = &fit;
+    let mut texts = Vec::with_capacity(results.len());
+    for (result, heights) in results.iter().zip(&columns.values) {
+        let nodes = Nodes::curve(parameters.clone(), heights.clone(), weight.clone()).map_err(Problem::invalid)?;
+        let digest = canonical::input_sha256(&nodes, spec);
+        let text = text::write(result, None, &digest, spec.include).map_err(Problem::internal)?;
+        texts.push(String::from_utf8(text).map_err(Problem::internal)?);
+    }
+    let mut json = Json::with_capacity(1024 + texts.iter().map(String::len).sum::<usize>());
+    let mut object = json.object();
+    let parametric = curve.dimension().is_parametric();
+    write_curve(&mut object, &CurveShape::BSpline(curve.clone()), parametric.then_some(parameters));
+    object.list("fits", columns.names.iter().zip(&texts), |object, (name, text)| {
+        object.string("coordinate", name).raw("result", text);
+    });
+    if let Some(stop) = stop {
+        object.object("knot_insertion", |object| {
+            object.string("stop", stop_name(*stop)).list("steps", steps, |object, step| {
+                let mut distinct = step.knots.clone();
+                distinct.dedup();
+                object
+                    .count("spans", distinct.len() - 1)
+                    .number("max_error", step.max_error)
+                    .number("rms", step.rms_error);
+            });
+        });
+    }
+    let mut warnings = match stop {
+        Some(Stop::Tolerance) | None => Vec::new(),
+        Some(_) => {
+            let message = format!(
+                "a point is still {:.3e} off the curve; `knot_insertion` says why no more knots were inserted",
+                fit.max_error
+            );
+            vec![("tolerance_not_met", message)]
+        }
+    };
+    let swing = fit.swing(&points);
+    if swing > near::WILD {
+        let message = format!(
+            "between the points the curve swings out by {swing:.1} times their extent: take fewer control points, or \
+             regularise"
+        );
+        warnings.push(("swings_out", message));
+    }
+    write_warnings(&mut object, &warnings);
+    object.end();
+    json.finish().map_err(|_| beyond("/points"))
+}
+
+fn stop_name(stop: Stop) -> &'static str {
+    match stop {
+        Stop::Tolerance => "tolerance_met",
+        Stop::NoRoom => "no_room",
+        Stop::MostControls | Stop::MostSteps => "limit_reached",
+    }
+}
+
+fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u8>, Problem> {
+    let columns = Columns::of(&given.points);
+    let own;
+    let x = match &given.points {
+        Points::Graph { x, .. } => x,
+        Points::Space { points, parametrization, .. } => {
+            own = parametrization
+                .parameters(points)
+                .map_err(|fault| Problem::invalid(Faults::one("/points/xyz", fault.to_string())))?;
+            &own
+        }
+    };
+    let smoothing = match (&method.parameter, method.degrees_of_freedom) {
+        (Some(_), Some(_)) => {
+            let detail = "give either `parameter` or `degrees_of_freedom`, not both";
+            return Err(Problem::invalid(Faults::one("/method/degrees_of_freedom", detail)));
+        }
+        (None, Some(degrees)) => Smoothing::EffectiveDegrees(degrees),
+        (None, None) => Smoothing::Parameter(Parameter::Criterion(Criterion::Gcv)),
+        (Some(body), None) => {
+            let mut faults = Faults::default();
+            let read = parameter(Some(body.clone()), "/method/parameter", &[], &mut faults);
+            Smoothing::Parameter(read.ok_or_else(|| Problem::invalid(faults))?)
+        }
+    };
+    let weight = method.weight.as_ref().or(given.weight.as_ref());
+    let points = spline::Points { x, coordinates: &columns.values, weight: weight.map(Vec::as_slice) };
+    let asked = spline::Asked { smoothing, noise_sigma: method.noise_sigma, pointwise: false };
+    let spline = smoothing_spline(&points, &asked).map_err(|fault| refused(&fault, columns.names.len()))?;
+    let mut json = Json::with_capacity(1024 + 60 * x.len());
+    let mut object = json.object();
+    write_curve(&mut object, &CurveShape::BSpline(spline.curve.clone()), (columns.names.len() > 1).then_some(x));
+    object.object("smoothing", |object| write_smoothing(object, &spline, columns.names));
+    let warnings = if spline.found.reached {
+        Vec::new()
+    } else {
+        let message = "what was asked for is not reached within the range of λ that doubles allow; its end is answered";
+        vec![("smoothing_not_reached", message.to_owned())]
+    };
+    write_warnings(&mut object, &warnings);
+    object.end();
+    json.finish().map_err(|_| beyond("/points"))
+}
+
+fn write_smoothing(object: &mut Object<'_>, spline: &SmoothingSpline, names: &[&str]) {
+    object
+        .number("lambda", spline.lambda)
+        .maybe("criterion", spline.found.criterion.map(Criterion::name))
+        .field("reached", &spline.found.reached)
+        .number("effective_degrees_of_freedom", spline.effective_degrees_of_freedom)
+        .count("count", spline.count)
+        .count("abscissae", spline.abscissae)
+        .list("coordinates", names.iter().enumerate(), |object, (c, name)| {
+            object
+                .string("coordinate", name)
+                .number("rss", spline.rss[c])
+                .number("rms", spline.rms[c])
+                .number("max_abs", spline.max_abs[c])
+                .maybe_number("sigma", spline.sigma[c]);
+        });
+}
+
+/// Where in the request the reason of a fault stands.
+fn refused(fault: &SmoothingFault, coordinates: usize) -> Problem {
+    let part = |part: &Part| match part {
+        Part::Abscissae => "/points/x",
+        Part::Coordinate(_) if coordinates == 1 => "/points/y",
+        Part::Coordinate(_) => "/points/xyz",
+        Part::Weights => "/method/weight",
+    };
+    let pointer = match fault {
+        SmoothingFault::Count { part: place, .. } => part(place).to_owned(),
+        SmoothingFault::NotFinite { part: place, index } => format!("{}/{index}", part(place)),
+        SmoothingFault::Weight { index, .. } => format!("/method/weight/{index}"),
+        SmoothingFault::Descending { index, .. } => format!("/points/x/{index}"),
+        SmoothingFault::TooFew { .. } | SmoothingFault::Coordinates { .. } => "/points".to_owned(),
+        SmoothingFault::Parameter(NoParameter::NoSigma(_)) => "/method/noise_sigma".to_owned(),
+        SmoothingFault::Parameter(NoParameter::Degrees { .. }) => "/method/degrees_of_freedom".to_owned(),
+        SmoothingFault::Parameter(_) => "/method/parameter".to_owned(),
+        SmoothingFault::Range => "/points".to_owned(),
+    };
+    Problem::invalid(Faults::one(pointer, fault.to_string()))
+}

@@ -1,0 +1,137 @@
+//! What is said of curves and surfaces near points: fits of coordinates, inserted knots, smoothing,
+//! and fits of many coefficients.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::fits::{answer::result::FitResultBody, spec::request::CriterionName};
+
+/// The fit of one coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CoordinateFit)]
+pub struct CoordinateFitBody {
+    /// `y` of a curve's graph, `z` of a surface's; else `x`, `y` or `z`.
+    pub coordinate: String,
+    /// As `POST /v1/fits` answers it, without the shape.
+    pub result: FitResultBody,
+}
+
+/// How knots were inserted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = KnotInsertion)]
+pub struct KnotInsertionBody {
+    /// Why it ended.
+    pub stop: KnotInsertionStop,
+    /// The rounds in their order.
+    pub steps: Vec<KnotInsertionStep>,
+}
+
+/// Why no more knots were inserted: the tolerance is met; no span that misses it holds enough
+/// points for another knot; the most knots or rounds are reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum KnotInsertionStop {
+    ToleranceMet,
+    NoRoom,
+    LimitReached,
+}
+
+/// One round.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct KnotInsertionStep {
+    /// Spans between knots.
+    pub spans: usize,
+    /// The farthest a point is off.
+    pub max_error: f64,
+    /// Root mean square of the residuals after the round.
+    pub rms: f64,
+}
+
+/// A smoothing spline.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Smoothing)]
+pub struct SmoothingBody {
+    /// The weight of ∫ f″².
+    pub lambda: f64,
+    /// Left out where λ or the degrees of freedom were given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub criterion: Option<CriterionName>,
+    /// Whether what was asked for is reached within the range of λ.
+    pub reached: bool,
+    /// Trace of the smoother: how many parameters the curve is worth.
+    pub effective_degrees_of_freedom: f64,
+    /// Points counted.
+    pub count: usize,
+    /// Distinct abscissae among them; points that share one are averaged by their weights.
+    pub abscissae: usize,
+    /// The residuals of each coordinate: one entry for a graph, two or three for points.
+    pub coordinates: Vec<CoordinateResidualsBody>,
+}
+
+/// Residuals of one coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CoordinateResiduals)]
+pub struct CoordinateResidualsBody {
+    /// `y` of a curve's graph, `z` of a surface's; else `x`, `y` or `z`.
+    pub coordinate: String,
+    /// Σ w r².
+    pub rss: f64,
+    /// √(RSS/Σw).
+    pub rms: f64,
+    /// Largest amount of a residual, in the caller's unit.
+    pub max_abs: f64,
+    /// √(RSS/(m − effective degrees of freedom)); left out where there is nothing left.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma: Option<f64>,
+    /// Of a surface of many coefficients without a penalty: the standard error of each control
+    /// point, in their rows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_errors: Option<Vec<Vec<f64>>>,
+    /// With `"include": ["residuals"]`: of the counted nodes, in the order posted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub values: Option<Vec<f64>>,
+}
+
+/// A fit of many coefficients: what a banded factorisation tells.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = BandedFit)]
+pub struct BandedFitBody {
+    /// Nodes counted.
+    pub count: usize,
+    /// Count less effective degrees of freedom.
+    pub degrees_of_freedom: f64,
+    /// The number of coefficients, or the trace of the smoother under a penalty.
+    pub effective_degrees_of_freedom: f64,
+    /// Condition number of the Fisher information matrix (with penalty) on a unit diagonal; left
+    /// out where it could not be found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
+    /// The residuals of each coordinate: one entry for a graph, two or three for points.
+    pub coordinates: Vec<CoordinateResidualsBody>,
+    /// For each span of u, the nodes over each span of v.
+    pub nodes_per_span: Vec<Vec<usize>>,
+    /// Pairs of spans without a node.
+    pub empty_spans: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub penalty: Option<PenaltyBody>,
+    /// `double` or `double_double`: how the matrix was factored.
+    pub arithmetic: String,
+    /// Corrections of the coefficients by residuals in double-double, and the size of the last one
+    /// against them.
+    pub corrections: usize,
+    /// Size of the last correction against that of the coefficients; 0 where there was none.
+    pub last_correction: f64,
+}
+
+/// The weight of a penalty.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Penalty)]
+pub struct PenaltyBody {
+    /// λ, by which the penalty is multiplied beside the sum of squares.
+    pub lambda: f64,
+    /// Left out where λ was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub criterion: Option<CriterionName>,
+    /// Whether the criterion is met within the range of λ.
+    pub reached: bool,
+}

@@ -1,0 +1,153 @@
+//! The points of a curve: of a request, or the nodes of an iteration.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    faults::Faults,
+    json::{
+        fields::{Fields, read_numbers, read_rows},
+        part::read_part,
+    },
+};
+use flankfit_engine::{
+    estimation::Nodes,
+    fault::words::counted,
+    geometry::{
+        curve::{Parametrization, Points},
+        space::{Dimension, Vector},
+    },
+};
+
+/// Points of a curve: a graph y(x), or points of plane or space in the order in which the curve
+/// passes them.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(untagged)]
+#[schema(as = CurvePoints)]
+pub enum CurvePointsBody {
+    Graph(GraphPoints),
+    Space(SpacePoints),
+}
+
+/// Points (x, y) of a graph.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct GraphPoints {
+    /// No two alike. Everything but polynomials wants them ascending; no order is ever changed.
+    pub x: Vec<f64>,
+    /// The value at each x.
+    pub y: Vec<f64>,
+}
+
+/// Points of plane or space.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct SpacePoints {
+    /// `[x, y]` or `[x, y, z]` each.
+    pub xyz: Vec<Vec<f64>>,
+    /// Default `chord_length`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parametrization: Option<ParametrizationName>,
+}
+
+/// How the parameter grows from point to point, from 0 to 1: evenly, by distance, or by its square
+/// root (calmest in sharp bends).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = Parametrization)]
+pub enum ParametrizationName {
+    Uniform,
+    ChordLength,
+    Centripetal,
+}
+
+impl From<ParametrizationName> for Parametrization {
+    fn from(name: ParametrizationName) -> Self {
+        match name {
+            ParametrizationName::Uniform => Parametrization::Uniform,
+            ParametrizationName::ChordLength => Parametrization::ChordLength,
+            ParametrizationName::Centripetal => Parametrization::Centripetal,
+        }
+    }
+}
+
+/// Points to be passed or approached, and where in the request they stand.
+pub struct GivenPoints {
+    pub points: Points,
+    /// Weights that the nodes of an iteration have.
+    pub weight: Option<Vec<f64>>,
+}
+
+/// Reads the points that stand at `/points`.
+pub fn read(slice: &[u8], faults: &mut Faults) -> Option<GivenPoints> {
+    const AT: &str = "/points";
+    let fields = Fields::of_part(slice, AT, &["x", "y", "xyz", "parametrization"], faults)?;
+    let points = if let Some(slice) = fields.get("xyz") {
+        for key in ["x", "y"] {
+            if fields.get(key).is_some() {
+                faults.push(format!("{AT}/{key}"), "give either `x` and `y`, or `xyz`");
+                return None;
+            }
+        }
+        let parametrization: Option<ParametrizationName> = match fields.get("parametrization") {
+            Some(slice) => Some(read_part(slice, &format!("{AT}/parametrization"), faults)?),
+            None => None,
+        };
+        let (flat, lengths) = read_rows(slice, &format!("{AT}/xyz"), faults)?;
+        let (dimension, points) = space(&flat, &lengths, &format!("{AT}/xyz"), faults)?;
+        let parametrization = parametrization.unwrap_or(ParametrizationName::ChordLength).into();
+        Points::Space { points, dimension, parametrization }
+    } else {
+        if fields.get("parametrization").is_some() {
+            faults.push(format!("{AT}/parametrization"), "the parameter of a graph is x");
+        }
+        let mut numbers = |key: &str| {
+            let slice = fields.required(key, AT, faults)?;
+            read_numbers(slice, &format!("{AT}/{key}"), faults)
+        };
+        let (x, y) = (numbers("x"), numbers("y"));
+        Points::Graph { x: x?, y: y? }
+    };
+    Some(GivenPoints { points, weight: None })
+}
+
+/// The nodes of an iteration as points.
+pub fn of_nodes(nodes: &Nodes, faults: &mut Faults) -> Option<GivenPoints> {
+    match nodes {
+        Nodes::Curve(nodes) => {
+            // a node of weight 0 is left out, whatever the method
+            let counts = |k: usize| nodes.weight().as_ref().is_none_or(|weight| weight[k] > 0.0);
+            let of = |values: &[f64]| values.iter().enumerate().filter(|(k, _)| counts(*k)).map(|(_, x)| *x).collect();
+            Some(GivenPoints {
+                points: Points::Graph { x: of(nodes.x()), y: of(nodes.y()) },
+                weight: nodes.weight().map(of),
+            })
+        }
+        _ => {
+            faults.push("/points", "missing; the nodes of this iteration are no curve whose points could be taken");
+            None
+        }
+    }
+}
+
+/// Points of plane or space from rows of equal length.
+pub fn space(flat: &[f64], lengths: &[usize], at: &str, faults: &mut Faults) -> Option<(Dimension, Vec<Vector>)> {
+    let width = lengths.first().copied().unwrap_or(3);
+    let Some(dimension) = Dimension::of(width).filter(|dimension| dimension.is_parametric()) else {
+        faults.push(
+            format!("{at}/0"),
+            format!("{}, where [x, y] or [x, y, z] is wanted", counted(width, "number", "numbers")),
+        );
+        return None;
+    };
+    let before = faults.count();
+    for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != width) {
+        faults.push(
+            format!("{at}/{i}"),
+            format!("{}, where the first point has {width}", counted(*length, "number", "numbers")),
+        );
+    }
+    if faults.count() > before {
+        return None;
+    }
+    let point = |row: &[f64]| Vector::new(row[0], row[1], row.get(2).copied().unwrap_or(0.0));
+    Some((dimension, flat.chunks_exact(width).map(point).collect()))
+}

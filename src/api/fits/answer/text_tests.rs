@@ -1,0 +1,362 @@
+//! Written answers against their documentation: read into the documented body, they are written
+//! again to the same bytes.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::api::{
+    examples::REQUEST_EXAMPLES,
+    fits::{answer::result::FitResultBody, reader},
+    json::extra::NoExtra,
+};
+use flankfit_engine::estimation::{
+    self, FitSpec, Nodes,
+    estimator::Start,
+    filtering::{
+        report::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
+        spec::{Action, Filter, Hampel},
+    },
+    result::{LocalSolution, NormLimitSource, RobustReport, Written},
+    spec::{Count, Criterion, NodeUncertainty, Parameter, Regularization, Scaling, Scheme},
+};
+
+const ALL: Include = Include {
+    residuals: true,
+    collinearity: true,
+    lambda_curve: true,
+    matrix_b: true,
+    ridge_trace: true,
+    robust_weights: true,
+    peaks: true,
+};
+
+fn agrees(text: &[u8]) {
+    let body: FitResultBody = serde_json::from_slice(text).unwrap();
+    assert_eq!(String::from_utf8_lossy(&serde_json::to_vec(&body).unwrap()), String::from_utf8_lossy(text));
+}
+
+fn regularizations() -> Vec<Regularization> {
+    let parameters = Criterion::ALL.map(Parameter::Criterion).into_iter().chain([Parameter::Fixed(1e-4)]);
+    let spectral =
+        |scheme, count, lambda_star| Regularization::Spectral { scheme, count, condition_limit: 30.0, lambda_star };
+    parameters
+        .flat_map(|parameter| {
+            [
+                spectral(Scheme::FirstOrder, Count::Auto, parameter),
+                spectral(Scheme::Exact, Count::Given(1), parameter),
+                Regularization::Ridge { parameter },
+            ]
+        })
+        .chain([Regularization::None])
+        .collect()
+}
+
+#[test]
+fn answers_to_the_examples_are_as_documented() {
+    let examples = REQUEST_EXAMPLES.iter().filter(|example| example.operation_id == "create_fit");
+    let mut answers = 0;
+    for example in examples {
+        let (nodes, spec, NoExtra {}): (Nodes, FitSpec, _) = reader::read_fit(example.text.as_bytes()).unwrap();
+        for regularization in regularizations() {
+            for scaling in [Scaling::UnitLength, Scaling::None, Scaling::Standardized] {
+                let mut spec = FitSpec { regularization: regularization.clone(), scaling, ..spec.clone() };
+                spec.include.residuals = true;
+                spec.include.lambda_curve = true;
+                spec.include.matrix_b = answers % 2 == 0;
+                spec.include.collinearity = answers % 3 == 0;
+                spec.node_uncertainty = Some(NodeUncertainty { position: 1e-6, height: 1e-4 });
+                if let Ok(result) = estimation::fit(&nodes, &spec) {
+                    agrees(&write(&result, None, "00ff", spec.include).unwrap());
+                    answers += 1;
+                }
+            }
+        }
+    }
+    assert!(answers > 100, "{answers}");
+}
+
+/// Makes results of any content, number by number; the number with the index `poisoned` is not
+/// finite.
+struct Maker {
+    state: u64,
+    numbers: usize,
+    poisoned: usize,
+    /// Whether everything that may be missing is there.
+    full: bool,
+}
+
+impl Maker {
+    fn new(seed: u64) -> Self {
+        Maker { state: seed, numbers: 0, poisoned: usize::MAX, full: false }
+    }
+
+    fn random(&mut self) -> u64 {
+        self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.state ^ (self.state >> 29)
+    }
+
+    fn below(&mut self, n: u64) -> usize {
+        ((self.random() >> 33) % n) as usize
+    }
+
+    fn number(&mut self) -> f64 {
+        self.numbers += 1;
+        if self.numbers - 1 == self.poisoned {
+            return [f64::NAN, f64::INFINITY, f64::NEG_INFINITY][self.below(3)];
+        }
+        match self.below(4) {
+            0 => self.below(1000) as f64 / 8.0,
+            1 => -(self.random() as f64) * 1e-20,
+            _ => Some(f64::from_bits(self.random())).filter(|x| x.is_finite()).unwrap_or(-0.0),
+        }
+    }
+
+    fn numbers(&mut self) -> Vec<f64> {
+        (0..self.below(4) + usize::from(self.full)).map(|_| self.number()).collect()
+    }
+
+    fn rows(&mut self) -> Vec<Vec<f64>> {
+        (0..self.below(3) + usize::from(self.full)).map(|_| self.numbers()).collect()
+    }
+
+    fn text(&mut self) -> String {
+        (0..self.below(6)).map(|_| ['u', '^', '"', '\\', '\n', 'λ', '\u{1}', '𝒳'][self.below(8)]).collect()
+    }
+
+    fn there(&mut self) -> bool {
+        self.full || self.below(2) == 0
+    }
+
+    fn maybe(&mut self) -> Option<f64> {
+        self.there().then(|| self.number())
+    }
+
+    fn list<T>(&mut self, mut item: impl FnMut(&mut Self) -> T) -> Vec<T> {
+        (0..self.below(3) + usize::from(self.full)).map(|_| item(self)).collect()
+    }
+
+    fn criterion(&mut self) -> Option<Criterion> {
+        self.there().then(|| Criterion::every().nth(self.below(9)).unwrap())
+    }
+
+    fn figures(&mut self) -> ColumnFigures {
+        ColumnFigures {
+            nodes: self.below(99),
+            condition: self.maybe(),
+            largest_correlation: self.maybe(),
+            largest_vif: self.maybe(),
+        }
+    }
+
+    fn bounds(&mut self) -> PerturbationBounds {
+        PerturbationBounds { square_bound: self.maybe(), first_order_bound: self.maybe() }
+    }
+
+    fn result(&mut self) -> FitResult {
+        FitResult {
+            coefficients: self.list(|m| Coefficient {
+                term: m.text(),
+                key: match m.below(3) {
+                    0 => TermKey::Powers(vec![m.below(9), m.below(9)]),
+                    1 => TermKey::Index(vec![m.below(9)]),
+                    _ => TermKey::Column(m.below(1000)),
+                },
+                value: m.number(),
+                std_error: m.maybe(),
+                least_squares: m.number(),
+                least_squares_std_error: m.maybe(),
+                bias_bound: m.number(),
+            }),
+            // That of a request or of the nodes, which are finite.
+            domain: self.there().then(|| Domain { u: Some([0.5, 1e300]), v: self.there().then_some([-1e-5, 0.0]) }),
+            spectrum: SpectrumReport {
+                eigenvalues: self.numbers(),
+                condition: self.maybe(),
+                log10_condition: self.maybe(),
+                log10_determinant: self.maybe(),
+                rank: self.below(40),
+                regularized: RegularizedSpectrum {
+                    eigenvalues: self.numbers(),
+                    condition: self.maybe(),
+                    log10_determinant: self.maybe(),
+                },
+            },
+            regularization: RegularizationReport {
+                kind: [
+                    RegularizationKind::None,
+                    RegularizationKind::Spectral,
+                    RegularizationKind::Ridge,
+                    RegularizationKind::Tikhonov,
+                    RegularizationKind::TruncatedSvd,
+                    RegularizationKind::JamesStein,
+                    RegularizationKind::Attraction,
+                ][self.below(7)],
+                scheme: self.there().then(|| [Scheme::FirstOrder, Scheme::Exact][self.below(2)]),
+                count: self.there().then(|| self.below(40)),
+                lambda_star: self.maybe(),
+                rank: self.there().then(|| self.below(40)),
+                shrinkage_factor: self.maybe(),
+                lambda_star_interval: self.there().then(|| [self.number(), self.number()]),
+                gamma: self.maybe(),
+                criterion: self.criterion(),
+                fixed: self.below(2) == 0,
+                filter_factors: self.numbers(),
+                matrix_norm_squared: self.maybe(),
+                largest_eigenvalue_bound: self.maybe(),
+                choices: self.list(|m| Choice {
+                    criterion: m.criterion(),
+                    lambda_star: m.maybe(),
+                    condition: m.maybe(),
+                    bias_norm: m.number(),
+                    predicted_mse: m.maybe(),
+                    rms: m.number(),
+                }),
+            },
+            bias: BiasReport {
+                norm: self.number(),
+                sharp_bound: self.number(),
+                paper_bound: self.maybe(),
+                coefficient_norm_limit: self.number(),
+                coefficient_norm_limit_source: [
+                    NormLimitSource::Request,
+                    NormLimitSource::Estimate,
+                    NormLimitSource::Heights,
+                    NormLimitSource::Limits,
+                ][self.below(4)],
+                e: self.maybe(),
+            },
+            collinearity: Arc::new(CollinearityReport {
+                written: Written::default(),
+                columns: self.list(|m| ColumnCollinearity { term: m.text(), vif: m.maybe() }),
+                correlation: self.there().then(|| self.rows()),
+                variance_proportions: self.there().then(|| self.rows()),
+                near_dependencies: self.list(|m| NearDependency {
+                    eigenvalue: m.number(),
+                    condition_index: m.maybe(),
+                    weights: m.numbers(),
+                    terms: m.list(Maker::text),
+                    cosine: m.maybe(),
+                    weight_ratio: m.maybe(),
+                    r_squared: m.maybe(),
+                    sentence: m.text(),
+                }),
+            }),
+            perturbation: self
+                .there()
+                .then(|| PerturbationReport { least_squares: self.bounds(), regularized: self.bounds() }),
+            residuals: ResidualReport {
+                count: self.below(1_000_000_000),
+                degrees_of_freedom: self.below(9),
+                rss: self.number(),
+                sigma: self.maybe(),
+                rms: self.number(),
+                max_abs: self.maybe(),
+                r_squared: self.maybe(),
+                least_squares_rss: self.number(),
+                values: self.there().then(|| self.numbers()),
+                node_indices: self.there().then(|| vec![0, self.below(1_000_000)]),
+            },
+            robust: self.there().then(|| RobustReport {
+                converged: self.below(2) == 1,
+                iterations: self.below(1_000),
+                tolerance_reached: self.maybe(),
+                scale: self.maybe(),
+                dispersion: self.maybe(),
+                objective: self.number(),
+                weights: self.numbers(),
+                rejected: vec![self.below(9), 12],
+                certificate: self.maybe(),
+                unique: self.there().then(|| self.below(2) == 1),
+                vertex: self.there().then(|| vec![self.below(9), 3]),
+                subset_size: self.there().then(|| self.below(99)),
+                start: self.there().then_some(Start::LeastTrimmed),
+                solution: [LocalSolution::Global, LocalSolution::FromStart, LocalSolution::BestOfMany][self.below(3)],
+                coefficients: self.numbers(),
+            }),
+            lambda_curve: self.there().then(|| {
+                self.list(|m| LambdaCurvePoint {
+                    lambda_star: m.number(),
+                    condition: m.maybe(),
+                    bias_norm: m.number(),
+                    predicted_mse: m.maybe(),
+                    rms: m.number(),
+                    gcv: m.maybe(),
+                    coefficient_norm: m.number(),
+                })
+            }),
+            ridge_trace: self
+                .there()
+                .then(|| self.list(|m| RidgeTracePoint { k: m.number(), coefficients: m.numbers() })),
+            matrix_b: self.there().then(|| self.rows()),
+            filtering: self.there().then(|| FilteringReport {
+                filters: self.list(|m| FilterReport {
+                    filter: Filter::Hampel(Hampel { window: 5, threshold: 3.0, action: Action::Remove, axis: None }),
+                    changed: m.below(9),
+                    max_change: m.number(),
+                    rms_change: m.number(),
+                    peaks: m.there().then(|| vec![m.below(9)]),
+                    iteration: m
+                        .there()
+                        .then(|| IterationReport { iterations: m.below(99), converged: m.below(2) == 1 }),
+                }),
+                before: self.figures(),
+                after: self.figures(),
+            }),
+            numerics: Numerics {
+                arithmetic: [Arithmetic::Double, Arithmetic::DoubleDouble][self.below(2)],
+                correct_digits: self.number(),
+            },
+            warnings: self.list(|m| Warning { code: "code", message: m.text() }),
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn any_answer_is_as_documented(seed in any::<u64>()) {
+        agrees(&write(&Maker::new(seed).result(), None, "digest", ALL).unwrap());
+    }
+}
+
+/// What the fit does with a result: the columns' report, which comes first, and then the rest.
+fn checked(mut result: FitResult) -> Result<FitResult, estimation::FitError> {
+    let report = Arc::unwrap_or_clone(result.collinearity);
+    result.collinearity = Arc::new(estimation::sound::checked_collinearity(report, &mut result.warnings)?);
+    let filtering = result.filtering.take();
+    let mut result = estimation::sound::checked(result)?;
+    result.filtering =
+        filtering.map(|report| estimation::sound::checked_filtering(report, &mut result.warnings)).transpose()?;
+    Ok(result)
+}
+
+#[test]
+fn a_shared_report_is_written_once_and_always_the_same() {
+    let result = Maker { full: true, ..Maker::new(7) }.result();
+    let alone = write(&result, None, "digest", ALL).unwrap();
+    assert!(result.collinearity.written.0.get().is_none(), "nobody else will ask for it");
+    let _plan = Arc::clone(&result.collinearity);
+    let first = write(&result, None, "digest", ALL).unwrap();
+    assert!(result.collinearity.written.0.get().is_some());
+    assert_eq!((write(&result, None, "digest", ALL).unwrap(), first), (alone.clone(), alone));
+}
+
+/// The fit's last look finds every number that is not finite: it leaves the number out or refuses,
+/// and the writer finds none.
+#[test]
+fn no_number_that_is_not_finite_reaches_the_writer() {
+    let mut whole = Maker { full: true, ..Maker::new(7) };
+    assert!(write(&whole.result(), None, "digest", ALL).is_ok());
+    let (mut left_out, mut refused) = (0, 0);
+    for poisoned in 0..whole.numbers {
+        let result = Maker { full: true, poisoned, ..Maker::new(7) }.result();
+        assert!(matches!(write(&result, None, "digest", ALL), Err(NotFinite(_))), "{poisoned}");
+        match checked(result) {
+            Ok(result) => {
+                agrees(&write(&result, None, "digest", ALL).unwrap());
+                left_out += 1;
+            }
+            Err(_) => refused += 1,
+        }
+    }
+    assert!(left_out > 20 && refused > 20, "{left_out} {refused}");
+}

@@ -1,0 +1,202 @@
+//! Everything about a fit but the nodes: wire parts to a checked [`FitSpec`], with the contract's
+//! defaults and ranges.
+
+use super::{estimator::read_estimator, regularization::read_regularization};
+use crate::api::{
+    faults::Faults,
+    fits::spec::{json::include, request::*},
+    json::{
+        part::{read_object, read_part},
+        tags::{read_tag, unknown_type},
+    },
+};
+use flankfit_engine::{
+    estimation::{FitSpec, spec},
+    fault::words::{Shown, counted},
+};
+
+/// The keys of a spec at the top level of a request.
+pub const SPEC_KEYS: [&str; 10] = [
+    "model",
+    "scaling",
+    "regularization",
+    "estimator",
+    "domain",
+    "coefficient_norm_limit",
+    "noise_sigma",
+    "node_uncertainty",
+    "include",
+    "filters",
+];
+
+/// Slices of the request, in the order of [`SPEC_KEYS`].
+#[derive(Default)]
+pub struct RawSpec<'a> {
+    pub slices: [Option<&'a [u8]>; SPEC_KEYS.len()],
+}
+
+impl RawSpec<'_> {
+    /// The spec, when none of its parts has a fault.
+    pub fn check(&self, faults: &mut Faults) -> Option<FitSpec> {
+        let model = match self.slices[0] {
+            Some(slice) => read_model(slice, faults),
+            None => {
+                faults.push("/model", "missing");
+                None
+            }
+        };
+        // The rest is looked at in any case: all faults are told at once.
+        let rest = self.beside(model.clone().unwrap_or(spec::Model::Linear), faults);
+        model.and(rest)
+    }
+
+    /// The spec of `model`, when none of the other parts has a fault.
+    pub fn beside(&self, model: spec::Model, faults: &mut Faults) -> Option<FitSpec> {
+        let before = faults.count();
+        let [_, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include, filters] =
+            self.slices;
+        let scaling = scaling.and_then(|slice| read_part(slice, "/scaling", faults)).map(|name| match name {
+            ScalingName::UnitLength => spec::Scaling::UnitLength,
+            ScalingName::None => spec::Scaling::None,
+            ScalingName::Standardized => spec::Scaling::Standardized,
+        });
+        let regularization = regularization.and_then(|slice| read_regularization(slice, faults));
+        let estimator = estimator.and_then(|slice| read_estimator(slice, faults));
+        let domain = domain.and_then(|slice| read_domain(slice, faults));
+        let coefficient_norm_limit = norm_limit.and_then(|slice| positive(slice, "/coefficient_norm_limit", faults));
+        let noise_sigma = noise_sigma.and_then(|slice| positive(slice, "/noise_sigma", faults));
+        let node_uncertainty = uncertainty.and_then(|slice| read_uncertainty(slice, faults));
+        let include = include.and_then(|slice| read_include(slice, faults));
+        let filters = filters.map_or_else(|| Some(Vec::new()), |slice| super::filters::read(slice, faults));
+        if faults.count() > before {
+            return None;
+        }
+        Some(FitSpec {
+            scaling: scaling.unwrap_or_default(),
+            regularization: regularization.unwrap_or_default(),
+            estimator: estimator.unwrap_or_default(),
+            domain,
+            coefficient_norm_limit,
+            noise_sigma,
+            node_uncertainty,
+            include: include.unwrap_or_default(),
+            filters: filters.unwrap_or_default(),
+            ..FitSpec::new(model)
+        })
+    }
+}
+
+fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
+    match read_tag(slice, "/model", faults)?.as_str() {
+        "polynomial" => {
+            let model: PolynomialModel = read_part(slice, "/model", faults)?;
+            Some(spec::Model::Polynomial {
+                degree: degree(model.degree),
+                basis: match model.basis {
+                    None | Some(BasisName::Monomial) => spec::PolynomialBasis::Monomial,
+                    Some(BasisName::Chebyshev) => spec::PolynomialBasis::Chebyshev,
+                    Some(BasisName::Legendre) => spec::PolynomialBasis::Legendre,
+                },
+                terms: match model.terms {
+                    None | Some(TermsName::Tensor) => spec::Terms::Tensor,
+                    Some(TermsName::Total) => spec::Terms::Total,
+                },
+            })
+        }
+        "b_spline" => {
+            let model: BSplineModel = read_part(slice, "/model", faults)?;
+            let knots = match (model.knots, model.spans) {
+                (Some(KnotsBody::Curve(knots)), None) => spec::Knots::Curve(unsigned_zeros(knots)),
+                (Some(KnotsBody::Surface([u, v])), None) => spec::Knots::Surface(unsigned_zeros(u), unsigned_zeros(v)),
+                (None, Some(SpansBody::Both(n))) => spec::Knots::Spans(n),
+                (None, Some(SpansBody::Each([a, b]))) => spec::Knots::SpansEach(a, b),
+                (Some(_), Some(_)) => {
+                    faults.push("/model/spans", "give either `knots` or `spans`, not both");
+                    return None;
+                }
+                (None, None) => {
+                    faults.push("/model", "give `knots` or `spans`");
+                    return None;
+                }
+            };
+            let weights = match model.weights {
+                None => None,
+                Some(WeightsBody::Curve(weights)) => Some(weights),
+                Some(WeightsBody::Surface(rows)) => Some(flat_weights(&rows, faults)?),
+            };
+            Some(spec::Model::BSpline { degree: degree(model.degree), knots, weights })
+        }
+        "linear" => read_part::<LinearModel>(slice, "/model", faults).map(|_| spec::Model::Linear),
+        other => {
+            unknown_type("/model", other, "polynomial, b_spline and linear are", faults);
+            None
+        }
+    }
+}
+
+/// Rows of one length, end to end.
+fn flat_weights(rows: &[Vec<f64>], faults: &mut Faults) -> Option<Vec<f64>> {
+    let before = faults.count();
+    let columns = rows.first().map_or(0, Vec::len);
+    for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
+        faults.push(
+            format!("/model/weights/{i}"),
+            format!("{}, where the first row has {columns}", counted(row.len(), "weight", "weights")),
+        );
+    }
+    (faults.count() == before).then(|| rows.concat())
+}
+
+fn degree(degree: DegreeBody) -> spec::Degree {
+    match degree {
+        DegreeBody::Both(n) => spec::Degree::Both(n),
+        DegreeBody::Each([p, q]) => spec::Degree::Each(p, q),
+    }
+}
+
+fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {
+    let body: DomainBody = read_object(slice, "/domain", faults)?;
+    for (key, ends) in [("u", body.u), ("v", body.v)] {
+        if let Some([low, high]) = ends
+            && low > high
+        {
+            faults.push(
+                format!("/domain/{key}"),
+                format!("{} is greater than {}; write [min, max]", Shown(low), Shown(high)),
+            );
+        }
+    }
+    let interval = |ends: [f64; 2]| ends.map(unsigned_zero);
+    Some(spec::Domain { u: body.u.map(interval), v: body.v.map(interval) })
+}
+
+fn positive(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<f64> {
+    let value: f64 = read_part(slice, pointer, faults)?;
+    if value <= 0.0 {
+        faults.push(pointer, format!("{} is not greater than 0", Shown(value)));
+    }
+    Some(value)
+}
+
+fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncertainty> {
+    let body: NodeUncertaintyBody = read_object(slice, "/node_uncertainty", faults)?;
+    for (key, value) in [("position", body.position), ("height", body.height)] {
+        if value < 0.0 {
+            faults.push(format!("/node_uncertainty/{key}"), format!("{} is negative", Shown(value)));
+        }
+    }
+    Some(spec::NodeUncertainty { position: body.position, height: body.height })
+}
+
+fn read_include(slice: &[u8], faults: &mut Faults) -> Option<spec::Include> {
+    read_part::<Vec<IncludeName>>(slice, "/include", faults).map(|names| include(&names))
+}
+
+/// −0 as 0: the digest does not tell them apart, so nothing else may.
+fn unsigned_zero(value: f64) -> f64 {
+    value + 0.0
+}
+
+pub(in crate::api) fn unsigned_zeros(values: Vec<f64>) -> Vec<f64> {
+    values.into_iter().map(unsigned_zero).collect()
+}

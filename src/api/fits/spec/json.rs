@@ -1,0 +1,154 @@
+//! A spec as JSON with every default filled in, for storing and for the digest, and back.
+
+use super::{filters::FilterBody, regularization_json::regularization, request::*};
+use crate::api::{
+    fits::reader,
+    json::{error::ReadError, extra::NoExtra},
+};
+use flankfit_engine::estimation::spec::{self, FitSpec};
+
+/// The canonical JSON text: keys in the contract's order, defaults written out, no white space, −0
+/// as 0.
+pub fn to_json(spec: &FitSpec) -> String {
+    // A spec holds finite numbers and strings only: nothing in it can fail to be written.
+    serde_json::to_string(&FitSpecBody::from(spec)).unwrap_or_default()
+}
+
+/// Reads what [`to_json`] wrote (or any spec of a request).
+pub fn from_json(text: &str) -> Result<FitSpec, ReadError> {
+    reader::read_refit::<NoExtra>(text.as_bytes()).map(|(spec, _)| spec)
+}
+
+impl From<&FitSpec> for FitSpecBody {
+    fn from(spec: &FitSpec) -> Self {
+        FitSpecBody {
+            model: model(&spec.model),
+            scaling: Some(match spec.scaling {
+                spec::Scaling::UnitLength => ScalingName::UnitLength,
+                spec::Scaling::None => ScalingName::None,
+                spec::Scaling::Standardized => ScalingName::Standardized,
+            }),
+            regularization: Some(regularization(&spec.regularization)),
+            estimator: Some(EstimatorBody::from(&spec.estimator)),
+            domain: spec.domain.map(|domain| {
+                let interval = |ends: [f64; 2]| ends.map(unsigned_zero);
+                DomainBody { u: domain.u.map(interval), v: domain.v.map(interval) }
+            }),
+            coefficient_norm_limit: spec.coefficient_norm_limit,
+            noise_sigma: spec.noise_sigma,
+            node_uncertainty: spec.node_uncertainty.map(|uncertainty| NodeUncertaintyBody {
+                position: unsigned_zero(uncertainty.position),
+                height: unsigned_zero(uncertainty.height),
+            }),
+            include: named(spec.include),
+            filters: (!spec.filters.is_empty()).then(|| spec.filters.iter().map(FilterBody::from).collect()),
+        }
+    }
+}
+
+pub(in crate::api) fn unsigned_zero(value: f64) -> f64 {
+    // −0 + 0 is +0; every other number stays.
+    value + 0.0
+}
+
+fn model(model: &spec::Model) -> ModelBody {
+    match model {
+        spec::Model::Polynomial { degree, basis, terms } => ModelBody::Polynomial(PolynomialModel {
+            kind: PolynomialTag::Polynomial,
+            degree: degree_body(*degree),
+            basis: Some(match basis {
+                spec::PolynomialBasis::Monomial => BasisName::Monomial,
+                spec::PolynomialBasis::Chebyshev => BasisName::Chebyshev,
+                spec::PolynomialBasis::Legendre => BasisName::Legendre,
+            }),
+            terms: Some(match terms {
+                spec::Terms::Tensor => TermsName::Tensor,
+                spec::Terms::Total => TermsName::Total,
+            }),
+        }),
+        spec::Model::BSpline { degree, knots, weights } => {
+            let clean = |knots: &[f64]| knots.iter().copied().map(unsigned_zero).collect::<Vec<_>>();
+            let weights = weights.as_ref().map(|weights| match columns(*degree, knots) {
+                // Without knots the curve and the surface of one row look alike; either way back
+                // gives the same weights.
+                None => WeightsBody::Curve(weights.clone()),
+                Some(columns) => WeightsBody::Surface(weights.chunks(columns).map(<[f64]>::to_vec).collect()),
+            });
+            let (knots, spans) = match knots {
+                spec::Knots::Curve(knots) => (Some(KnotsBody::Curve(clean(knots))), None),
+                spec::Knots::Surface(u, v) => (Some(KnotsBody::Surface([clean(u), clean(v)])), None),
+                spec::Knots::Spans(n) => (None, Some(SpansBody::Both(*n))),
+                spec::Knots::SpansEach(a, b) => (None, Some(SpansBody::Each([*a, *b]))),
+            };
+            ModelBody::BSpline(BSplineModel {
+                kind: BSplineTag::BSpline,
+                degree: degree_body(*degree),
+                knots,
+                spans,
+                weights,
+            })
+        }
+        spec::Model::Linear => ModelBody::Linear(LinearModel { kind: LinearTag::Linear }),
+    }
+}
+
+/// How many functions there are along v, where the knots say that there is a v.
+fn columns(degree: spec::Degree, knots: &spec::Knots) -> Option<usize> {
+    let q = match degree {
+        spec::Degree::Both(q) | spec::Degree::Each(_, q) => q,
+    };
+    match knots {
+        spec::Knots::Surface(_, v) => v.len().checked_sub(q.saturating_add(1)).filter(|columns| *columns > 0),
+        spec::Knots::SpansEach(_, spans) => spans.checked_add(q),
+        spec::Knots::Curve(_) | spec::Knots::Spans(_) => None,
+    }
+}
+
+fn degree_body(degree: spec::Degree) -> DegreeBody {
+    match degree {
+        spec::Degree::Both(n) => DegreeBody::Both(n),
+        spec::Degree::Each(p, q) => DegreeBody::Each([p, q]),
+    }
+}
+
+fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
+    let names: Vec<_> = [
+        (include.residuals, IncludeName::Residuals),
+        (include.collinearity, IncludeName::Collinearity),
+        (include.lambda_curve, IncludeName::LambdaCurve),
+        (include.matrix_b, IncludeName::MatrixB),
+        (include.ridge_trace, IncludeName::RidgeTrace),
+        (include.robust_weights, IncludeName::RobustWeights),
+        (include.peaks, IncludeName::Peaks),
+    ]
+    .into_iter()
+    .filter_map(|(wanted, name)| wanted.then_some(name))
+    .collect();
+    (!names.is_empty()).then_some(names)
+}
+
+/// What the names ask for.
+pub fn include(names: &[IncludeName]) -> spec::Include {
+    spec::Include {
+        residuals: names.contains(&IncludeName::Residuals),
+        collinearity: names.contains(&IncludeName::Collinearity),
+        lambda_curve: names.contains(&IncludeName::LambdaCurve),
+        matrix_b: names.contains(&IncludeName::MatrixB),
+        ridge_trace: names.contains(&IncludeName::RidgeTrace),
+        robust_weights: names.contains(&IncludeName::RobustWeights),
+        peaks: names.contains(&IncludeName::Peaks),
+    }
+}
+
+/// What either asks for.
+pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
+    spec::Include {
+        residuals: a.residuals | b.residuals,
+        collinearity: a.collinearity | b.collinearity,
+        lambda_curve: a.lambda_curve | b.lambda_curve,
+        matrix_b: a.matrix_b | b.matrix_b,
+        ridge_trace: a.ridge_trace | b.ridge_trace,
+        robust_weights: a.robust_weights | b.robust_weights,
+        peaks: a.peaks | b.peaks,
+    }
+}

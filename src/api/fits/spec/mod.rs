@@ -1,0 +1,16 @@
+//! What a fit request asks for, as it is written: models, regularisations, and the rest of the spec.
+//!
+//! The structs here are read (by [`super::reader`]), written (specs are stored as canonical JSON)
+//! and documented (OpenAPI). Unions carry `type` inside their variants, which is what client
+//! generators cope with best.
+
+pub mod count;
+pub mod criteria;
+pub mod estimator;
+pub mod filters;
+pub mod json;
+pub mod knots;
+pub mod nodes;
+pub mod regularization;
+pub mod regularization_json;
+pub mod request;

@@ -1,0 +1,123 @@
+//! Node sets in the OpenAPI document. Read by [`crate::api::fits::reader`] and written by
+//! [`crate::api::fits::nodes_text`], not by serde.
+
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// Measured nodes, in the caller's own length unit.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(untagged)]
+#[schema(as = Nodes, discriminator(property_name = "type", mapping(
+    ("curve" = "#/components/schemas/CurveNodes"),
+    ("scattered" = "#/components/schemas/ScatteredNodes"),
+    ("grid" = "#/components/schemas/GridNodes"),
+    ("matrix" = "#/components/schemas/MatrixNodes")
+)))]
+pub enum NodesBody {
+    Curve(CurveNodes),
+    Scattered(ScatteredNodes),
+    Grid(GridNodes),
+    Matrix(MatrixNodes),
+}
+
+/// One boundary curve y(x); abscissae in any order, repetitions are repeated measurements.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurveNodes {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: CurveTag,
+    /// Where the heights were measured, in any order.
+    #[schema(min_items = 1)]
+    pub x: Vec<f64>,
+    /// The height at each x.
+    #[schema(min_items = 1)]
+    pub y: Vec<f64>,
+    /// Multiplies the squared residual; 0 leaves the node out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<Vec<f64>>,
+}
+
+/// One surface z(u, v) at arbitrary places.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScatteredNodes {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: ScatteredTag,
+    /// First coordinate of each node.
+    #[schema(min_items = 1)]
+    pub u: Vec<f64>,
+    /// Second coordinate of each node.
+    #[schema(min_items = 1)]
+    pub v: Vec<f64>,
+    /// Height of each node.
+    #[schema(min_items = 1)]
+    pub z: Vec<f64>,
+    /// Multiplies the squared residual; 0 leaves the node out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<Vec<f64>>,
+}
+
+/// One surface on the crossings of two axes.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GridNodes {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: GridTag,
+    /// Strictly ascending.
+    #[schema(min_items = 1)]
+    pub u: Vec<f64>,
+    /// Strictly ascending.
+    #[schema(min_items = 1)]
+    pub v: Vec<f64>,
+    /// One row for each u, in it one height for each v; `null` is a missing node.
+    #[schema(min_items = 1)]
+    pub z: Vec<Vec<Option<f64>>>,
+    /// `false` marks a missing node.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub valid: Option<Vec<Vec<bool>>>,
+    /// Multiplies the squared residual; 0 leaves the node out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<Vec<Vec<f64>>>,
+}
+
+/// The measurement matrix itself, row by row.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MatrixNodes {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: MatrixTag,
+    /// The measurement matrix, one row for each measurement.
+    #[schema(min_items = 1)]
+    pub x: Vec<Vec<f64>>,
+    /// The measured value of each row.
+    #[schema(min_items = 1)]
+    pub y: Vec<f64>,
+    /// Names of the columns, all different.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub names: Option<Vec<String>>,
+    /// Multiplies the squared residual; 0 leaves the row out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<Vec<f64>>,
+}
+
+macro_rules! tags {
+    ($($name:ident = $value:ident),* $(,)?) => {$(
+        /// The variant.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+        #[serde(rename_all = "snake_case")]
+        pub enum $name {
+            $value,
+        }
+    )*};
+}
+
+tags! {
+    CurveTag = Curve,
+    ScatteredTag = Scattered,
+    GridTag = Grid,
+    MatrixTag = Matrix,
+}

@@ -1,0 +1,320 @@
+//! A kept correction beside what the machine made of it.
+
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::{
+    include::CorrectionInclude,
+    request,
+    result::{CorrectionBody, FlankFiguresBody},
+    same_nodes::same_nodes,
+};
+use crate::{
+    api::{
+        faults::Faults,
+        gears::gear::{GearBody, of_text},
+        json::{text::Moment, writer},
+        problem::Problem,
+    },
+    jobs::{Measurand, Record},
+};
+use flankfit_engine::{
+    estimation::{FitError, Nodes},
+    gear::{
+        Gear,
+        correction::{Answer, Correction, Verdict, compare},
+    },
+};
+
+/// A correction and its answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = KeptCorrection)]
+pub struct KeptCorrectionBody {
+    /// UUIDv7 of the record.
+    pub id: Uuid,
+    /// `matrix`, or the machine.
+    pub method: String,
+    /// When the correction was stored.
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    /// The gear that the job had then, of which `result` and `answer` are; left out where it had
+    /// none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    /// As it was posted; what it says node by node when `nodes` was included.
+    #[schema(value_type = Object)]
+    pub request: serde_json::Value,
+    pub result: CorrectionBody,
+    /// What the next iteration of the same flank and tooth measured; left out before there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub answer: Option<MachineAnswerBody>,
+    /// Why the next iteration cannot be compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_compared: Option<String>,
+}
+
+/// Predicted beside measured, over the nodes that are defined before, predicted and after.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = MachineAnswer)]
+pub struct MachineAnswerBody {
+    /// Number of the iteration that measured it.
+    pub iteration: u32,
+    /// How many nodes were compared.
+    pub nodes: usize,
+    /// Root mean square of the deviations that the correction was made for.
+    pub rms_before_um: f64,
+    /// Root mean square of the deviations that it predicted.
+    pub rms_predicted_um: f64,
+    /// Root mean square of the deviations that were measured after it.
+    pub rms_measured_um: f64,
+    /// Of predicted minus before.
+    pub rms_predicted_change_um: f64,
+    /// Of measured minus predicted.
+    pub rms_difference_um: f64,
+    /// What noise and the uncertainty of the sensitivity let expect of it.
+    pub rms_expected_difference_um: f64,
+    /// How much of the predicted change came, without what the noise of the first measurement puts
+    /// into it through the correction; left out where it is not told from none at all (standard
+    /// error above 0.3).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub response_ratio: Option<f64>,
+    /// Of the noise of both measurements, and of errors of the sensitivity that its settings have
+    /// as a whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub response_ratio_std_error: Option<f64>,
+    /// Of measured minus predicted against noise and all that errors of the sensitivity explain,
+    /// and its quantile of 0.999.
+    pub chi_squared: f64,
+    /// The quantile of 0.999 that it is held against.
+    pub chi_squared_limit: f64,
+    pub verdict: VerdictName,
+    /// The verdict in words.
+    pub sentence: String,
+    /// Of every node; `null` where undefined. Present when `nodes` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_um: Option<Vec<Option<f64>>>,
+    /// Of every node; `null` where undefined. Present when `nodes` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured_um: Option<Vec<Option<f64>>>,
+    /// What the evaluation of the measured flank says, beside `result.predicted.figures`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<FlankFiguresBody>,
+}
+
+/// How the machine answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = MachineVerdict)]
+pub enum VerdictName {
+    /// As far as noise and the uncertainty of the sensitivity allow.
+    AsPredicted,
+    /// A part of the predicted change came.
+    Weaker,
+    /// More of the predicted change came.
+    Stronger,
+    /// What came is no multiple of what was predicted.
+    Different,
+    /// Noise or the uncertainty of the sensitivity are so great against the predicted change that
+    /// an answer is not told from none.
+    Undecided,
+}
+
+impl From<Verdict> for VerdictName {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::AsPredicted => VerdictName::AsPredicted,
+            Verdict::Weaker => VerdictName::Weaker,
+            Verdict::Stronger => VerdictName::Stronger,
+            Verdict::Different => VerdictName::Different,
+            Verdict::Undecided => VerdictName::Undecided,
+        }
+    }
+}
+
+/// The parts of a stored result that are looked at again: what was to be changed.
+#[derive(Deserialize)]
+struct Told {
+    settings: Vec<Changed>,
+}
+
+#[derive(Deserialize)]
+struct Changed {
+    change: f64,
+}
+
+#[derive(Serialize)]
+struct Written<'a> {
+    id: Uuid,
+    method: &'a str,
+    created_at: Moment,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gear: Option<Box<RawValue>>,
+    request: Box<RawValue>,
+    result: Box<RawValue>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    answer: Option<MachineAnswerBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    not_compared: Option<String>,
+}
+
+/// Nodes with what they are of.
+pub struct Measured {
+    pub nodes: Nodes,
+    pub measurand: Measurand,
+}
+
+/// What was measured after the corrected iteration.
+pub enum After {
+    Nothing,
+    /// Iterations of other flanks or teeth only; the first of them.
+    Others(u32),
+    /// The first iteration of the same flank and tooth.
+    Same(u32, Measured),
+}
+
+/// The answer to who asks for a kept correction. `today` is the gear of the job, for corrections
+/// that were kept without the gear that they were made for. Processor work.
+pub fn write(
+    record: &Record,
+    before: &Measured,
+    after: &After,
+    today: Option<&Gear>,
+    include: CorrectionInclude,
+) -> Result<Vec<u8>, Problem> {
+    let raw = |text| RawValue::from_string(text).map_err(Problem::internal);
+    let (answer, not_compared) = match after {
+        After::Nothing => (None, None),
+        After::Others(number) => {
+            let of = before.measurand.words();
+            let why = format!("no later iteration says that it is of {of}; the next is iteration {number}");
+            (None, Some(why))
+        }
+        After::Same(number, measured) => match answer(record, before, *number, measured, today)? {
+            Ok(mut answer) => {
+                if !include.nodes {
+                    (answer.predicted_um, answer.measured_um) = (None, None);
+                }
+                (Some(answer), None)
+            }
+            Err(why) => (None, Some(why)),
+        },
+    };
+    let written = Written {
+        id: record.id,
+        method: &record.draft.method,
+        created_at: Moment(record.created_at),
+        gear: record.draft.gear.as_ref().map(|gear| raw(gear.to_string())).transpose()?,
+        request: raw(include.of_request(&record.draft.request)?)?,
+        result: raw(include.of_result(&record.draft.result)?)?,
+        answer,
+        not_compared,
+    };
+    writer::whole(&written).map_err(Problem::not_finite)
+}
+
+fn answer(
+    record: &Record,
+    before: &Measured,
+    number: u32,
+    after: &Measured,
+    today: Option<&Gear>,
+) -> Result<Result<MachineAnswerBody, String>, Problem> {
+    if before.nodes.posted() != after.nodes.posted() {
+        return Ok(Err(format!("iteration {number} has its nodes at other places")));
+    }
+    let kept = record.draft.gear.as_deref().map(of_text).transpose()?;
+    let gear = kept.as_ref().or(today);
+    let read = |of: &Measured| {
+        request::read(record.draft.request.as_bytes(), &of.nodes, &of.measurand, gear)
+            .map(|read| read.map_err(|faults| first(&faults)))
+    };
+    let (earlier, later) = match (read(before)?, read(after)?) {
+        (Ok(earlier), Ok(later)) => (earlier, later),
+        (Err(why), _) | (_, Err(why)) => return Ok(Err(why)),
+    };
+    let flanks = earlier.flank.as_ref().zip(later.flank.as_ref()).map(|(a, b)| [a, b]);
+    if let Err(why) = same_nodes(before, after, flanks, number) {
+        return Ok(Err(why));
+    }
+    if earlier.asked.traces.is_none() && later.asked.traces.is_some() {
+        return Ok(Err(format!(
+            "the traces of iteration {number} have a zero each, the heights of the corrected one have not"
+        )));
+    }
+    let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    let change: Vec<f64> = told.settings.iter().map(|setting| setting.change).collect();
+    // the request says what the sensitivity is, and how the changes follow the noise of the
+    // deviations
+    let of_gear = earlier.flank.is_some();
+    let again = Correction::new(earlier.asked)
+        .map_err(FitError::Invalid)
+        .and_then(|correction| Ok((correction.solve()?, correction)));
+    let (solution, correction) = match again {
+        Ok(again) => again,
+        Err(error) => return Ok(Err(why(error))),
+    };
+    let changes = solution.settings.iter().map(|setting| setting.change);
+    if change.len() != changes.len() || (of_gear && kept.is_none() && !same_changes(&change, changes)) {
+        return Ok(Err(
+            "the gear of the job has changed since, and the one before was not kept with the correction".to_owned()
+        ));
+    }
+    let Some(noise) = solution.noise else {
+        return Ok(Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned()));
+    };
+    let measured = later.asked.deviation;
+    let predicted = correction.predict(&change).deviation;
+    match compare(&correction.comparison(&change, solution.leverage, noise, measured.clone())) {
+        Ok(answer) => {
+            let figures = later.flank.and_then(|flank| flank.figures(&measured, later.asked.weight.as_deref()));
+            let body = MachineAnswerBody::new(answer, number, &predicted, &measured);
+            Ok(Ok(MachineAnswerBody { figures: figures.map(Into::into), ..body }))
+        }
+        Err(error) => Ok(Err(why(error))),
+    }
+}
+
+/// Whether a correction comes out as it was told, but for rounding.
+fn same_changes(told: &[f64], again: impl Iterator<Item = f64>) -> bool {
+    let size = told.iter().fold(0.0f64, |size, change| size.max(change.abs()));
+    told.iter().zip(again).all(|(told, again)| (told - again).abs() <= 1e-6 * size)
+}
+
+fn first(faults: &Faults) -> String {
+    faults.list().first().map_or_else(String::new, |fault| fault.detail.clone())
+}
+
+/// The first thing that stands in the way.
+fn why(error: FitError) -> String {
+    match error {
+        FitError::Invalid(faults) => first(&faults.into()),
+        other => other.to_string(),
+    }
+}
+
+impl MachineAnswerBody {
+    fn new(answer: Answer, iteration: u32, predicted: &[f64], measured: &[f64]) -> Self {
+        let defined = |list: &[f64]| list.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
+        MachineAnswerBody {
+            iteration,
+            nodes: answer.nodes,
+            rms_before_um: answer.before_rms,
+            rms_predicted_um: answer.predicted_rms,
+            rms_measured_um: answer.measured_rms,
+            rms_predicted_change_um: answer.predicted_change_rms,
+            rms_difference_um: answer.difference_rms,
+            rms_expected_difference_um: answer.expected_difference_rms,
+            response_ratio: answer.response_ratio,
+            response_ratio_std_error: answer.response_ratio_std_error,
+            chi_squared: answer.chi_squared,
+            chi_squared_limit: answer.chi_squared_limit,
+            verdict: answer.verdict.into(),
+            sentence: answer.sentence,
+            predicted_um: Some(defined(predicted)),
+            measured_um: Some(defined(measured)),
+            figures: None,
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Corrections of machine settings from deviations of a flank.
+
+pub mod csv;
+pub mod include;
+pub mod iteration_nodes;
+pub mod kept;
+pub mod request;
+pub mod result;
+pub mod same_nodes;
+
+pub use self::result::{build, write};

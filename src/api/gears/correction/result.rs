@@ -1,0 +1,316 @@
+//! Changes of machine settings, and whether the machine answered as predicted.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    include::CorrectionInclude,
+    iteration_nodes::Flank,
+    request::{self, Read},
+};
+use crate::{
+    api::{
+        built::Built,
+        fits::{
+            answer::{result::FitResultBody, text},
+            canonical,
+        },
+        gears::deviations::registration::IndistinguishableBody,
+        json::writer::Json,
+        problem::Problem,
+        warning::WarningBody,
+    },
+    jobs::Measurand,
+};
+use flankfit_engine::{
+    estimation::{FitError, Nodes, result::Warning, spec::Include},
+    gear::{
+        Gear,
+        correction::{Change, Correction, Limit, Predicted, Solution, Trust},
+        evaluation::flank_surface::FlankFigures,
+    },
+};
+
+/// What is to be changed, and what is expected of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Correction)]
+pub struct CorrectionBody {
+    /// In the order of the request, or of the machine.
+    pub settings: Vec<SettingChangeBody>,
+    /// Settings whose effects nearly cancel on these nodes.
+    pub indistinguishable: Vec<IndistinguishableBody>,
+    pub predicted: PredictedBody,
+    /// How λ* came about; left out where the request says how to regularise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trust: Option<TrustBody>,
+    /// The fit of all settings that may be changed, without limits, as `POST /v1/fits` answers it:
+    /// the sensitivity matrix is the measurement matrix, the wanted change of each deviation the
+    /// height. Present when `result` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub result: Option<FitResultBody>,
+    /// The fit of the settings that stay free, where some are at their limits. Present when
+    /// `result` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limited_result: Option<FitResultBody>,
+    /// What to know about the answer; empty where there is nothing to say.
+    pub warnings: Vec<WarningBody>,
+}
+
+/// What becomes of a setting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SettingChange)]
+pub struct SettingChangeBody {
+    /// The setting.
+    pub name: String,
+    /// Unit of the change, such as `µm` or `′` (minutes of arc).
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
+    /// To be added to the setting.
+    pub change: f64,
+    /// What it would be without increments; left out without one. Errors are of this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unrounded: Option<f64>,
+    /// What is asked for without limits; left out where it is the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unlimited: Option<f64>,
+    /// Of noise and errors of the sensitivity (`response_uncertainty`) together: how far the change
+    /// lies from what this regularised correction is on average, once in three times further. What
+    /// regularisation takes away on average is not in it but in `bias_bound`: what is wanted lies
+    /// within the sum of both two times in three. Left out at a limit and without degrees of
+    /// freedom.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error: Option<f64>,
+    /// The part of errors of the sensitivity in it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub response_std_error: Option<f64>,
+    /// Sharp bound on what regularisation takes away, if the changes that are wanted have at most
+    /// the norm `result.bias.coefficient_norm_limit` (its source stands beside it); where that is
+    /// `limits`, no more than the way from the change to its farther limit. Left out at a limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_bound: Option<f64>,
+    /// Whether it stands at a limit.
+    pub limited: bool,
+    /// Whether the change was rounded to a multiple of the increment.
+    pub rounded: bool,
+    /// Whether it was to stay as it is.
+    pub fixed: bool,
+    /// Whether the deviations say nothing about the setting (see `absolute`), so that it stays as
+    /// it is, or goes no further than its limits ask for.
+    pub undetermined: bool,
+}
+
+/// The flank after the correction, if the machine answers as the sensitivity says. Of the nodes
+/// that take part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = PredictedFlank)]
+pub struct PredictedBody {
+    /// Root mean square of the predicted deviations.
+    pub rms_um: f64,
+    /// Largest amount of the predicted deviations.
+    pub max_um: f64,
+    /// Root mean square of the deviations before the correction.
+    pub rms_before_um: f64,
+    /// Largest amount of the deviations before the correction.
+    pub max_before_um: f64,
+    /// Of every node in the order posted; `null` where undefined. Present when `nodes` was
+    /// included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deviation_um: Option<Vec<Option<f64>>>,
+    /// Standard uncertainty of the change at each node that the uncertainty of the sensitivity
+    /// leaves. Present when `nodes` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertainty_um: Option<Vec<Option<f64>>>,
+    /// What the evaluation of the flank says before and after, with a machine; left out where the
+    /// nodes do not tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<FiguresBeforeAfterBody>,
+}
+
+/// Figures of the flank as it was measured and as it should become.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CorrectionFiguresBeforeAfter)]
+pub struct FiguresBeforeAfterBody {
+    pub before: FlankFiguresBody,
+    pub after: FlankFiguresBody,
+}
+
+/// Of the second-order surface over the ranges of the machine, by plain least squares through the
+/// nodes with a weight above 0; along the normal, as corrections count, which on helical gears is
+/// less than along the base tangent by cos β_b.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CorrectionFigures)]
+pub struct FlankFiguresBody {
+    /// f_Hα: from root to tip; positive where material grows towards the tip. Like every figure
+    /// left out where the nodes do not tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_slope_um: Option<f64>,
+    /// f_Hβ over the width, by DIN: positive where the helix deviates towards the right hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_slope_um: Option<f64>,
+    /// C_α: positive where material stands out half-way between root and tip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_crowning_um: Option<f64>,
+    /// C_β.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_crowning_um: Option<f64>,
+    /// 4 c_uv of the surface, over the whole ranges, with the sign of f_Hβ; crossed traces do not
+    /// tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twist_um: Option<f64>,
+}
+
+impl From<FlankFigures> for FlankFiguresBody {
+    fn from(figures: FlankFigures) -> Self {
+        let FlankFigures { profile_slope, helix_slope, profile_crowning, helix_crowning, twist } = figures;
+        FlankFiguresBody {
+            profile_slope_um: profile_slope,
+            helix_slope_um: helix_slope,
+            profile_crowning_um: profile_crowning,
+            helix_crowning_um: helix_crowning,
+            twist_um: twist,
+        }
+    }
+}
+
+/// How far the sensitivity is trusted, in columns of unit length.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SensitivityTrust)]
+pub struct TrustBody {
+    /// The smallest eigenvalue that is trusted.
+    pub lambda_star: f64,
+    /// The share that the uncertainty of the sensitivity has in it.
+    pub from_response: f64,
+    /// The share of the noise; left out where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_noise: Option<f64>,
+    /// How many directions have smaller eigenvalues.
+    pub damped: usize,
+    /// The most that an error of the response is multiplied with.
+    pub gain: f64,
+}
+
+const FLANK_ASSUMED: &str = "neither the request nor the iteration says which flank was measured: it is taken for a \
+    left one; on a right one the changes \
+     that turn the helix have the other sign";
+
+/// Computes a correction by the nodes of an iteration: the whole of it, and what of it is asked
+/// for. Processor work.
+pub fn build(
+    text: &[u8],
+    nodes: &Nodes,
+    measurand: &Measurand,
+    gear: Option<&Gear>,
+) -> Result<(Built, CorrectionInclude), Problem> {
+    let read = request::read(text, nodes, measurand, gear)?.map_err(Problem::invalid)?;
+    let Read { method, asked, flank, flank_assumed, include } = read;
+    let correction = Correction::new(asked).map_err(Problem::invalid)?;
+    let mut solution = correction.solve().map_err(refused)?;
+    if flank_assumed {
+        solution.warnings.push(Warning { code: "flank_assumed", message: FLANK_ASSUMED.to_owned() });
+    }
+    let asked = correction.asked();
+    let of = |flank: &Flank, deviation: &[f64]| flank.figures(deviation, asked.weight.as_deref()).map(Into::into);
+    let figures = flank.and_then(|flank| {
+        let (before, after) = (of(&flank, &asked.deviation)?, of(&flank, &solution.predicted.deviation)?);
+        Some(FiguresBeforeAfterBody { before, after })
+    });
+    let result = write(&solution, figures, &canonical::request_sha256(text), include.fit)?;
+    Ok((Built { method: method.to_owned(), result }, include))
+}
+
+/// A fit that was refused, by places in the request.
+fn refused(error: FitError) -> Problem {
+    let place = |pointer: &str| match pointer {
+        // the deviations of an iteration have been fitted before
+        pointer if pointer.starts_with("/nodes/y") => "/target_um".to_owned(),
+        pointer if pointer.starts_with("/nodes/weight") => "/weight".to_owned(),
+        pointer if pointer.starts_with("/nodes") || pointer.starts_with("/model") => "/sensitivity".to_owned(),
+        pointer => pointer.to_owned(),
+    };
+    Problem::of_fit(error, place)
+}
+
+/// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include`
+/// that of the fits.
+pub fn write(
+    solution: &Solution,
+    figures: Option<FiguresBeforeAfterBody>,
+    digest: &str,
+    include: Include,
+) -> Result<Vec<u8>, Problem> {
+    let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings, leverage: _, noise: _ } =
+        solution;
+    let settings: Vec<SettingChangeBody> = settings.iter().map(SettingChangeBody::from).collect();
+    let apart: Vec<IndistinguishableBody> = indistinguishable
+        .iter()
+        .map(|group| IndistinguishableBody {
+            names: group.names.clone(),
+            condition_index: group.condition_index,
+            sentence: group.sentence.clone(),
+        })
+        .collect();
+    let warnings: Vec<WarningBody> = warnings
+        .iter()
+        .map(|warning| WarningBody { code: warning.code.into(), message: warning.message.clone() })
+        .collect();
+    let text = |result| {
+        let text = text::write(result, None, digest, include).map_err(Problem::internal)?;
+        String::from_utf8(text).map_err(Problem::internal)
+    };
+    let mut json = Json::with_capacity(8192 + 48 * predicted.deviation.len());
+    let mut object = json.object();
+    object
+        .field("settings", &settings)
+        .field("indistinguishable", &apart)
+        .field("predicted", &PredictedBody::new(predicted, figures))
+        .maybe("trust", trust.map(TrustBody::from))
+        .raw("result", &text(fit)?);
+    if let Some(limited) = limited_fit {
+        object.raw("limited_result", &text(limited)?);
+    }
+    object.field("warnings", &warnings);
+    object.end();
+    json.finish().map_err(Problem::not_finite)
+}
+
+impl From<&Change> for SettingChangeBody {
+    fn from(change: &Change) -> Self {
+        SettingChangeBody {
+            name: change.name.clone(),
+            unit: change.unit.clone(),
+            change: change.change,
+            unrounded: change.unrounded,
+            unlimited: Some(change.unlimited)
+                .filter(|unlimited| *unlimited != change.unrounded.unwrap_or(change.change)),
+            std_error: change.std_error,
+            response_std_error: change.response_std_error,
+            bias_bound: change.bias_bound,
+            limited: matches!(change.limited, Some(Limit::Min | Limit::Max)),
+            rounded: change.unrounded.is_some(),
+            fixed: change.fixed,
+            undetermined: change.undetermined,
+        }
+    }
+}
+
+impl PredictedBody {
+    fn new(predicted: &Predicted, figures: Option<FiguresBeforeAfterBody>) -> Self {
+        let defined = |list: &[f64]| list.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
+        PredictedBody {
+            rms_um: predicted.rms,
+            max_um: predicted.max,
+            rms_before_um: predicted.rms_before,
+            max_before_um: predicted.max_before,
+            deviation_um: Some(defined(&predicted.deviation)),
+            uncertainty_um: Some(defined(&predicted.uncertainty)),
+            figures,
+        }
+    }
+}
+
+impl From<Trust> for TrustBody {
+    fn from(trust: Trust) -> Self {
+        let Trust { lambda_star, from_response, from_noise, damped, gain } = trust;
+        TrustBody { lambda_star, from_response, from_noise, damped, gain }
+    }
+}

@@ -1,0 +1,158 @@
+//! Nodes of a nominal or modified flank.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::modification::{self, ModificationBody, ModificationRangeBody};
+use crate::api::{
+    faults::Faults,
+    gears::{gear::GearBody, notice::NoticeBody},
+    json::{part::read_json, writer::Json},
+    measurand::{profile_axis::ProfileAxisName, side::SideName},
+    problem::{Problem, Room},
+};
+use flankfit_engine::{
+    formats::points::{self, ListedPoint},
+    gear::{FlankGrid, Gear, GridSpec, Modifications, ProfileAxis, Side, flank_grid::MOST_NODES},
+    geometry::space::Vector,
+};
+
+/// Which nodes of which flank.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = FlankRequest)]
+pub struct FlankRequestBody {
+    pub gear: GearBody,
+    pub flank: SideName,
+    pub profile: ProfileBody,
+    /// z of each column.
+    pub face_width_positions_mm: Vec<f64>,
+    /// Superposed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub modifications: Vec<ModificationBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modification_range: Option<ModificationRangeBody>,
+    /// 1 (the default) is the tooth at the top; numbers go clockwise as the viewer sees them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub tooth: Option<u32>,
+}
+
+/// Places along the profile.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = ProfilePlaces)]
+pub struct ProfileBody {
+    pub axis: ProfileAxisName,
+    /// mm; roll angles in degrees.
+    pub values: Vec<f64>,
+}
+
+/// Nodes, a row for each profile value and in it one for each z. Normals are those of the modified
+/// flank.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankNodes)]
+pub struct FlankBody {
+    /// `[x, y, z]`, mm.
+    pub points: Vec<Vec<[f64; 3]>>,
+    /// Of length 1, out of the material.
+    pub normals: Vec<Vec<[f64; 3]>>,
+    /// Of each row.
+    pub roll_length_mm: Vec<f64>,
+    /// Of each row, on the nominal flank.
+    pub diameter_mm: Vec<f64>,
+    /// Of each column.
+    pub z_mm: Vec<f64>,
+    /// Material removed at each node, where there are modifications.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relief_um: Option<Vec<Vec<f64>>>,
+    /// What to know about the answer; empty where there is nothing to say.
+    pub warnings: Vec<NoticeBody>,
+}
+
+impl ProfileBody {
+    fn axis_and_values(&self) -> (ProfileAxis, Vec<f64>) {
+        (self.axis.into(), self.values.iter().map(|x| self.axis.value(*x)).collect())
+    }
+
+    /// Roll lengths; faults stand at `{at}/0` ….
+    pub fn roll_lengths(&self, gear: &Gear, at: &str) -> Result<Vec<f64>, Faults> {
+        let (axis, values) = self.axis_and_values();
+        Ok(axis.roll_lengths(gear, &values, at)?)
+    }
+}
+
+/// What a node takes until it is written: point and normal, twice, and their text.
+const NODE: usize = 2 * 6 * size_of::<f64>() + 6 * TEXT_OF_NUMBER;
+/// A number in the text, with its comma.
+pub(in crate::api) const TEXT_OF_NUMBER: usize = 24;
+
+/// A request, computed.
+struct Computed {
+    gear: Gear,
+    side: Side,
+    modifications: Option<Modifications>,
+    grid: FlankGrid,
+    hand_assumed: Option<NoticeBody>,
+}
+
+fn computed(text: &[u8], room: Room) -> Result<Computed, Problem> {
+    let body: FlankRequestBody = read_json(text)?;
+    let nodes = body.profile.values.len().saturating_mul(body.face_width_positions_mm.len());
+    room(nodes.min(MOST_NODES) * NODE)?;
+    let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
+    let modifications =
+        modification::read(&gear, &body.modifications, body.modification_range).map_err(Problem::invalid)?;
+    let (axis, values) = body.profile.axis_and_values();
+    let side: Side = body.flank.into();
+    let spec = GridSpec { side, axis, values, positions: body.face_width_positions_mm, tooth: body.tooth.unwrap_or(1) };
+    let grid = FlankGrid::new(&gear, &spec, modifications.as_ref()).map_err(Problem::invalid)?;
+    Ok(Computed { gear, side, modifications, grid, hand_assumed: body.gear.hand_assumed() })
+}
+
+/// Answers a request as a list of points, `id,x,y,z,i,j,k`; the id is `row.column`, both from 1.
+/// Processor work.
+pub fn csv(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
+    let grid = computed(text, room)?.grid;
+    let columns = grid.columns().max(1);
+    let listed = grid.points.iter().zip(&grid.normals).enumerate().map(|(k, (point, normal))| ListedPoint {
+        id: Some(format!("{}.{}", k / columns + 1, k % columns + 1)),
+        point: Vector::from(*point),
+        direction: Some(Vector::from(*normal)),
+        line: 0,
+    });
+    let text = points::write(&listed.collect::<Vec<_>>()).map_err(Problem::internal)?;
+    Ok(text.into_bytes())
+}
+
+/// Answers a request. Processor work.
+pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
+    let Computed { gear, side, modifications, grid, hand_assumed } = computed(text, room)?;
+    let columns = grid.columns();
+    let flat =
+        // no coordinate is −0
+        |nodes: &[[f64; 3]]| -> Vec<Vec<f64>> {
+            let row = |row: &[[f64; 3]]| row.as_flattened().iter().map(|x| x + 0.0).collect();
+            nodes.chunks(columns.max(1)).map(row).collect()
+        };
+    let (points, normals): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (flat(&grid.points), flat(&grid.normals));
+    let mut json = Json::with_capacity(1024 + 6 * TEXT_OF_NUMBER * grid.points.len());
+    let mut object = json.object();
+    let diameters: Vec<f64> = grid.roll_lengths.iter().map(|roll| gear.diameter(*roll)).collect();
+    object
+        .lists_of_values("points", 3, &points)
+        .lists_of_values("normals", 3, &normals)
+        .numbers("roll_length_mm", &grid.roll_lengths)
+        .numbers("diameter_mm", &diameters)
+        .numbers("z_mm", &grid.positions);
+    if let Some(modifications) = &modifications {
+        let relief = |roll: &f64| grid.positions.iter().map(|z| modifications.relief(side, *roll, *z).value).collect();
+        object.rows("relief_um", &grid.roll_lengths.iter().map(relief).collect::<Vec<Vec<f64>>>());
+    }
+    let warnings: Vec<NoticeBody> =
+        grid.warnings.iter().map(|warning| NoticeBody::new(warning.code(), warning)).collect();
+    let warnings: Vec<NoticeBody> = warnings.into_iter().chain(hand_assumed).collect();
+    object.field("warnings", &warnings);
+    object.end();
+    json.finish().map_err(Problem::not_finite)
+}

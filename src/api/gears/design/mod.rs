@@ -1,0 +1,7 @@
+//! What follows from a gear's data: geometry, tooth profile, flanks, tolerances.
+
+pub mod flank;
+pub mod geometry;
+pub mod modification;
+pub mod profile;
+pub mod tolerances;

@@ -1,0 +1,272 @@
+//! The transverse section of teeth, and what a tool of any profile envelops.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{flank::TEXT_OF_NUMBER, geometry};
+use crate::api::{
+    faults::Faults,
+    gears::{gear::GearBody, notice::NoticeBody},
+    json::{part::read_json, writer::Json},
+    problem::{Problem, Room},
+};
+use flankfit_engine::gear::{
+    Geometry,
+    generation::{
+        Polar,
+        envelope::{Envelope, MOST_RADII, Motion, ToolPoint, ToolProfile},
+        tooth::{self, Steps, Tooth},
+    },
+};
+
+/// A gear, and how finely its section is wanted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = GearProfileRequest)]
+pub struct ProfileRequestBody {
+    pub gear: GearBody,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps: Option<StepsBody>,
+    /// Whether the section of the whole gear is answered too. Default false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub whole_gear: Option<bool>,
+}
+
+/// Into how many steps each part of a tooth goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schema(as = ProfileSteps)]
+pub struct StepsBody {
+    /// Of each flank's involute.
+    #[schema(minimum = 1)]
+    pub involute: usize,
+    /// Of each fillet.
+    #[schema(minimum = 1)]
+    pub fillet: usize,
+    /// Of the arc at the tip.
+    #[schema(minimum = 1)]
+    pub tip: usize,
+    /// Of the arc between two teeth.
+    #[schema(minimum = 1)]
+    pub root: usize,
+}
+
+impl Default for StepsBody {
+    fn default() -> Self {
+        let Steps { involute, fillet, tip, root } = Steps::default();
+        StepsBody { involute, fillet, tip, root }
+    }
+}
+
+/// Closed polygons, counterclockwise, the first point not once more; mm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearProfile)]
+pub struct ProfileAnswerBody {
+    /// The tooth at the top, closed along the root circle beneath it.
+    pub tooth: Vec<[f64; 2]>,
+    /// Its left flank from the root circle to the tip.
+    pub left_flank: Vec<[f64; 2]>,
+    /// All teeth; of an internal gear the border of the hole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub whole_gear: Option<Vec<[f64; 2]>>,
+    /// As `POST /v1/gears/geometry` has them: undercut, a pointed tip, an assumed tool.
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// A tool's profile and how it rolls with the gear.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = EnvelopeRequest)]
+pub struct EnvelopeRequestBody {
+    pub tool: ToolProfileBody,
+    pub motion: ToolMotionBody,
+    /// Between which radii of the gear the envelope is wanted.
+    pub radius_range_mm: [f64; 2],
+    /// Ascending: where the flank that is left is answered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 10000)]
+    pub radii_mm: Option<Vec<f64>>,
+}
+
+/// Points of a tool's profile from its tip along the flank that cuts the left flank of the gear's
+/// tooth at the top, mm. Of a rack: along the pitch line from the middle of the gear's tooth (so
+/// that the tool lies at negative values), and outwards from the pitch line. Of a pinion: x and y
+/// from its own centre, the gear's tooth below it (−y), of an internal gear above it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = ToolProfile)]
+pub struct ToolProfileBody {
+    /// `[x, y]` of each point, mm, in the order that is told above.
+    pub points: Vec<[f64; 2]>,
+    /// What goes through the points. Default `polyline`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub through: Option<ThroughName>,
+    /// Into how many steps each interval goes. Default 20.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub steps: Option<usize>,
+}
+
+/// What goes through the points of a tool's profile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ToolInterpolation)]
+pub enum ThroughName {
+    Polyline,
+    /// A cubic spline over the chord length.
+    Spline,
+}
+
+/// How tool and gear move.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+#[schema(as = ToolMotion)]
+pub enum ToolMotionBody {
+    /// A rack whose pitch line rolls on the gear's circle of this radius.
+    Rack {
+        /// Radius of the gear's circle that rolls on the pitch line.
+        pitch_radius_mm: f64,
+    },
+    /// Two pitch circles that roll on each other, the tool's inside the gear's where it is
+    /// internal.
+    Pinion {
+        /// Radius of the tool's circle.
+        tool_pitch_radius_mm: f64,
+        /// Radius of the gear's circle.
+        gear_pitch_radius_mm: f64,
+        /// Whether the gear is internal. Default false.
+        #[serde(default)]
+        internal: bool,
+    },
+}
+
+/// What the tool touches, and the flank that it leaves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ToolEnvelope)]
+pub struct EnvelopeBody {
+    /// Points (x, y) of the envelope on the left flank of the tooth at the top, in the tool's
+    /// order; a new branch begins where no point is touched.
+    pub branches: Vec<Vec<[f64; 2]>>,
+    /// Of each radius asked for: half the angle of the tooth that is left; `null` where nothing of
+    /// the tool passes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub half_angle_deg: Option<Vec<Option<f64>>>,
+}
+
+/// What a point takes until it is written: itself, as it is made and as it is written, and its
+/// text.
+const POINT: usize = 3 * 2 * size_of::<f64>() + 2 * TEXT_OF_NUMBER;
+
+/// Answers a request for a section, as far as there is `room` for its points. Processor work.
+pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
+    let body: ProfileRequestBody = read_json(text)?;
+    let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
+    let StepsBody { involute, fillet, tip, root } = body.steps.unwrap_or_default();
+    let steps = Steps { involute, fillet, tip, root };
+    // a tooth, its left flank once more, and all teeth where they are wanted
+    let teeth = if body.whole_gear == Some(true) { gear.data().teeth as usize } else { 0 };
+    let points = steps.points().saturating_mul(teeth.saturating_add(2));
+    // more are refused in any case
+    if points <= 2 * tooth::MOST_POINTS {
+        room(points * POINT)?;
+    }
+    let tooth = Tooth::new(&gear, steps).map_err(|faults| {
+        Problem::invalid(faults.moved(|pointer| match pointer {
+            "/steps" => "/steps".to_owned(),
+            other => format!("/gear{other}"),
+        }))
+    })?;
+    let flank: Vec<[f64; 2]> = tooth.flank().iter().map(|place| place.point(1.0, 0.0)).collect();
+    let mut json = Json::with_capacity(4096);
+    let mut object = json.object();
+    // no coordinate is −0
+    let plain = |points: &[[f64; 2]]| points.as_flattened().iter().map(|x| x + 0.0).collect::<Vec<f64>>();
+    object.values("tooth", 2, &plain(&tooth.closed())).values("left_flank", 2, &plain(&flank));
+    if body.whole_gear == Some(true) {
+        object.values("whole_gear", 2, &plain(&tooth.gear()));
+    }
+    object.field("warnings", &geometry::warnings(&body.gear, &Geometry::of(&gear)));
+    object.end();
+    json.finish().map_err(Problem::not_finite)
+}
+
+/// Answers a request for an envelope, as far as there is `room` for the tool's points and those
+/// that they touch. Processor work.
+pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
+    let body: EnvelopeRequestBody = read_json(text)?;
+    let mut faults = Faults::default();
+    let positive = |pointer: &str, radius: f64, faults: &mut Faults| {
+        if !(radius > 0.0 && radius <= 1e6) {
+            faults.push(pointer, "a radius above 0 mm (and up to a kilometre)");
+        }
+    };
+    let motion = match body.motion {
+        ToolMotionBody::Rack { pitch_radius_mm } => {
+            positive("/motion/pitch_radius_mm", pitch_radius_mm, &mut faults);
+            Motion::Rack { pitch_radius: pitch_radius_mm }
+        }
+        ToolMotionBody::Pinion { tool_pitch_radius_mm, gear_pitch_radius_mm, internal } => {
+            positive("/motion/tool_pitch_radius_mm", tool_pitch_radius_mm, &mut faults);
+            positive("/motion/gear_pitch_radius_mm", gear_pitch_radius_mm, &mut faults);
+            if internal && tool_pitch_radius_mm >= gear_pitch_radius_mm {
+                faults.push(
+                    "/motion/tool_pitch_radius_mm",
+                    "the tool rolls inside the gear: its radius is the smaller one",
+                );
+            }
+            Motion::Pinion {
+                tool_pitch_radius: tool_pitch_radius_mm,
+                gear_pitch_radius: gear_pitch_radius_mm,
+                internal,
+            }
+        }
+    };
+    let [least, most] = body.radius_range_mm;
+    if !(0.0 <= least && least < most && most <= 1e6) {
+        faults.push("/radius_range_mm", "not an ascending range of radii");
+    }
+    for (k, pair) in body.radii_mm.iter().flat_map(|radii| radii.windows(2)).enumerate() {
+        if !(pair[0] < pair[1]) {
+            faults.push(format!("/radii_mm/{}", k + 1), "the radii do not ascend");
+        }
+    }
+    if let Some(radii) = body.radii_mm.as_ref().filter(|radii| radii.len() > MOST_RADII) {
+        faults.push("/radii_mm", format!("{} radii; at most {MOST_RADII} are answered", radii.len()));
+    }
+    let steps = body.tool.steps.unwrap_or(20);
+    if steps == 0 {
+        faults.push("/tool/steps", "an interval is at least 1 step");
+        return Err(Problem::invalid(faults));
+    }
+    // each point of the tool may touch one; those tried in between are counted when they are there
+    let points = ToolProfile::most_points(body.tool.points.len(), steps);
+    room(points * (size_of::<ToolPoint>() + size_of::<Polar>()))?;
+    let made = match body.tool.through.unwrap_or(ThroughName::Polyline) {
+        ThroughName::Polyline => ToolProfile::polyline(&body.tool.points, steps),
+        ThroughName::Spline => ToolProfile::spline(&body.tool.points, steps),
+    };
+    let profile = made.map_err(|more| faults.append(more.moved(|pointer| format!("/tool/points{pointer}")))).ok();
+    let Some(profile) = faults.into_result(profile).map_err(Problem::invalid)? else {
+        return Err(Problem::internal("a tool's profile without a fault is none"));
+    };
+    let envelope = Envelope::of(&profile, motion, [least, most])
+        .map_err(|fault| Problem::invalid(Faults::one("/motion", fault.to_string())))?;
+    let touched: usize = envelope.branches.iter().map(Vec::len).sum();
+    let radii = body.radii_mm.as_ref().map_or(0, Vec::len);
+    room((touched + radii) * POINT)?;
+    let branches: Vec<Vec<f64>> = envelope
+        .branches
+        .iter()
+        .map(|branch| branch.iter().flat_map(|place| place.point(1.0, 0.0)).collect())
+        .collect();
+    let mut json = Json::with_capacity(4096);
+    let mut object = json.object();
+    object.lists_of_values("branches", 2, &branches);
+    if let Some(radii) = &body.radii_mm {
+        let angles: Vec<Option<f64>> =
+            envelope.boundary(radii).into_iter().map(|angle| angle.map(f64::to_degrees)).collect();
+        object.field("half_angle_deg", &angles);
+    }
+    object.end();
+    json.finish().map_err(Problem::not_finite)
+}

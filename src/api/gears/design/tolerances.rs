@@ -1,0 +1,113 @@
+//! Tolerances of ISO 1328-1:2013.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    faults::Faults,
+    gears::gear::GearBody,
+    json::{part::read_json, writer},
+    problem::Problem,
+};
+use flankfit_engine::gear::tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Tolerances};
+
+/// A gear and a class.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = TolerancesRequest)]
+pub struct TolerancesRequestBody {
+    pub gear: GearBody,
+    /// Finer classes are smaller.
+    #[schema(minimum = 1, maximum = 11)]
+    pub class: u8,
+}
+
+/// Tolerances of a class.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearTolerances)]
+pub struct TolerancesBody {
+    /// The class that was asked for, 1 to 11.
+    pub class: u8,
+    /// As the formulas give them; totals are made of these.
+    pub unrounded: ToleranceValuesBody,
+    /// As the tables of the standard print them: above 10 µm to whole ones, from 5 to 10 µm to
+    /// halves, below to tenths.
+    pub rounded: ToleranceValuesBody,
+}
+
+/// µm. Those of the helix are left out where the gear has no face width.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ToleranceValues)]
+pub struct ToleranceValuesBody {
+    /// f_p, single pitch deviation.
+    pub single_pitch_um: f64,
+    /// F_p, total cumulative pitch (index) deviation.
+    pub cumulative_pitch_um: f64,
+    /// F_r, run-out.
+    pub runout_um: f64,
+    /// f_Hα, profile slope deviation.
+    pub profile_slope_um: f64,
+    /// f_fα, profile form deviation.
+    pub profile_form_um: f64,
+    /// F_α, total profile deviation.
+    pub profile_total_um: f64,
+    /// f_Hβ, helix slope deviation. Left out where the gear has no face width.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_slope_um: Option<f64>,
+    /// f_fβ, helix form deviation. Left out where the gear has no face width.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_form_um: Option<f64>,
+    /// F_β, total helix deviation. Left out where the gear has no face width.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_total_um: Option<f64>,
+}
+
+/// Answers a request. Outside the scope of the standard there are no tolerances: every quantity
+/// beyond it is a fault.
+pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let body: TolerancesRequestBody = read_json(text)?;
+    let mut faults = Faults::default();
+    if !(FINEST..=COARSEST).contains(&body.class) {
+        faults.push("/class", format!("{} is not one of {FINEST} to {COARSEST}", body.class));
+    }
+    let gear = body.gear.checked("/gear").map_err(|more| faults.append(more)).ok();
+    let tolerances = gear.and_then(|gear| {
+        let outside = |out: OutOfScope| {
+            let why = out.to_string();
+            out.0.iter().for_each(|excess| faults.push(place(excess.quantity), why.clone()));
+        };
+        Tolerances::new(&gear).map_err(outside).ok()
+    });
+    let tolerances = faults.into_result(tolerances).map_err(Problem::invalid)?;
+    let values = tolerances.and_then(|tolerances| {
+        let unrounded = values(|characteristic| tolerances.unrounded(characteristic, body.class))?;
+        let rounded = values(|characteristic| tolerances.rounded(characteristic, body.class))?;
+        Some(TolerancesBody { class: body.class, unrounded, rounded })
+    });
+    let values = values.ok_or_else(|| Problem::internal("tolerances without a value"))?;
+    writer::whole(&values).map_err(Problem::not_finite)
+}
+
+/// Where what lies outside the scope can be changed.
+fn place(quantity: &str) -> &'static str {
+    match quantity {
+        "teeth" | "reference_diameter_mm" => "/gear/teeth",
+        "normal_module_mm" => "/gear/normal_module_mm",
+        "face_width_mm" => "/gear/face_width_mm",
+        _ => "/gear/helix_angle_deg",
+    }
+}
+
+fn values(of: impl Fn(Characteristic) -> Option<f64>) -> Option<ToleranceValuesBody> {
+    Some(ToleranceValuesBody {
+        single_pitch_um: of(Characteristic::SinglePitch)?,
+        cumulative_pitch_um: of(Characteristic::CumulativePitch)?,
+        runout_um: of(Characteristic::Runout)?,
+        profile_slope_um: of(Characteristic::ProfileSlope)?,
+        profile_form_um: of(Characteristic::ProfileForm)?,
+        profile_total_um: of(Characteristic::ProfileTotal)?,
+        helix_slope_um: of(Characteristic::HelixSlope),
+        helix_form_um: of(Characteristic::HelixForm),
+        helix_total_um: of(Characteristic::HelixTotal),
+    })
+}

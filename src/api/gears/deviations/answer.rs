@@ -1,0 +1,223 @@
+//! Deviations of measured points from the nominal flanks, and how the part lies.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    borders::BordersBody,
+    registration::{self, RegistrationBody},
+    request::{self, Asked, Given},
+};
+use crate::{
+    api::{
+        built::Built,
+        faults::Faults,
+        fits::canonical,
+        gears::{
+            design::modification,
+            evaluation::request::DirectionName,
+            notice::NoticeBody,
+            of_iteration::{ToothOf, refuse_others, tooth_number},
+        },
+        json::writer::{Json, Object},
+        measurand::side::SideName,
+        problem::Problem,
+    },
+    jobs::Measurand,
+};
+use flankfit_engine::gear::{
+    Gear, Side,
+    deviation::{self, Deviations, Node, Reference, Relief},
+    registration::{Registering, Start, register, register_from, start},
+    trace::Direction,
+};
+
+/// Deviations, everything in the order of the points; `null` stands for an undefined one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearDeviations)]
+pub struct DeviationsBody {
+    pub direction: DirectionName,
+    /// Positive where material stands out. After a registration: of the part carried back.
+    pub deviation_um: Vec<Option<f64>>,
+    /// Where each point's foot lies on the nominal flank.
+    pub roll_length_mm: Vec<Option<f64>>,
+    /// Diameter of each point's foot on the nominal flank.
+    pub diameter_mm: Vec<Option<f64>>,
+    /// Place of each point's foot along the axis.
+    pub z_mm: Vec<Option<f64>>,
+    /// Counted clockwise from 1, the tooth at the top; 0 where a point is undefined and none was
+    /// given.
+    pub tooth: Vec<u32>,
+    /// Flank that each point belongs to.
+    pub flank: Vec<SideName>,
+    /// Whether it takes part: defined and inside the borders.
+    pub counts: Vec<bool>,
+    /// How many take part.
+    pub count: usize,
+    /// Points without a deviation.
+    pub undefined: usize,
+    /// Defined, but outside the borders.
+    pub trimmed: usize,
+    /// Of those that take part; left out where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms_um: Option<f64>,
+    /// The least deviation of those that take part; left out where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_um: Option<f64>,
+    /// The greatest deviation of those that take part; left out where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub greatest_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub borders: Option<BordersBody>,
+    /// Points that belong to no flank, where these count as undefined.
+    pub strays: Vec<StrayBody>,
+    /// What had to be assumed, about an imported file above all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<NoticeBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub registration: Option<RegistrationBody>,
+}
+
+/// A point without a flank.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = StrayPoint)]
+pub struct StrayBody {
+    /// Which point, from 0.
+    pub index: usize,
+    /// Why it belongs to no flank.
+    pub reason: String,
+}
+
+/// Answers a request; `own` is the gear of the job and `of` what the iteration that the points
+/// belong to measured. Processor work.
+pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
+    let mut faults = Faults::default();
+    let asked = request::read(text, &mut faults)?;
+    let Some(asked) = asked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
+    let Some(gear) = asked.gear.as_ref().or(own) else {
+        return Err(Problem::invalid(Faults::one("/gear", "missing")));
+    };
+    let modifications =
+        modification::read(gear, &asked.modifications, asked.modification_range).map_err(Problem::invalid)?;
+    let relief = modifications.map(|modifications| {
+        move |side: Side, roll_length: f64, z: f64| modifications.relief(side, roll_length, z).value
+    });
+    let reference = Reference { gear, relief: relief.as_ref().map(|relief| relief as Relief<'_>) };
+    let registering = asked.registration.as_ref().map(|(motions, pivot)| Registering {
+        motions,
+        pivot: *pivot,
+        weight: None,
+        spec: &asked.spec,
+    });
+    let mut begun: Option<Start> = None;
+    let (method, deviations) = match &asked.given {
+        Given::Points { touches, measurement } => {
+            if let Some(registering) = &registering {
+                let found = start(gear, touches, measurement.ball_radius, registering);
+                begun = Some(found.map_err(|faults| registration::refused(faults.into()))?);
+            }
+            let touches = begun.as_ref().map_or(touches, |begun| &begun.touches);
+            ("points", deviation::measure(&reference, touches, measurement).map_err(Faults::from))
+        }
+        Given::Grid(grid) => {
+            let own = of.and_then(tooth_number);
+            let topography = grid.topography(gear, asked.direction, own).map_err(Problem::invalid)?;
+            ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults.into())))
+        }
+    };
+    let mut deviations = deviations.map_err(Problem::invalid)?;
+    if let Some(body) = &asked.borders {
+        let borders = body.borders(gear).map_err(Problem::invalid)?;
+        deviations.set_borders(&borders).map_err(|faults| Problem::invalid(body.placed(&faults.into())))?;
+    }
+    let found = registering.as_ref().map(|registering| match &begun {
+        Some(begun) => register_from(&reference, &deviations, registering, begun),
+        None => register(&reference, &deviations, registering),
+    });
+    let found = found.transpose().map_err(registration::refused)?;
+    let lying = found.as_ref().map_or(&deviations, |found| &found.deviations);
+    if let Some(of) = of {
+        refuse_other_nodes(of, &asked, lying).map_err(Problem::invalid)?;
+    }
+    let mut json = Json::with_capacity(1024 + 160 * lying.nodes.len());
+    let mut object = json.object();
+    write(&mut object, gear, lying, asked.borders);
+    if let Some(found) = &found {
+        let found = registration::text(found, &canonical::request_sha256(text), asked.spec.include)?;
+        object.raw("registration", &found);
+    }
+    if let Some(assumed) = &asked.hand_assumed {
+        object.field("warnings", &[assumed]);
+    }
+    object.end();
+    let result = json.finish().map_err(Problem::not_finite)?;
+    Ok(Built { method: method.to_owned(), result })
+}
+
+/// Refuses points that lie on other flanks than the one that the iteration measured: told flanks
+/// and teeth, and those that were found.
+fn refuse_other_nodes(of: &Measurand, asked: &Asked, deviations: &Deviations) -> Result<(), Faults> {
+    let (told_flanks, told_teeth, places) = match &asked.given {
+        Given::Points { touches, .. } => {
+            let flanks = touches.iter().any(|touch| touch.side.is_some());
+            let teeth = touches.iter().any(|touch| touch.tooth.is_some());
+            (
+                flanks,
+                teeth,
+                [("/flanks", flanks), ("/teeth", teeth)].map(|(at, told)| if told { at } else { "/points" }),
+            )
+        }
+        // a tooth that is not told is the iteration's, if the gear has so many
+        Given::Grid(grid) => (true, true, ["/grid/flank", if grid.tooth.is_some() { "/grid/tooth" } else { "/gear" }]),
+    };
+    // without told teeth a registration knows the rotation up to whole pitches only
+    let teeth_known = told_teeth || asked.registration.is_none();
+    let flanks = deviations.nodes.iter().filter(|node| told_flanks || node.deviation.is_finite()).map(|node| {
+        let tooth = if teeth_known && node.tooth > 0 { ToothOf::Counted(node.tooth) } else { ToothOf::Unknown };
+        (tooth, node.side)
+    });
+    refuse_others(of, flanks, places)
+}
+
+/// What was imported, as a record keeps it.
+pub fn imported(gear: &Gear, deviations: &Deviations, warnings: &[NoticeBody]) -> Result<Built, Problem> {
+    let mut json = Json::with_capacity(1024 + 160 * deviations.nodes.len());
+    let mut object = json.object();
+    write(&mut object, gear, deviations, None);
+    if !warnings.is_empty() {
+        object.field("warnings", &warnings);
+    }
+    object.end();
+    Ok(Built { method: "import".to_owned(), result: json.finish().map_err(Problem::not_finite)? })
+}
+
+fn write(object: &mut Object<'_>, gear: &Gear, deviations: &Deviations, borders: Option<BordersBody>) {
+    let nodes = &deviations.nodes;
+    let numbers = |of: &dyn Fn(&Node) -> f64| {
+        nodes.iter().map(|node| Some(of(node)).filter(|x| x.is_finite())).collect::<Vec<Option<f64>>>()
+    };
+    let direction = match deviations.direction {
+        Direction::Normal => DirectionName::Normal,
+        Direction::Transverse => DirectionName::Transverse,
+    };
+    let counted = || nodes.iter().filter(|node| node.counts()).map(|node| node.deviation);
+    object
+        .field("direction", &direction)
+        .field("deviation_um", &numbers(&|node| node.deviation))
+        .field("roll_length_mm", &numbers(&|node| node.roll_length))
+        .field("diameter_mm", &numbers(&|node| node.diameter(gear)))
+        .field("z_mm", &numbers(&|node| node.z))
+        .field("tooth", &nodes.iter().map(|node| node.tooth).collect::<Vec<u32>>())
+        .field("flank", &nodes.iter().map(|node| SideName::from(node.side)).collect::<Vec<_>>())
+        .field("counts", &nodes.iter().map(Node::counts).collect::<Vec<bool>>())
+        .count("count", deviations.counted())
+        .count("undefined", deviations.undefined())
+        .count("trimmed", deviations.trimmed())
+        .maybe("rms_um", deviations.rms())
+        .maybe("least_um", counted().reduce(f64::min))
+        .maybe("greatest_um", counted().reduce(f64::max))
+        .maybe("borders", borders);
+    let strays: Vec<StrayBody> =
+        deviations.strays.iter().map(|(index, stray)| StrayBody { index: *index, reason: stray.to_string() }).collect();
+    object.field("strays", &strays);
+}

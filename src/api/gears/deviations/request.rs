@@ -1,0 +1,324 @@
+//! Measured points or deviations of a flank, and what is asked of them.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::borders::BordersBody;
+use crate::api::{
+    faults::Faults,
+    fits::reader::fields::{self, FIT_KEYS, FitFields},
+    gears::{
+        design::modification::{ModificationBody, ModificationRangeBody},
+        evaluation::request::DirectionName,
+        gear::GearBody,
+        notice::NoticeBody,
+    },
+    json::{error::ReadError, fields::Fields, part::read_part},
+    measurand::side::SideName,
+};
+use flankfit_engine::{
+    estimation::FitSpec,
+    fault::words::{Shown, entries},
+    gear::{
+        Gear, Side,
+        deviation::{Measurement, Strays, Topography, Touch},
+        registration::Motion,
+        trace::Direction,
+    },
+    geometry::space::Vector,
+};
+
+/// Most points of one request.
+const MOST_POINTS: usize = 2_000_000;
+
+// Declared for the document; `read` reads it.
+/// Points measured on a gear (`points`), or deviations of one flank on a grid (`grid`).
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = GearDeviationsRequest)]
+pub struct DeviationsRequestBody {
+    /// May be left out where the points belong to a job that has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    /// `[x, y, z]` of each point, mm; `null` where undefined. The tooth at the top (+y) in z = 0 is
+    /// tooth 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 2_000_000)]
+    pub points: Option<Vec<Option<[f64; 3]>>>,
+    /// The tooth of each point, counted clockwise from 1 as the viewer sees it. By default the
+    /// nearest; a registration then answers the rotation up to whole pitches (warning
+    /// `rotation_modulo_pitch`). With `teeth` and `flanks` it finds any rotation of the full
+    /// circle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub teeth: Option<Vec<u32>>,
+    /// The flank of each point. By default the nearest, after a registration that of the part laid
+    /// in place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flanks: Option<Vec<SideName>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid: Option<DeviationGridBody>,
+    /// What is taken off the involute on purpose, superposed: deviations refer to the flank that is
+    /// left.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub modifications: Vec<ModificationBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub modification_range: Option<ModificationRangeBody>,
+    /// Radius of the ball whose centres `points` are. Default 0: they lie on the surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0)]
+    pub probe_radius_mm: Option<f64>,
+    /// Along what deviations are taken. Default `normal`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction: Option<DirectionName>,
+    /// How far from its flank a point may lie. By default a quarter of the base pitch, at most 2
+    /// mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub reach_mm: Option<f64>,
+    /// What becomes of points that belong to no flank. Default `refuse`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strays: Option<StraysName>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub borders: Option<BordersBody>,
+    /// Best fit of the part to the nominal gear before its deviations are answered. `points` may
+    /// lie turned by any angle, and off centre by up to two modules where shifts are free: the
+    /// start is sought.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub registration: Option<RegistrationRequestBody>,
+    /// For the registration.
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub fit: FitFields,
+}
+
+/// Deviations where roll lengths (or diameters) and z cross.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = DeviationGrid)]
+pub struct DeviationGridBody {
+    /// Counted clockwise from 1, the tooth at the top. By default that of the iteration that the
+    /// deviations are kept with, else 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<u32>,
+    pub flank: SideName,
+    /// Ascending; either these …
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roll_length_mm: Option<Vec<f64>>,
+    /// … or these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diameter_mm: Option<Vec<f64>>,
+    /// Ascending.
+    pub z_mm: Vec<f64>,
+    /// From the unmodified involute. A row for each roll length; `null` where undefined.
+    pub deviation_um: Vec<Vec<Option<f64>>>,
+}
+
+/// What becomes of points without a flank.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = StrayPoints)]
+pub enum StraysName {
+    /// The request is refused, and names every one of them.
+    Refuse,
+    /// They count as undefined and are listed.
+    Undefined,
+}
+
+/// Which rigid motions of the part are found and undone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = RegistrationRequest)]
+pub struct RegistrationRequestBody {
+    /// Of `x_shift`, `y_shift`, `axial_shift`, `x_tilt`, `y_tilt` and `rotation`.
+    #[schema(min_items = 1, max_items = 6)]
+    pub motions: Vec<String>,
+    /// z of the point about which the axis tilts. By default the middle of the nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pivot_z_mm: Option<f64>,
+}
+
+/// A request, read.
+pub struct Asked {
+    pub gear: Option<Gear>,
+    pub hand_assumed: Option<NoticeBody>,
+    pub given: Given,
+    pub modifications: Vec<ModificationBody>,
+    pub modification_range: Option<ModificationRangeBody>,
+    pub direction: Direction,
+    pub borders: Option<BordersBody>,
+    pub registration: Option<(Vec<Motion>, Option<f64>)>,
+    pub spec: FitSpec,
+}
+
+/// What deviations are made of.
+pub enum Given {
+    Points { touches: Vec<Touch>, measurement: Measurement },
+    Grid(DeviationGridBody),
+}
+
+const KEYS: [&str; 13] = [
+    "gear",
+    "points",
+    "teeth",
+    "flanks",
+    "grid",
+    "modifications",
+    "modification_range",
+    "probe_radius_mm",
+    "direction",
+    "reach_mm",
+    "strays",
+    "borders",
+    "registration",
+];
+
+/// Reads a request, all but what needs the gear.
+pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<Asked>, ReadError> {
+    let fields = Fields::of_request(text, &[&KEYS[..], &FIT_KEYS[..]].concat(), faults)?;
+    let before = faults.count();
+    let gear: Option<GearBody> = part(&fields, "gear", faults);
+    let hand_assumed = gear.as_ref().and_then(GearBody::hand_assumed);
+    let gear = gear.and_then(|gear| gear.checked("/gear").map_err(|more| faults.append(more)).ok());
+    let direction: Option<DirectionName> = part(&fields, "direction", faults);
+    let direction = direction.map_or(Direction::Normal, Into::into);
+    let given = match (fields.get("points"), fields.get("grid")) {
+        (Some(slice), None) => touches(slice, &fields, faults).map(|touches| {
+            let strays: Option<StraysName> = part(&fields, "strays", faults);
+            let measurement = Measurement {
+                ball_radius: part(&fields, "probe_radius_mm", faults).unwrap_or(0.0),
+                direction,
+                reach: part(&fields, "reach_mm", faults),
+                strays: match strays {
+                    None | Some(StraysName::Refuse) => Strays::Refuse,
+                    Some(StraysName::Undefined) => Strays::Undefined,
+                },
+            };
+            Given::Points { touches, measurement }
+        }),
+        (None, Some(slice)) => {
+            for key in ["teeth", "flanks", "probe_radius_mm", "reach_mm", "strays"] {
+                if fields.get(key).is_some() {
+                    faults.push(format!("/{key}"), "it belongs to `points`; a `grid` holds deviations already");
+                }
+            }
+            read_part(slice, "/grid", faults).map(Given::Grid)
+        }
+        (None, None) => {
+            faults.push("/points", "missing; give `points` or `grid`");
+            None
+        }
+        (Some(_), Some(_)) => {
+            faults.push("/grid", "give `points` or `grid`, not both");
+            None
+        }
+    };
+    let modifications: Option<Vec<ModificationBody>> = part(&fields, "modifications", faults);
+    let modification_range = part(&fields, "modification_range", faults);
+    let borders = part(&fields, "borders", faults);
+    let asked: Option<RegistrationRequestBody> = part(&fields, "registration", faults);
+    let registration = asked.map(|asked| (motions(&asked.motions, faults), asked.pivot_z_mm));
+    let unfit = fields.get("registration").is_none().then_some("it belongs to a `registration`, which fits");
+    let spec = fields::read(&fields, unfit, faults);
+    let (Some(given), Some(spec)) = (given, spec) else { return Ok(None) };
+    Ok((faults.count() == before).then_some(Asked {
+        gear,
+        hand_assumed,
+        given,
+        modifications: modifications.unwrap_or_default(),
+        modification_range,
+        direction,
+        borders,
+        registration,
+        spec,
+    }))
+}
+
+fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
+    fields.get(key).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
+}
+
+fn motions(names: &[String], faults: &mut Faults) -> Vec<Motion> {
+    let each = names.iter().enumerate();
+    each.filter_map(|(k, name)| {
+        let motion = Motion::named(name);
+        if motion.is_none() {
+            let known: Vec<_> = Motion::ALL.iter().map(|motion| format!("`{}`", motion.name())).collect();
+            faults.push(format!("/registration/motions/{k}"), format!("not one of {}", known.join(", ")));
+        }
+        motion
+    })
+    .collect()
+}
+
+fn touches(slice: &[u8], fields: &Fields<'_>, faults: &mut Faults) -> Option<Vec<Touch>> {
+    let points: Vec<Option<[f64; 3]>> = read_part(slice, "/points", faults)?;
+    let teeth: Option<Vec<u32>> = part(fields, "teeth", faults);
+    let flanks: Option<Vec<SideName>> = part(fields, "flanks", faults);
+    if points.is_empty() {
+        faults.push("/points", "there are no points");
+        return None;
+    }
+    if points.len() > MOST_POINTS {
+        faults.push("/points", format!("{}, but {MOST_POINTS} are the most of one request", entries(points.len())));
+        return None;
+    }
+    let before = faults.count();
+    let lengths = [("/teeth", teeth.as_ref().map(Vec::len)), ("/flanks", flanks.as_ref().map(Vec::len))];
+    for (pointer, length) in lengths {
+        if let Some(length) = length.filter(|length| *length != points.len()) {
+            faults.push(pointer, format!("{} for {} points", entries(length), points.len()));
+        }
+    }
+    let each = points.iter().enumerate().map(|(k, point)| Touch {
+        point: point.map_or(Vector::repeat(f64::NAN), |[x, y, z]| Vector::new(x, y, z)),
+        tooth: teeth.as_ref().and_then(|teeth| teeth.get(k)).copied(),
+        side: flanks.as_ref().and_then(|flanks| flanks.get(k)).map(|side| Side::from(*side)),
+        normal: None,
+    });
+    (faults.count() == before).then(|| each.collect())
+}
+
+impl DeviationGridBody {
+    /// Faults of the topography by their places in the request, whose profile may be given by
+    /// diameters.
+    pub fn placed(&self, faults: &Faults) -> Faults {
+        faults.moved(|pointer| match pointer.strip_prefix("/roll_length_mm").filter(|_| self.diameter_mm.is_some()) {
+            Some(rest) => format!("/grid/diameter_mm{rest}"),
+            None => format!("/grid{pointer}"),
+        })
+    }
+
+    /// The topography, once its gear is known; `own` is the tooth of the iteration that it is kept
+    /// with.
+    pub fn topography(&self, gear: &Gear, direction: Direction, own: Option<u32>) -> Result<Topography, Faults> {
+        let mut faults = Faults::default();
+        let roll_length = match (&self.roll_length_mm, &self.diameter_mm) {
+            (Some(lengths), None) => lengths.clone(),
+            (None, Some(diameters)) => {
+                let mut lengths = Vec::with_capacity(diameters.len());
+                for (k, &diameter) in diameters.iter().enumerate() {
+                    match gear.roll_length(diameter) {
+                        Some(length) => lengths.push(length),
+                        None => {
+                            let detail = format!("{} mm lies below the base circle", Shown(diameter));
+                            faults.push(format!("/grid/diameter_mm/{k}"), detail);
+                        }
+                    }
+                }
+                lengths
+            }
+            _ => {
+                faults.push("/grid", "give `roll_length_mm` or `diameter_mm`, one of them");
+                Vec::new()
+            }
+        };
+        let number = |deviation: &Option<f64>| deviation.unwrap_or(f64::NAN);
+        faults.into_result(Topography {
+            tooth: self.tooth.or(own.filter(|own| *own <= gear.data().teeth)).unwrap_or(1),
+            side: self.flank.into(),
+            roll_length,
+            z: self.z_mm.clone(),
+            deviation: self.deviation_um.iter().map(|row| row.iter().map(number).collect()).collect(),
+            direction,
+        })
+    }
+}

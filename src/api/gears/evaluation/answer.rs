@@ -1,0 +1,429 @@
+//! Slopes, forms and totals of traces, over the teeth and with their classes.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    figures::TraceFiguresBody,
+    request::{EvaluateBody, EvaluationSettingsBody},
+};
+use crate::{
+    api::{
+        built::Built,
+        faults::Faults,
+        gears::{
+            gear::GearBody,
+            notice::NoticeBody,
+            of_iteration::{ToothOf, refuse_others},
+            trace::KindName,
+        },
+        json::{part::read_json, writer},
+        measurand::side::SideName,
+        problem::Problem,
+    },
+    jobs::Measurand,
+};
+use flankfit_engine::gear::{
+    Gear,
+    evaluation::{
+        self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist,
+    },
+    tolerance::Class,
+};
+
+/// What traces say.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearEvaluation)]
+pub struct EvaluationBody {
+    /// In the order in which they were posted.
+    pub traces: Vec<EvaluatedTraceBody>,
+    /// Over the teeth, by kind and flank.
+    pub means: Vec<MeanBody>,
+    /// Of teeth with helices near root and tip or with profiles at both ends.
+    pub twists: Vec<TwistBody>,
+    /// Second-order surfaces of the tooth flanks with two traces or more whose sections are known,
+    /// each figure where the traces tell it.
+    pub surfaces: Vec<TraceSurfaceBody>,
+    /// The coarsest class of all traces, 1 to 11; left out where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<u8>,
+    /// Whether a trace exceeds even class 11.
+    pub beyond_classes: bool,
+    /// What the traces were evaluated with, every default written out.
+    pub evaluation: EvaluationSettingsBody,
+    /// What to know about the answer as a whole; each trace has its own.
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// A trace, evaluated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = EvaluatedTrace)]
+pub struct EvaluatedTraceBody {
+    /// As it was posted with the trace.
+    pub tooth: String,
+    pub flank: SideName,
+    pub kind: KindName,
+    /// f_Hα or f_Hβ: slope of the least-squares line over the whole evaluation range, extended to
+    /// the reference length. A hole is filled with what the flank most likely is there. Left out,
+    /// like all figures, where the samples do not reach the ends of the range to 1/20 of it or
+    /// cover less than 3/4 of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_um: Option<f64>,
+    /// What noise of the samples makes of the slope; crowning, reliefs and waviness are the flank's
+    /// and no noise. It knows of independent noise and of noise that goes together over up to 1/64
+    /// of the samples, not of what is the same all along a trace (alignment, drift). Over a hole it
+    /// also has what the hole may hide, told from the form beside it. Left out where the samples
+    /// are too few to tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_std_error_um: Option<f64>,
+    /// f_fα or f_fβ: peak to valley about the mean curve.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form_um: Option<f64>,
+    /// F_α or F_β: peak to valley about the design.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total_um: Option<f64>,
+    /// Of the mean parabola over its chord; positive where material stands out in the middle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crowning_um: Option<f64>,
+    /// As that of the slope.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crowning_std_error_um: Option<f64>,
+    /// By how much material beyond the evaluation range raised the form.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form_plus_material_um: Option<f64>,
+    /// By how much material beyond the evaluation range raised the total deviation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total_plus_material_um: Option<f64>,
+    /// By ISO 1328-1:2013; left out where the standard gives none, and where samples do not reach
+    /// both ends of the evaluation range. Over a hole, a stretch without samples of more than 1/20
+    /// of the range (and of 2.5 usual distances), form and total have none, and the slope has one
+    /// where two standard errors up and down have the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<ClassesBody>,
+    pub samples: SamplesBody,
+    /// Samples that stand far out of their neighbours, as dust does; left out where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outliers: Option<OutliersBody>,
+}
+
+/// Samples that stand out of their neighbours by more than six times the scale (1.4826 × median
+/// absolute deviation) of the trace and of their own neighbourhood, and behind which the trace
+/// comes back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceOutliers)]
+pub struct OutliersBody {
+    /// In ascending order.
+    pub places: Vec<OutlierPlaceBody>,
+    /// Figures without them, where they count (`outliers` of the evaluation is `keep`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub without: Option<WithoutOutliersBody>,
+}
+
+/// Neighbouring samples that stand out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = OutlierPlace)]
+pub struct OutlierPlaceBody {
+    /// Roll length (profiles) or z (helices) of the first sample …
+    pub from_mm: f64,
+    /// … and of the last.
+    pub to_mm: f64,
+    /// How many samples stand out there.
+    pub samples: usize,
+    /// How far they stand out at most, positive where material does.
+    pub height_um: f64,
+}
+
+/// Figures of a trace without its outliers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FiguresWithoutOutliers)]
+pub struct WithoutOutliersBody {
+    /// f_Hα or f_Hβ.
+    pub slope_um: f64,
+    /// f_fα or f_fβ.
+    pub form_um: f64,
+    /// F_α or F_β.
+    pub total_um: f64,
+    /// Of the mean parabola without them; positive where material stands out in the middle.
+    pub crowning_um: f64,
+}
+
+/// Classes 1 to 11 of ISO 1328-1:2013. Left out is what exceeds even class 11: `beyond` names it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceClasses)]
+pub struct ClassesBody {
+    /// Of f_Hα or f_Hβ, 1 to 11.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope: Option<u8>,
+    /// Of f_fα or f_fβ, 1 to 11.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form: Option<u8>,
+    /// Of F_α or F_β, 1 to 11.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total: Option<u8>,
+    /// Names of those that exceed even class 11.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beyond: Vec<String>,
+}
+
+/// How many samples there were.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceSamples)]
+pub struct SamplesBody {
+    /// All samples of the trace.
+    pub posted: usize,
+    /// Samples without a deviation.
+    pub undefined: usize,
+    /// Defined ones within the evaluation range.
+    pub used: usize,
+    /// Samples without a deviation within the evaluation range.
+    pub undefined_in_range: usize,
+    /// Defined ones within the evaluation range that were left out as outliers.
+    pub excluded: usize,
+}
+
+/// Figures of one kind of trace on one flank over the teeth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceMeans)]
+pub struct MeanBody {
+    pub flank: SideName,
+    pub kind: KindName,
+    /// Traces that count: those without a letter behind the tooth's number.
+    pub count: usize,
+    pub slope_um: SpreadBody,
+    pub form_um: SpreadBody,
+    pub total_um: SpreadBody,
+    pub crowning_um: SpreadBody,
+}
+
+/// A figure over the teeth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Spread)]
+pub struct SpreadBody {
+    /// Arithmetic mean over the teeth.
+    pub mean: f64,
+    /// Greatest minus least.
+    pub variation: f64,
+    /// The greatest amount.
+    pub worst: f64,
+    /// The tooth of the greatest amount.
+    pub worst_tooth: String,
+}
+
+/// Twist of a tooth flank from two single traces: f_Hβ near the tip minus f_Hβ near the root
+/// (helices), f_Hα at the upper end minus f_Hα at the lower one (profiles), in the sign of helix
+/// slopes, between the sections that were measured. It is not extended: sections half the range
+/// apart show half of the `twist_um` of a surface, which is that over the whole ranges; and helix
+/// slopes here are extended to the reference length.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceTwist)]
+pub struct TwistBody {
+    /// The tooth whose traces they are.
+    pub tooth: String,
+    pub flank: SideName,
+    /// Of which traces it is.
+    pub kind: KindName,
+    /// Difference of the two `slope_um`, between the two sections; not the figure of the same name
+    /// of a surface.
+    pub twist_um: f64,
+    /// From the standard errors of the two slopes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error_um: Option<f64>,
+    /// Diameters of the two helices or z of the two profiles, where known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sections_mm: Option<[f64; 2]>,
+}
+
+/// The second-order surface through all traces of a tooth flank, over the evaluation ranges (not
+/// extended to reference lengths), transverse; by plain least squares, every sample counting by the
+/// length that it stands for. Each trace has a zero of its own, unless `traces_share_zero`.
+/// Standard errors are what noise of the samples makes of the figures, as for traces: form that the
+/// surface leaves is no noise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TraceSurface)]
+pub struct TraceSurfaceBody {
+    /// The tooth whose traces they are.
+    pub tooth: String,
+    pub flank: SideName,
+    /// How many traces it goes through.
+    pub traces: usize,
+    /// Samples within the evaluation ranges.
+    pub samples: usize,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub figures: TraceFiguresBody,
+    /// Roll lengths that the figures are over: the evaluation range, or what was measured where no
+    /// range of profiles is told.
+    pub roll_length_range_mm: [f64; 2],
+    /// The same along the width.
+    pub z_range_mm: [f64; 2],
+    /// What the surface (with the zeros of the traces) leaves.
+    pub rms_um: f64,
+    /// Greatest minus least of what the surface leaves.
+    pub peak_to_valley_um: f64,
+}
+
+/// Evaluates the traces of a request; `own` is the gear of the job and `of` what the iteration that
+/// they belong to measured. Processor work.
+pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
+    let body: EvaluateBody = read_json(text)?;
+    let asked = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
+    let Some(gear) = asked.as_ref().or(own) else {
+        return Err(Problem::invalid(Faults::one("/gear", "missing")));
+    };
+    let read = body.traces(gear).map_err(Problem::invalid)?;
+    if let Some(of) = of {
+        let flanks = read.traces.iter().map(|trace| (ToothOf::Named(&trace.tooth), trace.side));
+        refuse_others(of, flanks, ["/traces"; 2]).map_err(Problem::invalid)?;
+    }
+    let posted: Vec<Posted<'_>> = read
+        .traces
+        .iter()
+        .zip(&read.designs)
+        .map(|(trace, design)| Posted { trace, design: design.as_deref() })
+        .collect();
+    let evaluation = evaluation::evaluate(gear, &posted, &body.evaluation.settings()).map_err(Problem::invalid)?;
+    let explicit = body.evaluation.explicit(&evaluation);
+    let mut answer = EvaluationBody::new(evaluation, explicit);
+    answer.warnings.extend(body.gear.as_ref().and_then(GearBody::hand_assumed));
+    let result = writer::whole(&answer).map_err(Problem::not_finite)?;
+    Ok(Built { method: "iso_1328_1".to_owned(), result })
+}
+
+impl EvaluationBody {
+    /// The answer.
+    pub fn new(evaluation: Evaluation, settings: EvaluationSettingsBody) -> Self {
+        let (class, beyond_classes) = match evaluation.overall {
+            Some(Class::Within(class)) => (Some(class), false),
+            Some(Class::Beyond) => (None, true),
+            None => (None, false),
+        };
+        EvaluationBody {
+            traces: evaluation.traces.into_iter().map(EvaluatedTraceBody::from).collect(),
+            means: evaluation.summaries.into_iter().map(MeanBody::from).collect(),
+            twists: evaluation.twists.into_iter().map(TwistBody::from).collect(),
+            surfaces: evaluation.surfaces.into_iter().map(TraceSurfaceBody::from).collect(),
+            class,
+            beyond_classes,
+            evaluation: settings,
+            warnings: evaluation.notices.into_iter().map(NoticeBody::from).collect(),
+        }
+    }
+}
+
+impl From<Evaluated> for EvaluatedTraceBody {
+    fn from(trace: Evaluated) -> Self {
+        let values = trace.values;
+        EvaluatedTraceBody {
+            tooth: trace.tooth,
+            flank: trace.side.into(),
+            kind: trace.kind.into(),
+            // −0 is 0
+            slope_um: values.map(|v| v.slope + 0.0),
+            slope_std_error_um: values.and_then(|v| v.slope_std_error),
+            form_um: values.map(|v| v.form),
+            total_um: values.map(|v| v.total),
+            crowning_um: values.map(|v| v.crowning + 0.0),
+            crowning_std_error_um: values.and_then(|v| v.crowning_std_error),
+            form_plus_material_um: values.map(|v| v.form_plus_material).filter(|raised| *raised > 0.0),
+            total_plus_material_um: values.map(|v| v.total_plus_material).filter(|raised| *raised > 0.0),
+            class: trace.classes.map(ClassesBody::from),
+            samples: SamplesBody {
+                posted: trace.samples.posted,
+                undefined: trace.samples.undefined,
+                used: trace.samples.used,
+                undefined_in_range: trace.samples.undefined_in_range,
+                excluded: trace.samples.excluded,
+            },
+            outliers: trace.suspects.map(OutliersBody::from),
+        }
+    }
+}
+
+impl From<Suspects> for OutliersBody {
+    fn from(suspects: Suspects) -> Self {
+        let place = |place: &Suspect| OutlierPlaceBody {
+            from_mm: place.from,
+            to_mm: place.to,
+            samples: place.samples,
+            height_um: place.height,
+        };
+        OutliersBody {
+            places: suspects.places.iter().map(place).collect(),
+            without: suspects.without.map(|values| WithoutOutliersBody {
+                slope_um: values.slope + 0.0,
+                form_um: values.form,
+                total_um: values.total,
+                crowning_um: values.crowning + 0.0,
+            }),
+        }
+    }
+}
+
+impl From<Classes> for ClassesBody {
+    fn from(classes: Classes) -> Self {
+        let mut body = ClassesBody::default();
+        let each = [
+            ("slope", classes.slope, &mut body.slope),
+            ("form", classes.form, &mut body.form),
+            ("total", classes.total, &mut body.total),
+        ];
+        for (name, class, place) in each {
+            match class {
+                Some(Class::Within(class)) => *place = Some(class),
+                Some(Class::Beyond) => body.beyond.push(name.to_owned()),
+                None => {}
+            }
+        }
+        body
+    }
+}
+
+impl From<Summary> for MeanBody {
+    fn from(summary: Summary) -> Self {
+        MeanBody {
+            flank: summary.side.into(),
+            kind: summary.kind.into(),
+            count: summary.count,
+            slope_um: summary.slope.into(),
+            form_um: summary.form.into(),
+            total_um: summary.total.into(),
+            crowning_um: summary.crowning.into(),
+        }
+    }
+}
+
+impl From<Spread> for SpreadBody {
+    fn from(spread: Spread) -> Self {
+        let Spread { mean, variation, worst_tooth, worst } = spread;
+        SpreadBody { mean, variation, worst, worst_tooth }
+    }
+}
+
+impl From<TraceSurface> for TraceSurfaceBody {
+    fn from(of: TraceSurface) -> Self {
+        TraceSurfaceBody {
+            tooth: of.tooth,
+            flank: of.side.into(),
+            traces: of.traces,
+            samples: of.samples,
+            figures: of.figures.into(),
+            roll_length_range_mm: of.roll_lengths,
+            z_range_mm: of.z,
+            rms_um: of.remainder.rms,
+            peak_to_valley_um: of.remainder.peak_to_valley,
+        }
+    }
+}
+
+impl From<Twist> for TwistBody {
+    fn from(twist: Twist) -> Self {
+        TwistBody {
+            tooth: twist.tooth,
+            flank: twist.side.into(),
+            kind: twist.kind.into(),
+            twist_um: twist.twist,
+            std_error_um: twist.std_error,
+            sections_mm: twist.sections,
+        }
+    }
+}

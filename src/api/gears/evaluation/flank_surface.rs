@@ -1,0 +1,274 @@
+//! The second-order surface of a flank's deviations.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    figures::FiguresBody,
+    request::{DeviationSignName, SignName},
+};
+use crate::api::{
+    built::Built,
+    faults::Faults,
+    fits::{
+        answer::{result::FitResultBody, text},
+        canonical,
+        reader::fields::{self, FIT_KEYS, FitFields},
+    },
+    gears::gear::GearBody,
+    json::{fields::Fields, part::read_part, writer::Json},
+    measurand::{profile_axis::ProfileAxisName, side::SideName},
+    problem::Problem,
+};
+use flankfit_engine::{
+    estimation::{FitError, spec::Include},
+    fault::words::entries,
+    gear::{
+        Gear,
+        evaluation::{
+            flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
+            settings::{DeviationSign, SlopeSign},
+        },
+    },
+};
+
+// Declared for the document; `build` reads it.
+/// Deviations over a flank: on a grid (`deviation_um` is a row for each `profile`), or one for each
+/// node.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = FlankSurfaceRequest)]
+pub struct FlankSurfaceRequestBody {
+    pub gear: GearBody,
+    pub flank: SideName,
+    /// What `profile` is. Default `roll_length`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_axis: Option<ProfileAxisName>,
+    /// mm; roll angles in degrees. Of a grid ascending.
+    pub profile: Vec<f64>,
+    /// Of a grid ascending.
+    pub z_mm: Vec<f64>,
+    /// Rows of numbers (grid) or numbers (scattered nodes), positive where material stands out
+    /// unless `deviation_sign` says otherwise; `null` where undefined.
+    #[schema(value_type = Vec<serde_json::Value>)]
+    pub deviation_um: Vec<serde_json::Value>,
+    /// Evaluation range in the unit of `profile`. By default what the nodes span.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_range: Option<[f64; 2]>,
+    /// Evaluation range in z, `[from, to]`. By default what was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub helix_range_mm: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub border_percent: Option<BorderPercentBody>,
+    /// The sign of slopes and twist. Default `din`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sign: Option<SignName>,
+    /// Default `material`, which is what `din` means for a whole flank too; helix slope and twist
+    /// are answered by `sign`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deviation_sign: Option<DeviationSignName>,
+    /// How is fitted; by default by plain least squares.
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub fit: FitFields,
+}
+
+/// What is cut off the evaluation range at each edge, in percent. Default 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schema(as = BorderPercent)]
+pub struct BorderPercentBody {
+    /// At the end of small diameters (of internal gears: of great ones), in percent of the
+    /// profile's roll length.
+    pub root: f64,
+    /// At the tip end, in percent of the profile's roll length.
+    pub tip: f64,
+    /// At the end of small z.
+    pub toe: f64,
+    /// At the end of great z.
+    pub heel: f64,
+}
+
+/// What the deviations of a flank have in common, in µm over the trimmed range, and what is left.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankSurface)]
+pub struct FlankSurfaceBody {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub figures: FiguresBody,
+    pub form: FlankFormBody,
+    /// What u = ∓1 and v = ∓1 stand for, after trimming.
+    pub roll_length_range_mm: [f64; 2],
+    /// The evaluated part of the width.
+    pub z_range_mm: [f64; 2],
+    pub nodes: FlankNodesBody,
+    /// The fit, as `POST /v1/fits` answers it: u and v over [-1, 1].
+    pub result: FitResultBody,
+}
+
+/// What the surface leaves over.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankForm)]
+pub struct FlankFormBody {
+    /// Greatest minus least of the remainder.
+    pub peak_to_valley_um: f64,
+    /// Root mean square of the remainder.
+    pub rms_um: f64,
+    /// Largest amount of the remainder.
+    pub max_abs_um: f64,
+}
+
+/// Nodes by what became of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankNodeCounts)]
+pub struct FlankNodesBody {
+    /// All nodes that were posted.
+    pub posted: usize,
+    /// Nodes without a deviation.
+    pub missing: usize,
+    /// Nodes outside the evaluation ranges.
+    pub trimmed: usize,
+    /// Nodes that the surface was fitted to.
+    pub used: usize,
+}
+
+const KEYS: [&str; 11] = [
+    "gear",
+    "flank",
+    "profile_axis",
+    "profile",
+    "z_mm",
+    "deviation_um",
+    "profile_range",
+    "helix_range_mm",
+    "border_percent",
+    "sign",
+    "deviation_sign",
+];
+
+/// Deviations as they were posted.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Posted {
+    Rows(Vec<Vec<Option<f64>>>),
+    Numbers(Vec<Option<f64>>),
+}
+
+/// Answers a request; `own` is the gear of the job that the nodes belong to. Processor work.
+pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
+    let mut faults = Faults::default();
+    let fields = Fields::of_request(text, &[&KEYS[..], &FIT_KEYS[..]].concat(), &mut faults)?;
+    let gear: Option<GearBody> = part(&fields, "gear", &mut faults);
+    let gear = gear.and_then(|gear| gear.checked("/gear").map_err(|more| faults.append(more)).ok()).or(own.cloned());
+    if gear.is_none() && fields.get("gear").is_none() {
+        faults.push("/gear", "missing");
+    }
+    let side: Option<SideName> = required(&fields, "flank", &mut faults);
+    let profile: Option<Vec<f64>> = required(&fields, "profile", &mut faults);
+    let z: Option<Vec<f64>> = required(&fields, "z_mm", &mut faults);
+    let posted: Option<Posted> = required(&fields, "deviation_um", &mut faults);
+    let axis: ProfileAxisName = part(&fields, "profile_axis", &mut faults).unwrap_or_default();
+    let border: BorderPercentBody = part(&fields, "border_percent", &mut faults).unwrap_or_default();
+    let sign: Option<SignName> = part(&fields, "sign", &mut faults);
+    let given: Option<DeviationSignName> = part(&fields, "deviation_sign", &mut faults);
+    let profile_range = part(&fields, "profile_range", &mut faults);
+    let helix_range = part(&fields, "helix_range_mm", &mut faults);
+    let spec = fields::read(&fields, None, &mut faults);
+    let (Some(gear), Some(side), Some(profile), Some(z), Some(posted), Some(spec)) =
+        (gear, side, profile, z, posted, spec)
+    else {
+        return Err(Problem::invalid(faults));
+    };
+    let grid = matches!(posted, Posted::Rows(_));
+    let deviation = flat(posted, z.len(), &mut faults);
+    faults.into_result(()).map_err(Problem::invalid)?;
+    let profile: Vec<f64> = profile.into_iter().map(|x| axis.value(x)).collect();
+    let profile_range = profile_range.map(|range: [f64; 2]| range.map(|x| axis.value(x)));
+    let nodes = FlankNodes { axis: axis.into(), profile: &profile, z: &z, deviation: &deviation, valid: None, grid };
+    let settings = SurfaceSettings {
+        side: side.into(),
+        profile_range,
+        helix_range,
+        border: Border { root: border.root, tip: border.tip, toe: border.toe, heel: border.heel },
+        given: given.map_or(DeviationSign::Material, Into::into),
+        sign: sign.map_or(SlopeSign::Din, Into::into),
+        spec,
+    };
+    let include = settings.spec.include;
+    let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
+    let result = write(&found, &canonical::request_sha256(text), include)?;
+    Ok(Built { method: "second_order_surface".to_owned(), result })
+}
+
+fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
+    fields.get(key).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
+}
+
+fn required<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
+    fields.required(key, "", faults).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
+}
+
+/// Row by row; rows of another length than z are faults.
+fn flat(posted: Posted, columns: usize, faults: &mut Faults) -> Vec<f64> {
+    let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
+    match posted {
+        Posted::Numbers(numbers) => numbers.into_iter().map(number).collect(),
+        Posted::Rows(rows) => {
+            for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
+                faults.push(format!("/deviation_um/{i}"), format!("{} for {columns} z", entries(row.len())));
+            }
+            rows.into_iter().flatten().map(number).collect()
+        }
+    }
+}
+
+/// A refused fit, by places in the request.
+fn refused(error: FitError) -> Problem {
+    let place = |pointer: &str| match pointer {
+        pointer if pointer.starts_with("/nodes") => "/deviation_um".to_owned(),
+        pointer if pointer.starts_with("/model") => "/deviation_um".to_owned(),
+        pointer => pointer.to_owned(),
+    };
+    Problem::of_fit(error, place)
+}
+
+fn write(found: &FlankSurface, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
+    let text = text::write(&found.result, None, digest, include).map_err(Problem::internal)?;
+    let text = String::from_utf8(text).map_err(Problem::internal)?;
+    let mut json = Json::with_capacity(2048 + text.len());
+    let mut object = json.object();
+    let FiguresBody { mean_um, profile_slope_um, helix_slope_um, profile_crowning_um, helix_crowning_um, twist_um } =
+        FiguresBody::from(found);
+    for (name, figure) in [
+        ("mean_um", mean_um),
+        ("profile_slope_um", profile_slope_um),
+        ("helix_slope_um", helix_slope_um),
+        ("profile_crowning_um", profile_crowning_um),
+        ("helix_crowning_um", helix_crowning_um),
+        ("twist_um", twist_um),
+    ] {
+        object.field(name, &figure);
+    }
+    object
+        .field(
+            "form",
+            &FlankFormBody {
+                peak_to_valley_um: found.remainder.peak_to_valley,
+                rms_um: found.remainder.rms,
+                max_abs_um: found.remainder.max_abs,
+            },
+        )
+        .numbers("roll_length_range_mm", &found.roll_lengths)
+        .numbers("z_range_mm", &found.z)
+        .field(
+            "nodes",
+            &FlankNodesBody {
+                posted: found.nodes.posted,
+                missing: found.nodes.missing,
+                trimmed: found.nodes.trimmed,
+                used: found.nodes.used,
+            },
+        )
+        .raw("result", &text);
+    object.end();
+    json.finish().map_err(Problem::not_finite)
+}

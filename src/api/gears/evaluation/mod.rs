@@ -1,0 +1,9 @@
+//! Evaluation by ISO 1328-1: traces, pitch and the surface of a flank.
+
+pub mod answer;
+pub mod figures;
+pub mod flank_surface;
+pub mod pitch;
+pub mod request;
+
+pub use self::answer::build;

@@ -1,0 +1,337 @@
+//! Pitch deviations of both flanks, and run-out.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::request::RoundingName;
+use crate::api::{
+    faults::Faults,
+    gears::{gear::GearBody, notice::NoticeBody},
+    json::{part::read_json, writer},
+    measurand::side::SideName,
+    problem::Problem,
+};
+use flankfit_engine::gear::{
+    Side,
+    evaluation::{
+        pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch},
+        runout::{Counting, Runout, from_pitches, from_readings},
+    },
+    tolerance::{Class, Rounding},
+};
+
+/// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth stand in the
+/// order of counting; `null` where a tooth was not measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = PitchRequest)]
+pub struct PitchRequestBody {
+    pub gear: GearBody,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<PitchMeasuredBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right: Option<PitchMeasuredBody>,
+    /// Radial readings of a ball in each tooth space, outwards positive. Without them the run-out
+    /// follows from the pitches of both flanks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readings_um: Option<Vec<Option<f64>>>,
+    /// Diameter of the measuring circle. Default the reference circle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub diameter_mm: Option<f64>,
+    /// k of F_pk. Default an eighth of the teeth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub sector: Option<usize>,
+    /// Which way teeth are counted: it decides which flanks bound a space, for a run-out from
+    /// pitches. Default `clockwise`, as everywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counting: Option<CountingName>,
+    /// Which tolerances decide the class. Default `rounded`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerances: Option<RoundingName>,
+}
+
+/// Where the flanks of all teeth are, in one of three forms.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = PitchMeasured)]
+pub struct PitchMeasuredBody {
+    /// How far each flank stands beyond its place, along the measuring circle, in the direction in
+    /// which teeth are counted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index_deviation_um: Option<Vec<Option<f64>>>,
+    /// Where each flank is, from anywhere, in the direction in which teeth are counted (their
+    /// angles ascend, but for full turns).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle_deg: Option<Vec<Option<f64>>>,
+    /// Deviation of the pitch that ends at each flank.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub single_pitch_um: Option<Vec<Option<f64>>>,
+}
+
+/// The direction in which teeth are numbered, seen with the axis towards the viewer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ToothCounting)]
+pub enum CountingName {
+    Clockwise,
+    Counterclockwise,
+}
+
+/// Pitch deviations and run-out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = PitchEvaluation)]
+pub struct PitchEvaluationBody {
+    /// Which way teeth are counted.
+    pub counting: CountingName,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<PitchBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right: Option<PitchBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub runout: Option<RunoutBody>,
+    /// About all of them; each part has its own.
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// Pitch deviations of a flank.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FlankPitch)]
+pub struct PitchBody {
+    pub flank: SideName,
+    /// Of the measuring circle.
+    pub diameter_mm: f64,
+    /// About the first tooth that was measured.
+    pub index_deviation_um: Vec<Option<f64>>,
+    /// f_pi, the deviation of the pitch that ends at each flank; `null` where undefined.
+    pub single_pitch_deviation_um: Vec<Option<f64>>,
+    /// f_p: the single pitch deviation of greatest amount, with its sign.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub single_pitch: Option<ExtremeBody>,
+    /// F_p: total cumulative pitch deviation, the range of the index deviations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cumulative_pitch_um: Option<f64>,
+    /// Pitches of a sector.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k: Option<usize>,
+    /// F_pk: the cumulative deviation over k pitches of greatest amount, at the tooth where the
+    /// sector ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sector_pitch: Option<ExtremeBody>,
+    /// f_u: the greatest difference of neighbouring pitches, at the later of the two.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adjacent_pitch_difference: Option<ExtremeBody>,
+    /// What the single pitches add up to, as they were posted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closure_um: Option<f64>,
+    /// Teeth that were not measured.
+    pub missing: usize,
+    pub class: PitchClassesBody,
+    /// What to know about the answer; empty where there is nothing to say.
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// A value and the tooth, counted from 1, where it was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ToothExtreme)]
+pub struct ExtremeBody {
+    /// With its sign.
+    pub value_um: f64,
+    /// From 1, in the order of counting.
+    pub tooth: usize,
+}
+
+/// Classes 1 to 11 of ISO 1328-1:2013; left out is what has none, or exceeds even class 11 (then
+/// `beyond` names it).
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = PitchClasses)]
+pub struct PitchClassesBody {
+    /// Of f_p.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub single_pitch: Option<u8>,
+    /// Of F_p.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cumulative_pitch: Option<u8>,
+    /// Names of the two above that exceed even class 11.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beyond: Vec<String>,
+}
+
+/// Run-out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearRunout)]
+pub struct RunoutBody {
+    /// F_r: the range of the readings all around.
+    pub runout_um: f64,
+    /// Whether it follows from pitches, without a probe.
+    pub derived: bool,
+    /// Radial readings in each tooth space, posted or derived; `null` where undefined.
+    pub readings_um: Vec<Option<f64>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub eccentricity: Option<EccentricityBody>,
+    /// Tooth spaces without a reading.
+    pub missing: usize,
+    /// 1 to 11; left out where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<u8>,
+    /// Whether it exceeds even class 11.
+    pub beyond_classes: bool,
+    /// What to know about the run-out; empty where there is nothing to say.
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// The first harmonic of the readings.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Eccentricity)]
+pub struct EccentricityBody {
+    /// Distance of the gear's axis from the axis of rotation: half the range of the harmonic.
+    pub amount_um: f64,
+    /// Of the amount, from what the harmonic leaves; left out where too few readings are defined.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error_um: Option<f64>,
+    /// Where the readings are greatest, in the direction of counting from the first one.
+    pub angle_deg: f64,
+}
+
+/// Answers a request.
+pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let body: PitchRequestBody = read_json(text)?;
+    let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
+    let rounding: Rounding = body.tolerances.map_or(Rounding::Rounded, Into::into);
+    let mut faults = Faults::default();
+    let mut evaluated = |measured: &Option<PitchMeasuredBody>, side: Side, at: &str| {
+        let (name, measured) = measured.as_ref()?.measured(at, &mut faults)?;
+        let settings = PitchSettings { side, diameter: body.diameter_mm, sector: body.sector, rounding };
+        let place = |pointer: &str| match pointer.strip_prefix("/deviations") {
+            Some(rest) => format!("{at}/{name}{rest}"),
+            None => pointer.to_owned(),
+        };
+        let mut found = pitch(&gear, &measured, &settings).map_err(|more| faults.append(more.moved(place))).ok()?;
+        for notice in &mut found.notices {
+            notice.pointer = notice.pointer.as_deref().map(place);
+        }
+        Some(found)
+    };
+    let left = evaluated(&body.left, Side::Left, "/left");
+    let right = evaluated(&body.right, Side::Right, "/right");
+    let named = body.counting.unwrap_or(CountingName::Clockwise);
+    let counting = match named {
+        CountingName::Clockwise => Counting::Clockwise,
+        CountingName::Counterclockwise => Counting::Counterclockwise,
+    };
+    let mut warnings = Vec::new();
+    let runout = match (&body.readings_um, &left, &right) {
+        (Some(readings), ..) => {
+            from_readings(&gear, &numbers(readings), rounding).map_err(|more| faults.append(more)).ok()
+        }
+        // pitches that tell no run-out are pitches all the same
+        (None, Some(left), Some(right)) => match from_pitches(&gear, left, right, counting, rounding) {
+            Ok(found) => Some(found),
+            Err(why) => {
+                let why: Vec<&str> = why.list().iter().map(|fault| fault.detail.as_str()).collect();
+                warnings.push(NoticeBody::new(
+                    "no_runout",
+                    &format!("no run-out follows from the pitches: {}", why.join("; ")),
+                ));
+                None
+            }
+        },
+        _ => None,
+    };
+    if body.left.is_none() && body.right.is_none() && body.readings_um.is_none() {
+        faults.push("/left", "missing; give `left`, `right` or `readings_um`");
+    }
+    let answer = PitchEvaluationBody {
+        counting: named,
+        left: left.map(PitchBody::from),
+        right: right.map(PitchBody::from),
+        runout: runout.map(RunoutBody::from),
+        warnings,
+    };
+    let answer = faults.into_result(answer).map_err(Problem::invalid)?;
+    writer::whole(&answer).map_err(Problem::not_finite)
+}
+
+fn numbers(list: &[Option<f64>]) -> Vec<f64> {
+    list.iter().map(|x| x.unwrap_or(f64::NAN)).collect()
+}
+
+impl PitchMeasuredBody {
+    /// What was measured, under its name in the request.
+    fn measured(&self, at: &str, faults: &mut Faults) -> Option<(&'static str, PitchMeasured)> {
+        match (&self.index_deviation_um, &self.angle_deg, &self.single_pitch_um) {
+            (Some(index), None, None) => Some(("index_deviation_um", PitchMeasured::Index(numbers(index)))),
+            (None, Some(angles), None) => {
+                let angles = numbers(angles).into_iter().map(f64::to_radians).collect();
+                Some(("angle_deg", PitchMeasured::Angles(angles)))
+            }
+            (None, None, Some(single)) => Some(("single_pitch_um", PitchMeasured::Single(numbers(single)))),
+            _ => {
+                faults.push(at, "give one of `index_deviation_um`, `angle_deg` and `single_pitch_um`");
+                None
+            }
+        }
+    }
+}
+
+impl From<Extreme> for ExtremeBody {
+    fn from(extreme: Extreme) -> Self {
+        ExtremeBody { value_um: extreme.value, tooth: extreme.tooth }
+    }
+}
+
+impl From<Pitch> for PitchBody {
+    fn from(pitch: Pitch) -> Self {
+        let mut class = PitchClassesBody::default();
+        for (name, found, place) in [
+            ("single_pitch", pitch.single_class, &mut class.single_pitch),
+            ("cumulative_pitch", pitch.cumulative_class, &mut class.cumulative_pitch),
+        ] {
+            match found {
+                Some(Class::Within(found)) => *place = Some(found),
+                Some(Class::Beyond) => class.beyond.push(name.to_owned()),
+                None => {}
+            }
+        }
+        PitchBody {
+            flank: pitch.side.into(),
+            diameter_mm: pitch.diameter,
+            index_deviation_um: pitch.index,
+            single_pitch_deviation_um: pitch.single,
+            single_pitch: pitch.single_pitch.map(ExtremeBody::from),
+            cumulative_pitch_um: pitch.cumulative,
+            k: pitch.sector,
+            sector_pitch: pitch.sector_pitch.map(ExtremeBody::from),
+            adjacent_pitch_difference: pitch.adjacent.map(ExtremeBody::from),
+            closure_um: pitch.closure,
+            missing: pitch.missing,
+            class,
+            warnings: pitch.notices.into_iter().map(NoticeBody::from).collect(),
+        }
+    }
+}
+
+impl From<Runout> for RunoutBody {
+    fn from(runout: Runout) -> Self {
+        let (class, beyond_classes) = match runout.class {
+            Some(Class::Within(class)) => (Some(class), false),
+            Some(Class::Beyond) => (None, true),
+            None => (None, false),
+        };
+        RunoutBody {
+            runout_um: runout.runout,
+            derived: runout.derived,
+            readings_um: runout.readings,
+            eccentricity: runout.eccentricity.map(|found| EccentricityBody {
+                amount_um: found.amount,
+                std_error_um: found.std_error,
+                angle_deg: found.angle.to_degrees(),
+            }),
+            missing: runout.missing,
+            class,
+            beyond_classes,
+            warnings: runout.notices.into_iter().map(NoticeBody::from).collect(),
+        }
+    }
+}

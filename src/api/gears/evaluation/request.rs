@@ -1,0 +1,335 @@
+//! How traces are to be evaluated.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    faults::Faults,
+    gears::{
+        design::modification::{self, ModificationBody, ModificationRangeBody},
+        gear::GearBody,
+        trace::TraceBody,
+    },
+};
+use flankfit_engine::gear::{
+    Gear, Kind, Trace,
+    evaluation::{
+        self, Evaluation,
+        settings::{
+            DeviationSign, HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference,
+            ProfileSettings, Settings, SlopeSign,
+        },
+    },
+    tolerance::Rounding,
+    trace::Direction,
+};
+
+/// Traces to evaluate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = EvaluateGear)]
+pub struct EvaluateBody {
+    /// May be left out where the traces belong to a job that has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    /// Profiles and helices, each on its own; at least one.
+    pub traces: Vec<TraceBody>,
+    /// What is taken off the involute on purpose, superposed: the design line of every trace,
+    /// beside its own `design_um`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub modifications: Vec<ModificationBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modification_range: Option<ModificationRangeBody>,
+    pub evaluation: EvaluationSettingsBody,
+}
+
+/// Ranges, reference lengths, signs and rules; what is left open is a default that the answer
+/// repeats.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = EvaluationSettings)]
+pub struct EvaluationSettingsBody {
+    /// Evaluation range of profiles, as diameters. Needed when there are profiles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_diameter_range_mm: Option<[f64; 2]>,
+    /// Evaluation range of helices. Needed when there are helices.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_range_mm: Option<[f64; 2]>,
+    /// The roll length that profile slopes are extended to; takes the place of `profile_reference`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_reference_length_mm: Option<f64>,
+    /// The length that helix slopes are extended to; takes the place of `helix_reference`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_reference_length_mm: Option<f64>,
+    /// Default `evaluation_range`, L_α.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_reference: Option<ProfileReferenceName>,
+    /// Default `face_width`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_reference: Option<HelixReferenceName>,
+    /// The sign of the answered slopes. Default `din`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sign: Option<SignName>,
+    /// The sign of the posted deviations. By default that of `sign`: `din` for `din`, else
+    /// `material`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deviation_sign: Option<DeviationSignName>,
+    /// Along what deviations were taken. Default `transverse`; answers are transverse.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<DirectionName>,
+    /// About what the form deviation of profiles is taken. Default `line`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_mean: Option<MeanName>,
+    /// About what the form deviation of helices is taken. Default `line`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_mean: Option<MeanName>,
+    /// Whether material that stands out beyond the evaluation range counts. Default `ignored`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_plus_material: Option<PlusMaterialName>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_plus_material: Option<PlusMaterialName>,
+    /// Which tolerances decide the class. Default `rounded`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerances: Option<RoundingName>,
+    /// What becomes of samples that stand far out of their neighbours, as dust does. Default
+    /// `keep`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outliers: Option<OutliersName>,
+    /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
+    /// each profile and each helix by itself; then the levels of traces say nothing, and surfaces
+    /// tell only what follows from slopes and shapes. Set it where traces were cut out of one
+    /// measurement of the flank. Default false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traces_share_zero: Option<bool>,
+}
+
+/// Declares an enum of the wire that stands for one of the domain.
+macro_rules! names {
+    ($(#[$doc:meta])* $name:ident as $schema:ident for $domain:ty { $($(#[$variant_doc:meta])* $variant:ident => $path:path,)+ }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+        #[serde(rename_all = "snake_case")]
+        #[schema(as = $schema)]
+        pub enum $name {
+            $($(#[$variant_doc])* $variant,)+
+        }
+
+        impl From<$name> for $domain {
+            fn from(name: $name) -> Self {
+                match name {
+                    $($name::$variant => $path,)+
+                }
+            }
+        }
+    };
+}
+
+names! {
+    /// The length that profile slopes are extended to.
+    ProfileReferenceName as ProfileReference for ProfileReference {
+        /// L_α, the roll length of the evaluation range.
+        EvaluationRange => ProfileReference::EvaluationRange,
+        /// From the start of the evaluation range up to the tip circle.
+        ToTip => ProfileReference::ToTip,
+    }
+}
+
+names! {
+    /// The length that helix slopes are extended to.
+    HelixReferenceName as HelixReference for HelixReference {
+        FaceWidth => HelixReference::FaceWidth,
+        /// L_β, the length of the evaluation range.
+        EvaluationRange => HelixReference::EvaluationRange,
+    }
+}
+
+names! {
+    /// The sign of slopes. Profile slopes are positive under `din` and `vdi` where material grows
+    /// from root to tip.
+    SignName as SlopeSign for SlopeSign {
+        /// Helix slopes are positive where the helix deviates towards the right hand, on both
+        /// flanks.
+        Din => SlopeSign::Din,
+        /// Helix slopes are positive where material grows with z.
+        Vdi => SlopeSign::Vdi,
+        /// Slopes of the numbers as they were posted, towards the tip and towards greater z.
+        AsGiven => SlopeSign::AsGiven,
+    }
+}
+
+names! {
+    /// The sign of deviations.
+    DeviationSignName as DeviationSign for DeviationSign {
+        /// Positive where material stands out of the flank.
+        Material => DeviationSign::Material,
+        /// Profiles as `material`; helices positive where the flank is turned counterclockwise, so
+        /// that a rising trace deviates towards the right hand on both flanks.
+        Din => DeviationSign::Din,
+        /// Positive where the flank is turned clockwise, on every trace, as some curve files hold
+        /// it.
+        Clockwise => DeviationSign::Clockwise,
+    }
+}
+
+names! {
+    /// Along what deviations are taken.
+    DirectionName as DeviationDirection for Direction {
+        /// Along the base tangent in the transverse plane.
+        Transverse => Direction::Transverse,
+        /// Along the normal: the transverse one times cos β_b.
+        Normal => Direction::Normal,
+    }
+}
+
+names! {
+    /// About what form is taken.
+    MeanName as MeanCurve for MeanCurve {
+        /// The least-squares line.
+        Line => MeanCurve::Line,
+        /// The least-squares parabola, for crowned designs; the slope is that of its chord.
+        Parabola => MeanCurve::Parabola,
+    }
+}
+
+names! {
+    /// Where material counts that stands out beyond the evaluation range (up to the tip, up to the
+    /// ends of a helix) more than all within.
+    PlusMaterialName as PlusMaterial for PlusMaterial {
+        Ignored => PlusMaterial::Ignored,
+        FormAndTotal => PlusMaterial::FormAndTotal,
+        /// In the form deviation only, as some instruments do; F can then be smaller than f_f.
+        Form => PlusMaterial::Form,
+        Total => PlusMaterial::Total,
+    }
+}
+
+names! {
+    /// Which tolerances decide the class.
+    RoundingName as ToleranceRounding for Rounding {
+        /// Those of the standard's tables.
+        Rounded => Rounding::Rounded,
+        /// As the formulas give them.
+        Unrounded => Rounding::Unrounded,
+    }
+}
+
+names! {
+    /// What becomes of samples that stand far out of their neighbours.
+    OutliersName as TraceOutlierRule for Outliers {
+        /// They count, as the standard has it; a warning says what the figures are without them.
+        Keep => Outliers::Keep,
+        /// They count as undefined; a warning says where they are.
+        Exclude => Outliers::Exclude,
+    }
+}
+
+impl SignName {
+    /// The sign of deviations that goes with it.
+    fn of_deviations(self) -> DeviationSignName {
+        match self {
+            SignName::Din => DeviationSignName::Din,
+            SignName::Vdi | SignName::AsGiven => DeviationSignName::Material,
+        }
+    }
+}
+
+impl EvaluationSettingsBody {
+    /// The same with every default written out, as it is answered.
+    pub fn explicit(&self, evaluation: &Evaluation) -> Self {
+        let (profile, helix) = (evaluation.profile.is_some(), evaluation.helix.is_some());
+        let sign = self.sign.unwrap_or(SignName::Din);
+        EvaluationSettingsBody {
+            profile_reference_length_mm: evaluation.profile.map(|window| window.reference),
+            helix_reference_length_mm: evaluation.helix.map(|window| window.reference),
+            sign: Some(sign),
+            deviation_sign: Some(self.deviation_sign.unwrap_or(sign.of_deviations())),
+            direction: Some(self.direction.unwrap_or(DirectionName::Transverse)),
+            profile_mean: profile.then(|| self.profile_mean.unwrap_or(MeanName::Line)),
+            helix_mean: helix.then(|| self.helix_mean.unwrap_or(MeanName::Line)),
+            profile_plus_material: profile.then(|| self.profile_plus_material.unwrap_or(PlusMaterialName::Ignored)),
+            helix_plus_material: helix.then(|| self.helix_plus_material.unwrap_or(PlusMaterialName::Ignored)),
+            tolerances: Some(self.tolerances.unwrap_or(RoundingName::Rounded)),
+            outliers: Some(self.outliers.unwrap_or(OutliersName::Keep)),
+            traces_share_zero: Some(self.traces_share_zero()),
+            ..self.clone()
+        }
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> Settings {
+        let sign = self.sign.unwrap_or(SignName::Din);
+        let given = self.deviation_sign.unwrap_or(sign.of_deviations()).into();
+        let profile = self.profile_diameter_range_mm.map(|range| ProfileSettings {
+            reference: match self.profile_reference_length_mm {
+                Some(length) => ProfileReference::Given(length),
+                None => self.profile_reference.map_or(ProfileReference::EvaluationRange, Into::into),
+            },
+            mean: self.profile_mean.map_or(MeanCurve::Line, Into::into),
+            plus_material: self.profile_plus_material.map_or(PlusMaterial::Ignored, Into::into),
+            ..ProfileSettings::on(range)
+        });
+        let helix = self.helix_range_mm.map(|range| HelixSettings {
+            reference: match self.helix_reference_length_mm {
+                Some(length) => HelixReference::Given(length),
+                None => self.helix_reference.map_or(HelixReference::FaceWidth, Into::into),
+            },
+            mean: self.helix_mean.map_or(MeanCurve::Line, Into::into),
+            plus_material: self.helix_plus_material.map_or(PlusMaterial::Ignored, Into::into),
+            ..HelixSettings::on(range)
+        });
+        Settings {
+            profile,
+            helix,
+            given,
+            direction: self.direction.map_or(Direction::Transverse, Into::into),
+            sign: sign.into(),
+            rounding: self.tolerances.map_or(Rounding::Rounded, Into::into),
+            outliers: self.outliers.map_or(Outliers::Keep, Into::into),
+            traces_share_zero: self.traces_share_zero(),
+        }
+    }
+
+    /// Whether all traces count from one zero.
+    pub fn traces_share_zero(&self) -> bool {
+        self.traces_share_zero.unwrap_or(false)
+    }
+}
+
+/// Traces read, each with its design line.
+pub struct Traces {
+    pub traces: Vec<Trace>,
+    pub designs: Vec<Option<Vec<f64>>>,
+}
+
+impl EvaluateBody {
+    /// The traces, once their gear is known.
+    pub fn traces(&self, gear: &Gear) -> Result<Traces, Faults> {
+        let mut faults = Faults::default();
+        let read = |(i, trace): (usize, &TraceBody)| trace.read(gear, &format!("/traces/{i}"), &mut faults);
+        let traces: Vec<Trace> = self.traces.iter().enumerate().filter_map(read).collect();
+        let modifications = modification::read(gear, &self.modifications, self.modification_range)
+            .map_err(|more| faults.append(more))
+            .unwrap_or_default();
+        let mut designs: Vec<Option<Vec<f64>>> = self.traces.iter().map(|trace| trace.design_um.clone()).collect();
+        faults.into_result(())?;
+        let mut faults = Faults::default();
+        if let Some(modifications) = &modifications {
+            let settings = self.evaluation.settings();
+            for (i, (trace, given)) in traces.iter().zip(&mut designs).enumerate() {
+                let Some(line) = evaluation::design(gear, modifications, trace, &settings) else {
+                    let name = if trace.kind == Kind::Profile { "section_z_mm" } else { "section_diameter_mm" };
+                    let detail =
+                        "modifications may differ from section to section: say where on the involute the trace lies";
+                    faults.push(format!("/traces/{i}/{name}"), detail);
+                    continue;
+                };
+                match given {
+                    // of another length than the trace is a fault of its own
+                    Some(given) => given.iter_mut().zip(line).for_each(|(given, more)| *given += more),
+                    None => *given = Some(line),
+                }
+            }
+        }
+        faults.into_result(Traces { traces, designs })
+    }
+}

@@ -1,0 +1,160 @@
+//! Curves of a gear tester: evaluated, and as nodes of a flank.
+
+use std::collections::BTreeSet;
+
+use super::{
+    gears,
+    read::{FileRead, FlankNodes, ImportSpecBody, OwnZeros, told},
+};
+use crate::api::{
+    faults::Faults,
+    gears::{
+        evaluation::{
+            answer::EvaluationBody,
+            request::{DeviationSignName, DirectionName, EvaluationSettingsBody, SignName},
+        },
+        notice::NoticeBody,
+    },
+    problem::Problem,
+};
+use flankfit_engine::{
+    formats::klingelnberg::{Curves, ProfileAxis, Range, Sense, SliceOf},
+    gear::{
+        Gear, Kind, Trace,
+        evaluation::{self, FlankTraces, Levelled, Position, Posted},
+    },
+};
+
+/// Reads the traces of a file of curves.
+pub(in crate::api) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&Gear>) -> Result<FileRead, Problem> {
+    let asked = spec.evaluation.as_ref().and_then(|evaluation| evaluation.direction);
+    if curves.header.rules().section == Some(SliceOf::Axial) && asked.is_none() {
+        let detail = "deviations of axial sections (code 183) are not known to be along any direction; say it as \
+            `direction` of `evaluation`";
+        return Err(Problem::invalid(Faults::one("/spec/evaluation/direction", detail)));
+    }
+    let mut notes = curves.notes.clone();
+    let facts = curves.header.gear(&mut notes);
+    let mut warnings = Vec::new();
+    let gear = gears::chosen(&facts, own, spec.gear.is_some(), &mut warnings)?;
+    warnings.extend(told(&notes));
+    let signs = curves.signs();
+    for (kind, word) in [(Kind::Profile, "profiles"), (Kind::Helix, "helices")] {
+        if !signs.is_known(kind) && curves.curves.iter().any(|curve| curve.kind == kind) {
+            let message = format!("the file's settings of signs are not known; those of DIN are assumed for {word}");
+            warnings.push(NoticeBody::new("sign_assumed", &message));
+        }
+    }
+    let placed = curves.place(&gear).with_sense(signs, Sense::Din);
+    for lost in &placed.unplaced {
+        let message = format!("line {}: the trace of tooth {} has no positions: {}", lost.line, lost.tooth, lost.why);
+        warnings.push(NoticeBody::new("trace_without_positions", &message));
+    }
+    let teeth = gear.data().teeth;
+    let strange = |tooth: &str| Position::number(tooth).is_some_and(|number| !(1..=u64::from(teeth)).contains(&number));
+    let strange: BTreeSet<&str> =
+        curves.curves.iter().map(|curve| curve.tooth.as_str()).filter(|t| strange(t)).collect();
+    if !strange.is_empty() {
+        let named: Vec<&str> = strange.into_iter().take(10).collect();
+        let message = format!("the gear has {teeth} teeth; none has the number of {}", named.join(", "));
+        warnings.push(NoticeBody::new("unknown_tooth", &message));
+    }
+    let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
+    let settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default());
+    let evaluation = evaluated(&gear, &traces, &settings, &mut warnings);
+    let nodes = nodes_of(&gear, &traces, &settings);
+    let evaluation = evaluation.map(|mut found| {
+        found.warnings.splice(0..0, warnings.iter().cloned());
+        found
+    });
+    Ok(FileRead { gear, traces, evaluation, deviations: None, nodes, warnings })
+}
+
+/// Ranges and lengths of the file where the caller left them out; deviations have the sign of DIN.
+fn settings(curves: &Curves, gear: &Gear, mut asked: EvaluationSettingsBody) -> EvaluationSettingsBody {
+    let (profile, helix) = (curves.header.profile_setup(), curves.header.helix_setup());
+    let rules = curves.header.rules();
+    let diameter = |x: f64| match profile.axis {
+        ProfileAxis::Diameter => Some(x),
+        ProfileAxis::RollLength => Some(gear.diameter(x)),
+        ProfileAxis::RollAngle => Some(gear.diameter(x.to_radians() * gear.base_radius())),
+        ProfileAxis::Unknown(_) => None,
+    };
+    let ascending = |Range { start, end }: Range| [start.min(end), start.max(end)];
+    if asked.profile_diameter_range_mm.is_none() {
+        asked.profile_diameter_range_mm = profile
+            .evaluated
+            .left
+            .or(profile.evaluated.right)
+            .map(ascending)
+            .and_then(|[low, high]| Some([diameter(low)?, diameter(high)?]));
+    }
+    if asked.helix_range_mm.is_none() {
+        asked.helix_range_mm = helix.evaluated.left.or(helix.evaluated.right).map(ascending);
+    }
+    if asked.profile_reference_length_mm.is_none() && asked.profile_reference.is_none() {
+        let length = rules.profile_length.length;
+        asked.profile_reference_length_mm = length.left.or(length.right).filter(|length| *length > 0.0);
+    }
+    if asked.helix_reference_length_mm.is_none() && asked.helix_reference.is_none() {
+        let length = rules.helix_length.length;
+        asked.helix_reference_length_mm = length.left.or(length.right).filter(|length| *length > 0.0);
+    }
+    if rules.section == Some(SliceOf::Normal) {
+        asked.direction = asked.direction.or(Some(DirectionName::Normal));
+    }
+    asked.sign = asked.sign.or(Some(SignName::Din));
+    asked.deviation_sign = Some(DeviationSignName::Din);
+    asked
+}
+
+fn evaluated(
+    gear: &Gear,
+    traces: &[Trace],
+    settings: &EvaluationSettingsBody,
+    warnings: &mut Vec<NoticeBody>,
+) -> Option<EvaluationBody> {
+    if traces.is_empty() {
+        return None;
+    }
+    match evaluation::evaluate(gear, &posted(traces), &settings.settings()) {
+        Ok(found) => {
+            let explicit = settings.explicit(&found);
+            Some(EvaluationBody::new(found, explicit))
+        }
+        Err(faults) => {
+            let why: Vec<String> =
+                faults.list().iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect();
+            warnings.push(NoticeBody::new("not_evaluated", &why.join("; ")));
+            None
+        }
+    }
+}
+
+/// The flanks with their samples as nodes, along the normal. Zeros that traces have by themselves
+/// are set so that the traces meet in the second-order surface that they tell.
+fn nodes_of(gear: &Gear, traces: &[Trace], settings: &EvaluationSettingsBody) -> Vec<FlankNodes> {
+    let to_normal = gear.base_helix_angle().cos();
+    let settings = settings.settings();
+    let nodes = |flank: FlankTraces| {
+        let (places, own_zeros) = match settings.traces_share_zero {
+            true => (flank.places.clone(), None),
+            false => {
+                let Levelled { places, along, whole } = flank.levelled(gear, &settings);
+                (places, Some(OwnZeros { lengths: flank.lengths(), along, whole }))
+            }
+        };
+        FlankNodes {
+            traces: flank.traces(),
+            places: places.iter().map(|[roll, z, deviation]| [*roll, *z, deviation * to_normal]).collect(),
+            own_zeros,
+            tooth: flank.tooth,
+            side: flank.side,
+        }
+    };
+    evaluation::flank_traces(gear, &posted(traces), &settings).into_iter().map(nodes).collect()
+}
+
+fn posted(traces: &[Trace]) -> Vec<Posted<'_>> {
+    traces.iter().map(|trace| Posted { trace, design: None }).collect()
+}

@@ -1,0 +1,188 @@
+//! Gears that files describe: read for `gear`, and held against the gear of a job.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::read::{told, unreadable};
+use crate::api::{
+    faults::Faults,
+    gears::{
+        gear::{GearBody, HandName},
+        notice::NoticeBody,
+    },
+    json::writer,
+    measurand::side::SideName,
+    problem::Problem,
+};
+use flankfit_engine::{
+    formats::{
+        Difference, GearFacts,
+        gear_file::{self, GearFile},
+        klingelnberg::Header,
+    },
+    gear::{Gear, GearData, Hand},
+};
+
+/// What a file says of gears.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearsOfFile)]
+pub struct GearsOfFileBody {
+    pub format: FileFormatName,
+    /// In the order of the file.
+    pub gears: Vec<GearOfFileBody>,
+    /// What to know about the file; empty where there is nothing to say.
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// What a file is, by its content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = GearFileFormat)]
+pub enum FileFormatName {
+    /// Klingelnberg `.mka`.
+    Curves,
+    /// Klingelnberg `.mew`.
+    Values,
+    /// REXS 1.x.
+    Rexs,
+}
+
+/// A gear of a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearOfFile)]
+pub struct GearOfFileBody {
+    /// Of a REXS model: the id of its component, which an import calls `component`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub id: Option<String>,
+    /// As the file calls it; left out where it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// As a job takes it; left out where the file does not say enough, or says what cannot be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    /// The data without which it is no gear, by their names there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
+    /// Flanks with a topography that can be imported.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub topographies: Vec<SideName>,
+}
+
+/// Answers the gears of a file. Processor work.
+pub fn answer(content: &[u8], name: Option<&str>) -> Result<Vec<u8>, Problem> {
+    writer::whole(&read(content, name)?).map_err(Problem::not_finite)
+}
+
+/// Reads the gears of a file.
+pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Problem> {
+    let mut warnings = Vec::new();
+    let (format, gears) = match gear_file::read(content, name).map_err(|error| unreadable(&error))? {
+        GearFile::Curves(curves) => (FileFormatName::Curves, vec![of_header(&curves.header, &mut warnings)]),
+        GearFile::Values(values) => (FileFormatName::Values, vec![of_header(&values.header, &mut warnings)]),
+        GearFile::Model(model) => {
+            warnings.extend(told(&model.notes));
+            let each = model.gears.iter().map(|found| GearOfFileBody {
+                id: Some(found.id.clone()),
+                name: found.name.clone(),
+                topographies: found
+                    .flanks
+                    .iter()
+                    .filter(|flank| flank.topography.is_some() || !flank.scattered.is_empty())
+                    .map(|flank| flank.side.into())
+                    .collect(),
+                ..of_facts(&found.facts, &found.id, &mut warnings)
+            });
+            (FileFormatName::Rexs, each.collect())
+        }
+        GearFile::Points(_) => {
+            return Err(Problem::invalid(Faults::one("/file", "a list of points, which says nothing of its gear")));
+        }
+    };
+    Ok(GearsOfFileBody { format, gears, warnings })
+}
+
+fn of_header(header: &Header, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody {
+    let mut notes = Default::default();
+    let facts = header.gear(&mut notes);
+    warnings.extend(told(&notes));
+    of_facts(&facts, "the file", warnings)
+}
+
+fn of_facts(facts: &GearFacts, called: &str, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody {
+    let (mut gear, mut missing) = (None, Vec::new());
+    match facts.gear_data() {
+        Err(lacks) => missing = lacks.iter().map(|datum| datum.as_str().to_owned()).collect(),
+        Ok(data) => match Gear::new(data.clone()) {
+            Ok(_) => gear = Some(GearBody::from(&data)),
+            Err(faults) => {
+                for fault in faults.list() {
+                    let message = format!("gear of {called}: {}: {}", fault.pointer, fault.detail);
+                    warnings.push(NoticeBody::new("impossible_gear", &message));
+                }
+            }
+        },
+    }
+    GearOfFileBody { id: None, name: None, gear, missing, topographies: Vec::new() }
+}
+
+impl From<&GearData> for GearBody {
+    fn from(data: &GearData) -> Self {
+        GearBody {
+            teeth: data.teeth,
+            normal_module_mm: data.normal_module,
+            normal_pressure_angle_deg: Some(degrees(data.pressure_angle)),
+            helix_angle_deg: Some(degrees(data.helix_angle)),
+            hand: (data.helix_angle > 0.0).then_some(match data.hand {
+                Hand::Right => HandName::Right,
+                Hand::Left => HandName::Left,
+            }),
+            profile_shift_coefficient: Some(data.profile_shift + 0.0),
+            face_width_mm: data.face_width,
+            tip_diameter_mm: data.tip_diameter,
+            root_diameter_mm: data.root_diameter,
+            internal: data.internal.then_some(true),
+            tool: None,
+        }
+    }
+}
+
+/// Degrees whose radians are these, in as few digits as that takes: 20, not 20.000000000000004.
+fn degrees(angle: f64) -> f64 {
+    let exact = angle.to_degrees();
+    let shorter = (0..15).map(|digits| format!("{exact:.digits$}").parse::<f64>().unwrap_or(exact));
+    shorter.into_iter().find(|short| short.to_radians() == angle).unwrap_or(exact)
+}
+
+/// The gear of a file's traces: `own` (asked for with the file, or that of the job), else the one
+/// that the file describes. A file of another gear than the job's is refused; one that differs in
+/// details, or from a gear asked for, is a warning.
+pub(in crate::api) fn chosen(
+    facts: &GearFacts,
+    own: Option<&Gear>,
+    asked: bool,
+    warnings: &mut Vec<NoticeBody>,
+) -> Result<Gear, Problem> {
+    let Some(gear) = own else {
+        let data = facts.gear_data().map_err(|missing| {
+            let names: Vec<_> = missing.iter().map(|datum| datum.as_str()).collect();
+            let detail = format!("the file does not say {}; give `gear`, or give it to the job", names.join(", "));
+            Problem::invalid(Faults::one("/spec/gear", detail))
+        })?;
+        return Gear::new(data).map_err(|faults| Problem::invalid(faults.moved(|pointer| format!("/file{pointer}"))));
+    };
+    let mut faults = Faults::default();
+    for Difference { name, file, gear, another } in facts.differences(gear.data()) {
+        let whose = if asked { "the gear given" } else { "the job's gear" };
+        if another && !asked {
+            let detail = format!(
+                "another gear: `{name}` is {file} in the file and {gear} in the job; give `gear` in `spec` to import \
+                 it all the same"
+            );
+            faults.push("/file", detail);
+        } else {
+            let message = format!("`{name}` is {file} in the file and {gear} in {whose}, which is taken");
+            warnings.push(NoticeBody::new("gear_differs", &message));
+        }
+    }
+    faults.into_result(gear.clone()).map_err(Problem::invalid)
+}

@@ -1,0 +1,135 @@
+//! Points measured on a gear, and topographies of a model, as nodes of its flanks.
+
+use super::{
+    gears,
+    read::{FileRead, FlankNodes, ImportSpecBody, nothing_measured, told},
+};
+use crate::api::{faults::Faults, gears::notice::NoticeBody, problem::Problem};
+use flankfit_engine::{
+    fault::words::counted,
+    formats::{
+        points::ListedPoint,
+        rexs::{RexsFlank, RexsModel},
+    },
+    gear::{
+        Gear,
+        deviation::{self, Deviations, Measurement, Node, Reference, Strays, Touch},
+        trace::Direction,
+    },
+};
+
+/// Reads points measured on a gear.
+pub(in crate::api) fn of_list(
+    points: &[ListedPoint],
+    spec: &ImportSpecBody,
+    own: Option<&Gear>,
+) -> Result<FileRead, Problem> {
+    let Some(gear) = own else {
+        let detail = "missing: points say nothing of their gear; give `gear`, or give it to the job";
+        return Err(Problem::invalid(Faults::one("/spec/gear", detail)));
+    };
+    let touch = |listed: &ListedPoint| Touch { normal: listed.direction, ..Touch::anywhere(listed.point) };
+    let touches: Vec<Touch> = points.iter().map(touch).collect();
+    let measurement = Measurement {
+        ball_radius: spec.probe_radius_mm.unwrap_or(0.0),
+        strays: Strays::Undefined,
+        ..Measurement::default()
+    };
+    let reference = Reference::new(gear);
+    let deviations = deviation::measure(&reference, &touches, &measurement).map_err(|faults| {
+        Problem::invalid(faults.moved(|pointer| match pointer {
+            "/probe_radius_mm" => "/spec/probe_radius_mm".to_owned(),
+            other => format!("/file{other}"),
+        }))
+    })?;
+    let mut warnings = Vec::new();
+    for (index, stray) in &deviations.strays {
+        let message = format!("line {}: {stray}", points[*index].line);
+        warnings.push(NoticeBody::new("stray_point", &message));
+    }
+    of_deviations(gear.clone(), deviations, warnings)
+}
+
+/// Reads the topographies of one gear of a model: deviations along the normal, the sign as it is
+/// stored.
+pub(in crate::api) fn of_model(
+    model: &RexsModel,
+    spec: &ImportSpecBody,
+    own: Option<&Gear>,
+) -> Result<FileRead, Problem> {
+    let of_gear = model
+        .gear(spec.component.as_deref())
+        .map_err(|error| Problem::invalid(Faults::one("/spec/component", error.to_string())))?;
+    if of_gear.flanks.iter().all(|flank| flank.topography.is_none() && flank.scattered.is_empty()) {
+        let what = format!("the flanks of gear {} of this REXS model have no topography", of_gear.id);
+        return Err(nothing_measured(&what));
+    }
+    let mut warnings = Vec::new();
+    let gear = gears::chosen(&of_gear.facts, own, spec.gear.is_some(), &mut warnings)?;
+    warnings.extend(told(&model.notes));
+    let message = "a model does not say what its amounts count from; they are taken for positive where material stands \
+        out, along the normal";
+    warnings.push(NoticeBody::new("sign_assumed", &message));
+    let mut nodes = Vec::new();
+    for flank in &of_gear.flanks {
+        let before = nodes.len();
+        let amounts = amounts(flank);
+        let count = amounts.len();
+        nodes.extend(amounts.into_iter().filter_map(|[diameter, z, deviation]| {
+            let roll_length = gear.roll_length(diameter).filter(|_| on_the_tooth(&gear, diameter, z))?;
+            // a model has one tooth for all
+            Some(Node { tooth: 1, side: flank.side, roll_length, z, deviation, within: true })
+        }));
+        let lost = count - (nodes.len() - before);
+        if lost > 0 {
+            let message = format!(
+                "left out of flank {}: {}, on no involute of the tooth",
+                flank.id,
+                counted(lost, "amount", "amounts")
+            );
+            warnings.push(NoticeBody::new("off_the_tooth", &message));
+        }
+    }
+    let deviations = Deviations { direction: Direction::Normal, ball_radius: 0.0, nodes, strays: Vec::new() };
+    of_deviations(gear, deviations, warnings)
+}
+
+fn of_deviations(gear: Gear, deviations: Deviations, warnings: Vec<NoticeBody>) -> Result<FileRead, Problem> {
+    let mut nodes: Vec<FlankNodes> = deviations
+        .flanks()
+        .into_iter()
+        .map(|flank| FlankNodes {
+            tooth: flank.tooth.to_string(),
+            side: flank.side,
+            traces: 0,
+            own_zeros: None,
+            places: (0..flank.z.len()).map(|k| [flank.roll_length[k], flank.z[k], flank.deviation[k]]).collect(),
+        })
+        .collect();
+    nodes.sort_by_key(|flank| std::cmp::Reverse(flank.places.len()));
+    if nodes.is_empty() {
+        return Err(nothing_measured("no point lies on a flank of this gear"));
+    }
+    Ok(FileRead { gear, traces: Vec::new(), evaluation: None, deviations: Some(deviations), nodes, warnings })
+}
+
+/// Whether a place is between root and tip circle, and not far beyond the face (whose z may begin
+/// at its end or in its middle).
+fn on_the_tooth(gear: &Gear, diameter: f64, z: f64) -> bool {
+    let (tip, root) = (2.0 * gear.tip_radius(), 2.0 * gear.root_radius());
+    let slack = 0.1 * gear.data().normal_module;
+    let within = tip.min(root) - slack <= diameter && diameter <= tip.max(root) + slack;
+    within && gear.data().face_width.is_none_or(|face| z.abs() <= 2.0 * face)
+}
+
+/// Diameter, z and amount of everything that is defined.
+fn amounts(flank: &RexsFlank) -> Vec<[f64; 3]> {
+    let mut all: Vec<[f64; 3]> =
+        flank.scattered.iter().map(|point| [point.diameter, point.z, point.deviation]).collect();
+    if let Some(grid) = &flank.topography {
+        let places = grid.diameter.iter().flat_map(|d| grid.z.iter().map(move |z| [*d, *z]));
+        all.extend(places.zip(&grid.deviation).map(|([d, z], deviation)| [d, z, *deviation]));
+    }
+    all.retain(|[_, _, deviation]| deviation.is_finite());
+    all
+}

@@ -1,0 +1,140 @@
+//! Fits of jobs: computed and written down once, and computed again for a replay.
+
+use std::{sync::Arc, time::Instant};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use utoipa::ToSchema;
+
+use crate::{
+    api::{
+        fits::{answer::text, canonical, spec::json},
+        json::merge,
+        problem::Problem,
+    },
+    jobs::{Computed, Difference, Figures, FitRecord, Replay},
+    telemetry,
+};
+use flankfit_engine::estimation::{self, FitSpec, Nodes, Plans, near, spec::Include};
+
+/// What a replay is told: nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReplayRequest {}
+
+/// Whether a fit, computed again from what is stored, gives the stored answer bit by bit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Replay, example = json!({"identical": true}))]
+pub struct ReplayBody {
+    /// Whether the two answers are the same bit by bit.
+    pub identical: bool,
+    /// Largest relative difference over all numbers of the two answers; absent when they are
+    /// identical, or do not line up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_relative_difference: Option<f64>,
+    /// Who computed the stored answer; absent when the answers are identical.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stored_engine: Option<String>,
+    /// Who computed it now; absent when the answers are identical.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub replay_engine: Option<String>,
+}
+
+impl From<Replay> for ReplayBody {
+    fn from(replay: Replay) -> Self {
+        match replay {
+            Replay::Identical => {
+                ReplayBody { identical: true, max_relative_difference: None, stored_engine: None, replay_engine: None }
+            }
+            Replay::Different(Difference { max_relative_difference, stored_engine, replay_engine }) => {
+                ReplayBody { identical: false, max_relative_difference, stored_engine, replay_engine }
+            }
+        }
+    }
+}
+
+/// Fits and writes down what is stored of it. Processor work.
+pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed, Problem> {
+    let begun = Instant::now();
+    let result = estimation::fit_remembering(nodes, spec, plans)?;
+    let figures = Figures::of(&result);
+    let asked = json::to_json(spec);
+    let digest = canonical::input_sha256_by(nodes, spec, &asked);
+    let text = text::write(&result, near::shape_of(spec, &result).as_ref(), &digest, spec.include)
+        .map_err(Problem::internal)?;
+    let text = String::from_utf8(text).map_err(Problem::internal)?;
+    telemetry::record_fit(nodes.posted(), begun.elapsed());
+    Ok(Computed { spec: asked.into(), result: text.into(), figures })
+}
+
+/// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and
+/// added; what is stored stays as it is. Processor work.
+pub fn with_include(nodes: &Nodes, stored: &FitRecord, asked: Include, plans: &Plans) -> Result<Arc<str>, Problem> {
+    let mut spec = json::from_json(&stored.spec).map_err(Problem::internal)?;
+    let include = json::both(spec.include, asked);
+    if include == spec.include {
+        return Ok(stored.result.clone());
+    }
+    spec.include = include;
+    let more = compute(nodes, &spec, plans)?;
+    merge::added(&stored.result, &more.result).map(Arc::from).map_err(Problem::internal)
+}
+
+/// Computes a stored fit again and compares. Processor work.
+pub fn replay(nodes: &Nodes, stored: &FitRecord) -> Result<Replay, Problem> {
+    let spec = json::from_json(&stored.spec).map_err(Problem::internal)?;
+    // all of it anew, plans too
+    let computed = compute(nodes, &spec, &Plans::default())?;
+    Ok(Replay::of(&stored.result, &computed.result, difference))
+}
+
+fn difference(stored: &str, replayed: &str) -> Difference {
+    let read = |text: &str| serde_json::from_str::<Value>(text).unwrap_or_default();
+    let (stored, replayed) = (read(stored), read(replayed));
+    let engine = |answer: &Value| answer["provenance"]["engine"].as_str().map(str::to_owned);
+    Difference {
+        max_relative_difference: largest_difference(&stored, &replayed),
+        stored_engine: engine(&stored),
+        replay_engine: engine(&replayed),
+    }
+}
+
+/// Over all numbers that stand in the same places; `None` when the answers do not line up.
+fn largest_difference(a: &Value, b: &Value) -> Option<f64> {
+    match (a, b) {
+        (Value::Number(a), Value::Number(b)) => {
+            let (a, b) = (a.as_f64()?, b.as_f64()?);
+            let size = a.abs().max(b.abs());
+            Some(if a == b { 0.0 } else { (a - b).abs() / size })
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            a.iter().zip(b).try_fold(0.0, |most: f64, (a, b)| Some(most.max(largest_difference(a, b)?)))
+        }
+        (Value::Object(a), Value::Object(b)) if a.len() == b.len() => {
+            a.iter().try_fold(0.0, |most: f64, (key, a)| Some(most.max(largest_difference(a, b.get(key)?)?)))
+        }
+        (Value::String(_), Value::String(_)) | (Value::Null, Value::Null) => Some(0.0),
+        (Value::Bool(a), Value::Bool(b)) if a == b => Some(0.0),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_relative_and_need_the_same_places() {
+        let stored = r#"{"a":[1.0,2.0],"b":{"c":-4.0},"provenance":{"engine":"old 1"}}"#;
+        let found = difference(stored, r#"{"a":[1.0,2.0],"b":{"c":-4.5},"provenance":{"engine":"new 2"}}"#);
+        assert_eq!(found.max_relative_difference, Some(0.5 / 4.5));
+        assert_eq!((found.stored_engine.as_deref(), found.replay_engine.as_deref()), (Some("old 1"), Some("new 2")));
+        assert_eq!(difference(stored, r#"{"a":[1.0],"b":{},"provenance":{}}"#).max_relative_difference, None);
+    }
+
+    #[test]
+    fn a_replay_of_the_same_text_does_not_look_further() {
+        let replay = Replay::of("{}", "{}", |_, _| unreachable!("they are the same"));
+        assert_eq!(serde_json::to_string(&ReplayBody::from(replay)).unwrap(), r#"{"identical":true}"#);
+    }
+}

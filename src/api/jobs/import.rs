@@ -1,0 +1,116 @@
+//! A file of a gear tester as an iteration: nodes of one flank with their second-order surface, and
+//! the evaluation of all traces.
+
+use std::{collections::BTreeSet, sync::Arc};
+
+use super::{fits, records};
+use crate::{
+    api::{
+        built::Built,
+        gears::{
+            deviations,
+            files::read::{self, ImportSpecBody, OwnZeros},
+        },
+        json::{part::read_json, writer},
+        problem::Problem,
+    },
+    jobs::{Computed, IterationDraft, RecordKind},
+};
+use flankfit_engine::{
+    estimation::{
+        FitSpec, Nodes, Plans,
+        spec::{Degree, Model, PolynomialBasis, Terms},
+    },
+    gear::Gear,
+};
+
+/// Reads, evaluates and fits. Processor work.
+pub fn draft(
+    content: &[u8],
+    name: Option<&str>,
+    spec: Option<&[u8]>,
+    gear: Option<&Gear>,
+    plans: &Plans,
+) -> Result<IterationDraft, Problem> {
+    let spec: ImportSpecBody = match spec {
+        Some(text) => {
+            read_json(text).map_err(|error| Problem::from(error).placed(|pointer| format!("/spec{pointer}")))?
+        }
+        None => ImportSpecBody::default(),
+    };
+    let read = read::read(content, name, &spec, gear)?;
+    let flank = read.flank(&spec)?;
+    let nodes = flank.nodes()?;
+    let measurand = flank.measurand(&nodes).map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))?;
+    let (computed, told) = surface(&nodes, flank.own_zeros.as_ref(), plans)?;
+    let name: String = name.unwrap_or("a file").chars().take(100).collect();
+    let mut of = format!("{} flank of tooth {}{told}, imported from {name}", read::word(flank.side), flank.tooth);
+    if flank.own_zeros.is_some() && flank.traces > 1 {
+        of.push_str("; zeros of its traces are set so that they meet in one surface");
+    }
+    if !read.warnings.is_empty() {
+        let codes: BTreeSet<&str> = read.warnings.iter().map(|warning| warning.code.as_str()).collect();
+        let codes: Vec<&str> = codes.into_iter().take(10).collect();
+        of.push_str(&format!("; warnings in its records: {}", codes.join(", ")));
+    }
+    let request = serde_json::json!({"file": name, "spec": spec}).to_string();
+    let mut records = Vec::new();
+    if let Some(evaluation) = &read.evaluation {
+        let result = writer::whole(evaluation).map_err(Problem::not_finite)?;
+        let built = Built { method: "import".to_owned(), result };
+        records.push(records::draft(RecordKind::Evaluation, request.as_bytes(), built)?);
+    }
+    if let Some(found) = &read.deviations {
+        let built = deviations::imported(&read.gear, found, &read.warnings)?;
+        records.push(records::draft(RecordKind::Deviations, request.as_bytes(), built)?);
+    }
+    Ok(IterationDraft {
+        nodes: Arc::new(nodes),
+        computed,
+        measurand,
+        measured_at: None,
+        instrument: None,
+        operator: None,
+        note: Some(spec.note.unwrap_or(of)),
+        records,
+        made_by: None,
+    })
+}
+
+/// The surface of the nodes with the most terms that they tell: of second order, without the
+/// squares across two parallel traces, or a plane; and what is to be said of it. Where traces have
+/// a zero each, what lies across parallel ones is not measured, and a plain cross tells no twist.
+fn surface(nodes: &Nodes, own: Option<&OwnZeros>, plans: &Plans) -> Result<(Computed, &'static str), Problem> {
+    let of = |degree, terms| FitSpec::new(Model::Polynomial { degree, terms, basis: PolynomialBasis::Monomial });
+    let whole = (of(Degree::Both(2), Terms::Total), "");
+    let plane = (of(Degree::Both(1), Terms::Total), " (a plane: its nodes tell no twist)");
+    let along = |degree| {
+        const ALONG: &str =
+            " (along its parallel traces only: each has a zero of its own, so nothing across them is measured)";
+        (of(degree, Terms::Tensor), ALONG)
+    };
+    const TWO: &str = " (without the square across its two parallel traces)";
+    let told: Vec<(FitSpec, &'static str)> = match own {
+        _ if matches!(nodes, Nodes::Curve(_)) => vec![whole],
+        None => vec![
+            whole,
+            (of(Degree::Each(2, 1), Terms::Tensor), TWO),
+            (of(Degree::Each(1, 2), Terms::Tensor), TWO),
+            plane,
+        ],
+        Some(OwnZeros { whole: true, .. }) => vec![whole, plane],
+        Some(OwnZeros { along: [true, false], .. }) => vec![along(Degree::Each(2, 0)), along(Degree::Each(1, 0))],
+        Some(OwnZeros { along: [false, true], .. }) => vec![along(Degree::Each(0, 2)), along(Degree::Each(0, 1))],
+        Some(_) => vec![plane],
+    };
+    let mut refused = None;
+    for (spec, said) in told {
+        match fits::compute(nodes, &spec, plans) {
+            Ok(computed) => return Ok((computed, said)),
+            Err(problem) => refused = refused.or(Some(problem)),
+        }
+    }
+    // neither nodes nor model are the caller's
+    let refused = refused.unwrap_or_else(|| Problem::internal("no surface was tried"));
+    Err(refused.placed(|_| "/file".to_owned()))
+}

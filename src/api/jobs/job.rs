@@ -1,0 +1,265 @@
+//! Gear jobs as they are written and read.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use crate::{
+    api::{
+        faults::Faults,
+        gears::gear::GearBody,
+        json::{
+            present::present,
+            text::{Moment, ShortText, Tags},
+        },
+    },
+    jobs::{Job, JobDraft, JobPatch, List, Page, Update},
+};
+
+/// A job to create.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewJob, example = json!({
+    "name": "Intermediate shaft, batch 7", "part_number": "A-4711", "serial_number": "000123", "machine": "grinder 3",
+    "gear": {"teeth": 52, "normal_module_mm": 1.0, "normal_pressure_angle_deg": 20.0, "helix_angle_deg": 0.0,
+             "profile_shift_coefficient": 0.0, "face_width_mm": 20.0},
+    "tags": {"shift": "night"}
+}))]
+pub struct NewJobBody {
+    /// As the cell calls the job.
+    #[schema(value_type = String, min_length = 1, max_length = 200)]
+    pub name: ShortText,
+    /// Of the gear's drawing.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub part_number: Option<ShortText>,
+    /// Of this gear.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub serial_number: Option<ShortText>,
+    /// The machine that it is made on.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub machine: Option<ShortText>,
+    /// What corrections and evaluations of the job's iterations refer to.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    /// At most 50, for finding the job again.
+    #[serde(default)]
+    #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
+    pub tags: Tags,
+}
+
+/// A gear job.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Job)]
+pub struct JobBody {
+    /// UUIDv7: ids in ascending order are jobs in order of creation.
+    pub id: Uuid,
+    /// As the cell calls the job.
+    pub name: String,
+    /// Of the gear's drawing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part_number: Option<String>,
+    /// Of this gear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial_number: Option<String>,
+    /// The machine that it is made on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    /// Names and values by which the job can be found again.
+    #[schema(value_type = std::collections::BTreeMap<String, String>)]
+    pub tags: Tags,
+    /// When the job was stored.
+    #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
+    pub created_at: Moment,
+    /// When the job was changed last.
+    #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
+    pub updated_at: Moment,
+}
+
+/// Changes of a job. A field that is left out stays as it is.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = JobPatch, example = json!({"machine": "grinder 4", "tags": {"shift": "day"},
+    "clear": ["serial_number"]}))]
+pub struct JobPatchBody {
+    /// The new name.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub name: Option<ShortText>,
+    /// The new part number.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub part_number: Option<ShortText>,
+    /// The new serial number.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub serial_number: Option<ShortText>,
+    /// The new name of the machine.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub machine: Option<ShortText>,
+    /// The new gear, which replaces the old one as a whole.
+    #[serde(default, deserialize_with = "present")]
+    pub gear: Option<GearBody>,
+    /// The new tags, which replace the old ones as a whole; `{}` leaves none.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
+    pub tags: Option<Tags>,
+    /// What the job shall no longer have. A field that stands here cannot be given a value at the
+    /// same time.
+    #[serde(default)]
+    #[schema(required = false, max_items = 4)]
+    pub clear: Vec<ClearableName>,
+}
+
+/// A field that a job need not have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = JobOptionalField)]
+pub enum ClearableName {
+    PartNumber,
+    SerialNumber,
+    Machine,
+    Gear,
+}
+
+impl ClearableName {
+    fn name(self) -> &'static str {
+        match self {
+            ClearableName::PartNumber => "part_number",
+            ClearableName::SerialNumber => "serial_number",
+            ClearableName::Machine => "machine",
+            ClearableName::Gear => "gear",
+        }
+    }
+}
+
+/// Some jobs, newest first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = JobPage)]
+pub struct JobPageBody {
+    /// The jobs of this page.
+    pub items: Vec<JobBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
+impl TryFrom<NewJobBody> for JobDraft {
+    type Error = Faults;
+
+    fn try_from(body: NewJobBody) -> Result<Self, Faults> {
+        body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose()?;
+        Ok(JobDraft {
+            name: body.name.into(),
+            part_number: body.part_number.map(String::from),
+            serial_number: body.serial_number.map(String::from),
+            machine: body.machine.map(String::from),
+            gear: body.gear.as_ref().map(gear_text),
+            tags: body.tags.0,
+        })
+    }
+}
+
+impl TryFrom<JobPatchBody> for JobPatch {
+    type Error = Faults;
+
+    fn try_from(body: JobPatchBody) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        if let Some(Err(found)) = body.gear.as_ref().map(|gear| gear.checked("/gear")) {
+            faults.append(found);
+        }
+        let mut update = |name: ClearableName, value: Option<String>| {
+            let cleared: Vec<usize> =
+                body.clear.iter().enumerate().filter(|(_, cleared)| **cleared == name).map(|(i, _)| i).collect();
+            match value {
+                Some(value) => {
+                    for i in cleared {
+                        let detail =
+                            format!("`{}` is given a value at the same time; leave one of the two out", name.name());
+                        faults.push(format!("/clear/{i}"), detail);
+                    }
+                    Update::Set(value)
+                }
+                None if cleared.is_empty() => Update::Keep,
+                None => Update::Clear,
+            }
+        };
+        let patch = JobPatch {
+            name: body.name.map(String::from),
+            part_number: update(ClearableName::PartNumber, body.part_number.map(String::from)),
+            serial_number: update(ClearableName::SerialNumber, body.serial_number.map(String::from)),
+            machine: update(ClearableName::Machine, body.machine.map(String::from)),
+            gear: update(ClearableName::Gear, body.gear.as_ref().map(gear_text)),
+            tags: body.tags.map(|tags| tags.0),
+        };
+        faults.into_result(patch)
+    }
+}
+
+impl From<Job> for JobBody {
+    fn from(job: Job) -> Self {
+        JobBody {
+            id: job.id,
+            name: job.name,
+            part_number: job.part_number,
+            serial_number: job.serial_number,
+            machine: job.machine,
+            // What is stored was written by `gear_text`; were it damaged, the job would still be
+            // shown.
+            gear: job.gear.and_then(|text| serde_json::from_str(&text).ok()),
+            tags: Tags(job.tags),
+            created_at: Moment(job.created_at),
+            updated_at: Moment(job.updated_at),
+        }
+    }
+}
+
+impl From<Page<Job>> for JobPageBody {
+    fn from(page: Page<Job>) -> Self {
+        JobPageBody {
+            items: page.items.into_iter().map(JobBody::from).collect(),
+            next_cursor: page.next.map(|next| next.encode(List::Jobs)),
+        }
+    }
+}
+
+/// A gear as it is stored. A checked gear holds finite numbers only, which can always be written.
+fn gear_text(gear: &GearBody) -> String {
+    serde_json::to_string(gear).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_patch_tells_what_stays_from_what_is_cleared() {
+        let read = |text: &str| serde_json::from_str::<JobPatchBody>(text).unwrap().try_into();
+        let patch: JobPatch = read(r#"{"clear":["machine"],"part_number":"P"}"#).unwrap();
+        assert_eq!((patch.machine, patch.serial_number), (Update::Clear, Update::Keep));
+        assert_eq!(patch.part_number, Update::Set("P".to_owned()));
+        let both: Result<JobPatch, Faults> = read(r#"{"clear":["gear","machine"],"machine":"M"}"#);
+        assert_eq!(both.unwrap_err().list()[0].pointer, "/clear/1");
+        let twice: Result<JobPatch, Faults> =
+            read(r#"{"clear":["machine","gear","machine","part_number"],"machine":"M","part_number":"P"}"#);
+        let pointers: Vec<String> = twice.unwrap_err().list().iter().map(|fault| fault.pointer.clone()).collect();
+        assert_eq!(pointers, ["/clear/3", "/clear/0", "/clear/2"]);
+        assert!(serde_json::from_str::<JobPatchBody>(r#"{"name":null}"#).is_err());
+        assert!(serde_json::from_str::<JobPatchBody>(r#"{"id":"x"}"#).is_err());
+    }
+
+    #[test]
+    fn a_gear_survives_being_stored() {
+        let body: NewJobBody =
+            serde_json::from_str(r#"{"name":"n","gear":{"teeth":20,"normal_module_mm":2.5}}"#).unwrap();
+        let gear = body.gear.clone();
+        let draft = JobDraft::try_from(body).unwrap();
+        assert_eq!(draft.gear.as_deref(), Some(r#"{"teeth":20,"normal_module_mm":2.5}"#));
+        assert_eq!(serde_json::from_str::<GearBody>(&draft.gear.unwrap()).ok(), gear);
+    }
+}

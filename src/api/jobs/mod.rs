@@ -1,0 +1,10 @@
+//! Gear jobs: iterations, their fits and records, trace, events.
+
+pub mod events;
+pub mod fits;
+pub mod import;
+pub mod iterations;
+pub mod job;
+pub mod problem;
+pub mod records;
+pub mod trace;

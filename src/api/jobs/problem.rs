@@ -1,0 +1,107 @@
+//! What the store refuses, as problems.
+
+use crate::{
+    api::{
+        faults::Faults,
+        problem::{Problem, ProblemCode},
+    },
+    jobs::{RepositoryError, What},
+};
+use flankfit_engine::fault::words::counted;
+
+impl From<RepositoryError> for Problem {
+    fn from(error: RepositoryError) -> Self {
+        match error {
+            RepositoryError::NotFound(what) => Problem::new(
+                ProblemCode::NotFound,
+                match what {
+                    What::Job => "There is no such job.",
+                    What::Iteration => "The job has no such iteration.",
+                    What::Fit => "The iteration has no such fit.",
+                    What::Record => "The iteration has no such record.",
+                    What::Stream => "There is no such stream.",
+                },
+            ),
+            RepositoryError::HasIterations(count) => Problem::new(
+                ProblemCode::Conflict,
+                format!(
+                    "The job has {}; only a job without iterations can be deleted.",
+                    counted(count as usize, "iteration", "iterations")
+                ),
+            ),
+            RepositoryError::HasStreams(count) => Problem::new(
+                ProblemCode::Conflict,
+                format!("The job has {}, which must be deleted first.", counted(count as usize, "stream", "streams")),
+            ),
+            RepositoryError::NoSuchTooth { tooth, teeth } => {
+                Problem::new(ProblemCode::Conflict, format!("Tooth {}.", no_such_tooth(&tooth, teeth)))
+            }
+            RepositoryError::GearChanged => Problem::new(
+                ProblemCode::Conflict,
+                "The gear of the job was changed while the file was read by it; nothing was stored. Send it again.",
+            ),
+            RepositoryError::ToothMeasured { tooth, teeth, iteration } => {
+                let of = iteration.map_or("an open stream".to_owned(), |number| format!("iteration {number}"));
+                let detail = format!(
+                    "A gear of {} has no tooth `{}`, which {of} is of; a job of its own can have the other gear.",
+                    counted(teeth as usize, "tooth", "teeth"),
+                    shown(&tooth)
+                );
+                Problem::new(ProblemCode::Conflict, detail)
+            }
+            RepositoryError::StreamFinished { iteration } => Problem::new(
+                ProblemCode::Conflict,
+                format!("The stream is finished: it has become iteration {iteration} of its job."),
+            ),
+            RepositoryError::UnexpectedBlock { expected } => {
+                Problem::new(ProblemCode::Conflict, format!("The stream expects block {expected} next."))
+            }
+            RepositoryError::VersionMismatch { current } => Problem::new(
+                ProblemCode::PreconditionFailed,
+                format!(
+                    "The resource is at \"{current}\" now: get it again, look at what changed, and repeat the request \
+                     with its ETag."
+                ),
+            ),
+            RepositoryError::ForeignFit(id) => {
+                Problem::invalid(Faults::one("/fit_id", format!("the iteration has no fit {id}")))
+            }
+            RepositoryError::KeyTaken => Problem::new(
+                ProblemCode::IdempotencyKeyInUse,
+                "Another request with this idempotency key has just been stored; send it again to get its answer.",
+            )
+            .retry_after(1),
+            RepositoryError::Overloaded => Problem::new(
+                ProblemCode::Overloaded,
+                "Too many writes are waiting; nothing was stored. Try again in a moment.",
+            )
+            .retry_after(1),
+            RepositoryError::Unavailable(cause) => {
+                Problem::new(ProblemCode::StoreUnavailable, "The store does not answer; nothing was stored.")
+                    .caused_by(cause)
+                    .retry_after(2)
+            }
+            RepositoryError::Failed(cause) => Problem::internal(cause),
+        }
+    }
+}
+
+/// What the store refuses of an iteration or a stream whose tooth stands in the request, at the
+/// place `at`.
+pub fn of_measured(error: RepositoryError, at: &str) -> Problem {
+    match error {
+        RepositoryError::NoSuchTooth { tooth, teeth } => {
+            Problem::invalid(Faults::one(at, no_such_tooth(&tooth, teeth)))
+        }
+        other => other.into(),
+    }
+}
+
+fn no_such_tooth(tooth: &str, teeth: u32) -> String {
+    format!("`{}` is not within 1 and {teeth}, the number of teeth of the job's gear", shown(tooth))
+}
+
+/// As much of a name as a message repeats.
+fn shown(name: &str) -> String {
+    name.chars().take(20).collect()
+}

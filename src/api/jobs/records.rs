@@ -1,0 +1,130 @@
+//! What is kept with an iteration beside its fits, as it is listed and answered.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use crate::{
+    api::{
+        built::Built,
+        gears::gear::GearBody,
+        json::{text::Moment, writer::Json},
+        problem::Problem,
+    },
+    jobs::{List, Page, Record, RecordDraft, RecordKind, RecordSummary},
+};
+
+/// What a record is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = RecordKind)]
+pub enum RecordKindName {
+    Curve,
+    Surface,
+    Deviations,
+    Evaluation,
+    Correction,
+}
+
+/// What is kept with an iteration: a curve, a surface, deviations, an evaluation or a correction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = JobRecord)]
+pub struct RecordBody {
+    /// UUIDv7.
+    pub id: Uuid,
+    pub kind: RecordKindName,
+    /// How it was made, in the words of the request.
+    pub method: String,
+    /// When it was stored.
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    /// Of deviations, evaluations and corrections: the gear that the job had then. It may be
+    /// changed later, and a `gear` of the request goes before it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    /// The request as it was posted. Where it has no points or nodes of its own, those of the
+    /// iteration were taken.
+    #[schema(value_type = Object)]
+    pub request: Value,
+    /// What was answered; of a correction `nodes` and `result` only when included. Of a curve for
+    /// example what `POST /v1/curves` answers to the request.
+    #[schema(value_type = Object)]
+    pub result: Value,
+}
+
+/// A record in a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = RecordSummary)]
+pub struct RecordSummaryBody {
+    /// UUIDv7.
+    pub id: Uuid,
+    pub kind: RecordKindName,
+    /// How it was made, in the words of the request.
+    pub method: String,
+    /// When it was stored.
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+}
+
+/// Some records of an iteration, oldest first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = RecordPage)]
+pub struct RecordPageBody {
+    /// The records of this page.
+    pub items: Vec<RecordSummaryBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
+impl From<RecordKind> for RecordKindName {
+    fn from(kind: RecordKind) -> Self {
+        match kind {
+            RecordKind::Curve => RecordKindName::Curve,
+            RecordKind::Surface => RecordKindName::Surface,
+            RecordKind::Deviations => RecordKindName::Deviations,
+            RecordKind::Evaluation => RecordKindName::Evaluation,
+            RecordKind::Correction => RecordKindName::Correction,
+        }
+    }
+}
+
+impl From<Page<RecordSummary>> for RecordPageBody {
+    fn from(page: Page<RecordSummary>) -> Self {
+        let item = |record: RecordSummary| RecordSummaryBody {
+            id: record.id,
+            kind: record.kind.into(),
+            method: record.method,
+            created_at: Moment(record.created_at),
+        };
+        RecordPageBody {
+            items: page.items.into_iter().map(item).collect(),
+            next_cursor: page.next.map(|next| next.encode(List::Records)),
+        }
+    }
+}
+
+/// What is kept of a request and its answer, both as they are.
+pub fn draft(kind: RecordKind, request: &[u8], built: Built) -> Result<RecordDraft, Problem> {
+    let text = |bytes: &[u8]| std::str::from_utf8(bytes).map(Into::into).map_err(Problem::internal);
+    Ok(RecordDraft { kind, method: built.method, request: text(request)?, result: text(&built.result)?, gear: None })
+}
+
+/// A kept record as it is answered.
+pub fn record(record: &Record) -> Vec<u8> {
+    let RecordDraft { kind, method, request, result, gear } = &record.draft;
+    let mut json = Json::with_capacity(256 + request.len() + result.len());
+    let mut object = json.object();
+    object
+        .field("id", &record.id)
+        .string("kind", kind.name())
+        .string("method", method)
+        .field("created_at", &Moment(record.created_at));
+    if let Some(gear) = gear {
+        object.raw("gear", gear);
+    }
+    object.raw("request", request).raw("result", result);
+    object.end();
+    json.into_bytes()
+}

@@ -1,0 +1,193 @@
+//! The trace of a job as it is written: every λ* choice and every decision in the order in which
+//! they were made.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::{
+    iterations::{DecisionName, FitSummaryBody, fit_summary, measurand},
+    job::JobBody,
+    records::RecordSummaryBody,
+};
+use crate::{
+    api::{
+        fits::answer::parts::CoefficientBody,
+        json::{
+            text::Moment,
+            writer::{Json, Object},
+        },
+        measurand::{axes::AxesBody, side::SideName},
+    },
+    jobs::{Choice, Earlier, List, RecordSummary, Ruling, Trace, TracedFit, TracedIteration},
+};
+
+/// The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Trace)]
+pub struct TraceBody {
+    pub job: JobBody,
+    /// By number.
+    pub iterations: Vec<TracedIterationBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
+/// An iteration in the trace.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TracedIteration)]
+pub struct TracedIterationBody {
+    /// 1, 2, 3 … within the job.
+    pub number: u32,
+    /// UUIDv7.
+    pub id: Uuid,
+    /// The flank that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<String>,
+    /// What the axes of the nodes mean.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
+    /// When the nodes were measured, as it was posted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub measured_at: Option<Moment>,
+    /// When it was stored.
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    /// The latest decision; absent before the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decision: Option<DecisionName>,
+    /// In the order in which they were made.
+    pub fits: Vec<TracedFitBody>,
+    /// Which fit stood, from when on and why; the first is made with the iteration.
+    pub choices: Vec<TracedChoiceBody>,
+    /// In the order in which they were made.
+    pub decisions: Vec<TracedDecisionBody>,
+    /// What is kept beside the fits, oldest first.
+    #[serde(default)]
+    pub records: Vec<RecordSummaryBody>,
+    /// Absent where the lists are whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub earlier: Option<EarlierBody>,
+}
+
+/// A fit in the trace.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TracedFit)]
+pub struct TracedFitBody {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub summary: FitSummaryBody,
+    /// In the order of the fit's answer.
+    pub coefficients: Vec<CoefficientBody>,
+}
+
+/// How many entries of each list of a traced iteration stand before those told, which are the last
+/// hundred.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = EarlierEntries)]
+pub struct EarlierBody {
+    /// Fits before those told.
+    pub fits: u64,
+    /// Choices of a fit before those told.
+    pub choices: u64,
+    /// Decisions before those told.
+    pub decisions: u64,
+    /// Records before those told.
+    pub records: u64,
+}
+
+/// That from then on a certain fit stood.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TracedChoice)]
+pub struct TracedChoiceBody {
+    /// The fit that stood from then on.
+    pub fit_id: Uuid,
+    /// Why it was chosen, as it was posted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// When it was chosen.
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+}
+
+/// That something was decided.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = TracedDecision)]
+pub struct TracedDecisionBody {
+    pub decision: DecisionName,
+    /// Why it was decided so, as it was posted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// When it was decided.
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+}
+
+impl From<Earlier> for EarlierBody {
+    fn from(earlier: Earlier) -> Self {
+        let Earlier { fits, choices, rulings, records } = earlier;
+        EarlierBody { fits, choices, decisions: rulings, records }
+    }
+}
+
+/// A page of the trace.
+pub fn trace(trace: Trace) -> Vec<u8> {
+    let coefficients: usize =
+        trace.iterations.iter().flat_map(|iteration| &iteration.fits).map(|fit| fit.coefficients.len() + 512).sum();
+    let mut json = Json::with_capacity(1024 + coefficients);
+    json.object()
+        .field("job", &JobBody::from(trace.job))
+        .list("iterations", &trace.iterations, iteration)
+        .maybe("next_cursor", trace.next.map(|next| next.encode(List::Iterations)))
+        .end();
+    json.into_bytes()
+}
+
+fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {
+    object.field("number", &iteration.number).field("id", &iteration.id);
+    measurand(object, &iteration.measurand);
+    object
+        .maybe("measured_at", iteration.measured_at.map(Moment))
+        .field("created_at", &Moment(iteration.created_at))
+        .maybe("decision", iteration.rulings.last().map(|ruling| ruling.decision.name()))
+        .list("fits", &iteration.fits, fit)
+        .list("choices", &iteration.choices, choice)
+        .list("decisions", &iteration.rulings, ruling)
+        .list("records", &iteration.records, record)
+        .maybe(
+            "earlier",
+            Some(iteration.earlier).filter(|earlier| *earlier != Earlier::default()).map(EarlierBody::from),
+        );
+}
+
+fn fit(object: &mut Object<'_>, fit: &TracedFit) {
+    fit_summary(object, &fit.summary);
+    object.raw("coefficients", &fit.coefficients);
+}
+
+fn choice(object: &mut Object<'_>, choice: &Choice) {
+    object
+        .field("fit_id", &choice.fit_id)
+        .maybe("reason", choice.event.reason.as_deref())
+        .field("created_at", &Moment(choice.event.created_at));
+}
+
+fn record(object: &mut Object<'_>, record: &RecordSummary) {
+    object
+        .field("id", &record.id)
+        .string("kind", record.kind.name())
+        .string("method", &record.method)
+        .field("created_at", &Moment(record.created_at));
+}
+
+fn ruling(object: &mut Object<'_>, ruling: &Ruling) {
+    object
+        .field("decision", &ruling.decision.name())
+        .maybe("reason", ruling.event.reason.as_deref())
+        .field("created_at", &Moment(ruling.event.created_at));
+}

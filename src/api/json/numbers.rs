@@ -1,0 +1,192 @@
+//! Arrays of numbers, flat or in rows, straight into a vector.
+//!
+//! What stands where a number should is noted with its place and read on, so that every bad node is
+//! named at once.
+
+use super::cursor::{Cursor, Syntax, Token};
+use crate::api::faults::Faults;
+use flankfit_engine::numerics::cancel;
+
+/// Numbers after which the length of the array is estimated.
+const SAMPLE: usize = 4096;
+
+/// Numbers as they stood, with what was wrong among them.
+#[derive(Debug, Default)]
+pub struct Numbers {
+    /// All of them, rows end to end; NaN stands for whatever was not a number.
+    pub values: Vec<f64>,
+    /// Lengths of the rows, when there were rows.
+    pub rows: Option<Vec<usize>>,
+    /// Where the row that is being read begins.
+    row_begin: usize,
+    /// Places of `null`, which in a grid's heights are missing nodes.
+    nulls: Noted,
+    /// What else stood where a number should.
+    wrong: Noted,
+}
+
+/// The first places and what stood there; all are counted.
+#[derive(Debug, Default)]
+struct Noted {
+    list: Vec<(String, String)>,
+    count: usize,
+}
+
+impl Noted {
+    fn report(&self, pointer: &str, faults: &mut Faults) {
+        for i in 0..self.count {
+            match self.list.get(i) {
+                Some((place, what)) => faults.push(format!("{pointer}{place}"), what.as_str()),
+                None => faults.push("", ""),
+            }
+        }
+    }
+}
+
+impl Numbers {
+    /// Reads the value at the cursor.
+    pub fn read(cursor: &mut Cursor) -> Result<Self, Syntax> {
+        let mut numbers = Numbers::default();
+        match cursor.token()? {
+            Token::Array => {}
+            other => {
+                numbers.wrong.count = 1;
+                numbers
+                    .wrong
+                    .list
+                    .push((String::new(), format!("expected an array of numbers, found {}", other.name())));
+                cursor.skip_value()?;
+                return Ok(numbers);
+            }
+        }
+        let mut ahead = cursor.clone();
+        ahead.at += 1;
+        ahead.skip_space();
+        if ahead.peek() != Some(b'[') {
+            numbers.read_row(cursor)?;
+            return Ok(numbers);
+        }
+        numbers.rows = Some(Vec::new());
+        cursor.array(|cursor, row| {
+            numbers.row_begin = numbers.values.len();
+            match cursor.token()? {
+                Token::Array => numbers.read_row(cursor)?,
+                other => {
+                    let what = format!("expected a row of numbers, found {}", other.name());
+                    note(&mut numbers.wrong, || (format!("/{row}"), what));
+                    cursor.skip_value()?;
+                }
+            }
+            let length = numbers.values.len() - numbers.row_begin;
+            numbers.rows.get_or_insert_default().push(length);
+            Ok(())
+        })?;
+        Ok(numbers)
+    }
+
+    fn read_row(&mut self, cursor: &mut Cursor) -> Result<(), Syntax> {
+        let begin = cursor.at;
+        cursor.at += 1;
+        if cursor.takes(b']') {
+            return Ok(());
+        }
+        loop {
+            cursor.skip_space();
+            match cursor.usual_number() {
+                Some(value) => {
+                    cancel::every(20, self.values.len());
+                    self.values.push(value);
+                }
+                None => self.read_unusual(cursor)?,
+            }
+            if self.values.len() == SAMPLE {
+                self.reserve(cursor, cursor.at - begin);
+            }
+            cursor.skip_space();
+            match cursor.peek() {
+                Some(b',') => cursor.at += 1,
+                Some(b']') => {
+                    cursor.at += 1;
+                    return Ok(());
+                }
+                _ => return cursor.unexpected("`,` or `]` after a number"),
+            }
+        }
+    }
+
+    /// Takes room for the numbers to come, judging by how long the last ones were: a big array is
+    /// neither copied nor held twice while it grows. (Room that turns out not to be needed is never
+    /// written to.)
+    #[cold]
+    fn reserve(&mut self, cursor: &Cursor, row_bytes: usize) {
+        let in_row = self.values.len() - self.row_begin;
+        let bytes = if self.rows.is_none() { cursor.to_bracket() } else { cursor.to_end() };
+        let each = (row_bytes / in_row).max(2);
+        // Only a saving: without it the vector grows as it goes.
+        let _taken = self.values.try_reserve(bytes / each + bytes / (64 * each) + 1);
+    }
+
+    #[inline(never)]
+    fn read_unusual(&mut self, cursor: &mut Cursor) -> Result<(), Syntax> {
+        if !matches!(cursor.peek(), Some(b'-' | b'0'..=b'9')) {
+            return self.read_other(cursor);
+        }
+        let value = cursor.number()?;
+        if value.is_infinite() {
+            self.note_wrong("the number is beyond double precision (about 1.8e308)".into());
+        }
+        self.values.push(value);
+        Ok(())
+    }
+
+    #[cold]
+    fn read_other(&mut self, cursor: &mut Cursor) -> Result<(), Syntax> {
+        match cursor.token()? {
+            Token::Null => {
+                let place = self.place();
+                note(&mut self.nulls, || {
+                    (
+                        place,
+                        "null marks a missing node only in the heights of `nodes` of type `grid`; leave the node out, \
+                         or send it as such"
+                            .into(),
+                    )
+                });
+            }
+            other => self.note_wrong(format!("expected a number, found {}", other.name())),
+        }
+        cursor.skip_value()?;
+        self.values.push(f64::NAN);
+        Ok(())
+    }
+
+    #[cold]
+    fn note_wrong(&mut self, what: String) {
+        let place = self.place();
+        note(&mut self.wrong, || (place, what));
+    }
+
+    /// Where the next number goes, as the rest of a pointer.
+    fn place(&self) -> String {
+        let i = self.values.len() - self.row_begin;
+        match &self.rows {
+            Some(rows) => format!("/{}/{i}", rows.len()),
+            None => format!("/{i}"),
+        }
+    }
+
+    /// Hands over what was wrong; `null` is a missing node where `null_is_missing`.
+    pub fn report(&self, pointer: &str, null_is_missing: bool, faults: &mut Faults) {
+        self.wrong.report(pointer, faults);
+        if !null_is_missing {
+            self.nulls.report(pointer, faults);
+        }
+    }
+}
+
+fn note(noted: &mut Noted, what: impl FnOnce() -> (String, String)) {
+    noted.count += 1;
+    if noted.list.len() < Faults::MOST {
+        noted.list.push(what());
+    }
+}

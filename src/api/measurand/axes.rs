@@ -1,0 +1,352 @@
+//! What nodes are of, as it is written: the flank, the tooth, and what the axes mean.
+//!
+//! Quantities and units may be words of the caller's own. Only those known here are ever reckoned
+//! with; where a known one is needed and another is told, the request is refused.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{profile_axis::ProfileAxisName, side::SideName};
+use crate::{
+    api::{
+        faults::Faults,
+        json::{extra::Extra, present::present, text::ShortText},
+    },
+    jobs::Measurand,
+};
+use flankfit_engine::{
+    estimation::{FitSpec, Nodes, Recursive},
+    gear::tooth::check_name,
+};
+
+/// What the nodes are of. A fit does not depend on it; whatever is made of a stored iteration does.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeasurandBody {
+    /// The flank that was measured.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured, as on traces: its number from 1 without zeros before it, or a
+    /// name.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
+    pub tooth: Option<ShortText>,
+    /// What the axes of the nodes mean.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
+}
+
+impl Extra for MeasurandBody {
+    const KEYS: &'static [&'static str] = &["flank", "tooth", "axes"];
+}
+
+/// What the axes of nodes mean: `u`, `v` and `z` of a surface, `x` and `y` of a curve, `y` of a
+/// measurement matrix.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Axes, example = json!({
+    "u": {"quantity": "roll_length", "unit": "mm"},
+    "v": {"quantity": "face_width", "unit": "mm"},
+    "z": {"quantity": "deviation", "unit": "um", "positive": "material_out"}
+}))]
+pub struct AxesBody {
+    /// First abscissa of a surface.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub u: Option<AxisBody>,
+    /// Second abscissa of a surface.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub v: Option<AxisBody>,
+    /// Heights of a surface.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub z: Option<AxisBody>,
+    /// Abscissa of a curve.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub x: Option<AxisBody>,
+    /// Heights of a curve or of a measurement matrix.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub y: Option<AxisBody>,
+}
+
+/// What the numbers of an axis mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Axis)]
+pub struct AxisBody {
+    /// `roll_length` (with the unit `deg`: the roll angle), `diameter`, `face_width`, `deviation`,
+    /// or a word of your own.
+    #[schema(value_type = String, min_length = 1, max_length = 200, example = "deviation")]
+    pub quantity: ShortText,
+    /// `mm`, `um`, `deg`, or a word of your own.
+    #[schema(value_type = String, min_length = 1, max_length = 200, example = "um")]
+    pub unit: ShortText,
+    /// Of heights: what a positive one means. Default `material_out`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub positive: Option<PositiveName>,
+    /// Of heights that were measured as traces, each with a zero of its own: how many nodes each
+    /// trace has, in the order of the nodes. A correction then leaves aside what the nodes of a
+    /// trace have in common. Left out where all heights count from one zero.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(example = json!([480, 480, 240]))]
+    pub trace_lengths: Option<Vec<u32>>,
+}
+
+/// What a positive height means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = PositiveHeight)]
+pub enum PositiveName {
+    /// Material stands out.
+    MaterialOut,
+    /// Material is missing.
+    MaterialIn,
+}
+
+/// A type of nodes and the axes it has.
+type Kind = (&'static str, &'static [&'static str]);
+
+const CURVE: Kind = ("curve", &["x", "y"]);
+const MATRIX: Kind = ("matrix", &["y"]);
+const SCATTERED: Kind = ("scattered", &["u", "v", "z"]);
+const GRID: Kind = ("grid", &["u", "v", "z"]);
+
+/// Words that mean a unit known here, and how that is written.
+const SPELLED: [(&str, &[&str]); 3] = [
+    ("um", &["µm", "μm", "micron", "microns", "micrometer", "micrometre"]),
+    ("mm", &["millimeter", "millimetre"]),
+    ("deg", &["°", "degree", "degrees"]),
+];
+/// Quantities that are lengths and never angles.
+const LENGTHS: [&str; 2] = ["diameter", "face_width"];
+
+impl MeasurandBody {
+    /// The domain's form, after a look at the kind of nodes where it is known.
+    pub fn checked(&self, nodes: Option<&Nodes>) -> Result<Measurand, Faults> {
+        self.checked_for(&nodes.map_or(vec![SCATTERED, CURVE, MATRIX], |nodes| vec![kind_of(nodes)]), nodes)
+    }
+
+    /// The same for nodes that are still to come, of the kinds that the spec of their stream takes.
+    pub fn checked_for_stream(&self, spec: &FitSpec) -> Result<Measurand, Faults> {
+        let taken = Recursive::takes(spec);
+        let kinds = [(taken.surfaces, SCATTERED), (taken.curves, CURVE), (taken.matrices, MATRIX)];
+        let kinds: Vec<Kind> = kinds.into_iter().filter_map(|(taken, kind)| taken.then_some(kind)).collect();
+        self.checked_for(&kinds, None)
+    }
+
+    fn checked_for(&self, kinds: &[Kind], nodes: Option<&Nodes>) -> Result<Measurand, Faults> {
+        let mut faults = Faults::default();
+        if let Some(axes) = &self.axes {
+            axes.check(kinds, nodes, &mut faults);
+        }
+        if let Some(fault) = self.tooth.as_ref().and_then(|tooth| check_name(tooth.as_str()).err()) {
+            faults.push("/tooth", fault.to_string());
+        }
+        // Texts only, which can always be written.
+        let axes = self.axes.as_ref().and_then(|axes| serde_json::to_string(axes).ok()).map(Arc::from);
+        let tooth = self.tooth.clone().map(String::from);
+        faults.into_result(Measurand { flank: self.flank.map(Into::into), tooth, axes })
+    }
+}
+
+impl AxesBody {
+    /// What is stored with a measurand. (What was written here can be read.)
+    pub fn of(measurand: &Measurand) -> Self {
+        measurand.axes.as_deref().and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default()
+    }
+
+    /// By their names.
+    pub fn named(&self) -> [(&'static str, Option<&AxisBody>); 5] {
+        let AxesBody { u, v, z, x, y } = self;
+        [("u", u.as_ref()), ("v", v.as_ref()), ("z", z.as_ref()), ("x", x.as_ref()), ("y", y.as_ref())]
+    }
+
+    /// Refuses axes that no nodes of these kinds have, or none have together, and what is not so of
+    /// the nodes where they are known.
+    fn check(&self, kinds: &[Kind], nodes: Option<&Nodes>, faults: &mut Faults) {
+        let strange = |(_, known): &&Kind| {
+            self.named().iter().filter(|(name, axis)| axis.is_some() && !known.contains(name)).count()
+        };
+        let Some((kind, known)) = kinds.iter().min_by_key(strange) else { return };
+        for (name, axis) in self.named() {
+            let Some(axis) = axis else { continue };
+            let at = format!("/axes/{name}");
+            if !known.contains(&name) {
+                faults.push(&at, format!("nodes of type `{kind}` have no `{name}`; they have {}", known.join(", ")));
+            }
+            if axis.positive.is_some() && !["z", "y"].contains(&name) {
+                faults.push(format!("{at}/positive"), "it belongs to heights, `z` or `y`");
+            }
+            if let Some(lengths) = &axis.trace_lengths {
+                check_lengths(lengths, name, nodes, faults);
+            }
+            let (quantity, unit) = (axis.quantity.as_str(), axis.unit.as_str());
+            if let Some((right, _)) = SPELLED.iter().find(|(_, others)| others.contains(&unit)) {
+                faults.push(format!("{at}/unit"), format!("write `{right}`, by which this unit is known"));
+            }
+            if LENGTHS.contains(&quantity) && unit == "deg" {
+                faults.push(format!("{at}/unit"), format!("`{quantity}` is a length; write `mm` or `um`"));
+            }
+        }
+    }
+
+    /// The trace that each node belongs to, by numbers from 0; `None` where all heights count from
+    /// one zero.
+    pub fn traces(&self) -> Option<Vec<usize>> {
+        let lengths = self.z.as_ref().or(self.y.as_ref())?.trace_lengths.as_ref()?;
+        let each = lengths.iter().enumerate();
+        Some(each.flat_map(|(trace, length)| std::iter::repeat_n(trace, *length as usize)).collect())
+    }
+
+    /// What a height is multiplied with to be a deviation in µm, positive where material stands
+    /// out: 1 where nothing is told.
+    pub fn deviation_factor(&self) -> Result<f64, String> {
+        let Some(axis) = self.z.as_ref().or(self.y.as_ref()) else { return Ok(1.0) };
+        let quantity = axis.quantity.as_str();
+        if quantity == "roll_length" || LENGTHS.contains(&quantity) {
+            return Err(format!("the heights of the iteration are `{quantity}`, not deviations"));
+        }
+        let unit = match axis.unit.as_str() {
+            "um" => 1.0,
+            "mm" => 1000.0,
+            other => return Err(format!("the heights of the iteration are in `{other}`; `um` and `mm` are known")),
+        };
+        Ok(if axis.positive == Some(PositiveName::MaterialIn) { -unit } else { unit })
+    }
+
+    /// What u is, with the factor that makes it what the coordinate is taken in; `None` where
+    /// nothing is told.
+    pub fn profile(&self) -> Result<Option<(ProfileAxisName, f64)>, String> {
+        let Some(axis) = &self.u else { return Ok(None) };
+        match (axis.quantity.as_str(), axis.unit.as_str()) {
+            ("roll_length", "deg") => Ok(Some((ProfileAxisName::RollAngle, 1.0))),
+            ("roll_length", unit) => Ok(Some((ProfileAxisName::RollLength, to_mm("u", unit)?))),
+            ("diameter", unit) => Ok(Some((ProfileAxisName::Diameter, to_mm("u", unit)?))),
+            (other, _) => Err(format!(
+                "u of the iteration is `{other}`; along the profile `roll_length` and `diameter` are known"
+            )),
+        }
+    }
+
+    /// What v is multiplied with to be z of the gear in mm.
+    pub fn along(&self) -> Result<f64, String> {
+        let Some(axis) = &self.v else { return Ok(1.0) };
+        match (axis.quantity.as_str(), axis.unit.as_str()) {
+            ("face_width", unit) => to_mm("v", unit),
+            (other, _) => Err(format!("v of the iteration is `{other}`; along the axis `face_width` is known")),
+        }
+    }
+}
+
+/// Lengths of traces belong to heights and add up to the nodes.
+fn check_lengths(lengths: &[u32], name: &str, nodes: Option<&Nodes>, faults: &mut Faults) {
+    let at = format!("/axes/{name}/trace_lengths");
+    if !["z", "y"].contains(&name) {
+        faults.push(at, "it belongs to heights, `z` or `y`");
+        return;
+    }
+    let Some(nodes) = nodes else {
+        faults.push(
+            at,
+            "nodes that come block by block have no traces yet; leave it out, and name them as `trace` of a correction",
+        );
+        return;
+    };
+    let count = nodes.posted();
+    let whole: u64 = lengths.iter().map(|length| u64::from(*length)).sum();
+    if let Some(k) = lengths.iter().position(|length| *length == 0) {
+        faults.push(format!("{at}/{k}"), "a trace has a node at least; leave empty ones out");
+    } else if whole != count as u64 {
+        faults.push(at, format!("the traces have {whole} nodes together, but there are {count}"));
+    }
+}
+
+fn kind_of(nodes: &Nodes) -> Kind {
+    match nodes {
+        Nodes::Curve(_) => CURVE,
+        Nodes::Matrix(_) => MATRIX,
+        Nodes::Scattered(_) => SCATTERED,
+        Nodes::Grid(_) => GRID,
+    }
+}
+
+fn to_mm(axis: &str, unit: &str) -> Result<f64, String> {
+    match unit {
+        "mm" => Ok(1.0),
+        "um" => Ok(1e-3),
+        other => Err(format!("{axis} of the iteration is in `{other}`; `mm` and `um` are known")),
+    }
+}
+
+/// Refuses nodes of a stream that its axes are not those of.
+pub fn check_block(of: &Measurand, nodes: &Nodes) -> Result<(), Faults> {
+    let mut faults = Faults::default();
+    if of.axes.is_some() {
+        AxesBody::of(of).check(&[kind_of(nodes)], Some(nodes), &mut faults);
+    }
+    match faults.list().first() {
+        Some(fault) => Err(Faults::one("/nodes/type", format!("the stream has axes of other nodes: {}", fault.detail))),
+        None => Ok(()),
+    }
+}
+
+/// An axis whose quantity and unit are known here.
+pub fn known_axis(quantity: &str, unit: &str, positive: Option<PositiveName>) -> Option<AxisBody> {
+    Some(AxisBody { quantity: ShortText::new(quantity)?, unit: ShortText::new(unit)?, positive, trace_lengths: None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axes(text: &str) -> AxesBody {
+        serde_json::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn heights_become_micrometres_of_material() {
+        for (text, factor) in [
+            ("{}", Some(1.0)),
+            (r#"{"z":{"quantity":"deviation","unit":"um"}}"#, Some(1.0)),
+            (r#"{"z":{"quantity":"deviation","unit":"mm","positive":"material_out"}}"#, Some(1000.0)),
+            (r#"{"z":{"quantity":"deviation","unit":"mm","positive":"material_in"}}"#, Some(-1000.0)),
+            (r#"{"y":{"quantity":"my own","unit":"um","positive":"material_in"}}"#, Some(-1.0)),
+            (r#"{"z":{"quantity":"deviation","unit":"inch"}}"#, None),
+            (r#"{"z":{"quantity":"diameter","unit":"mm"}}"#, None),
+        ] {
+            assert_eq!(axes(text).deviation_factor().ok(), factor, "{text}");
+        }
+    }
+
+    #[test]
+    fn axes_are_checked_against_the_nodes() {
+        let curve = Nodes::curve(vec![0.0, 1.0], vec![2.0, 3.0], None).unwrap();
+        let pointers = |text: &str, nodes: Option<&Nodes>| -> Vec<String> {
+            let body = MeasurandBody { axes: Some(axes(text)), ..MeasurandBody::default() };
+            let faults = body.checked(nodes).err().unwrap_or_default();
+            faults.list().iter().map(|fault| fault.pointer.clone()).collect()
+        };
+        let along = r#"{"u":{"quantity":"roll_length","unit":"mm"}}"#;
+        assert_eq!(pointers(along, Some(&curve)), ["/axes/u"]);
+        assert!(pointers(along, None).is_empty());
+        let both = r#"{"u":{"quantity":"roll_length","unit":"mm"},"x":{"quantity":"roll_length","unit":"mm"}}"#;
+        assert_eq!(pointers(both, None), ["/axes/x"], "no nodes have both");
+        let odd = r#"{"u":{"quantity":"diameter","unit":"deg","positive":"material_in"},"z":{"quantity":"deviation","unit":"µm"}}"#;
+        assert_eq!(pointers(odd, None), ["/axes/u/positive", "/axes/u/unit", "/axes/z/unit"]);
+    }
+
+    #[test]
+    fn what_u_and_v_are_is_known_or_refused() {
+        let of = |quantity: &str, unit: &str| {
+            axes(&format!(
+                r#"{{"u":{{"quantity":"{quantity}","unit":"{unit}"}},"v":{{"quantity":"{quantity}","unit":"{unit}"}}}}"#
+            ))
+        };
+        assert_eq!(of("roll_length", "deg").profile(), Ok(Some((ProfileAxisName::RollAngle, 1.0))));
+        assert_eq!(of("diameter", "um").profile(), Ok(Some((ProfileAxisName::Diameter, 1e-3))));
+        assert_eq!(AxesBody::default().profile(), Ok(None));
+        assert!(of("face_width", "mm").profile().is_err() && of("roll_length", "inch").profile().is_err());
+        assert_eq!(of("face_width", "um").along(), Ok(1e-3));
+        assert!(of("roll_length", "mm").along().is_err());
+    }
+}

@@ -1,0 +1,3 @@
+//! Simulated corrections.
+
+pub mod closed_loop;

@@ -1,0 +1,4 @@
+//! Streams of nodes.
+
+pub mod state;
+pub mod stream;

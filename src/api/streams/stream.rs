@@ -1,0 +1,348 @@
+//! Streams of nodes as they are written and read, and the estimate after a block as JSON.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use crate::{
+    api::{
+        faults::Faults,
+        fits::{
+            answer::{result::FitResultBody, text},
+            canonical, reader,
+            spec::{json, nodes::NodesBody, request::FitSpecBody},
+        },
+        jobs::iterations::measurand,
+        json::{
+            extra::Extra,
+            present::present,
+            text::{LongText, Moment, ShortText},
+            writer::{Json, Object},
+        },
+        measurand::{
+            axes::{AxesBody, MeasurandBody},
+            side::SideName,
+        },
+        problem::Problem,
+        warning::WarningBody,
+    },
+    jobs::{NewStream, Stream, StreamDraft},
+};
+use flankfit_engine::{
+    estimation::{Nodes, Recursive, near},
+    fault::words::counted,
+};
+
+/// A stream to open: a fit request without nodes. `domain` must be given where the basis is mapped
+/// to it (Chebyshev, Legendre) or knots are equal spans over it.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = NewStream)]
+pub struct NewStreamBody {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub spec: FitSpecBody,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub memory: Memory,
+}
+
+/// How long nodes are remembered, and what they are of.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Memory {
+    /// φ in (0, 1], default 1: every counted node multiplies the weights of all before it by φ.
+    /// When the stream is finished all nodes count in full.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0, maximum = 1)]
+    pub forgetting_factor: Option<f64>,
+    /// The flank that was measured.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured, as on traces: its number from 1, or a name.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
+    pub tooth: Option<ShortText>,
+    /// What the axes of the nodes mean.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
+}
+
+impl Extra for Memory {
+    const KEYS: &'static [&'static str] = &["forgetting_factor", "flank", "tooth", "axes"];
+}
+
+/// A block of nodes.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = StreamBlock)]
+pub struct BlockBody {
+    /// 1 for the first block, one more for each. A block sent again with the same number and nodes
+    /// is answered again and not counted twice.
+    #[schema(minimum = 1)]
+    pub sequence: u64,
+    /// One node to many, of one kind throughout the stream (scattered nodes and grids are one
+    /// kind).
+    pub nodes: NodesBody,
+}
+
+#[derive(Deserialize)]
+struct Turn {
+    sequence: u64,
+}
+
+impl Extra for Turn {
+    const KEYS: &'static [&'static str] = &["sequence"];
+}
+
+/// The estimate after a block.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = StreamEstimate)]
+pub struct EstimateBody {
+    /// Number of the last block, from 1.
+    pub sequence: u64,
+    /// Nodes posted so far, missing ones included.
+    pub node_count: u64,
+    /// The fit of all nodes so far, but for what needs the nodes themselves (`max_abs`, single
+    /// residuals, B). Absent, with a warning that says why, while there are too few nodes or they
+    /// do not determine the model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub result: Option<FitResultBody>,
+    /// Why there is no result yet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warnings: Option<Vec<WarningBody>>,
+}
+
+/// A stream.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Stream)]
+pub struct StreamBody {
+    /// UUIDv7.
+    pub id: Uuid,
+    /// The job that it belongs to.
+    pub job_id: Uuid,
+    /// The flank that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<String>,
+    /// What the axes of the nodes mean.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
+    pub state: StreamStateName,
+    /// Of the last block; 0 before the first.
+    pub sequence: u64,
+    /// Nodes posted so far, missing ones included.
+    pub node_count: u64,
+    /// By which the weights of earlier nodes are multiplied at every node; 1 forgets nothing.
+    pub forgetting_factor: f64,
+    /// What is fitted, with every default filled in.
+    #[schema(value_type = FitSpecBody)]
+    pub spec: serde_json::Value,
+    /// The iteration that the stream has become.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub iteration_number: Option<u32>,
+    /// When the stream was opened.
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    /// When its last block was stored, or when it was finished.
+    #[schema(value_type = String, format = DateTime)]
+    pub updated_at: Moment,
+    /// The estimate after the last block, as its answer had it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub result: Option<FitResultBody>,
+    /// Why an open stream has no result yet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warnings: Option<Vec<WarningBody>>,
+}
+
+/// Whether a stream takes nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StreamStateName {
+    Open,
+    Finished,
+}
+
+/// What is known of a measurement whose nodes came as a stream. All of it may be left out, and the
+/// body with it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = StreamFinish)]
+pub struct FinishBody {
+    /// RFC 3339, any offset; answered in UTC.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
+    pub measured_at: Option<Moment>,
+    /// What the nodes were measured with.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "P40")]
+    pub instrument: Option<ShortText>,
+    /// Who measured them.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub operator: Option<ShortText>,
+    /// What else is to be known of the measurement; may have line breaks.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
+    pub note: Option<LongText>,
+}
+
+/// Reads and checks a stream to open.
+pub fn read_stream(text: &[u8]) -> Result<StreamDraft, Problem> {
+    let (spec, memory) = reader::read_refit::<Memory>(text)?;
+    let forgetting_factor = memory.forgetting_factor.unwrap_or(1.0);
+    let mut faults = Recursive::new(&spec, forgetting_factor).err().map(Faults::from).unwrap_or_default();
+    let Memory { flank, tooth, axes, .. } = memory;
+    let measurand = MeasurandBody { flank, tooth, axes }.checked_for_stream(&spec);
+    let measurand = measurand.map_err(|more| faults.append(more)).unwrap_or_default();
+    faults.into_result(()).map_err(Problem::invalid)?;
+    let input_sha256 = canonical::stream_sha256(&spec, forgetting_factor);
+    Ok(StreamDraft { spec: json::to_json(&spec).into(), forgetting_factor, input_sha256, measurand })
+}
+
+/// A block as it came.
+#[derive(Clone, Debug)]
+pub struct PostedBlock {
+    pub sequence: u64,
+    pub nodes: Arc<Nodes>,
+    /// Digest of the nodes.
+    pub sha256: [u8; 32],
+}
+
+/// Reads a block. Processor work.
+pub fn read_block(text: &[u8]) -> Result<PostedBlock, Problem> {
+    let (nodes, Turn { sequence }) = reader::read_nodes::<Turn>(text)?;
+    if sequence == 0 {
+        return Err(Problem::invalid(Faults::one("/sequence", "blocks are numbered from 1")));
+    }
+    let sha256 = canonical::nodes_sha256(&nodes);
+    Ok(PostedBlock { sequence, nodes: Arc::new(nodes), sha256 })
+}
+
+/// An estimate before any node, for a stored stream.
+pub fn empty_estimate(stream: &Stream) -> Result<Recursive, Problem> {
+    let spec = json::from_json(&stream.spec).map_err(Problem::internal)?;
+    Recursive::new(&spec, stream.forgetting_factor)
+        .map_err(|faults| Problem::internal(format!("a stored stream is refused: {:?}", faults.list())))
+}
+
+/// The estimate whose numbers were stored; `None` when they are of another form.
+pub fn restored_estimate(stream: &Stream, data: &[u8]) -> Option<Recursive> {
+    let spec = json::from_json(&stream.spec).ok()?;
+    Recursive::restore(&spec, stream.forgetting_factor, &super::state::decode(data)?)
+}
+
+/// Where the digests of a stored stream begin.
+pub fn first_sha256(stream: &Stream) -> Result<[u8; 32], Problem> {
+    let spec = json::from_json(&stream.spec).map_err(Problem::internal)?;
+    Ok(canonical::stream_sha256(&spec, stream.forgetting_factor))
+}
+
+/// What an estimate tells: its result as JSON, or why there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Told {
+    Result(String),
+    Waiting { code: String, message: String },
+}
+
+/// The estimate's result. Processor work.
+pub fn tell(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Told, Problem> {
+    let result = match estimate.result() {
+        Ok(Some(result)) => result,
+        Ok(None) => {
+            let message = match estimate.size() {
+                Some(n) => format!(
+                    "{} so far, fewer than the {}",
+                    counted(estimate.count(), "counted node", "counted nodes"),
+                    counted(n, "coefficient", "coefficients")
+                ),
+                None => "no nodes so far".to_owned(),
+            };
+            return Ok(Told::Waiting { code: "too_few_nodes".into(), message });
+        }
+        Err(error) => return Ok(waiting(error.into())),
+    };
+    let shape = near::shape_of(estimate.spec(), &result);
+    let digest = canonical::hexadecimal(input_sha256);
+    let text = text::write(&result, shape.as_ref(), &digest, estimate.spec().include).map_err(Problem::internal)?;
+    Ok(Told::Result(String::from_utf8(text).map_err(Problem::internal)?))
+}
+
+/// Nodes that do not allow the fit yet are no fault of their block.
+fn waiting(problem: Problem) -> Told {
+    let details: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();
+    let message = if details.is_empty() { problem.detail } else { details.join("; ") };
+    Told::Waiting { code: problem.code.into_owned(), message }
+}
+
+/// The answer to a block.
+pub fn answer(sequence: u64, node_count: u64, told: &Told) -> Vec<u8> {
+    let mut json = Json::with_capacity(256 + told_length(told));
+    let mut object = json.object();
+    object.field("sequence", &sequence).field("node_count", &node_count);
+    put(&mut object, told);
+    object.end();
+    json.into_bytes()
+}
+
+/// A stored stream; an open one with what its estimate tells.
+pub fn stream(stream: &Stream, told: Option<&Told>) -> Vec<u8> {
+    let mut json = Json::with_capacity(512 + stream.spec.len() + told.map_or(0, told_length));
+    let mut object = json.object();
+    object.field("id", &stream.id).field("job_id", &stream.job_id);
+    measurand(&mut object, &stream.measurand);
+    object
+        .field("state", if stream.iteration.is_some() { &"finished" } else { &"open" })
+        .field("sequence", &stream.sequence)
+        .field("node_count", &stream.node_count)
+        .field("forgetting_factor", &stream.forgetting_factor)
+        .raw("spec", &stream.spec)
+        .maybe("iteration_number", stream.iteration)
+        .field("created_at", &Moment(stream.created_at))
+        .field("updated_at", &Moment(stream.updated_at));
+    if let Some(told) = told {
+        put(&mut object, told);
+    }
+    object.end();
+    json.into_bytes()
+}
+
+/// A new stream.
+pub fn created(new: &NewStream) -> Vec<u8> {
+    let opened = Stream {
+        id: new.id,
+        job_id: new.job_id,
+        spec: new.spec.clone(),
+        forgetting_factor: new.forgetting_factor,
+        sequence: 0,
+        node_count: 0,
+        input_sha256: new.input_sha256,
+        measurand: new.measurand.clone(),
+        iteration: None,
+        version: 1,
+        created_at: new.created_at,
+        updated_at: new.created_at,
+    };
+    stream(&opened, None)
+}
+
+fn told_length(told: &Told) -> usize {
+    match told {
+        Told::Result(text) => text.len(),
+        Told::Waiting { message, .. } => message.len(),
+    }
+}
+
+fn put(object: &mut Object<'_>, told: &Told) {
+    match told {
+        Told::Result(text) => {
+            object.raw("result", text);
+        }
+        Told::Waiting { code, message } => {
+            object.list("warnings", [(code, message)], |object, (code, message)| {
+                object.field("code", code).field("message", message);
+            });
+        }
+    }
+}

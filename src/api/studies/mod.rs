@@ -1,0 +1,4 @@
+//! The randomisation study of the paper.
+
+pub mod request;
+pub mod result;

@@ -1,0 +1,245 @@
+//! The answer to a randomisation study, as it is written.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::request::{CheckedStudy, StudyScaling};
+use crate::api::{
+    fits::answer::parts::{ChosenBy, LimitSource},
+    warning::WarningBody,
+};
+use flankfit_engine::estimation::{
+    randomization::{Figures, LevelResult, Reference, ReferenceChoice, StudyResult, Summary},
+    spec::Criterion,
+};
+
+/// What randomising the measurement matrix does, beside what regularising does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RandomizationResult {
+    /// Rows of the measurement matrix.
+    pub count: usize,
+    /// Its columns, in order.
+    pub terms: Vec<String>,
+    /// A, from the request or estimated from the nodes' heights.
+    pub coefficients: Vec<f64>,
+    /// Where A came from.
+    pub coefficients_source: LimitSource,
+    /// σ of a height.
+    pub noise_sigma: f64,
+    pub noise_sigma_source: LimitSource,
+    pub scaling: StudyScaling,
+    /// Random matrices for each level.
+    pub repetitions: usize,
+    /// The seed that was used: the same one gives the same answer.
+    pub seed: u64,
+    /// Of XᵀX, ascending.
+    pub eigenvalues: Vec<f64>,
+    /// Least |Pearson correlation| of two columns that vary.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smallest_correlation: Option<f64>,
+    /// Largest |Pearson correlation| of two columns that vary.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_correlation: Option<f64>,
+    /// |V₁ᵀA|/‖A‖: how much of A lies along the eigenvector of the smallest eigenvalue; absent for A = 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub along_smallest: Option<f64>,
+    /// What that means for reading the rest.
+    pub remark: String,
+    /// Figures of each level, in ascending order.
+    pub levels: Vec<StudyLevel>,
+    pub references: StudyReferences,
+    /// The level of least median ‖A − Â_R‖²; absent without noise, where least squares is exact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub optimum: Option<StudyOptimum>,
+    /// What to know about the answer; empty where there is nothing to say.
+    pub warnings: Vec<WarningBody>,
+    /// Who computed this.
+    #[schema(example = "flankfit 0.1.0")]
+    pub engine: String,
+}
+
+/// Median and quartiles over the repetitions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Quartiles {
+    /// Half of the repetitions lie below.
+    pub median: f64,
+    /// A quarter of the repetitions lies below.
+    pub q1: f64,
+    /// Three quarters of the repetitions lie below.
+    pub q3: f64,
+}
+
+/// What one way of estimating comes to; figures that do not exist in every repetition are absent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyFigures {
+    /// Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
+    /// regularisation makes of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<Quartiles>,
+    /// log₁₀ of its determinant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log10_determinant: Option<Quartiles>,
+    /// ‖A − Â‖².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_norm_squared: Option<Quartiles>,
+    /// ‖y − X Â‖², with the X that was not randomised.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rss: Option<Quartiles>,
+}
+
+/// One level of randomisation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyLevel {
+    /// k, the level: how strongly the matrices are perturbed.
+    pub level: f64,
+    #[serde(flatten)]
+    pub figures: StudyFigures,
+    /// ‖y − X̃ Â_R‖², what the randomised fit itself sees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fitted_rss: Option<Quartiles>,
+}
+
+/// The same heights, estimated with X as it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyReferences {
+    pub least_squares: StudyFigures,
+    /// Absent where the columns depend on each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectral_first_order: Option<RegularizedReference>,
+    /// Absent where the columns depend on each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectral_exact: Option<RegularizedReference>,
+    pub ridge: RegularizedReference,
+}
+
+/// A regularised estimate: figures of the default criterion (`min_mse`), and of every criterion in
+/// `choices`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RegularizedReference {
+    /// L of the spectral schemes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+    #[serde(flatten)]
+    pub chosen: RegularizedFigures,
+    /// One entry for each criterion.
+    pub choices: Vec<StudyChoice>,
+}
+
+/// What a regularised estimate comes to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RegularizedFigures {
+    /// λ* of the spectral schemes, k of ridge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lambda_star: Option<Quartiles>,
+    #[serde(flatten)]
+    pub figures: StudyFigures,
+}
+
+/// One criterion for λ* or k, applied in every repetition with the study's σ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyChoice {
+    pub criterion: ChosenBy,
+    #[serde(flatten)]
+    pub chosen: RegularizedFigures,
+}
+
+/// The level of least median error against least squares.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyOptimum {
+    /// The level itself.
+    pub level: f64,
+    /// Median ‖A − Â‖² of least squares over that of this level.
+    pub error_ratio: f64,
+    /// cond(XᵀX) over the median cond(X̃ᵀX̃) of this level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition_ratio: Option<f64>,
+}
+
+fn quartiles(summary: Option<Summary>) -> Option<Quartiles> {
+    summary.map(|Summary { median, q1, q3 }| Quartiles { median, q1, q3 })
+}
+
+impl RandomizationResult {
+    pub(in crate::api) fn new(result: StudyResult, study: CheckedStudy) -> Self {
+        let source = |given: bool| if given { LimitSource::Request } else { LimitSource::Estimate };
+        RandomizationResult {
+            count: study.rows,
+            terms: study.terms,
+            coefficients: study.coefficients,
+            coefficients_source: source(study.coefficients_given),
+            noise_sigma: study.noise_sigma,
+            noise_sigma_source: source(study.noise_sigma_given),
+            scaling: study.scaling,
+            repetitions: study.repetitions,
+            seed: study.seed,
+            eigenvalues: result.eigenvalues,
+            smallest_correlation: result.smallest_correlation,
+            largest_correlation: result.largest_correlation,
+            along_smallest: result.along_smallest,
+            remark: remark(result.along_smallest),
+            levels: result.levels.into_iter().map(level).collect(),
+            references: StudyReferences {
+                least_squares: figures(&result.references.least_squares),
+                spectral_first_order: result.references.spectral_first_order.map(regularized),
+                spectral_exact: result.references.spectral_exact.map(regularized),
+                ridge: regularized(result.references.ridge),
+            },
+            optimum: result.optimum.map(|o| StudyOptimum {
+                level: o.level,
+                error_ratio: o.error_ratio,
+                condition_ratio: o.condition_ratio,
+            }),
+            warnings: result
+                .warnings
+                .into_iter()
+                .map(|w| WarningBody { code: w.code.into(), message: w.message })
+                .collect(),
+            engine: crate::api::ENGINE.to_owned(),
+        }
+    }
+
+    /// The JSON text.
+    pub fn to_json(&self) -> Result<Vec<u8>, serde_json::Error> {
+        serde_json::to_vec(self)
+    }
+}
+
+/// How the outcome hangs on where A lies.
+fn remark(along: Option<f64>) -> String {
+    const SHRINKS: &str =
+        "randomising, like every regularisation, shrinks what lies along the eigenvector V₁ of the smallest eigenvalue";
+    match along {
+        Some(share) => format!(
+            "{SHRINKS}; here |V₁ᵀA|/‖A‖ = {share:.3e}, and an A that lies otherwise gives other figures with the same \
+             matrix"
+        ),
+        None => format!("{SHRINKS}; here A is 0, which no shrinking can harm"),
+    }
+}
+
+fn figures(f: &Figures) -> StudyFigures {
+    StudyFigures {
+        condition: quartiles(f.condition),
+        log10_determinant: quartiles(f.log10_determinant),
+        bias_norm_squared: quartiles(f.bias_norm_squared),
+        rss: quartiles(f.rss),
+    }
+}
+
+fn level(l: LevelResult) -> StudyLevel {
+    StudyLevel { level: l.level, figures: figures(&l.figures), fitted_rss: quartiles(l.fitted_rss) }
+}
+
+fn chosen(c: &ReferenceChoice) -> RegularizedFigures {
+    RegularizedFigures { lambda_star: quartiles(c.lambda_star), figures: figures(&c.figures) }
+}
+
+fn regularized(reference: Reference) -> RegularizedReference {
+    let default = reference.choices.iter().find(|c| c.criterion == Criterion::MinMse);
+    let choice = |c: &ReferenceChoice| StudyChoice { criterion: c.criterion.into(), chosen: chosen(c) };
+    RegularizedReference {
+        count: reference.count,
+        chosen: default.map(chosen).unwrap_or_default(),
+        choices: reference.choices.iter().map(choice).collect(),
+    }
+}

@@ -1,0 +1,71 @@
+//! The points of a surface that are closest to given nodes: orthogonal distances.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    curves::closest::read_points,
+    faults::Faults,
+    json::{fields::Fields, writer::Json},
+    problem::Problem,
+    shapes::{
+        places::{beyond, write_points},
+        surface_reader::read_surface,
+        surface_shape::SurfaceBody,
+    },
+};
+use flankfit_engine::geometry::surface::closest::{ClosestPoint, SurfacePoint};
+
+// Declared for the document; read by `answer`.
+/// A surface and nodes.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = ClosestOnSurface)]
+pub struct ClosestOnSurfaceBody {
+    pub surface: SurfaceBody,
+    /// `[x, y, z]` each, of a graph `[u, v, z]`; at most 100,000.
+    #[schema(max_items = 100_000)]
+    pub points: Vec<Vec<f64>>,
+}
+
+/// Closest points, everything in the order of the given nodes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SurfaceFeet)]
+pub struct SurfaceFeetBody {
+    /// `[u, v]` of each.
+    pub parameters: Vec<Vec<f64>>,
+    /// They themselves; of a graph (u, v, z).
+    pub points: Vec<Vec<f64>>,
+    /// Distance of each given node from the surface, in the caller's unit, never negative.
+    pub distances: Vec<f64>,
+    /// > 0 on the side that the normal S_u × S_v points to. Left out where there is no normal at one of the closest points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signed_distances: Option<Vec<f64>>,
+    /// Whether the connection stands at right angles on the surface; where not, the closest point
+    /// lies on a border or an edge.
+    pub orthogonal: Vec<bool>,
+}
+
+/// Answers a request. Processor work.
+pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+    let mut faults = Faults::default();
+    let fields = Fields::of_request(text, &["surface", "points"], &mut faults)?;
+    let surface =
+        fields.required("surface", "", &mut faults).and_then(|slice| read_surface(slice, "/surface", &mut faults));
+    let points = fields.required("points", "", &mut faults).and_then(|slice| read_points(slice, 3, &mut faults));
+    let (Some(surface), Some(points)) = (surface, points) else { return Err(Problem::invalid(faults)) };
+    faults.into_result(()).map_err(Problem::invalid)?;
+    let feet = ClosestPoint::on(&surface).to_each(&points);
+    let signed: Option<Vec<f64>> = feet.iter().map(|foot| foot.signed_distance).collect();
+    let numbers = |of: fn(&SurfacePoint) -> f64| feet.iter().map(of).collect::<Vec<_>>();
+    let parameters: Vec<f64> = feet.iter().flat_map(|foot| foot.parameters).collect();
+    let mut json = Json::with_capacity(128 + 22 * 9 * feet.len());
+    let mut object = json.object();
+    object.values("parameters", 2, &parameters);
+    write_points(&mut object, "points", 3, feet.iter().map(|foot| foot.point));
+    object.numbers("distances", &numbers(|foot| foot.distance));
+    if let Some(signed) = &signed {
+        object.numbers("signed_distances", signed);
+    }
+    object.field("orthogonal", &feet.iter().map(|foot| foot.is_orthogonal).collect::<Vec<_>>()).end();
+    json.finish().map_err(|_| beyond("/points"))
+}

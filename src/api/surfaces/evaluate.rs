@@ -1,0 +1,288 @@
+//! A surface at many parameters.
+
+use super::values::SurfaceIncludeName;
+use crate::api::{
+    faults::Faults,
+    json::{
+        fields::{Fields, read_numbers, read_rows},
+        part::read_part,
+        writer::Json,
+    },
+    problem::{Problem, Room},
+    shapes::{
+        places::{beyond, within},
+        surface_reader::read_surface,
+    },
+};
+use flankfit_engine::{
+    fault::words::counted,
+    geometry::surface::{Evaluator, Local, Surface, SurfaceJet, SurfaceShape, area},
+    numerics::cancel::Asking,
+};
+
+/// Relative error to which areas are computed.
+const AREA_TOLERANCE: f64 = 1e-10;
+/// Most numbers of an answer, some 400 megabytes of text.
+const MOST_NUMBERS: usize = 20_000_000;
+
+/// A number in the text of an answer, with its comma.
+const TEXT_OF_NUMBER: usize = 24;
+/// What a place takes while it is evaluated: the surface with its derivatives there.
+const PLACE: usize = size_of::<SurfaceJet>();
+
+/// A request as it was read.
+struct Wanted {
+    surface: SurfaceShape,
+    places: Places,
+    derivatives: usize,
+    forms: bool,
+    area: bool,
+}
+
+enum Places {
+    Pairs(Vec<[f64; 2]>),
+    Grid(Vec<f64>, Vec<f64>),
+}
+
+impl Places {
+    fn count(&self) -> usize {
+        match self {
+            Places::Pairs(pairs) => pairs.len(),
+            Places::Grid(u, v) => u.len().saturating_mul(v.len()),
+        }
+    }
+
+    fn pairs(&self) -> Box<dyn Iterator<Item = (f64, f64)> + '_> {
+        match self {
+            Places::Pairs(pairs) => Box::new(pairs.iter().map(|[u, v]| (*u, *v))),
+            Places::Grid(u, v) => Box::new(u.iter().flat_map(move |u| v.iter().map(move |v| (*u, *v)))),
+        }
+    }
+
+    /// Values end to end.
+    fn values(&self, evaluator: &Evaluator, width: usize) -> Vec<f64> {
+        if width == 1 {
+            return match self {
+                Places::Pairs(pairs) => evaluator.heights(pairs),
+                Places::Grid(u, v) => evaluator.grid_heights(u, v),
+            };
+        }
+        let values = match self {
+            Places::Pairs(pairs) => evaluator.values(pairs),
+            Places::Grid(u, v) => evaluator.grid_values(u, v),
+        };
+        values.iter().flat_map(|value| value.as_slice()[..width].iter().copied()).collect()
+    }
+
+    fn jets(&self, evaluator: &Evaluator) -> Vec<SurfaceJet> {
+        match self {
+            Places::Pairs(pairs) => evaluator.jets(pairs),
+            Places::Grid(u, v) => evaluator.grid_jets(u, v),
+        }
+    }
+}
+
+/// Answers a request, as far as there is `room`: two axes may ask for the grid of all their pairs.
+/// Processor work.
+pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
+    let Wanted { surface, places, derivatives, forms, area: wants_area } = read(text)?;
+    let width = surface.dimension().count();
+    let count = places.count();
+    let numbers = count * numbers_of_a_place(width, derivatives, forms);
+    room(256 + numbers * (TEXT_OF_NUMBER + size_of::<f64>()) + count * PLACE)?;
+    let evaluator = Evaluator::new(&surface);
+    let mut geometry = Geometry::default();
+    let mut lists: [Vec<f64>; 6] = Default::default();
+    if derivatives == 0 && !forms {
+        lists[0] = places.values(&evaluator, width);
+    } else {
+        for list in &mut lists[..[1, 3, 6][derivatives]] {
+            list.reserve_exact(count * width);
+        }
+        for (index, (jet, (u, v))) in places.jets(&evaluator).into_iter().zip(places.pairs()).enumerate().asking(200) {
+            let place = jet.placed(surface.dimension(), u, v);
+            geometry.add(index, &Local::of(&surface, &place, u, v));
+            let all = [jet.value, jet.u, jet.v, jet.uu, jet.uv, jet.vv];
+            for (list, value) in lists.iter_mut().zip(all).take([1, 3, 6][derivatives]) {
+                list.extend_from_slice(&value.as_slice()[..width]);
+            }
+        }
+    }
+    let mut json = Json::with_capacity(256 + TEXT_OF_NUMBER * numbers);
+    let mut object = json.object();
+    object.values("values", width, &lists[0]);
+    if derivatives > 0 {
+        let names = ["u", "v", "uu", "uv", "vv"];
+        object.object("derivatives", |object| {
+            for (name, list) in names.into_iter().zip(&lists[1..]).take([0, 2, 5][derivatives]) {
+                object.values(name, width, list);
+            }
+        });
+    }
+    let singular = geometry.singular;
+    if geometry.has_normals && derivatives > 0 {
+        object.values("normals", 3, &geometry.normals);
+    }
+    if singular.is_none() && derivatives > 1 {
+        object.object("curvatures", |object| {
+            object
+                .numbers("gaussian", &geometry.gaussian)
+                .numbers("mean", &geometry.mean)
+                .values("principal", 2, &geometry.principal)
+                .values("direction", 3, &geometry.direction);
+        });
+    }
+    if singular.is_none() && forms {
+        object.object("fundamental_forms", |object| {
+            object.values("first", 3, &geometry.first).values("second", 3, &geometry.second);
+        });
+    }
+    let mut warnings = Vec::new();
+    if wants_area {
+        let area = area::area(&surface, AREA_TOLERANCE);
+        object.object("area", |object| {
+            object.number("value", area.area).number("error", area.error_estimate);
+        });
+        if !area.converged {
+            let message = format!("the area is known to {:.1e} only", area.error_estimate);
+            warnings.push(("area_uncertain", message));
+        }
+    }
+    if let Some((first, count)) = singular {
+        let left_out =
+            if geometry.has_normals { "curvatures and forms are" } else { "normals, curvatures and forms are" };
+        let message = format!(
+            "the surface has no curvature at {count} of the places, first at number {first}: {left_out} left out"
+        );
+        warnings.push(("no_tangent_plane", message));
+    }
+    object
+        .list("warnings", warnings, |object, (code, message)| {
+            object.string("code", code).string("message", &message);
+        })
+        .end();
+    json.finish().map_err(|_| beyond("/surface"))
+}
+
+/// Values, derivatives, normal, curvatures and forms.
+fn numbers_of_a_place(width: usize, derivatives: usize, forms: bool) -> usize {
+    width * [1, 3, 6][derivatives] + [0, 3, 10][derivatives] + if forms { 6 } else { 0 }
+}
+
+/// What derivatives tell, place by place.
+struct Geometry {
+    normals: Vec<f64>,
+    /// Whether every place so far has one.
+    has_normals: bool,
+    gaussian: Vec<f64>,
+    mean: Vec<f64>,
+    principal: Vec<f64>,
+    direction: Vec<f64>,
+    first: Vec<f64>,
+    second: Vec<f64>,
+    /// The first place without curvatures, and how many there are.
+    singular: Option<(usize, usize)>,
+}
+
+impl Default for Geometry {
+    fn default() -> Self {
+        let (normals, gaussian, mean, principal, direction, first, second) = Default::default();
+        Geometry { normals, has_normals: true, gaussian, mean, principal, direction, first, second, singular: None }
+    }
+}
+
+impl Geometry {
+    fn add(&mut self, index: usize, local: &Local) {
+        self.has_normals &= local.normal.is_some();
+        self.normals.extend(local.normal.iter().flatten());
+        let Some(told) = &local.differential else {
+            let (first, count) = self.singular.unwrap_or((index, 0));
+            self.singular = Some((first, count + 1));
+            return;
+        };
+        self.gaussian.push(told.gaussian);
+        self.mean.push(told.mean);
+        self.principal.extend(told.principal);
+        self.direction.extend(told.directions[0].iter());
+        self.first.extend(told.first_form);
+        self.second.extend(told.second_form);
+    }
+}
+
+fn read(text: &[u8]) -> Result<Wanted, Problem> {
+    let mut faults = Faults::default();
+    let keys = ["surface", "at", "grid", "derivatives", "include"];
+    let fields = Fields::of_request(text, &keys, &mut faults)?;
+    let surface =
+        fields.required("surface", "", &mut faults).and_then(|slice| read_surface(slice, "/surface", &mut faults));
+    let places = read_places(&fields, &mut faults);
+    let derivatives: usize =
+        fields.get("derivatives").and_then(|slice| read_part(slice, "/derivatives", &mut faults)).unwrap_or(0);
+    if derivatives > 2 {
+        faults.push("/derivatives", format!("{derivatives} is more than 2, the highest order that is offered"));
+    }
+    let include: Vec<SurfaceIncludeName> =
+        fields.get("include").and_then(|slice| read_part(slice, "/include", &mut faults)).unwrap_or_default();
+    if let (Some(surface), Some(places)) = (&surface, &places) {
+        let [domain_u, domain_v] = surface.domain();
+        match places {
+            Places::Pairs(pairs) => {
+                let axis = |axis: usize| pairs.iter().map(move |pair| pair[axis]).enumerate();
+                within(axis(0), domain_u, |i| format!("/at/{i}/0"), &mut faults);
+                within(axis(1), domain_v, |i| format!("/at/{i}/1"), &mut faults);
+            }
+            Places::Grid(u, v) => {
+                within(u.iter().copied().enumerate(), domain_u, |i| format!("/grid/u/{i}"), &mut faults);
+                within(v.iter().copied().enumerate(), domain_v, |i| format!("/grid/v/{i}"), &mut faults);
+            }
+        }
+    }
+    let (Some(surface), Some(places)) = (surface, places) else { return Err(Problem::invalid(faults)) };
+    let forms = include.contains(&SurfaceIncludeName::FundamentalForms);
+    let numbers =
+        places.count().saturating_mul(numbers_of_a_place(surface.dimension().count(), derivatives.min(2), forms));
+    if numbers > MOST_NUMBERS {
+        let at = if matches!(places, Places::Pairs(_)) { "/at" } else { "/grid" };
+        faults.push(
+            at,
+            format!("{numbers} numbers would be answered, {MOST_NUMBERS} at most: ask for fewer places at a time"),
+        );
+    }
+    let area = include.contains(&SurfaceIncludeName::Area);
+    faults.into_result(Wanted { surface, places, derivatives, forms, area }).map_err(Problem::invalid)
+}
+
+fn read_places(fields: &Fields, faults: &mut Faults) -> Option<Places> {
+    match (fields.get("at"), fields.get("grid")) {
+        (Some(slice), None) => {
+            let (flat, lengths) = read_rows(slice, "/at", faults)?;
+            let before = faults.count();
+            for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != 2) {
+                faults.push(
+                    format!("/at/{i}"),
+                    format!("{}, where a pair [u, v] is wanted", counted(*length, "number", "numbers")),
+                );
+            }
+            (faults.count() == before)
+                .then(|| Places::Pairs(flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()))
+        }
+        (None, Some(slice)) => {
+            let fields = Fields::of_part(slice, "/grid", &["u", "v"], faults)?;
+            let mut axis = |name: &str| {
+                let slice = fields.required(name, "/grid", faults)?;
+                read_numbers(slice, &format!("/grid/{name}"), faults)
+            };
+            let (u, v) = (axis("u"), axis("v"));
+            let places = Places::Grid(u?, v?);
+            Some(places)
+        }
+        (None, None) => {
+            faults.push("/at", "missing; give `at` or `grid`");
+            None
+        }
+        (Some(_), Some(_)) => {
+            faults.push("/grid", "give either `at` or `grid`, not both");
+            None
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Methods of surfaces: wire parts to methods.
+
+use super::methods::*;
+use crate::api::{
+    faults::Faults,
+    json::{
+        fields::Fields,
+        part::read_part,
+        tags::{read_tag, unknown_type},
+    },
+    shapes::{
+        degree::SpansBody,
+        net::{Net, equal_rows},
+        point::PointBody,
+        surface_reader::{borders, degrees},
+    },
+};
+use flankfit_engine::geometry::{
+    curve::CurveShape,
+    space::Vector,
+    surface::{construct::Method, coons::Twists, least_squares::AxisKnots},
+};
+
+/// A method as it was asked for.
+pub struct Asked {
+    /// The contract's name.
+    pub name: &'static str,
+    pub method: Method,
+    /// Derivatives across borders.
+    pub cross: [Option<CurveShape>; 4],
+    /// Of a net of control points.
+    pub weights: Option<Vec<Vec<f64>>>,
+    pub inner: Option<[[Vector; 2]; 2]>,
+    pub domain: Option<[[f64; 2]; 2]>,
+}
+
+impl Asked {
+    pub fn is_near(&self) -> bool {
+        matches!(self.method, Method::BSplineLeastSquares { .. })
+    }
+}
+
+/// Reads the method that stands at `/method`.
+pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Asked> {
+    const AT: &str = "/method";
+    let plain =
+        |name, method| Asked { name, method, cross: Default::default(), weights: None, inner: None, domain: None };
+    Some(match read_tag(slice, AT, faults)?.as_str() {
+        "coons_bilinear" => {
+            read_part::<CoonsBilinearMethod>(slice, AT, faults)?;
+            plain("coons_bilinear", Method::CoonsBilinear)
+        }
+        "coons_bicubic" => {
+            let fields = Fields::of_part(slice, AT, &["type", "cross_derivatives"], faults)?;
+            let method = Method::CoonsBicubic { twists: Twists::default() };
+            Asked { cross: cross(&fields, faults)?, ..plain("coons_bicubic", method) }
+        }
+        "gregory" => {
+            let fields = Fields::of_part(slice, AT, &["type", "cross_derivatives", "inner_points"], faults)?;
+            let inner = match fields.get("inner_points") {
+                Some(slice) => Some(inner(slice, faults)?),
+                None => None,
+            };
+            Asked { cross: cross(&fields, faults)?, inner, ..plain("gregory", Method::Gregory) }
+        }
+        "bezier" => {
+            let body: BezierMethod = read_part(slice, AT, faults)?;
+            let domain = body.domain.map(|domain| [domain.u, domain.v].map(|range| range.unwrap_or([0.0, 1.0])));
+            Asked { weights: body.weights, domain, ..plain("bezier", Method::Bezier) }
+        }
+        "b_spline" => {
+            let body: BSplineSurfaceMethod = read_part(slice, AT, faults)?;
+            let knots = body.knots.map_or([None, None], |knots| knots.map(Some));
+            plain("b_spline", Method::BSpline { degrees: degrees(body.degree), knots })
+        }
+        "b_spline_least_squares" => {
+            let body: BSplineLeastSquaresSurfaceMethod = read_part(slice, AT, faults)?;
+            let degrees = degrees(body.degree);
+            let knots = match (body.knots, body.spans, body.placed_spans) {
+                (Some(knots), None, None) => knots.map(AxisKnots::Given),
+                (None, Some(spans), None) => counts(spans).map(AxisKnots::Uniform),
+                (None, None, Some(spans)) => counts(spans).map(AxisKnots::Spans),
+                (None, None, None) => {
+                    faults.push(AT, "give one of `knots`, `spans` and `placed_spans`");
+                    return None;
+                }
+                _ => {
+                    faults.push(AT, "give only one of `knots`, `spans` and `placed_spans`");
+                    return None;
+                }
+            };
+            plain("b_spline_least_squares", Method::BSplineLeastSquares { degrees, knots })
+        }
+        "nurbs" => {
+            let body: NurbsSurfaceMethod = read_part(slice, AT, faults)?;
+            let method = Method::Nurbs { degrees: degrees(body.degree), knots: body.knots.map(Some) };
+            Asked { weights: Some(body.weights), ..plain("nurbs", method) }
+        }
+        other => {
+            unknown_type(
+                AT,
+                other,
+                "coons_bilinear, coons_bicubic, gregory, bezier, b_spline, b_spline_least_squares and nurbs are",
+                faults,
+            );
+            return None;
+        }
+    })
+}
+
+fn counts(spans: SpansBody) -> [usize; 2] {
+    match spans {
+        SpansBody::Both(spans) => [spans; 2],
+        SpansBody::Each(spans) => spans,
+    }
+}
+
+fn cross(fields: &Fields, faults: &mut Faults) -> Option<[Option<CurveShape>; 4]> {
+    match fields.get("cross_derivatives") {
+        Some(slice) => borders(slice, "/method/cross_derivatives", faults),
+        None => Some(Default::default()),
+    }
+}
+
+fn inner(slice: &[u8], faults: &mut Faults) -> Option<[[Vector; 2]; 2]> {
+    const AT: &str = "/method/inner_points";
+    let rows: Vec<Vec<PointBody>> = read_part(slice, AT, faults)?;
+    equal_rows(&rows, AT, faults)?;
+    let net = Net::read(&rows, AT, faults)?;
+    if (net.rows, net.columns) != (2, 2) {
+        faults.push(AT, format!("{} × {} points, where 2 × 2 are wanted", net.rows, net.columns));
+        return None;
+    }
+    Some(std::array::from_fn(|i| std::array::from_fn(|j| net.values[2 * i + j])))
+}

@@ -1,0 +1,163 @@
+//! What a surface is made of and how, as it is written.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    json::{present::present, tags::tags},
+    shapes::point::PointBody,
+    shapes::{
+        curve_shape::CurveBody,
+        degree::{DegreeBody, SpansBody},
+        domain::DomainBody,
+        surface_shape::{
+            BSplineSurfaceTag, BezierTag, BordersBody, CoonsBicubicTag, CoonsBilinearTag, GregoryTag, NurbsSurfaceTag,
+        },
+    },
+};
+
+/// How a surface is made. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or
+/// every mesh of `mesh`, `bezier` the latter; `b_spline` passes through the nodes of `grid` or
+/// `xyz`, `b_spline_least_squares` near these or near scattered `nodes`; `bezier`, `b_spline`,
+/// `nurbs` and `gregory` take `control_points` as they are.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(untagged)]
+#[schema(as = SurfaceMethod, discriminator(property_name = "type", mapping(
+    ("coons_bilinear" = "#/components/schemas/CoonsBilinearMethod"),
+    ("coons_bicubic" = "#/components/schemas/CoonsBicubicMethod"),
+    ("gregory" = "#/components/schemas/GregoryMethod"),
+    ("bezier" = "#/components/schemas/BezierMethod"),
+    ("b_spline" = "#/components/schemas/BSplineSurfaceMethod"),
+    ("b_spline_least_squares" = "#/components/schemas/BSplineLeastSquaresSurfaceMethod"),
+    ("nurbs" = "#/components/schemas/NurbsSurfaceMethod")
+)))]
+pub enum SurfaceMethodBody {
+    CoonsBilinear(CoonsBilinearMethod),
+    CoonsBicubic(CoonsBicubicMethod),
+    Gregory(GregoryMethod),
+    Bezier(BezierMethod),
+    BSpline(BSplineSurfaceMethod),
+    BSplineLeastSquares(BSplineLeastSquaresSurfaceMethod),
+    Nurbs(NurbsSurfaceMethod),
+}
+
+/// Curves along the lines of a mesh, from two families of planes u = const and v = const.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = CurveMesh)]
+pub struct MeshBody {
+    /// Where the curves over v stand, ascending.
+    #[schema(min_items = 2)]
+    pub u: Vec<f64>,
+    /// Where the curves over u stand, ascending.
+    #[schema(min_items = 2)]
+    pub v: Vec<f64>,
+    /// For each u its curve over v. Of points in space the first or the last may be `null`: a tip,
+    /// where the patches have three sides.
+    pub u_curves: Vec<Option<CurveBody>>,
+    /// For each v its curve over u; `null` as above.
+    pub v_curves: Vec<Option<CurveBody>>,
+}
+
+/// Bilinearly blended Coons patches: the curves are kept, with edges along them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CoonsBilinearMethod {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: CoonsBilinearTag,
+}
+
+/// Bicubically blended Coons patches: C¹ across the lines of a mesh where the curves are.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct CoonsBicubicMethod {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: CoonsBicubicTag,
+    /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are
+    /// estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cross_derivatives: Option<BordersBody>,
+}
+
+/// Gregory patches: tangent planes continuous across the lines of a mesh, whatever the twists;
+/// borders become cubics. Of `control_points` with `inner_points`: the patch itself.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct GregoryMethod {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: GregoryTag,
+    /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are
+    /// estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cross_derivatives: Option<BordersBody>,
+    /// With `control_points`: 2 × 2, the inner points that are felt along u0 and u1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inner_points: Option<Vec<Vec<PointBody>>>,
+}
+
+/// Bicubic Bézier patches that fill a mesh, or with `control_points` the patch itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BezierMethod {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: BezierTag,
+    /// With `control_points`: one ≥ 0 for each, for a rational patch.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub weights: Option<Vec<Vec<f64>>>,
+    /// With `control_points`. Default [0, 1] both.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub domain: Option<DomainBody>,
+}
+
+/// The B-spline surface through all nodes, or with `control_points` the surface itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BSplineSurfaceMethod {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: BSplineSurfaceTag,
+    pub degree: DegreeBody,
+    /// Full knot vectors of u and v; default averages of neighbouring parameters. Needed with
+    /// `control_points`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub knots: Option<[Vec<f64>; 2]>,
+}
+
+/// The B-spline surface nearest to nodes. Exactly one of `knots`, `spans` and `placed_spans` says
+/// where knots are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BSplineLeastSquaresSurfaceMethod {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: BSplineLeastSquaresSurfaceTag,
+    pub degree: DegreeBody,
+    /// Full knot vectors of u and v.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub knots: Option<[Vec<f64>; 2]>,
+    /// Spans of equal width.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub spans: Option<SpansBody>,
+    /// For a grid: spans that hold about as many nodes each.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub placed_spans: Option<SpansBody>,
+}
+
+/// A NURBS surface of `control_points` with weights.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NurbsSurfaceMethod {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: NurbsSurfaceTag,
+    pub degree: DegreeBody,
+    /// Full knot vectors of u and v.
+    pub knots: [Vec<f64>; 2],
+    /// One ≥ 0 for each control point.
+    pub weights: Vec<Vec<f64>>,
+}
+
+tags! {
+    BSplineLeastSquaresSurfaceTag = BSplineLeastSquares,
+}

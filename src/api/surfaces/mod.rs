@@ -1,0 +1,14 @@
+//! Surfaces of grids, points, boundaries, meshes and nodes: requests, readers, answers, evaluation
+//! and closest points.
+
+pub mod closest;
+pub mod evaluate;
+pub mod given;
+pub mod method_reader;
+pub mod methods;
+pub mod near;
+pub mod request;
+pub mod result;
+pub mod values;
+
+pub use self::request::build;

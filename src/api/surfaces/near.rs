@@ -1,0 +1,174 @@
+//! Surfaces near nodes: the fit of the service where its spectrum can be told, the banded one where
+//! there are too many coefficients.
+
+use super::{method_reader::Asked, result::write_surface};
+use crate::api::{
+    curves::result::write_warnings,
+    faults::Faults,
+    fits::{answer::text, canonical},
+    json::writer::{Json, Object},
+    problem::Problem,
+    shapes::{fault::refused_fit, places::beyond},
+};
+use flankfit_engine::{
+    estimation::{
+        self, FitSpec, Nodes, Plans,
+        near::{self, Shape, SurfaceFit, SurfaceInclude, SurfacePoints},
+        result::{Arithmetic, Warning},
+        spec::{Degree, Estimator, Include, Knots, Model, Regularization, Scaling},
+    },
+    geometry::surface::{SurfaceShape, construct::Method, least_squares::AxisKnots},
+};
+
+/// Coefficients up to which every fit is that of the service: beyond, its spectrum costs more than
+/// it tells.
+const FEW: usize = 150;
+
+/// Fits the B-spline that was asked for to nodes with u and v, which stand at `base` in the
+/// request.
+pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base: &str) -> Result<Vec<u8>, Problem> {
+    if matches!(nodes, Nodes::Curve(_) | Nodes::Matrix(_)) {
+        return refuse(&format!("{base}/type"), "a surface takes nodes with u and v");
+    }
+    let Method::BSplineLeastSquares { degrees, knots } = asked.method else {
+        return refuse("/method", "only `b_spline_least_squares` is for scattered nodes and grids with missing ones");
+    };
+    let count = |axis: usize| match &knots[axis] {
+        AxisKnots::Given(knots) => knots.len().saturating_sub(degrees[axis] + 1),
+        AxisKnots::Uniform(spans) | AxisKnots::Spans(spans) => spans.saturating_add(degrees[axis]),
+    };
+    let size = count(0).saturating_mul(count(1));
+    spec.model = Model::BSpline {
+        // a number for both axes is at fault as such
+        degree: if degrees[0] == degrees[1] { Degree::Both(degrees[0]) } else { Degree::Each(degrees[0], degrees[1]) },
+        knots: match knots {
+            [AxisKnots::Given(u), AxisKnots::Given(v)] => Knots::Surface(u, v),
+            [AxisKnots::Uniform(u), AxisKnots::Uniform(v)] if u == v => Knots::Spans(u),
+            [AxisKnots::Uniform(u), AxisKnots::Uniform(v)] => Knots::SpansEach(u, v),
+            _ => return refuse("/method/placed_spans", "knots are placed by the nodes of whole grids only"),
+        },
+        weights: None,
+    };
+    if size > FEW && is_banded(&spec) {
+        return banded(nodes, &spec, base);
+    }
+    let result = estimation::fit_remembering(nodes, &spec, plans).map_err(|error| refused_fit(error, base))?;
+    let Some(Shape::Surface(shape)) = near::shape_of(&spec, &result) else {
+        return Err(Problem::internal("a fit of a B-spline surface is none"));
+    };
+    let text =
+        text::write(&result, None, &canonical::input_sha256(nodes, &spec), spec.include).map_err(Problem::internal)?;
+    let text = String::from_utf8(text).map_err(Problem::internal)?;
+    let mut json = Json::with_capacity(text.len() + 40 * result.coefficients.len());
+    let mut object = json.object();
+    write_surface(&mut object, &shape, None);
+    object.list("fits", [text], |object, text| {
+        object.string("coordinate", "z").raw("result", &text);
+    });
+    let warnings: Vec<_> = result.warnings.iter().map(|warning| (warning.code, warning.message.clone())).collect();
+    write_warnings(&mut object, &warnings);
+    object.end();
+    json.finish().map_err(|_| beyond(base))
+}
+
+/// Whether the fit of many coefficients knows all that is asked for.
+fn is_banded(spec: &FitSpec) -> bool {
+    let penalty = matches!(
+        spec.regularization,
+        Regularization::None | Regularization::Ridge { .. } | Regularization::Tikhonov(_)
+    );
+    penalty
+        && spec.estimator == Estimator::LeastSquares
+        && spec.filters.is_empty()
+        && spec.scaling != Scaling::Standardized
+        && spec.node_uncertainty.is_none()
+        && spec.coefficient_norm_limit.is_none()
+        && spec.include == Include { residuals: spec.include.residuals, ..Include::default() }
+}
+
+fn banded(nodes: &Nodes, spec: &FitSpec, base: &str) -> Result<Vec<u8>, Problem> {
+    let (u, v, z, weight) = scattered(nodes)?;
+    let coordinates = [z];
+    let points = SurfacePoints { u: &u, v: &v, coordinates: &coordinates, weight: weight.as_deref() };
+    // without a penalty they come with the factorisation, with one each asks for a solution
+    let standard_errors = spec.regularization == Regularization::None;
+    let include = SurfaceInclude { standard_errors, residuals: spec.include.residuals };
+    let fit = near::surface(&points, spec, include).map_err(|error| refused_fit(error, base))?;
+    let told = fit.coordinates.iter().filter_map(|c| c.residuals.as_ref()).map(Vec::len).sum::<usize>();
+    let mut json = Json::with_capacity(4096 + 60 * fit.surface.control_points().len() + 22 * told);
+    let mut object = json.object();
+    let SurfaceFit { surface, .. } = &fit;
+    let columns = surface.bases()[1].distinct_knots().len() - 1;
+    write_surface(&mut object, &SurfaceShape::BSpline(surface.clone()), None);
+    object.object("banded_fit", |object| write_banded(object, &fit, columns));
+    object.list("warnings", &fit.warnings, |object, Warning { code, message }| {
+        object.string("code", code).string("message", message);
+    });
+    object.end();
+    json.finish().map_err(|_| beyond(base))
+}
+
+fn write_banded(object: &mut Object<'_>, fit: &SurfaceFit, columns: usize) {
+    object
+        .count("count", fit.count)
+        .number("degrees_of_freedom", fit.degrees_of_freedom)
+        .number("effective_degrees_of_freedom", fit.effective_degrees_of_freedom)
+        .maybe_number("condition", fit.condition)
+        .list("coordinates", fit.coordinates.iter().zip(["z"]), |object, (residuals, name)| {
+            object
+                .string("coordinate", name)
+                .number("rss", residuals.rss)
+                .number("rms", residuals.rms)
+                .number("max_abs", residuals.max_abs)
+                .maybe_number("sigma", residuals.sigma);
+            if let Some(errors) = &residuals.standard_errors {
+                let rows: Vec<Vec<f64>> = errors.chunks(fit.surface.bases()[1].size()).map(<[f64]>::to_vec).collect();
+                object.rows("std_errors", &rows);
+            }
+            if let Some(values) = &residuals.residuals {
+                object.numbers("values", values);
+            }
+        })
+        .field("nodes_per_span", &fit.nodes_per_span.chunks(columns).collect::<Vec<_>>())
+        .count("empty_spans", fit.empty_spans);
+    if let Some(weight) = &fit.regularization {
+        object.object("penalty", |object| {
+            object
+                .number("lambda", weight.lambda)
+                .maybe("criterion", weight.criterion.map(|criterion| criterion.name()))
+                .field("reached", &weight.reached);
+        });
+    }
+    let arithmetic = match fit.arithmetic {
+        Arithmetic::Double => "double",
+        Arithmetic::DoubleDouble => "double_double",
+    };
+    object
+        .string("arithmetic", arithmetic)
+        .count("corrections", fit.corrections)
+        .number("last_correction", fit.last_correction);
+}
+
+type Columns = (Vec<f64>, Vec<f64>, Vec<f64>, Option<Vec<f64>>);
+
+/// Nodes with u and v one by one; missing ones are left out.
+fn scattered(nodes: &Nodes) -> Result<Columns, Problem> {
+    match nodes {
+        Nodes::Scattered(nodes) => {
+            Ok((nodes.u().to_vec(), nodes.v().to_vec(), nodes.z().to_vec(), nodes.weight().map(<[f64]>::to_vec)))
+        }
+        Nodes::Grid(grid) => {
+            let columns = grid.v().len();
+            let counted = |k: &usize| !grid.z()[*k].is_nan() && grid.valid().as_ref().is_none_or(|valid| valid[*k]);
+            let places: Vec<usize> = (0..grid.z().len()).filter(counted).collect();
+            let of = |value: &dyn Fn(usize) -> f64| places.iter().map(|k| value(*k)).collect::<Vec<_>>();
+            let weight = grid.weight().as_ref().map(|weight| of(&|k| weight[k]));
+            Ok((of(&|k| grid.u()[k / columns]), of(&|k| grid.v()[k % columns]), of(&|k| grid.z()[k]), weight))
+        }
+        Nodes::Curve(_) | Nodes::Matrix(_) => refuse("/nodes/type", "a surface takes nodes with u and v"),
+    }
+}
+
+fn refuse<T>(pointer: &str, detail: &str) -> Result<T, Problem> {
+    Err(Problem::invalid(Faults::one(pointer, detail)))
+}

@@ -1,0 +1,211 @@
+//! A surface asked for: what it is made of and a method in, the surface and its report out.
+
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::{
+    given::{self, GIVEN_KEYS, GivenSurface, HeightGridBody},
+    method_reader::{self, Asked},
+    methods::{MeshBody, SurfaceMethodBody},
+    near, result,
+};
+use crate::api::{
+    built::Built,
+    curves::points::ParametrizationName,
+    faults::Faults,
+    fits::{
+        reader::fields::{self, FIT_KEYS, FitFields},
+        spec::nodes::NodesBody,
+    },
+    json::fields::Fields,
+    problem::Problem,
+    shapes::{THROUGH, fault::moved, net::Net, point::PointBody, surface_shape::BordersBody},
+};
+use flankfit_engine::{
+    estimation::{Nodes, Plans},
+    geometry::surface::{
+        Border,
+        construct::{self, Given, Method},
+        construct_fault::{Field, SurfaceFault},
+    },
+};
+
+/// Most patches of a mesh or grid that is filled.
+const MOST_PATCHES: usize = 10_000;
+
+// Declared for the document; `build` reads it.
+/// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points` and
+/// `nodes`. One that is kept with an iteration may say none of them: then it is made of the
+/// iteration's nodes.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct SurfaceRequest {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub of: SurfaceParts,
+    pub method: SurfaceMethodBody,
+    /// For `b_spline_least_squares`.
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub fit: FitFields,
+}
+
+/// What a surface is made of.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
+pub struct SurfaceParts {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid: Option<HeightGridBody>,
+    /// Points `[x, y, z]` in rows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub xyz: Option<Vec<Vec<Vec<f64>>>>,
+    /// Of `xyz`; default `chord_length`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parametrization: Option<ParametrizationName>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub boundaries: Option<BordersBody>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshBody>,
+    /// Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the caller's
+    /// unit. Default 1e-6 of the largest coordinate at their ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0)]
+    pub tolerance: Option<f64>,
+    /// Rows along u, within a row along v.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub control_points: Option<Vec<Vec<PointBody>>>,
+    /// Scattered nodes or a grid with missing nodes, for `b_spline_least_squares`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<NodesBody>,
+}
+
+/// Builds the surface of a request, made of the nodes of an iteration where it says nothing else.
+/// Processor work.
+pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, Problem> {
+    let mut faults = Faults::default();
+    let keys = [&GIVEN_KEYS[..], &["parametrization", "tolerance", "method"], &FIT_KEYS[..]].concat();
+    let fields = Fields::of_request(text, &keys, &mut faults)?;
+    let given = given::read(&fields, own, &mut faults);
+    let asked = fields.required("method", "", &mut faults).and_then(|slice| method_reader::read(slice, &mut faults));
+    let fit =
+        fields::read(&fields, asked.as_ref().is_none_or(|asked| !asked.is_near()).then_some(THROUGH), &mut faults);
+    let (Some(given), Some(asked), Some(fit)) = (given, asked, fit) else { return Err(Problem::invalid(faults)) };
+    faults.into_result(()).map_err(Problem::invalid)?;
+    let name = asked.name.to_owned();
+    // Without a word on the fit, a whole grid is fitted axis by axis, whatever its size.
+    let plain = FIT_KEYS.iter().all(|key| fields.get(key).is_none());
+    let near = |nodes: &Nodes, asked, base| {
+        near::build(nodes, asked, fit, plans, base).map(|result| Built { method: name.clone(), result })
+    };
+    let (given, tolerance) = match given {
+        GivenSurface::Nodes(nodes) => match whole_grid(&nodes) {
+            Some(given) if plain || !asked.is_near() => (given, None),
+            _ => return near(&nodes, asked, "/nodes"),
+        },
+        GivenSurface::Grid { u, v, z } if asked.is_near() && !plain => {
+            let nodes = Nodes::grid(u, v, z.concat(), None, None)
+                .map_err(|faults| Problem::invalid(moved(&faults.into(), "/grid")))?;
+            return near(&nodes, asked, "/grid");
+        }
+        GivenSurface::Grid { u, v, z } => (Given::Grid { u, v, z }, None),
+        GivenSurface::Points { .. } if asked.is_near() && !plain => {
+            let mut faults = Faults::default();
+            for key in FIT_KEYS.iter().filter(|key| fields.get(key).is_some()) {
+                let detail = "points of space are fitted by plain least squares, axis by axis; this belongs to `nodes` \
+                    or `grid`";
+                faults.push(format!("/{key}"), detail);
+            }
+            return Err(Problem::invalid(faults));
+        }
+        GivenSurface::Points { rows, parametrization } => (Given::Points { rows, parametrization }, None),
+        GivenSurface::Boundaries { curves, tolerance } => {
+            let cross = Box::new(asked.cross.clone());
+            (Given::Boundaries { curves, cross, tolerance }, Some(tolerance))
+        }
+        GivenSurface::Mesh { mesh, tolerance } => (Given::Mesh { mesh, tolerance }, Some(tolerance)),
+        GivenSurface::ControlPoints(net) => (control_points(net, &asked), None),
+    };
+    check_patches(&given, &asked.method)?;
+    let nodes = match &given {
+        Given::Grid { u, v, .. } => Some(u.len() * v.len()),
+        Given::Points { rows, .. } => Some(rows.iter().map(Vec::len).sum()),
+        _ => None,
+    };
+    let built = construct::build(given, asked.method).map_err(|fault| refused(&fault, &fields))?;
+    Ok(Built { method: name, result: result::built(&built, nodes, tolerance)? })
+}
+
+/// Patches have joints that are all looked at: no more of them than can be told about.
+fn check_patches(given: &Given, method: &Method) -> Result<(), Problem> {
+    let (at, [rows, columns]) = match given {
+        Given::Grid { u, v, .. } => ("/grid", [u.len(), v.len()]),
+        Given::Points { rows, .. } => ("/xyz", [rows.len(), rows.first().map_or(0, Vec::len)]),
+        Given::Mesh { mesh, .. } => ("/mesh", [mesh.us.len(), mesh.vs.len()]),
+        Given::Boundaries { .. } | Given::ControlPoints(_) => return Ok(()),
+    };
+    let fills =
+        matches!(method, Method::CoonsBilinear | Method::CoonsBicubic { .. } | Method::Gregory | Method::Bezier);
+    let patches = rows.saturating_sub(1).saturating_mul(columns.saturating_sub(1));
+    if fills && patches > MOST_PATCHES {
+        let detail = format!("{patches} patches are more than {MOST_PATCHES}: take a B-spline through so many nodes");
+        return Err(Problem::invalid(Faults::one(at, detail)));
+    }
+    Ok(())
+}
+
+/// A grid without missing nodes or weights.
+fn whole_grid(nodes: &Nodes) -> Option<Given> {
+    let Nodes::Grid(grid) = nodes else { return None };
+    let missing =
+        grid.valid().as_ref().is_some_and(|valid| valid.contains(&false)) || grid.z().iter().any(|z| z.is_nan());
+    if missing || grid.weight().is_some() {
+        return None;
+    }
+    let z = grid.z().chunks(grid.v().len().max(1)).map(<[f64]>::to_vec).collect();
+    Some(Given::Grid { u: grid.u().to_vec(), v: grid.v().to_vec(), z })
+}
+
+fn control_points(net: Net, asked: &Asked) -> Given {
+    Given::ControlPoints(construct::Net {
+        rows: net.values.chunks(net.columns.max(1)).map(<[_]>::to_vec).collect(),
+        dimension: net.dimension,
+        weights: asked.weights.clone(),
+        inner: asked.inner,
+        domain: asked.domain,
+    })
+}
+
+/// Where in the request the reason of a fault stands.
+fn refused(fault: &SurfaceFault, fields: &Fields) -> Problem {
+    let (field, indices) = fault.place();
+    let mut indices = indices.into_iter();
+    let base = GIVEN_KEYS.iter().find(|key| fields.get(key).is_some()).copied().unwrap_or("");
+    let nodes = base == "grid" || base == "nodes";
+    let border = |index: Option<usize>| index.and_then(|i| Border::ALL.get(i)).map_or("", |border| border.name());
+    let mut pointer = match field {
+        Field::U | Field::V | Field::Z if base.is_empty() => String::new(),
+        Field::U if nodes || base == "mesh" => format!("/{base}/u"),
+        Field::V if nodes || base == "mesh" => format!("/{base}/v"),
+        Field::Z if nodes => format!("/{base}/z"),
+        // a column of points has no pointer of its own: that of its first point
+        Field::V if base == "xyz" => "/xyz/0".to_owned(),
+        Field::U | Field::V | Field::Z | Field::Points => format!("/{base}"),
+        Field::Boundaries => format!("/boundaries/{}", border(indices.next())),
+        Field::Cross => format!("/method/cross_derivatives/{}", border(indices.next())),
+        Field::Mesh => match indices.next() {
+            Some(family) => format!("/mesh/{}", ["u_curves", "v_curves"][family.min(1)]),
+            None => "/mesh".to_owned(),
+        },
+        Field::ControlPoints => "/control_points".to_owned(),
+        Field::Inner => "/method/inner_points".to_owned(),
+        Field::Weights => "/method/weights".to_owned(),
+        Field::Knots => "/method/knots".to_owned(),
+        Field::Degrees => "/method/degree".to_owned(),
+        Field::Spans => "/method/spans".to_owned(),
+        Field::Domain => "/method/domain".to_owned(),
+        Field::Tolerance => "/tolerance".to_owned(),
+        Field::Twists | Field::Method => "/method".to_owned(),
+    };
+    for index in indices {
+        pointer.push_str(&format!("/{index}"));
+    }
+    Problem::invalid(Faults::one(pointer.trim_end_matches('/'), fault.to_string()))
+}

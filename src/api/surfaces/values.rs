@@ -1,0 +1,128 @@
+//! What is asked of a surface at parameters and what is answered, as it is written.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    shapes::{point::PointBody, surface_shape::SurfaceBody},
+    warning::WarningBody,
+};
+
+// Declared for the document; read by `surface_evaluate::answer`.
+/// A surface and where it is evaluated: `at`, or every pair of `grid`.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = EvaluateSurface)]
+pub struct EvaluateSurfaceBody {
+    pub surface: SurfaceBody,
+    /// Pairs [u, v] within the surface's domain, in any order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<Vec<f64>>>)]
+    pub at: Option<Vec<[f64; 2]>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid: Option<ParameterGridBody>,
+    /// Highest order of derivatives that are answered. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 2)]
+    pub derivatives: Option<usize>,
+    /// What is answered only when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub include: Option<Vec<SurfaceIncludeName>>,
+}
+
+/// Parameters of a grid: every u with every v, v running fastest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = ParameterGrid)]
+pub struct ParameterGridBody {
+    /// In any order.
+    pub u: Vec<f64>,
+    /// In any order.
+    pub v: Vec<f64>,
+}
+
+/// What is answered of a surface only when asked for. `normals` come with one derivative,
+/// `curvatures` with two without asking.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = SurfaceInclude)]
+pub enum SurfaceIncludeName {
+    FundamentalForms,
+    Area,
+}
+
+/// A surface at parameters, everything in the order of `at` or of the grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SurfaceValues)]
+pub struct SurfaceValuesBody {
+    /// Points of the surface; numbers for a graph.
+    pub values: Vec<PointBody>,
+    /// With one derivative and more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub derivatives: Option<SurfaceDerivativesBody>,
+    /// With one derivative and more: unit normals along S_u × S_v; of a graph those of (u, v, z).
+    /// Left out, with a warning, where one of them does not exist.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normals: Option<Vec<Vec<f64>>>,
+    /// With two derivatives.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curvatures: Option<CurvaturesBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fundamental_forms: Option<FundamentalFormsBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<AreaBody>,
+    /// What to know about the answer; empty where there is nothing to say.
+    pub warnings: Vec<WarningBody>,
+}
+
+/// Partial derivatives.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SurfaceDerivatives)]
+pub struct SurfaceDerivativesBody {
+    /// ∂S/∂u at each parameter.
+    pub u: Vec<PointBody>,
+    /// ∂S/∂v at each parameter.
+    pub v: Vec<PointBody>,
+    /// ∂²S/∂u² at each parameter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uu: Option<Vec<PointBody>>,
+    /// ∂²S/∂u∂v at each parameter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uv: Option<Vec<PointBody>>,
+    /// ∂²S/∂v² at each parameter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vv: Option<Vec<PointBody>>,
+}
+
+/// Curvatures, > 0 where the surface bends towards its normal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Curvatures)]
+pub struct CurvaturesBody {
+    /// Product of the two principal curvatures, 1/length².
+    pub gaussian: Vec<f64>,
+    /// Half the sum of the two principal curvatures, 1/length.
+    pub mean: Vec<f64>,
+    /// The greater and the lesser one.
+    pub principal: Vec<Vec<f64>>,
+    /// Unit tangents along which the greater one is taken; the other is at right angles.
+    pub direction: Vec<Vec<f64>>,
+}
+
+/// The first fundamental form (E, F, G) and the second one (L, M, N).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FundamentalForms)]
+pub struct FundamentalFormsBody {
+    /// `[E, F, G]` at each parameter.
+    pub first: Vec<Vec<f64>>,
+    /// `[L, M, N]` at each parameter.
+    pub second: Vec<Vec<f64>>,
+}
+
+/// Area of the whole surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Area)]
+pub struct AreaBody {
+    /// In the square of the caller's unit of length.
+    pub value: f64,
+    /// Estimated error.
+    pub error: f64,
+}
