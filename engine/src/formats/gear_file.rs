@@ -23,6 +23,15 @@ pub enum GearFile {
 
 /// Reads a file. Its content decides; the ending of its `name` only says what was meant where the
 /// content fits nothing, so that the error can name the line that is wrong.
+///
+/// ```
+/// use flankfit_engine::formats::{GearFile, gear_file};
+///
+/// // The content decides, whatever the file is called.
+/// let file = gear_file::read(b"x,y,z\n1,2,3\n", Some("flank.mka"))?;
+/// assert!(matches!(file, GearFile::Points(points) if points.len() == 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read(bytes: &[u8], name: Option<&str>) -> Result<GearFile, FileError> {
     let text = decode(bytes)?;
     let start = text.trim_start();

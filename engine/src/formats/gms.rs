@@ -84,6 +84,13 @@ impl Unit {
 
     /// `UnitId` of `EUInformation`: the characters of the code as bytes of a number, the first one
     /// highest (OPC 10000-8), −1 without a code.
+    ///
+    /// ```
+    /// use flankfit_engine::formats::gms::Unit;
+    ///
+    /// // MMT, read as bytes: 0x4D, 0x4D, 0x54.
+    /// assert_eq!(Unit::named("mm").id(), 0x4D4D54);
+    /// ```
     pub fn id(&self) -> i32 {
         self.code().map_or(-1, |code| code.bytes().fold(0, |id, byte| id << 8 | i32::from(byte)))
     }

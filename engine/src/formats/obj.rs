@@ -28,6 +28,30 @@ pub struct NamedLine<'a> {
 
 /// Objects of faces with normals, and objects of one line each. A face with a node that has no
 /// normal is written without.
+///
+/// ```
+/// use flankfit_engine::{
+///     formats::{Label, Moment, NamedMesh, QuadMesh, obj},
+///     geometry::{space::{Dimension, Vector}, surface::BezierSurface},
+/// };
+///
+/// // The unit square in 2 × 3 quadrilaterals has 3 × 4 vertices.
+/// let square = [[0.0, 1.0]; 2];
+/// let heights = vec![Vector::zeros(); 4];
+/// let flat = BezierSurface::new([2, 2], square, Dimension::Graph, heights, None)?;
+/// let mesh = QuadMesh::of_surfaces(&[&flat], [2, 3], 0.0, true)?;
+/// let label = Label {
+///     name: "flat".into(),
+///     author: String::new(),
+///     organization: String::new(),
+///     written_at: Moment::epoch(),
+/// };
+/// let file = obj::write(&[NamedMesh { name: "flat", mesh: mesh.into() }], &[], &label)?;
+/// let file = String::from_utf8(file.whole())?;
+/// let count = |head: &str| file.lines().filter(|line| line.starts_with(head)).count();
+/// assert_eq!((count("v "), count("f ")), (12, 6));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write(meshes: &[NamedMesh], lines: &[NamedLine], label: &Label) -> Result<Pieces, ExportFault> {
     if meshes.is_empty() && lines.is_empty() {
         return Err(ExportFault::Nothing);

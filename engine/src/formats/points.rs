@@ -33,6 +33,16 @@ pub struct ListedPoint {
 const NAMES: [&str; 7] = ["id", "x", "y", "z", "i", "j", "k"];
 
 /// Reads a list of points.
+///
+/// ```
+/// use flankfit_engine::formats::points;
+///
+/// // Decimal commas and semicolons, as a German spreadsheet writes them.
+/// let list = points::read("id;x;y;z\nP1;1,5;-2;0,25\n".as_bytes())?;
+/// assert_eq!(list[0].id.as_deref(), Some("P1"));
+/// assert_eq!((list[0].point.x, list[0].point.z), (1.5, 0.25));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read(bytes: &[u8]) -> Result<Vec<ListedPoint>, FileError> {
     parse(&decode(bytes)?)
 }
@@ -239,6 +249,14 @@ fn point_of(line: Line, columns: &Columns, marks: &mut Marks) -> Result<ListedPo
 }
 
 /// Writes a list, with the columns that any of its points needs. Numbers come back to the last bit.
+///
+/// ```
+/// use flankfit_engine::formats::points;
+///
+/// let list = points::read(b"x,y,z\n1,2,3\n")?;
+/// assert_eq!(points::write(&list)?, "x,y,z\n1.0,2.0,3.0\n");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write(points: &[ListedPoint]) -> Result<String, ExportFault> {
     let with_id = points.iter().any(|point| point.id.is_some());
     let with_direction = points.iter().any(|point| point.direction.is_some());

@@ -125,6 +125,12 @@ pub(super) fn counted(surfaces: &[&dyn Surface], intervals: [usize; 2]) -> Resul
 
 /// `intervals` equal steps (at least one) from each value to the next; the values given are met
 /// exactly.
+///
+/// ```
+/// use flankfit_engine::formats::sampling::between;
+///
+/// assert_eq!(between(&[0.0, 1.0, 3.0], 2), [0.0, 0.5, 1.0, 2.0, 3.0]);
+/// ```
 pub fn between(values: &[f64], intervals: usize) -> Vec<f64> {
     let steps = intervals.max(1);
     let inner = |pair: &[f64], k: usize| pair[0] + (pair[1] - pair[0]) * (k as f64 / steps as f64);

@@ -17,6 +17,28 @@ use super::{
 use crate::{geometry::space::Vector, numerics::cancel::Asking};
 
 /// The text form; numbers come back to the last bit.
+///
+/// ```
+/// use flankfit_engine::{
+///     formats::{Label, Moment, QuadMesh, stl},
+///     geometry::{space::{Dimension, Vector}, surface::BezierSurface},
+/// };
+///
+/// // The unit square in one quadrilateral: two triangles.
+/// let square = [[0.0, 1.0]; 2];
+/// let heights = vec![Vector::zeros(); 4];
+/// let flat = BezierSurface::new([2, 2], square, Dimension::Graph, heights, None)?;
+/// let mesh = QuadMesh::of_surfaces(&[&flat], [1, 1], 0.0, false)?;
+/// let label = Label {
+///     name: "flat".into(),
+///     author: String::new(),
+///     organization: String::new(),
+///     written_at: Moment::epoch(),
+/// };
+/// let file = String::from_utf8(stl::ascii_file(mesh.into(), &label)?.whole())?;
+/// assert_eq!(file.matches("facet normal").count(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn ascii_file(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
     if !mesh.faces().iter().asking(100).any(|face| triangles(&mesh, face, |x| x).next().is_some()) {
         return Err(ExportFault::Nothing);

@@ -30,6 +30,27 @@ pub struct PointField<'a> {
 const TITLE: usize = 255;
 
 /// One surface with its grid; u is the first index of the structured grid.
+///
+/// ```
+/// use flankfit_engine::{
+///     formats::{Label, Moment, SurfaceSample, vtk},
+///     geometry::{space::{Dimension, Vector}, surface::BezierSurface},
+/// };
+///
+/// let square = [[0.0, 1.0]; 2];
+/// let heights = vec![Vector::zeros(); 4];
+/// let flat = BezierSurface::new([2, 2], square, Dimension::Graph, heights, None)?;
+/// let sample = SurfaceSample::new(&flat, &[0.0, 0.5, 1.0], &[0.0, 1.0])?;
+/// let label = Label {
+///     name: "flat".into(),
+///     author: String::new(),
+///     organization: String::new(),
+///     written_at: Moment::epoch(),
+/// };
+/// let file = String::from_utf8(vtk::structured_grid(&sample, &[], &label)?.whole())?;
+/// assert!(file.contains("STRUCTURED_GRID") && file.contains("POINTS 6 double"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn structured_grid(sample: &SurfaceSample, fields: &[PointField], label: &Label) -> Result<Pieces, ExportFault> {
     let [m, n] = sample.size();
     for PointField { name, values } in fields {

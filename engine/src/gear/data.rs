@@ -280,6 +280,17 @@ impl Gear {
     }
 
     /// Roll length √(r² − r_b²) of a diameter, mm; `None` below the base circle.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{Gear, GearData};
+    ///
+    /// // 52 teeth of module 1: r_b = 26 cos 20°, and on the reference circle L = 26 sin 20°.
+    /// let gear = Gear::new(GearData::spur(52, 1.0))?;
+    /// let roll_length = gear.roll_length(52.0).unwrap();
+    /// assert!((roll_length - 26.0 * 20_f64.to_radians().sin()).abs() < 1e-12);
+    /// assert_eq!(gear.roll_length(48.0), None); // below the base circle
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn roll_length(&self, diameter: f64) -> Option<f64> {
         let r = 0.5 * diameter;
         (r >= self.base_radius).then(|| ((r - self.base_radius) * (r + self.base_radius)).sqrt())

@@ -111,6 +111,24 @@ pub struct FlankGrid {
 impl FlankGrid {
     /// The nodes of `spec`, modified or not. Faults point at `/profile/values/…`,
     /// `/face_width_positions_mm/…` and `/tooth`.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{FlankGrid, Gear, GearData, GridSpec, ProfileAxis, Side};
+    ///
+    /// let gear = Gear::new(GearData::spur(52, 1.0))?;
+    /// let spec = GridSpec {
+    ///     side: Side::Left,
+    ///     axis: ProfileAxis::Diameter,
+    ///     values: vec![51.0, 52.0, 53.0],
+    ///     positions: vec![0.0, 10.0],
+    ///     tooth: 1,
+    /// };
+    /// let grid = FlankGrid::new(&gear, &spec, None)?;
+    /// // Rows of one diameter each.
+    /// let [x, y, z] = grid.points[2 * grid.columns() + 1];
+    /// assert!((x.hypot(y) - 26.5).abs() < 1e-12 && z == 10.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn new(gear: &Gear, spec: &GridSpec, modifications: Option<&Modifications>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         let (rows, columns) = (spec.values.len(), spec.positions.len());

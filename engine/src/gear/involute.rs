@@ -16,6 +16,13 @@ use crate::geometry::space::Vector;
 
 /// inv α = tan α − α for the roll angle ξ = tan α, without cancellation near 0 (a few units of the
 /// last place everywhere).
+///
+/// ```
+/// use flankfit_engine::gear::involute::inv_of_roll;
+///
+/// // inv 20° = 0.014904…, as tables have it.
+/// assert!((inv_of_roll(20_f64.to_radians().tan()) - 0.014_904_38).abs() < 1e-8);
+/// ```
 pub fn inv_of_roll(roll: f64) -> f64 {
     if roll.abs() < 0.5 {
         // ξ − arctan ξ = ξ³/3 − ξ⁵/5 + …, whose terms beyond these are below the last place of the
@@ -36,6 +43,12 @@ pub fn inv_of_roll(roll: f64) -> f64 {
 ///
 /// The function is convex: Newton's iteration from the lower bound ∛(3 inv) passes the root at most
 /// once and comes down to it.
+///
+/// ```
+/// use flankfit_engine::gear::involute::{inv_of_roll, roll_of_inv};
+///
+/// assert!((roll_of_inv(inv_of_roll(0.5)) - 0.5).abs() < 1e-15);
+/// ```
 pub fn roll_of_inv(involute: f64) -> f64 {
     let mut roll = (3.0 * involute).cbrt();
     if !(roll > 0.0) {
@@ -100,6 +113,19 @@ impl<'a> Flank<'a> {
     }
 
     /// The place at a roll length and a z, both mm.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{Gear, GearData, Side, involute::Flank};
+    ///
+    /// // The normal of an involute touches the base circle, at the distance of the roll length.
+    /// let gear = Gear::new(GearData::spur(52, 1.0))?;
+    /// let place = Flank::new(&gear, Side::Left).at(9.0, 0.0);
+    /// let (rb, r) = (gear.base_radius(), place.point.norm());
+    /// assert!((r * r - rb * rb - 81.0).abs() < 1e-10);
+    /// let touch = [1.0, -1.0].map(|way| (place.point + way * 9.0 * place.normal).norm());
+    /// assert!(touch.iter().any(|radius| (radius - rb).abs() < 1e-12));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn at(&self, roll_length: f64, z: f64) -> Place {
         let gear = self.gear;
         let (r, sense) = (gear.base_radius(), self.sense());

@@ -20,6 +20,15 @@ const MOST_ROLL_LENGTH: f64 = 1e7;
 
 impl ProfileAxis {
     /// The roll length of a value; `None` where there is no involute.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{Gear, GearData, ProfileAxis};
+    ///
+    /// // One radian of roll is one base radius of roll length.
+    /// let gear = Gear::new(GearData::spur(52, 1.0))?;
+    /// assert_eq!(ProfileAxis::RollAngle.roll_length(&gear, 1.0), Some(gear.base_radius()));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn roll_length(self, gear: &Gear, value: f64) -> Option<f64> {
         let roll = match self {
             ProfileAxis::RollLength => value,

@@ -160,6 +160,17 @@ impl Tolerances {
 
     /// The unrounded tolerance of a class, µm; `None` for classes that there are not and for the
     /// helix without a face width.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{Gear, GearData, tolerance::{Characteristic, Tolerances}};
+    ///
+    /// // f_p of class 5 is 0.001 d + 0.4 m_n + 5; each class further is wider by √2.
+    /// let tolerances = Tolerances::new(&Gear::new(GearData::spur(50, 2.0))?)?;
+    /// let pitch = |class| tolerances.unrounded(Characteristic::SinglePitch, class).unwrap();
+    /// assert!((pitch(5) - 5.9).abs() < 1e-12);
+    /// assert!((pitch(7) - 2.0 * pitch(5)).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn unrounded(&self, characteristic: Characteristic, class: u8) -> Option<f64> {
         (FINEST..=COARSEST).contains(&class).then_some(())?;
         self.fifth[characteristic as usize].map(|fifth| fifth * step(class))
@@ -194,6 +205,12 @@ fn step(class: u8) -> f64 {
 
 /// A tolerance in µm as the tables print it: above 10 to whole ones, from 5 to 10 to halves, below
 /// 5 to tenths; halves away from 0.
+///
+/// ```
+/// use flankfit_engine::gear::tolerance::rounded;
+///
+/// assert_eq!([12.5, 7.3, 3.14].map(rounded), [13.0, 7.5, 3.1]);
+/// ```
 pub fn rounded(tolerance: f64) -> f64 {
     if tolerance > 10.0 {
         tolerance.round()

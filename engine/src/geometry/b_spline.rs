@@ -117,6 +117,17 @@ impl BSplineBasis {
 
     /// Values of the functions that are not 0 at `x` into `out` (length degree + 1); returns the
     /// first one's index.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::BSplineBasis;
+    ///
+    /// // Degree 2 over one span: (1 − x)², 2x (1 − x), x².
+    /// let basis = BSplineBasis::uniform(2, 1, 0.0, 1.0)?;
+    /// let mut values = [0.0; 3];
+    /// assert_eq!(basis.values(0.25, &mut values), 0);
+    /// assert_eq!(values, [0.5625, 0.375, 0.0625]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn values<T: Real>(&self, x: f64, out: &mut [T]) -> usize {
         let span = self.span(x);
         self.recurse(span, self.degree, x, out);
@@ -124,6 +135,17 @@ impl BSplineBasis {
     }
 
     /// First derivatives of the same functions.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::BSplineBasis;
+    ///
+    /// // (1 − x)², 2x (1 − x), x² have the slopes −2 (1 − x), 2 − 4x, 2x.
+    /// let basis = BSplineBasis::uniform(2, 1, 0.0, 1.0)?;
+    /// let mut slopes = [0.0; 3];
+    /// basis.derivatives(0.25, &mut slopes);
+    /// assert_eq!(slopes, [-1.5, 1.0, 0.5]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn derivatives(&self, x: f64, out: &mut [f64]) -> usize {
         let (span, p) = (self.span(x), self.degree);
         out.fill(0.0);

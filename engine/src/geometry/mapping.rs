@@ -14,6 +14,13 @@ pub struct Mapping {
 impl Mapping {
     /// Maps `[low, high]` onto [-1, 1] (to rounding). A box of zero width, or one too narrow for
     /// its reciprocal to be a double, gets scale 1.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::Mapping;
+    ///
+    /// // 33 lies half-way between the middle (32) and the upper end (34).
+    /// assert_eq!(Mapping::over(30.0, 34.0).map::<f64>(33.0), 0.5);
+    /// ```
     pub fn over(low: f64, high: f64) -> Self {
         let half = 0.5 * high - 0.5 * low;
         let scale = 1.0 / half;

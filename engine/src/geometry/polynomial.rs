@@ -22,6 +22,15 @@ pub enum Family {
 }
 
 /// `T₀(t) … T_d(t)` into `out` (length d + 1).
+///
+/// ```
+/// use flankfit_engine::geometry::polynomial::chebyshev_values;
+///
+/// // T₂ = 2t² − 1 and T₃ = 4t³ − 3t.
+/// let mut values = [0.0; 4];
+/// chebyshev_values(0.5, &mut values);
+/// assert_eq!(values, [1.0, 0.5, -0.5, -1.0]);
+/// ```
 #[inline(always)]
 pub fn chebyshev_values<T: Real>(t: T, out: &mut [T]) {
     for i in 0..out.len() {

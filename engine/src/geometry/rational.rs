@@ -52,6 +52,15 @@ impl WeightNet {
 
     /// Whether weights differ along rows (u), and along columns (v): where they do not, W is
     /// constant that way.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::WeightNet;
+    ///
+    /// // Two rows (u) of two columns (v): weights differ along u alone.
+    /// let net = WeightNet::new(vec![1.0, 1.0, 2.0, 2.0], 2, 2)?;
+    /// assert_eq!(net.varies(), [true, false]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn varies(&self) -> [bool; 2] {
         let rows = || self.weights.chunks_exact(self.columns.max(1));
         let along_u = rows().zip(rows().skip(1)).any(|(one, next)| one != next);

@@ -92,6 +92,22 @@ impl<T: Real> Banded<T> {
     }
 
     /// `P A = L U` with the largest pivot of each column.
+    ///
+    /// ```
+    /// use flankfit_engine::numerics::Banded;
+    ///
+    /// // The second difference: −1, 2, −1.
+    /// let mut matrix = Banded::zeros(3, 1, 1);
+    /// for i in 0..3_usize {
+    ///     for j in i.saturating_sub(1)..(i + 2).min(3) {
+    ///         matrix.set(i, j, if i == j { 2.0 } else { -1.0_f64 });
+    ///     }
+    /// }
+    /// let mut x = [1.0, 0.0, 1.0];
+    /// matrix.factor()?.solve(&mut x);
+    /// assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-15));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn factor(mut self) -> Result<BandedLu<T>, Singular> {
         let (n, width) = (self.size, self.width());
         let mut exchanges = Vec::with_capacity(n);

@@ -82,6 +82,16 @@ impl Handle {
 
     /// Does `work` under this handle. Work that was done before a checkpoint saw the cancellation
     /// has its result.
+    ///
+    /// ```
+    /// use flankfit_engine::numerics::cancel::{Handle, checkpoint};
+    ///
+    /// let handle = Handle::new();
+    /// assert_eq!(handle.run(|| 2 + 2).ok(), Some(4));
+    /// // Any thread may cancel; the work ends at its next checkpoint.
+    /// handle.cancel();
+    /// assert!(handle.run(|| loop { checkpoint() }).is_err());
+    /// ```
     pub fn run<T>(&self, work: impl FnOnce() -> T) -> Result<T, Cancelled> {
         let inside = || {
             checkpoint();

@@ -17,6 +17,14 @@ use num_traits::{One, Zero};
 pub use super::sums::{dot2, sum2};
 
 /// A normalised unevaluated sum of two doubles.
+///
+/// ```
+/// use flankfit_engine::numerics::Dd;
+///
+/// // 1/3 to twice the digits: three of them are 1 to 31 digits, though no double is 1/3.
+/// let third = Dd::ONE / 3.0;
+/// assert!((third * 3.0 - Dd::ONE).abs().to_f64() < 1e-31);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Dd {
     /// The value rounded to double.
@@ -26,6 +34,14 @@ pub struct Dd {
 }
 
 /// `a + b` as the rounded sum and its error, exactly.
+///
+/// ```
+/// use flankfit_engine::numerics::dd::two_sum;
+///
+/// // 2⁻⁶⁰ is lost in the sum, and found in its error.
+/// let small = 2_f64.powi(-60);
+/// assert_eq!(two_sum(1.0, small), (1.0, small));
+/// ```
 #[inline(always)]
 pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -41,6 +57,14 @@ pub fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// `a * b` as the rounded product and its error, exactly unless the error underflows.
+///
+/// ```
+/// use flankfit_engine::numerics::dd::two_prod;
+///
+/// // (1 + 2⁻³⁰)² = 1 + 2⁻²⁹ + 2⁻⁶⁰, whose last part a double has no room for.
+/// let a = 1.0 + 2_f64.powi(-30);
+/// assert_eq!(two_prod(a, a), (1.0 + 2_f64.powi(-29), 2_f64.powi(-60)));
+/// ```
 #[inline(always)]
 pub fn two_prod(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;

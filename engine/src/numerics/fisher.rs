@@ -5,6 +5,13 @@
 
 /// f with `P(F > f) = tail` for F of `a` and `b` degrees of freedom, both at least 1 and 0 < tail <
 /// 1: by bisection.
+///
+/// ```
+/// use flankfit_engine::numerics::fisher::upper_quantile;
+///
+/// // Of tables: F(0.05; 2, 10) = 4.103.
+/// assert!((upper_quantile(0.05, 2.0, 10.0) - 4.103).abs() < 5e-4);
+/// ```
 pub fn upper_quantile(tail: f64, a: f64, b: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     // I grows with x, and f falls with it
@@ -20,7 +27,15 @@ pub fn upper_quantile(tail: f64, a: f64, b: f64) -> f64 {
     b * (1.0 - x) / (a * x)
 }
 
-/// |t| that Student's t of `freedom` degrees of freedom exceeds with the probability `tail`, on either side.
+/// |t| that Student's t of `freedom` degrees of freedom exceeds with the probability `tail`, on
+/// either side.
+///
+/// ```
+/// use flankfit_engine::numerics::fisher::student_two_sided;
+///
+/// // Of tables: t(0.975; 10) = 2.228.
+/// assert!((student_two_sided(0.05, 10.0) - 2.228).abs() < 5e-4);
+/// ```
 pub fn student_two_sided(tail: f64, freedom: f64) -> f64 {
     upper_quantile(tail, 1.0, freedom).sqrt()
 }

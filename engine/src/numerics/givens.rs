@@ -87,6 +87,19 @@ impl<T: Real> Triangle<T> {
     }
 
     /// Folds in the row `x` (n entries, used up) with the height `y`.
+    ///
+    /// ```
+    /// use flankfit_engine::numerics::Triangle;
+    ///
+    /// // A mean, one observation after the other: of 1, 2 and 6 it is 3, and the squares left over
+    /// // are 4 + 1 + 9.
+    /// let mut triangle = Triangle::<f64>::new(1);
+    /// for y in [1.0, 2.0, 6.0] {
+    ///     triangle.fold(&mut [1.0], y);
+    /// }
+    /// let mean = triangle.qty()[0] / triangle.rows()[0];
+    /// assert!((mean - 3.0).abs() < 1e-14 && (triangle.rss() - 14.0).abs() < 1e-13);
+    /// ```
     pub fn fold(&mut self, x: &mut [T], mut y: T) {
         let n = self.n;
         let mut start = 0;

@@ -8,6 +8,16 @@ use super::cancel;
 const SMALL: usize = 64;
 
 /// The inverse of a square matrix, the same bits as nalgebra's; `None` where it is singular.
+///
+/// ```
+/// use flankfit_engine::numerics::inverse;
+/// use nalgebra::DMatrix;
+///
+/// let a = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 0.0, 4.0]);
+/// let expected = DMatrix::from_row_slice(2, 2, &[0.5, -0.125, 0.0, 0.25]);
+/// assert!((inverse(a).unwrap() - expected).amax() < 1e-15);
+/// assert!(inverse(DMatrix::zeros(2, 2)).is_none());
+/// ```
 pub fn inverse(mut a: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     if n <= SMALL {

@@ -42,6 +42,17 @@ pub struct Svd<T: Real> {
 }
 
 /// Decomposes `a`. None if an entry is not finite or the sweep limit is reached.
+///
+/// ```
+/// use flankfit_engine::numerics::svd;
+/// use nalgebra::DMatrix;
+///
+/// // Columns (3, 4) and (0, 1e-12): the small singular value is right to nearly all its digits,
+/// // since both together multiply to the determinant, 3e-12.
+/// let a = DMatrix::from_column_slice(2, 2, &[3.0_f64, 4.0, 0.0, 1e-12]);
+/// let sigma = svd(a).unwrap().sigma;
+/// assert!((sigma[0] * sigma[1] / 3e-12 - 1.0).abs() < 1e-14);
+/// ```
 pub fn svd<T: Real>(a: DMatrix<T>) -> Option<Svd<T>> {
     let exponent = scale_exponent(&a)?;
     let (rows, n) = a.shape();

@@ -35,6 +35,18 @@ pub struct Qr<T: Real> {
 
 /// Triangularises `a` and applies the same reflections to `y`, which has as many entries as `a` has
 /// rows.
+///
+/// ```
+/// use flankfit_engine::numerics::qr_with_rhs;
+/// use nalgebra::{DMatrix, DVector};
+///
+/// // One column (3, 4): R is its length 5, and of y = (0, 5) the part 4 lies along it; a part of
+/// // length 3 is left over.
+/// let column = DMatrix::from_column_slice(2, 1, &[3.0, 4.0]);
+/// let qr = qr_with_rhs(column, DVector::from_vec(vec![0.0, 5.0_f64]));
+/// assert!((qr.r[(0, 0)] - 5.0).abs() < 1e-14 && (qr.qty[0] - 4.0).abs() < 1e-14);
+/// assert!((qr.rss - 9.0).abs() < 1e-13);
+/// ```
 pub fn qr_with_rhs<T: Real>(a: DMatrix<T>, y: DVector<T>) -> Qr<T> {
     let (rows, n) = a.shape();
     let block = BLOCK.max(2 * n);

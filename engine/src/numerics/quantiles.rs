@@ -5,6 +5,12 @@
 //! two in the middle.
 
 /// The median; `values` is put into another order. NaN for no values.
+///
+/// ```
+/// use flankfit_engine::numerics::quantiles::median;
+///
+/// assert_eq!(median(&mut [9.0, 1.0, 2.0, 3.0]), 2.5);
+/// ```
 pub fn median(values: &mut [f64]) -> f64 {
     let n = values.len();
     if n == 0 {

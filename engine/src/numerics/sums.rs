@@ -9,6 +9,14 @@ use super::dd::{Dd, two_prod, two_sum};
 const LANES: usize = 8;
 
 /// The sum of the entries of `x`.
+///
+/// ```
+/// use flankfit_engine::numerics::sum2;
+///
+/// // Added up in order, doubles lose the 1.
+/// assert_eq!(1e16 + 1.0 - 1e16, 0.0);
+/// assert_eq!(sum2(&[1e16, 1.0, -1e16]).to_f64(), 1.0);
+/// ```
 pub fn sum2(x: &[f64]) -> Dd {
     let mut high = [0.0; LANES];
     let mut low = [0.0; LANES];
@@ -29,6 +37,12 @@ pub fn sum2(x: &[f64]) -> Dd {
 }
 
 /// The scalar product of `x` and `y`, over the shorter of the two.
+///
+/// ```
+/// use flankfit_engine::numerics::dot2;
+///
+/// assert_eq!(dot2(&[1e8, 1.0, -1e8], &[1e8, 1.0, 1e8]).to_f64(), 1.0);
+/// ```
 pub fn dot2(x: &[f64], y: &[f64]) -> Dd {
     let len = x.len().min(y.len());
     let mut high = [0.0; LANES];

@@ -13,6 +13,16 @@ use super::real::Real;
 ///
 /// None if a pivot is not above `n * EPSILON * g_jj`, where rounding could have made it up, or is
 /// not finite.
+///
+/// ```
+/// use flankfit_engine::numerics::triangular::cholesky;
+/// use nalgebra::DMatrix;
+///
+/// // RᵀR = G with R = [[2, 1], [0, 3]].
+/// let g = DMatrix::from_row_slice(2, 2, &[4.0, 2.0, 2.0, 10.0_f64]);
+/// let r = cholesky(&g).unwrap();
+/// assert_eq!([r[(0, 0)], r[(0, 1)], r[(1, 1)]], [2.0, 1.0, 3.0]);
+/// ```
 pub fn cholesky<T: Real>(g: &DMatrix<T>) -> Option<DMatrix<T>> {
     let n = g.ncols();
     let mut r = DMatrix::<T>::zeros(n, n);

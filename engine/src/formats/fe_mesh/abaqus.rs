@@ -14,6 +14,27 @@ use super::{
 
 /// Nodes in the set `NODES`, elements in the set `FLANK`. Section, material and steps are the
 /// user's.
+///
+/// ```
+/// use flankfit_engine::{
+///     formats::{Label, Moment, QuadMesh, fe_mesh::abaqus},
+///     geometry::{space::{Dimension, Vector}, surface::BezierSurface},
+/// };
+///
+/// let square = [[0.0, 1.0]; 2];
+/// let heights = vec![Vector::zeros(); 4];
+/// let flat = BezierSurface::new([2, 2], square, Dimension::Graph, heights, None)?;
+/// let mesh = QuadMesh::of_surfaces(&[&flat], [1, 1], 0.0, false)?;
+/// let label = Label {
+///     name: "flat".into(),
+///     author: String::new(),
+///     organization: String::new(),
+///     written_at: Moment::epoch(),
+/// };
+/// let file = String::from_utf8(abaqus(mesh.into(), &label)?.whole())?;
+/// assert!(file.to_uppercase().contains("*NODE, NSET=NODES"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn abaqus(mesh: Arc<QuadMesh>, label: &Label) -> Result<Pieces, ExportFault> {
     let (name, written) = title(&mesh, label, 80)?;
     let head = format!("*HEADING\n{SYSTEM}: {name}\n** {written}, lengths in mm\n*NODE, NSET=NODES\n");

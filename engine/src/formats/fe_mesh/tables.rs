@@ -15,6 +15,23 @@ pub fn nodes_csv(mesh: Arc<QuadMesh>) -> Pieces {
 }
 
 /// `element,node_1,node_2,node_3,node_4`; a triangle repeats its third node.
+///
+/// ```
+/// use flankfit_engine::{
+///     formats::{QuadMesh, fe_mesh::elements_csv},
+///     geometry::{space::{Dimension, Vector}, surface::BezierSurface},
+/// };
+///
+/// let square = [[0.0, 1.0]; 2];
+/// let heights = vec![Vector::zeros(); 4];
+/// let flat = BezierSurface::new([2, 2], square, Dimension::Graph, heights, None)?;
+/// let mesh = QuadMesh::of_surfaces(&[&flat], [1, 1], 0.0, false)?;
+/// let file = String::from_utf8(elements_csv(mesh.into()).whole())?;
+/// let (head, element) = file.split_once('\n').unwrap();
+/// assert_eq!(head, "element,node_1,node_2,node_3,node_4");
+/// assert!(element.starts_with("1,") && element.lines().count() == 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn elements_csv(mesh: Arc<QuadMesh>) -> Pieces {
     let count = mesh.faces().len();
     Pieces::new().text("element,node_1,node_2,node_3,node_4\n").lines(count, move |i, out| {

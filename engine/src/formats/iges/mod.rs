@@ -29,6 +29,27 @@ const RESOLUTION: f64 = 1e-6;
 
 /// The file of `shapes`: parameters as they are, lengths in mm, each name as the property 406:15 of
 /// its shape.
+///
+/// ```
+/// use flankfit_engine::{
+///     formats::{CadShape, Label, Moment, NamedShape, iges},
+///     geometry::{BSplineBasis, curve::BSplineCurve, space::{Dimension, Vector}},
+/// };
+///
+/// let basis = BSplineBasis::uniform(1, 1, 0.0, 1.0)?;
+/// let ends = vec![Vector::zeros(), Vector::new(1.0, 2.0, 3.0)];
+/// let line = BSplineCurve::new(basis, Dimension::Space, ends, None)?;
+/// let label = Label {
+///     name: "edge".into(),
+///     author: String::new(),
+///     organization: String::new(),
+///     written_at: Moment::epoch(),
+/// };
+/// let file = iges::write(&[NamedShape { name: "edge", shape: CadShape::Curve(&line) }], &label)?;
+/// // Lines of 80 columns; a rational B-spline curve is entity 126.
+/// assert!(file.lines().all(|line| line.len() == 80) && file.contains("126,"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault> {
     let pieces = pieces(shapes)?;
     let mut entities = Vec::new();

@@ -37,6 +37,20 @@ pub use values::{Reading, ResultLine, Values};
 use super::{file_error::FileError, source::decode};
 
 /// Reads a file of curves (`.mka`).
+///
+/// ```
+/// use flankfit_engine::formats::klingelnberg::read_curves;
+///
+/// let file = read_curves(
+///     b"HEADER KS.MK.FILE\nTYPE      STI\nSEPARATOR :\nUNITS     mm\nUNDEFINED -2147483.648\n\n\
+///       Profil:\nZahn-Nr.: 1 rechts / 3  Werte  z= 7.5\n 0.5 -2147483.648 -1.25\n\n",
+/// )?;
+/// // µm; what was not measured keeps its place.
+/// let curve = &file.curves[0];
+/// assert_eq!((curve.tooth.as_str(), curve.undefined), ("1", 1));
+/// assert_eq!((curve.values[0], curve.values[2]), (0.5, -1.25));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read_curves(bytes: &[u8]) -> Result<Curves, FileError> {
     parse_curves(&decode(bytes)?)
 }

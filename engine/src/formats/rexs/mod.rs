@@ -26,6 +26,22 @@ pub use model::{RexsFlank, RexsGear, RexsModel, ScatteredDeviation};
 use super::{file_error::FileError, source::decode};
 
 /// Reads a model.
+///
+/// ```
+/// use flankfit_engine::formats::rexs;
+///
+/// let model = rexs::read(
+///     br#"<model version="1.4"><components>
+///           <component id="15" type="cylindrical_gear" name="pinion">
+///             <attribute id="number_of_teeth" unit="none">27</attribute>
+///             <attribute id="normal_module" unit="mm">4.5</attribute>
+///           </component>
+///         </components></model>"#,
+/// )?;
+/// let facts = &model.gears[0].facts;
+/// assert_eq!((facts.teeth, facts.normal_module), (Some(27), Some(4.5)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read(bytes: &[u8]) -> Result<RexsModel, FileError> {
     parse(&decode(bytes)?)
 }

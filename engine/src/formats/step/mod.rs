@@ -24,6 +24,26 @@ use crate::numerics::cancel;
 const UNCERTAINTY: f64 = 1e-6;
 
 /// The file of `shapes`: parameters as they are, lengths in mm.
+///
+/// ```
+/// use flankfit_engine::{
+///     formats::{CadShape, Label, Moment, NamedShape, step},
+///     geometry::{BSplineBasis, curve::BSplineCurve, space::{Dimension, Vector}},
+/// };
+///
+/// let basis = BSplineBasis::uniform(1, 1, 0.0, 1.0)?;
+/// let ends = vec![Vector::zeros(), Vector::new(1.0, 2.0, 3.0)];
+/// let line = BSplineCurve::new(basis, Dimension::Space, ends, None)?;
+/// let label = Label {
+///     name: "edge".into(),
+///     author: String::new(),
+///     organization: String::new(),
+///     written_at: Moment::epoch(),
+/// };
+/// let file = step::write(&[NamedShape { name: "edge", shape: CadShape::Curve(&line) }], &label)?;
+/// assert!(file.starts_with("ISO-10303-21;") && file.contains("B_SPLINE_CURVE_WITH_KNOTS"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write(shapes: &[NamedShape], label: &Label) -> Result<String, ExportFault> {
     let mut curves: Vec<(&str, CadCurve)> = Vec::new();
     let mut surfaces: Vec<(&str, CadSurface)> = Vec::new();

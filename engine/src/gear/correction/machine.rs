@@ -144,6 +144,22 @@ impl Machine {
 
     /// J at the nodes. Faults point into `{gear, nodes, ranges}`: ranges without length, nodes that
     /// are no places on an involute.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{
+    ///     Gear, GearData, Side,
+    ///     correction::machine::{FlankNode, Machine, Ranges},
+    /// };
+    ///
+    /// let gear = Gear::new(GearData { face_width: Some(20.0), ..GearData::spur(52, 1.0) })?;
+    /// let nodes: Vec<FlankNode> =
+    ///     [0.0, 10.0, 20.0].map(|z| FlankNode { side: Side::Left, roll_length: 9.0, z }).into();
+    /// let ranges = Ranges { profile: [8.0, 10.0], helix: [0.0, 20.0] };
+    /// let found = Machine::FormGrinding.sensitivity(&gear, &nodes, ranges)?;
+    /// // One row for each node, one column for each setting.
+    /// assert_eq!(found.matrix.len(), nodes.len() * found.settings.len());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn sensitivity(self, gear: &Gear, nodes: &[FlankNode], ranges: Ranges) -> Result<Sensitivity, Faults> {
         check(nodes, ranges)?;
         let made = Made { machine: self, gear, ranges };

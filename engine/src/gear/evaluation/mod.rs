@@ -110,6 +110,26 @@ pub struct Evaluation {
 /// Evaluates traces. Faults point into the request: `/traces/3/deviation_um`,
 /// `/evaluation/helix_range_mm`. A trace that is sound but cannot be evaluated has no values and a
 /// notice; the others are evaluated.
+///
+/// ```
+/// use flankfit_engine::gear::{
+///     Gear, GearData, Kind, Side, Trace,
+///     evaluation::{Posted, evaluate, settings::{HelixSettings, Settings}},
+/// };
+///
+/// // A helix that leans by 4 µm over its evaluation range, half of the face width: f_Hβ over the
+/// // whole face is 8 µm, and nothing is left about the line.
+/// let gear = Gear::new(GearData { face_width: Some(20.0), ..GearData::spur(52, 1.0) })?;
+/// let at: Vec<f64> = (0..=100).map(|k| 5.0 + 0.1 * f64::from(k)).collect();
+/// let deviation = at.iter().map(|z| 0.4 * (z - 10.0)).collect();
+/// let (tooth, side, kind) = ("1".to_owned(), Side::Left, Kind::Helix);
+/// let trace = Trace { tooth, side, kind, at, section: None, deviation };
+/// let settings = Settings { helix: Some(HelixSettings::on([5.0, 15.0])), ..Settings::default() };
+/// let evaluation = evaluate(&gear, &[Posted { trace: &trace, design: None }], &settings)?;
+/// let values = evaluation.traces[0].values.unwrap();
+/// assert!((values.slope.abs() - 8.0).abs() < 1e-9 && values.form < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<Evaluation, Faults> {
     check(posted)?;
     let [profile, helix] = windows(gear, posted, settings)?;

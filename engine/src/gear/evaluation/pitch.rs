@@ -88,6 +88,25 @@ pub struct Pitch {
 
 /// Evaluates pitch deviations. Faults point to `/deviations` (the numbers of the teeth),
 /// `/diameter_mm` and `/sector`.
+///
+/// ```
+/// use flankfit_engine::gear::{
+///     Gear, GearData, Side,
+///     evaluation::pitch::{PitchMeasured, PitchSettings, pitch},
+///     tolerance::Rounding,
+/// };
+///
+/// // Flanks 0, 3, 1 and −2 µm off their places, all around 20 teeth: single pitches of 3, −2, −3
+/// // and 2, and 5 between the highest and the lowest.
+/// let gear = Gear::new(GearData::spur(20, 2.0))?;
+/// let index = [0.0, 3.0, 1.0, -2.0].into_iter().cycle().take(20).collect();
+/// let (side, rounding) = (Side::Left, Rounding::default());
+/// let settings = PitchSettings { side, diameter: None, sector: None, rounding };
+/// let found = pitch(&gear, &PitchMeasured::Index(index), &settings)?;
+/// assert_eq!(found.cumulative, Some(5.0));
+/// assert_eq!(found.single_pitch.unwrap().value.abs(), 3.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) -> Result<Pitch, Faults> {
     let teeth = gear.data().teeth as usize;
     let diameter = settings.diameter.unwrap_or(2.0 * gear.reference_radius());

@@ -246,6 +246,21 @@ impl Envelope {
     ///
     /// Where two neighbouring points of the tool touch far from each other, points and normals
     /// between them are tried too; refused where they would be more than [`MOST_BETWEEN`].
+    ///
+    /// ```
+    /// use flankfit_engine::gear::generation::envelope::{Envelope, Motion, ToolProfile};
+    /// use std::f64::consts::{FRAC_PI_4, PI};
+    ///
+    /// // The straight flank of a rack of module 1, at 20°, cuts 30 teeth: on the pitch circle half
+    /// // a tooth is a quarter of the pitch angle.
+    /// let slope = 20_f64.to_radians().tan();
+    /// let rack = [[-FRAC_PI_4 - slope, -1.0], [-FRAC_PI_4 + slope, 1.0]];
+    /// let tool = ToolProfile::polyline(&rack, 200)?;
+    /// let envelope = Envelope::of(&tool, Motion::Rack { pitch_radius: 15.0 }, [14.5, 16.0])?;
+    /// let half_angle = envelope.boundary(&[15.0])[0].unwrap();
+    /// assert!((half_angle - PI / 60.0).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn of(profile: &ToolProfile, motion: Motion, [least, most]: [f64; 2]) -> Result<Self, TooManyBetween> {
         let near = RESOLUTION * (most - least);
         let (range, branches, left) = (least..=most, vec![Vec::new()], MOST_BETWEEN);

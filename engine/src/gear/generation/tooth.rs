@@ -154,6 +154,18 @@ impl Tooth {
 
     /// All teeth with the root arcs between them, counterclockwise, without the first point once
     /// more. On internal gears this is the border of the hole.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{Gear, GearData, generation::tooth::{Steps, Tooth}};
+    ///
+    /// // Closed around all 20 teeth, between the root and the tip circle.
+    /// let gear = Gear::new(GearData::spur(20, 1.0))?;
+    /// let section = Tooth::new(&gear, Steps::default())?.gear();
+    /// let radii = || section.iter().map(|[x, y]| x.hypot(*y));
+    /// let (least, most) = (radii().fold(f64::MAX, f64::min), radii().fold(0.0, f64::max));
+    /// assert!((most - gear.tip_radius()).abs() < 1e-9 && least > gear.root_radius() - 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn gear(&self) -> Vec<[f64; 2]> {
         let mut points = Vec::new();
         for k in 0..self.teeth {

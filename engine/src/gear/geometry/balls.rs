@@ -38,6 +38,16 @@ fn centre_involute(gear: &Gear, ball: f64) -> f64 {
 
 impl Balls {
     /// The measure with balls of diameter `ball` mm; `None` where they touch no involute.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{Gear, GearData, geometry::balls::Balls};
+    ///
+    /// // With an even number of teeth the balls lie opposite each other.
+    /// let gear = Gear::new(GearData::spur(20, 1.0))?;
+    /// let balls = Balls::with(&gear, 1.75, None).unwrap();
+    /// assert!((balls.dimension - (balls.centre_diameter + 1.75)).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn with(gear: &Gear, ball: f64, usable: Option<&Usable>) -> Option<Self> {
         let (out, odd) = (gear.outward(), gear.data().teeth % 2 == 1);
         let involute = centre_involute(gear, ball);

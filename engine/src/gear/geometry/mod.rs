@@ -124,6 +124,17 @@ fn arc(gear: &Gear, diameter: f64, transverse: f64) -> Arc {
 
 impl Geometry {
     /// Everything about `gear`.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{Gear, GearData, Geometry};
+    ///
+    /// // Module 2, 20 teeth, no shift: d = 40, d_a = 44, pitch 2π, tooth and space π each.
+    /// let geometry = Geometry::of(&Gear::new(GearData::spur(20, 2.0))?);
+    /// assert_eq!((geometry.reference_diameter, geometry.tip_diameter), (40.0, 44.0));
+    /// assert!((geometry.tooth_thickness.transverse - std::f64::consts::PI).abs() < 1e-12);
+    /// assert!((geometry.space_width.transverse - std::f64::consts::PI).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn of(gear: &Gear) -> Self {
         let data = gear.data();
         let root = Root::of(gear);

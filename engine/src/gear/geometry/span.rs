@@ -32,6 +32,16 @@ pub struct Span {
 impl Span {
     /// The span over `teeth` teeth; `None` on internal helical gears, whose flanks two planes
     /// cannot touch, and where no length is left.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{Gear, GearData, geometry::span::Span};
+    ///
+    /// // W₃ of 20 teeth, module 1: tables give 7.6604 mm.
+    /// let gear = Gear::new(GearData::spur(20, 1.0))?;
+    /// let span = Span::over(&gear, 3, None).unwrap();
+    /// assert!((span.length - 7.6604).abs() < 5e-5);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn over(gear: &Gear, teeth: u32, usable: Option<&Usable>) -> Option<Self> {
         let data = gear.data();
         if teeth == 0 || teeth > data.teeth || (data.internal && data.helix_angle > 0.0) {

@@ -119,6 +119,24 @@ impl Modifications {
     }
 
     /// The relief at one place, both coordinates in mm.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::{
+    ///     Gear, GearData, Modifications, Side,
+    ///     modification::{Flanks, Law, Modification, Range},
+    /// };
+    ///
+    /// // 6 µm of helix crowning: nothing in the middle of the face, all of it at both ends.
+    /// let gear = Gear::new(GearData { face_width: Some(20.0), ..GearData::spur(52, 1.0) })?;
+    /// let range = Range::new(&gear, [50.5, 53.5], [0.0, 20.0])?;
+    /// let law = Law::HelixCrowning { amount: 6.0 };
+    /// let crowned = Modification { flanks: Flanks::Both, law };
+    /// let modifications = Modifications::new(&gear, range, vec![crowned])?;
+    /// let relief = |z: f64| modifications.relief(Side::Left, 9.0, z).value;
+    /// assert_eq!([relief(0.0), relief(10.0), relief(20.0)], [6.0, 0.0, 6.0]);
+    /// assert_eq!(relief(5.0), 1.5); // a parabola: a quarter half-way
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn relief(&self, side: Side, roll_length: f64, z: f64) -> Relief {
         self.row(side, roll_length).at(&self.column(side, z))
     }

@@ -37,6 +37,35 @@ const REASSIGNING: usize = 25;
 /// How the part lies. Only the nodes that take part decide; all are carried back. Faults point to
 /// `/motions`, `/pivot_z_mm`, `/weight`, to `/points/i` for node i, and where a fit has them.
 /// Points stay on the flanks that they are on.
+///
+/// ```
+/// use flankfit_engine::{
+///     estimation::{FitSpec, spec::Model},
+///     geometry::space::Vector,
+///     gear::{
+///         Gear, GearData, Side,
+///         deviation::{Measurement, Reference, Touch, measure},
+///         involute::Flank,
+///         registration::{Motion, Registering, register},
+///     },
+/// };
+///
+/// // Both flanks of a tooth, measured on a gear that lies 7 µm too far to the right.
+/// let gear = Gear::new(GearData::spur(52, 1.0))?;
+/// let touches: Vec<Touch> = [Side::Left, Side::Right]
+///     .into_iter()
+///     .flat_map(|side| (0..20).map(move |k| (side, 8.0 + 0.1 * f64::from(k))))
+///     .map(|(side, roll)| Flank::new(&gear, side).at(roll, 0.0).point)
+///     .map(|point| Touch::anywhere(point + Vector::new(7e-3, 0.0, 0.0)))
+///     .collect();
+/// let reference = Reference::new(&gear);
+/// let deviations = measure(&reference, &touches, &Measurement::default())?;
+/// let spec = FitSpec::new(Model::Linear);
+/// let asked = Registering { motions: &[Motion::XShift], pivot: None, weight: None, spec: &spec };
+/// let found = register(&reference, &deviations, &asked)?;
+/// assert!((found.motions[0].value - 7.0).abs() < 0.05 && found.rms_after < 0.05);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn register(reference: &Reference, deviations: &Deviations, asked: &Registering) -> Result<Registration, FitError> {
     registered(reference, deviations, asked, None)
 }

@@ -110,6 +110,18 @@ impl Simulation {
     }
 
     /// Root mean square of the deviations without noise, over all nodes, µm.
+    ///
+    /// ```
+    /// use flankfit_engine::gear::simulation::{Simulation, case::ill_conditioned};
+    ///
+    /// // Undoing what the settings are off by leaves a flank without deviations.
+    /// let mut machine = Simulation::new(ill_conditioned(1))?;
+    /// assert!(machine.true_rms() > 1.0);
+    /// let back: Vec<f64> = machine.off().iter().map(|off| -off).collect();
+    /// machine.apply(&back)?;
+    /// assert!(machine.true_rms() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn true_rms(&self) -> f64 {
         rms(&self.flank())
     }

@@ -21,6 +21,22 @@ pub struct BSplineCurve {
 impl BSplineCurve {
     /// Checks that points and weights match the basis; weights are ≥ 0, and somewhere above 0 on
     /// every span.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     BSplineBasis,
+    ///     curve::{BSplineCurve, Curve},
+    ///     space::{Dimension, Vector},
+    /// };
+    ///
+    /// // A quarter of the unit circle: degree 2, the middle weight cos 45°.
+    /// let corner = [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Vector::new(x, y, 0.0));
+    /// let weights = vec![1.0, 0.5_f64.sqrt(), 1.0];
+    /// let basis = BSplineBasis::uniform(2, 1, 0.0, 1.0)?;
+    /// let quarter = BSplineCurve::new(basis, Dimension::Plane, corner.into(), Some(weights))?;
+    /// assert!((quarter.value(0.3).norm() - 1.0).abs() < 1e-15);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn new(
         basis: BSplineBasis,
         dimension: Dimension,

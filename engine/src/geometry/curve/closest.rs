@@ -84,6 +84,22 @@ impl<'a> Closest<'a> {
 
     /// The closest point to `to`, of which a graph and a plane curve read x and y only. `to` is
     /// finite.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     curve::{Closest, Ends, Method, Points, construct::shape_through},
+    ///     space::Vector,
+    /// };
+    ///
+    /// // The straight line y = 2x; the foot of (5, 0) is (1, 2), √20 away.
+    /// let points = Points::Graph { x: vec![0.0, 3.0], y: vec![0.0, 6.0] };
+    /// let (line, _) = shape_through(&points, &Method::CubicSpline(Ends::not_a_knot()))?;
+    /// let foot = Closest::on(&line).to(Vector::new(5.0, 0.0, 0.0));
+    /// assert!((foot.point - Vector::new(1.0, 2.0, 0.0)).norm() < 1e-12);
+    /// // It lies to the right of the direction in which x grows.
+    /// assert!((foot.signed_distance.unwrap() + 20_f64.sqrt()).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn to(&self, to: Vector) -> ClosestPoint {
         let to = if self.shape.dimension() == Dimension::Space { to } else { Vector::new(to.x, to.y, 0.0) };
         let [low, high] = self.shape.domain();

@@ -55,6 +55,17 @@ pub(super) struct Nodes {
 }
 
 /// The curve through the points, with its stability.
+///
+/// ```
+/// use flankfit_engine::geometry::curve::{Curve, Method, Points, through};
+///
+/// // Three equidistant nodes: the parabola x² + 1, whose Lebesgue constant is 5/4.
+/// let points = Points::Graph { x: vec![0.0, 1.0, 2.0], y: vec![1.0, 2.0, 5.0] };
+/// let made = through(&points, &Method::Lagrange)?;
+/// assert!((made.shape.value(1.5).x - 3.25).abs() < 1e-14);
+/// assert!((made.stability.lebesgue.unwrap().constant - 1.25).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn through(points: &Points, method: &Method) -> Result<Constructed, CurveFault> {
     let nodes = nodes(points)?;
     let shape = shape(&nodes, method)?;
@@ -79,6 +90,18 @@ fn verify(nodes: &Nodes, shape: &CurveShape) -> Result<(), CurveFault> {
 }
 
 /// The curve alone, with the parameters of the points.
+///
+/// ```
+/// use flankfit_engine::geometry::curve::{Curve, Ends, Method, Points, construct::shape_through};
+///
+/// // A natural spline over 0, 1, 0: its second derivative in the middle is −3, and between the
+/// // first two nodes it is y = 3x/2 − x³/2.
+/// let points = Points::Graph { x: vec![0.0, 1.0, 2.0], y: vec![0.0, 1.0, 0.0] };
+/// let (spline, parameters) = shape_through(&points, &Method::CubicSpline(Ends::natural()))?;
+/// assert_eq!(parameters, [0.0, 1.0, 2.0]);
+/// assert!((spline.value(0.5).x - 0.6875).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn shape_through(points: &Points, method: &Method) -> Result<(CurveShape, Vec<f64>), CurveFault> {
     let nodes = nodes(points)?;
     let shape = shape(&nodes, method)?;

@@ -48,6 +48,20 @@ impl Tangents {
 }
 
 /// The curve through `values` at the ascending `nodes`, at least two.
+///
+/// ```
+/// use flankfit_engine::geometry::{
+///     curve::{Curve, Tangents, cubic_hermite},
+///     space::{Dimension, Vector},
+/// };
+///
+/// // A step: the monotone rule keeps the flat runs flat.
+/// let heights = [0.0, 0.0, 1.0, 1.0].map(|y| Vector::new(y, 0.0, 0.0));
+/// let nodes = [0.0, 1.0, 2.0, 3.0];
+/// let step = cubic_hermite(Dimension::Graph, &nodes, &heights, &Tangents::Monotone)?;
+/// assert_eq!([step.value(0.5).x, step.value(1.5).x, step.value(2.5).x], [0.0, 0.5, 1.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn cubic_hermite(
     dimension: Dimension,
     nodes: &[f64],

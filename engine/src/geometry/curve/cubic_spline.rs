@@ -76,6 +76,21 @@ impl Ends {
 const PERIOD: f64 = 8.0 * f64::EPSILON;
 
 /// The spline through `values` at the ascending `nodes`, at least two.
+///
+/// ```
+/// use flankfit_engine::geometry::{
+///     curve::{Curve, Ends, cubic_spline},
+///     space::{Dimension, Vector},
+/// };
+///
+/// // Without conditions of its own at the ends, the spline through points of a cubic is that
+/// // cubic.
+/// let cubes = [0.0, 1.0, 8.0, 27.0].map(|y| Vector::new(y, 0.0, 0.0));
+/// let nodes = [0.0, 1.0, 2.0, 3.0];
+/// let spline = cubic_spline(Dimension::Graph, &nodes, &cubes, &Ends::not_a_knot())?;
+/// assert!((spline.value(1.5).x - 3.375).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn cubic_spline(
     dimension: Dimension,
     nodes: &[f64],

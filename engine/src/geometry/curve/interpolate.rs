@@ -144,6 +144,20 @@ pub fn chosen_knots(degree: usize, parameters: &[f64], choice: &KnotChoice) -> R
 }
 
 /// The B-spline of this degree through `values` at the ascending `parameters`.
+///
+/// ```
+/// use flankfit_engine::geometry::{
+///     curve::{Curve, KnotChoice, interpolate},
+///     space::{Dimension, Vector},
+/// };
+///
+/// // Degree 2 holds every parabola: x² − x at 4 nodes.
+/// let nodes = [0.0, 1.0, 2.0, 4.0];
+/// let values = nodes.map(|x| Vector::new(x * x - x, 0.0, 0.0));
+/// let curve = interpolate(Dimension::Graph, &nodes, &values, 2, &KnotChoice::Averaging)?;
+/// assert!((curve.value(3.0).x - 6.0).abs() < 1e-13);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn interpolate(
     dimension: Dimension,
     parameters: &[f64],

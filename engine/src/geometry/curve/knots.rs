@@ -10,6 +10,15 @@ use crate::geometry::space::HIGHEST_DEGREE;
 /// Knots for interpolation by averaging (Eq. 9.8): each inner knot is the mean of `degree`
 /// neighbouring parameters, so that the condition of Schoenberg and Whitney holds. As many basis
 /// functions as parameters.
+///
+/// ```
+/// use flankfit_engine::geometry::curve::knots::averaging;
+///
+/// // Five parameters, degree 3: one inner knot, the mean of 1, 2 and 3.
+/// let knots = averaging(3, &[0.0, 1.0, 2.0, 3.0, 4.0])?;
+/// assert_eq!(knots, [0.0, 0.0, 0.0, 0.0, 2.0, 4.0, 4.0, 4.0, 4.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn averaging(degree: usize, parameters: &[f64]) -> Result<Vec<f64>, CurveFault> {
     check(degree, parameters, 0)?;
     let inner = (1..parameters.len() - degree).map(|j| mean(&parameters[j..j + degree]));

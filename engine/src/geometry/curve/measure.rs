@@ -27,6 +27,17 @@ pub struct Bending {
 }
 
 /// Curvature and torsion at `t`.
+///
+/// ```
+/// use flankfit_engine::geometry::curve::{Method, Points, bending, construct::shape_through};
+///
+/// // y = x² turns left with curvature 2 at its vertex, and with 2/√125 where the slope is 2.
+/// let points = Points::Graph { x: vec![-1.0, 0.0, 1.0], y: vec![1.0, 0.0, 1.0] };
+/// let (parabola, _) = shape_through(&points, &Method::Newton)?;
+/// assert_eq!(bending(&parabola, 0.0).curvature, Some(2.0));
+/// assert!((bending(&parabola, 1.0).curvature.unwrap() - 2.0 / 125_f64.sqrt()).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn bending(curve: &(impl Curve + ?Sized), t: f64) -> Bending {
     let [_, first, second, third] = curve.place(t);
     let speed = first.norm();
@@ -56,6 +67,18 @@ pub struct ArcLength {
 /// Gauss–Kronrod quadrature of 7 and 15 points per smooth piece, halved until the estimated error
 /// is below `tolerance` times the length or below what rounding of the places makes, at most
 /// [`MOST_PARTS`] times. Refused outside of the domain.
+///
+/// ```
+/// use flankfit_engine::geometry::curve::{Method, Points, arc_length, construct::shape_through};
+///
+/// // The parabola y = x² from 0 to 1: √5/2 + asinh(2)/4.
+/// let points = Points::Graph { x: vec![-1.0, 0.0, 1.0], y: vec![1.0, 0.0, 1.0] };
+/// let (parabola, _) = shape_through(&points, &Method::Newton)?;
+/// let measured = arc_length(&parabola, 0.0, 1.0, 1e-12)?;
+/// let exact = 0.5 * 5_f64.sqrt() + 0.25 * 2_f64.asinh();
+/// assert!(measured.converged && (measured.length - exact).abs() <= measured.error);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn arc_length(curve: &(impl Curve + ?Sized), from: f64, to: f64, tolerance: f64) -> Result<ArcLength, CurveFault> {
     let mut parts = MOST_PARTS;
     part_length(curve, &curve.breaks(), [from, to], tolerance, &mut parts)

@@ -25,6 +25,16 @@ impl Parametrization {
     ///
     /// Refused: fewer than two points, points not finite, a point that stands where the one before
     /// it stands (or so near, in comparison with the whole, that their parameters are one double).
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{curve::Parametrization, space::Vector};
+    ///
+    /// // Two chords of length 5 and 15.
+    /// let points = [[0.0, 0.0], [3.0, 4.0], [3.0, 19.0]].map(|[x, y]| Vector::new(x, y, 0.0));
+    /// let parameters = Parametrization::ChordLength.parameters(&points)?;
+    /// assert_eq!(parameters, [0.0, 0.25, 1.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn parameters(self, points: &[Vector]) -> Result<Vec<f64>, CurveFault> {
         let part = Part::Points;
         if points.len() < 2 {

@@ -55,6 +55,20 @@ impl Polynomial {
 
     /// With the value and then the derivatives `data[i]` at node i, of as many orders as are given
     /// there (Eqs. 3 and 4 for one each).
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     curve::{Curve, Polynomial},
+    ///     space::{Dimension, Vector},
+    /// };
+    ///
+    /// // From 0 to 1 with slope 0 at both ends: 3x² − 2x³.
+    /// let [zero, one] = [0.0, 1.0].map(|y| Vector::new(y, 0.0, 0.0));
+    /// let data = [vec![zero, zero], vec![one, zero]];
+    /// let polynomial = Polynomial::hermite(Dimension::Graph, &[0.0, 1.0], &data)?;
+    /// assert_eq!(polynomial.value(0.25).x, 0.15625);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn hermite(dimension: Dimension, nodes: &[f64], data: &[Vec<Vector>]) -> Result<Self, CurveFault> {
         check(nodes, data.len())?;
         distinct(nodes)?;
@@ -108,6 +122,21 @@ impl Polynomial {
 
     /// Adds a node in O(n), for Newton's form: its value, or the next derivative where the node is
     /// there already. A barycentric polynomial is built anew, in O(n²), and takes new nodes only.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     curve::{Curve, Polynomial},
+    ///     space::{Dimension, Vector},
+    /// };
+    ///
+    /// // The line through (0, 0) and (1, 1) becomes x² by one more node.
+    /// let [zero, one, four] = [0.0, 1.0, 4.0].map(|y| Vector::new(y, 0.0, 0.0));
+    /// let mut polynomial = Polynomial::newton(Dimension::Graph, &[0.0, 1.0], &[zero, one])?;
+    /// assert_eq!(polynomial.value(0.5).x, 0.5);
+    /// polynomial.push(2.0, four)?;
+    /// assert_eq!(polynomial.value(0.5).x, 0.25);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn push(&mut self, node: f64, datum: Vector) -> Result<(), CurveFault> {
         check_finite(Part::X, &[node])?;
         check_points(values_part(self.dimension), &[datum])?;

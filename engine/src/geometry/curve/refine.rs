@@ -56,6 +56,22 @@ impl BSplineCurve {
 
     /// Inserts the knot `at` so many `times` (Boehm 1980); the curve stays. Refused outside of the
     /// domain, and more than degree + 1 times.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     BSplineBasis,
+    ///     curve::BSplineCurve,
+    ///     space::{Dimension, Vector},
+    /// };
+    ///
+    /// // The parabola with the control heights 0, 1, 0; de Casteljau in the middle: 0, ½, ½, 0.
+    /// let height = |y: &f64| Vector::new(*y, 0.0, 0.0);
+    /// let heights = |all: &[f64]| all.iter().map(height).collect::<Vec<_>>();
+    /// let basis = BSplineBasis::uniform(2, 1, 0.0, 1.0)?;
+    /// let curve = BSplineCurve::new(basis, Dimension::Graph, heights(&[0.0, 1.0, 0.0]), None)?;
+    /// assert_eq!(curve.insert_knot(0.5, 1)?.control_points(), heights(&[0.0, 0.5, 0.5, 0.0]));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn insert_knot(&self, at: f64, times: usize) -> Result<Self, CurveFault> {
         // more than this is refused for any knot, whatever the number
         self.refine(&vec![at; times.min(self.basis().degree() + 2)])
@@ -100,6 +116,22 @@ impl BSplineCurve {
 
     /// The same curve of a degree higher by `times`; the end knots become clamped. Refused above
     /// [`HIGHEST_DEGREE`].
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     BSplineBasis,
+    ///     curve::BSplineCurve,
+    ///     space::{Dimension, Vector},
+    /// };
+    ///
+    /// // A line from 0 to 2 as a parabola has its middle control point half-way.
+    /// let height = |y: &f64| Vector::new(*y, 0.0, 0.0);
+    /// let heights = |all: &[f64]| all.iter().map(height).collect::<Vec<_>>();
+    /// let basis = BSplineBasis::uniform(1, 1, 0.0, 1.0)?;
+    /// let line = BSplineCurve::new(basis, Dimension::Graph, heights(&[0.0, 2.0]), None)?;
+    /// assert_eq!(line.elevate(1)?.control_points(), heights(&[0.0, 1.0, 2.0]));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn elevate(&self, times: usize) -> Result<Self, CurveFault> {
         let degree = self.basis().degree();
         let target = degree.saturating_add(times);

@@ -27,6 +27,18 @@ struct Piece {
 impl CurveShape {
     /// The same curve as a B-spline, with weights where it has them. Refused for a polynomial whose
     /// degree is above [`HIGHEST_DEGREE`].
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::curve::{Method, Points, construct::shape_through};
+    ///
+    /// // x² from 0 to 2 in Bernstein form: control heights 0, 0, 4.
+    /// let points = Points::Graph { x: vec![0.0, 1.0, 2.0], y: vec![0.0, 1.0, 4.0] };
+    /// let (parabola, _) = shape_through(&points, &Method::Newton)?;
+    /// let spline = parabola.to_b_spline()?;
+    /// let heights: Vec<f64> = spline.control_points().iter().map(|point| point.x).collect();
+    /// assert_eq!(heights, [0.0, 0.0, 4.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn to_b_spline(&self) -> Result<BSplineCurve, CurveFault> {
         match self {
             CurveShape::BSpline(curve) => Ok(curve.clone()),

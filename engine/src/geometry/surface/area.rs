@@ -57,6 +57,20 @@ type Rule = Vec<(f64, f64)>;
 
 /// The area of the surface's place in space, to `tolerance` (relative to the area) if 4096 further
 /// rectangles suffice.
+///
+/// ```
+/// use flankfit_engine::geometry::{
+///     space::{Dimension, Vector},
+///     surface::{BezierSurface, area::area},
+/// };
+///
+/// // z = u over the unit square: a plane at 45°, √2 large.
+/// let heights = [0.0, 0.0, 1.0, 1.0].map(|z| Vector::new(z, 0.0, 0.0)).to_vec();
+/// let unit = [[0.0, 1.0]; 2];
+/// let plane = BezierSurface::new([2, 2], unit, Dimension::Graph, heights, None)?;
+/// assert!((area(&plane, 1e-12).area - 2_f64.sqrt()).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn area(surface: &dyn Surface, tolerance: f64) -> Area {
     let rule = |n| -> Rule { gauss_legendre(n).into_iter().map(|(x, w)| (x.to_f64(), w.to_f64())).collect() };
     let rules = [rule(FINE), rule(COARSE)];

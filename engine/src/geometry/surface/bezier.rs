@@ -34,6 +34,20 @@ impl BezierSurface {
     /// `shape` counts the control points along u and v (degree + 1 each, 2 to 26); `control_points`
     /// with v running fastest; `domain` the ranges of u and v, usually [0, 1] both; weights ≥ 0 for
     /// a rational patch.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     space::{Dimension, Vector},
+    ///     surface::{BezierSurface, Surface},
+    /// };
+    ///
+    /// // The saddle z = uv.
+    /// let heights = [0.0, 0.0, 0.0, 1.0].map(|z| Vector::new(z, 0.0, 0.0)).to_vec();
+    /// let unit = [[0.0, 1.0]; 2];
+    /// let saddle = BezierSurface::new([2, 2], unit, Dimension::Graph, heights, None)?;
+    /// assert_eq!(saddle.value(0.5, 0.25).x, 0.125);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn new(
         shape: [usize; 2],
         domain: [[f64; 2]; 2],

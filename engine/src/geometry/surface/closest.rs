@@ -179,6 +179,22 @@ impl<'a> ClosestPoint<'a> {
 
     /// The closest point to `node` (in space; a surface of heights takes the place of z(u, v)
     /// there).
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     space::{Dimension, Vector},
+    ///     surface::{BezierSurface, ClosestPoint},
+    /// };
+    ///
+    /// // The plane z = 0 over the unit square, seen from below.
+    /// let heights = vec![Vector::zeros(); 4];
+    /// let unit = [[0.0, 1.0]; 2];
+    /// let plane = BezierSurface::new([2, 2], unit, Dimension::Graph, heights, None)?;
+    /// let foot = ClosestPoint::on(&plane).to(&Vector::new(0.25, 0.5, -2.0));
+    /// assert!((foot.distance - 2.0).abs() < 1e-12 && foot.is_orthogonal);
+    /// assert!((foot.signed_distance.unwrap() + 2.0).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn to(&self, node: &Vector) -> SurfacePoint {
         let mut best = Best { at: [0.0; 2], point: Vector::zeros(), square: f64::INFINITY, is_orthogonal: false };
         let mut queue = Queue::default();

@@ -94,6 +94,17 @@ pub struct Built {
 }
 
 /// Makes a surface.
+///
+/// ```
+/// use flankfit_engine::geometry::surface::{Given, Method, build};
+///
+/// // z = u + 2v through its grid, degree 1 both ways.
+/// let z = vec![vec![0.0, 2.0, 4.0], vec![1.0, 3.0, 5.0]];
+/// let given = Given::Grid { u: vec![0.0, 1.0], v: vec![0.0, 1.0, 2.0], z };
+/// let built = build(given, Method::BSpline { degrees: [1, 1], knots: [None, None] })?;
+/// assert_eq!(built.shape.surface().value(0.5, 1.5).x, 3.5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn build(given: Given, method: Method) -> Result<Built, SurfaceFault> {
     let mut built = match given {
         Given::Grid { u, v, z } => on_grid(heights(u, v, &z)?, method)?,

@@ -75,6 +75,21 @@ impl Differential {
 
     /// At (u, v); by a limit where the parameters are singular, `None` where there is none either
     /// (a cusp, a fold).
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     space::{Dimension, Vector},
+    ///     surface::{BezierSurface, Differential},
+    /// };
+    ///
+    /// // The saddle z = uv bends by +1 along one diagonal and by −1 along the other.
+    /// let heights = [1.0, -1.0, -1.0, 1.0].map(|z| Vector::new(z, 0.0, 0.0)).to_vec();
+    /// let around = [[-1.0, 1.0]; 2];
+    /// let saddle = BezierSurface::new([2, 2], around, Dimension::Graph, heights, None)?;
+    /// let at = Differential::at(&saddle, 0.0, 0.0).unwrap();
+    /// assert!((at.gaussian + 1.0).abs() < 1e-14 && at.mean.abs() < 1e-14);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn at(surface: &dyn Surface, u: f64, v: f64) -> Option<Self> {
         Self::at_jet(surface, &surface.place(u, v), u, v)
     }

@@ -85,6 +85,21 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The first coordinate at all (u, v) of a grid, v running fastest.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     space::{Dimension, Vector},
+    ///     surface::{BezierSurface, Evaluator, SurfaceShape},
+    /// };
+    ///
+    /// // The saddle z = uv at 2 × 3 places, v running fastest.
+    /// let heights = [0.0, 0.0, 0.0, 1.0].map(|z| Vector::new(z, 0.0, 0.0)).to_vec();
+    /// let saddle = BezierSurface::new([2, 2], [[0.0, 1.0]; 2], Dimension::Graph, heights, None)?;
+    /// let saddle = SurfaceShape::Bezier(saddle);
+    /// let grid = Evaluator::new(&saddle).grid_heights(&[0.5, 1.0], &[0.0, 0.5, 1.0]);
+    /// assert_eq!(grid, [0.0, 0.25, 0.5, 0.0, 0.5, 1.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn grid_heights(&self, us: &[f64], vs: &[f64]) -> Vec<f64> {
         match &self.plan {
             Plan::Cubic(tensor) => tensor.height_grid(us, vs),

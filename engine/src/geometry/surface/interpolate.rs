@@ -18,6 +18,17 @@ use crate::numerics::{Dd, cancel::Asking};
 /// The surface of these degrees through all nodes of `grid`. Knots of an axis that are not given
 /// are means of neighbouring parameters (Piegl and Tiller, Eq. 9.8); given ones number nodes +
 /// degree + 1.
+///
+/// ```
+/// use flankfit_engine::geometry::surface::{NodeGrid, Surface, interpolate::interpolate};
+///
+/// // u² v is of degree 2 in u and 1 in v.
+/// let (u, v) = (vec![0.0, 1.0, 3.0], vec![0.0, 2.0]);
+/// let z: Vec<f64> = u.iter().flat_map(|u| v.iter().map(move |v| u * u * v)).collect();
+/// let surface = interpolate(&NodeGrid::heights(u, v, &z)?, [2, 1], [None, None])?;
+/// assert!((surface.value(2.0, 1.0).x - 4.0).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn interpolate(
     grid: &NodeGrid,
     degrees: [usize; 2],

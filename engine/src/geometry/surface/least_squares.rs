@@ -33,6 +33,23 @@ pub enum AxisKnots {
 
 /// The surface of these degrees with the least sum of squared distances (in its values) from the
 /// nodes, and that sum.
+///
+/// ```
+/// use flankfit_engine::geometry::surface::{
+///     NodeGrid, Surface,
+///     least_squares::{AxisKnots, least_squares},
+/// };
+///
+/// // Heights 0, 1, 0 over u, the same for both v: the line nearest to them is the constant 1/3,
+/// // and the squares left over are 6/9 along each of the two lines.
+/// let heights = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0];
+/// let grid = NodeGrid::heights(vec![0.0, 1.0, 2.0], vec![0.0, 1.0], &heights)?;
+/// let one_span = [AxisKnots::Spans(1), AxisKnots::Spans(1)];
+/// let (plane, sum_of_squares) = least_squares(&grid, [1, 1], one_span)?;
+/// assert!((plane.value(1.5, 0.5).x - 1.0 / 3.0).abs() < 1e-14);
+/// assert!((sum_of_squares - 4.0 / 3.0).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn least_squares(
     grid: &NodeGrid,
     degrees: [usize; 2],

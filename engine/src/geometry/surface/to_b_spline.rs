@@ -33,6 +33,20 @@ impl SurfaceShape {
     /// B-spline surfaces that are together this surface: the same functions where that is possible,
     /// else within `tolerance` (in units of the coordinates) or as near as 128 × 128 spans come.
     /// `deviation` says how near that is.
+    ///
+    /// ```
+    /// use flankfit_engine::geometry::{
+    ///     space::{Dimension, Vector},
+    ///     surface::{BezierSurface, SurfaceShape},
+    /// };
+    ///
+    /// // A Bézier patch is a B-spline surface of one span, exactly.
+    /// let heights = [0.0, 0.0, 0.0, 1.0].map(|z| Vector::new(z, 0.0, 0.0)).to_vec();
+    /// let patch = BezierSurface::new([2, 2], [[0.0, 1.0]; 2], Dimension::Graph, heights, None)?;
+    /// let splines = SurfaceShape::Bezier(patch).to_b_splines(1e-6);
+    /// assert_eq!((splines.len(), splines[0].deviation), (1, 0.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn to_b_splines(&self, tolerance: f64) -> Vec<Converted> {
         let exact = |surface: BSplineSurface| vec![Converted { surface, deviation: 0.0 }];
         match self {
