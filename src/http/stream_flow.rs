@@ -219,7 +219,7 @@ pub async fn all_nodes(state: &AppState, stream: &Stream) -> Result<Arc<flankfit
         after = last;
         all.extend(blocks.into_iter().map(|block| block.nodes));
     }
-    let joined = state.pool.run(move || flankfit_engine::estimation::blocks::join(all)).await?;
+    let joined = state.pool.run(move || flankfit_engine::estimation::data::join(all)).await?;
     joined.map(Arc::new).ok_or_else(|| {
         Problem::new(ProblemCode::Conflict, "The stream has no nodes; there is nothing to make an iteration of.")
     })

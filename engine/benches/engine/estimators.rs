@@ -3,11 +3,8 @@
 
 use divan::Bencher;
 use flankfit_engine::estimation::{
-    FitSpec, Nodes,
-    estimator::{Estimator, MEstimator, Start},
-    fit,
-    robust::loss::Loss,
-    spec::{Degree, Model, PolynomialBasis, Terms},
+    FitSpec, Nodes, fit,
+    spec::{Degree, Estimator, Loss, MEstimator, Model, PolynomialBasis, Start, Terms},
 };
 
 /// 45, 1,000 and 10,000 nodes.

@@ -3,10 +3,8 @@
 
 use divan::Bencher;
 use flankfit_engine::estimation::{
-    FitSpec, Nodes,
-    filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
-    fit,
-    spec::{Degree, Model, PolynomialBasis, Terms},
+    FitSpec, Nodes, fit,
+    spec::{Action, Degree, Filter, FilterAxis, Gaussian, Hampel, Model, Order, PolynomialBasis, Spline, Terms},
 };
 
 /// Places along u and v.

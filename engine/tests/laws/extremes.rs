@@ -3,7 +3,7 @@
 
 use crate::oracle::random::Random;
 use crate::problems::config;
-use flankfit_engine::estimation::filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
+use flankfit_engine::estimation::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 use flankfit_engine::estimation::spec::{
     Count, Criterion, Degree, Domain, Estimator, ExpectedSize, FitSpec, Include, Knots, Model, NodeUncertainty,
     Parameter, PolynomialBasis, Regularization, Scaling, Scheme, Terms,

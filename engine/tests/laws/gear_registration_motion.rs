@@ -5,7 +5,10 @@ use crate::gear_registration::{above, gear, helical, rolls, side};
 use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit_engine::estimation::spec::{Estimator, FitSpec, Model, Parameter, Regularization, Scaling};
-use flankfit_engine::estimation::{FitError, estimator::MEstimator, robust::loss::Loss};
+use flankfit_engine::estimation::{
+    FitError,
+    spec::{Loss, MEstimator},
+};
 use flankfit_engine::gear::deviation::{Deviations, Measurement, Reference, Touch, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, columns::SCREW, register};
 use flankfit_engine::gear::{Gear, Hand, Side};

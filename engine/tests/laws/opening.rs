@@ -3,11 +3,11 @@
 
 use crate::oracle::random::Random;
 use crate::problems::polynomial;
-use flankfit_engine::estimation::filtering::spec::{Filter, Gaussian};
 use flankfit_engine::estimation::spec::{
     Attraction, Count, Criterion, Degree, Domain, FitSpec, JamesStein, Knots, Model, Parameter, PolynomialBasis,
     Regularization, Scaling, Scheme, ShrinkageFactor, Terms, Tikhonov,
 };
+use flankfit_engine::estimation::spec::{Filter, Gaussian};
 use flankfit_engine::estimation::{FitError, Nodes, Recursive, fit};
 
 const BY: Parameter = Parameter::Criterion(Criterion::Gcv);

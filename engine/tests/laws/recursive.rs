@@ -6,7 +6,7 @@ use flankfit_engine::estimation::spec::{
     Criterion, Degree, Domain, FitSpec, Knots, Model, NodeUncertainty, Parameter, PolynomialBasis, Regularization,
     Scaling,
 };
-use flankfit_engine::estimation::{FitResult, Nodes, Recursive, blocks, fit};
+use flankfit_engine::estimation::{FitResult, Nodes, Recursive, data, fit};
 use proptest::prelude::*;
 
 /// Relative, against the largest of the numbers compared.
@@ -149,7 +149,7 @@ proptest! {
             // a block of nothing but weight 0 is refused, as by a fit
             .filter(|block| Recursive::new(&specs()[0], 1.0).unwrap().push(block).is_ok())
             .collect();
-        let whole = blocks::join(blocks.clone()).unwrap();
+        let whole = data::join(blocks.clone()).unwrap();
         for spec in specs() {
             let batch = fit(&whole, &spec).unwrap();
             same(&batch, &streamed(&spec, &blocks, 1.0).unwrap(), 1e-10);

@@ -3,12 +3,12 @@
 
 use crate::oracle::random::Random;
 use flankfit_engine::estimation::{
-    FitResult, FitSpec, Nodes,
-    estimator::{Estimator, MEstimator, ScaleRule, Start},
-    fit,
+    FitResult, FitSpec, Nodes, fit,
     result::LocalSolution,
-    robust::loss::Loss,
-    spec::{Attraction, Criterion, JamesStein, Model, Parameter, Regularization, Scaling, ShrinkageFactor, Tikhonov},
+    spec::{
+        Attraction, Criterion, Estimator, JamesStein, Loss, MEstimator, Model, Parameter, Regularization, ScaleRule,
+        Scaling, ShrinkageFactor, Start, Tikhonov,
+    },
 };
 
 struct Problem {

@@ -4,9 +4,7 @@ use crate::answers::{answer, at_least, curve, matrix, monomials, plain, std_erro
 use crate::folder::{decimals, number, numbers, reference};
 use flankfit_engine::estimation::{
     FitSpec, Nodes,
-    estimator::{Estimator, MEstimator, ScaleRule},
-    robust::loss::Loss,
-    spec::Model,
+    spec::{Estimator, Loss, MEstimator, Model, ScaleRule},
 };
 use serde_json::Value;
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use flankfit_engine::{
-    estimation::nodes::{self, Nodes},
+    estimation::data::{Grid, Nodes},
     formats::Pieces,
 };
 
@@ -161,7 +161,7 @@ fn cell(name: &mut String) {
     }
 }
 
-fn height(grid: &nodes::Grid, i: usize) -> f64 {
+fn height(grid: &Grid, i: usize) -> f64 {
     if grid.valid().as_ref().is_none_or(|valid| valid[i]) { grid.z()[i] } else { f64::NAN }
 }
 

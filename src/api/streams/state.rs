@@ -4,7 +4,7 @@
 //! names as JSON (`null` where there are none). Bytes of another form are not read: the estimate is
 //! then made again from the nodes.
 
-use flankfit_engine::estimation::state::State;
+use flankfit_engine::estimation::recursive::State;
 
 const MAGIC: &[u8; 4] = b"FFS1";
 

@@ -84,7 +84,7 @@ struct Reference {
 
 impl Reference {
     fn new(solved: &Solved) -> Self {
-        let plain = |columns: &[Vec<crate::numerics::Dd>]| -> Vec<Vec<f64>> {
+        let plain = |columns: &[Vec<crate::numerics::dd::Dd>]| -> Vec<Vec<f64>> {
             columns.iter().map(|column| column.iter().map(|x| x.to_f64()).collect()).collect()
         };
         Reference {

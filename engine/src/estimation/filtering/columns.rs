@@ -14,20 +14,17 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{report::ColumnFigures, spec::FilterAxis, steps::Step};
+use super::steps::Step;
 use crate::{
     estimation::{
-        accumulate::Row,
-        collinearity,
-        design::{Axis, Basis, Design},
+        data::{Nodes, Sample},
+        design::{Axis, Basis, Design, Row},
+        diagnostics::collinearity,
         error::FitError,
         factor::Factor,
-        nodes::Nodes,
-        result::{Arithmetic, Warning},
-        sample::Sample,
-        scaled::{ScaledColumns, caller_columns},
-        spec::{FitSpec, Scaling},
-        spectrum::Directions,
+        result::{Arithmetic, ColumnFigures, Warning},
+        spec::{FilterAxis, FitSpec, Scaling},
+        spectrum::{Directions, ScaledColumns, caller_columns},
     },
     numerics::{Dd, cancel::Asking, jacobi, qr},
 };

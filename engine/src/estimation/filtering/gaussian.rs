@@ -25,10 +25,13 @@
 
 use rayon::prelude::*;
 
-use super::{lines::Lines, spec::Order};
-use crate::numerics::{
-    cancel::{self, Asking},
-    quantiles::median,
+use super::lines::Lines;
+use crate::{
+    estimation::spec::Order,
+    numerics::{
+        cancel::{self, Asking},
+        quantiles::median,
+    },
 };
 
 /// √(ln 2/π).

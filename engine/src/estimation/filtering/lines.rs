@@ -4,9 +4,10 @@
 //! v for each u. A measurement matrix is one line in the order of its rows, for what needs an order
 //! but no distances.
 
-use super::spec::FilterAxis;
-use crate::estimation::nodes::Nodes;
-use crate::numerics::cancel;
+use crate::{
+    estimation::{data::Nodes, spec::FilterAxis},
+    numerics::cancel,
+};
 
 /// Lines that share their positions.
 #[derive(Clone, Debug)]

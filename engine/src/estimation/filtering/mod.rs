@@ -16,22 +16,17 @@ pub mod columns;
 mod gaussian;
 mod hampel;
 mod lines;
-pub mod report;
-pub mod spec;
 mod spline;
 mod steps;
 
 use super::{
+    data::Nodes,
+    diagnostics::finite,
     error::FitError,
-    fit::fit_remembering as fit_nodes,
-    nodes::Nodes,
-    plan::Plans,
-    result::{FitResult, Warning},
-    sound,
-    spec::FitSpec,
+    fit::{Plans, fit_remembering as fit_nodes},
+    result::{FilteringReport, FitResult, Warning},
+    spec::{Filter, FitSpec},
 };
-use report::FilteringReport;
-use spec::Filter;
 
 /// Filters the nodes as `spec` asks and fits the rest of `spec` to what comes out. Pure, as the fit
 /// itself is.
@@ -57,10 +52,9 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
     }
     let [before, after] = columns::compare(nodes, &applied.nodes, &applied.steps, spec, &mut applied.warnings)?;
     let report = FilteringReport { filters: applied.reports, before, after };
-    result.filtering = Some(sound::checked_filtering(report, &mut result.warnings)?);
+    result.filtering = Some(finite::checked_filtering(report, &mut result.warnings)?);
     result.warnings.append(&mut applied.warnings);
     Ok(result)
 }
-
 #[cfg(test)]
 mod tests;

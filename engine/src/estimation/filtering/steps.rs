@@ -9,17 +9,18 @@ use super::{
     gaussian::{GaussianFilter, ROUNDS},
     hampel::{self, Peak},
     lines::Lines,
-    report::{FilterReport, IterationReport},
-    spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
     spline::SplineFilter,
 };
-use crate::estimation::{
-    error::Faults,
-    nodes::{Grid, Nodes},
-    result::Warning,
-    words::Shown,
+use crate::{
+    estimation::{
+        data::{Grid, Nodes},
+        error::Faults,
+        result::{FilterReport, IterationReport, Warning},
+        spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
+    },
+    fault::words::Shown,
+    numerics::cancel::Asking,
 };
-use crate::numerics::cancel::Asking;
 
 /// Products of a weight and a height that a linear filter may take, and one round of a robust one.
 const MOST_PRODUCTS: usize = 1_000_000_000;

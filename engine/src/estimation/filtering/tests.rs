@@ -4,11 +4,11 @@ use std::f64::consts::{LN_2, PI, TAU};
 
 use proptest::prelude::*;
 
-use super::{
+use super::steps;
+use crate::estimation::{
+    data::Nodes,
     spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
-    steps,
 };
-use crate::estimation::Nodes;
 
 fn gaussian(cutoff: f64, robust: Option<Order>) -> Filter {
     Filter::Gaussian(Gaussian { axis: Some(FilterAxis::U), cutoff, robust })

@@ -10,16 +10,15 @@ use super::{
     adaptive::{self, Adaptive, Step, Stop},
     swing::Swing,
 };
-use crate::numerics::cancel;
 use crate::{
     estimation::{
+        data::Nodes,
         error::{Fault, Faults, FitError},
         fit::fit_together,
-        nodes::Nodes,
         result::FitResult,
         spec::{Degree, FitSpec, Include, Knots, Model},
-        words,
     },
+    fault::words,
     geometry::{
         BSplineBasis,
         curve::{
@@ -30,6 +29,7 @@ use crate::{
         },
         space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
     },
+    numerics::cancel,
 };
 
 /// Points and where on the curve they belong.

@@ -9,24 +9,27 @@
 //! may be given or found by `gcv`, `discrepancy`, `l_curve` or `min_mse` (the latter of fitted
 //! values). Several coordinates share λ.
 
-use super::surface_report::{self, Problem};
-use crate::estimation::{
-    banded::{
-        cells::{Cells, Places},
-        penalty::penalty,
-        pieces::{HIGHEST_DEGREE, Pieces},
-        system::{Penalty, System, Unsolved},
-        weight::{choose, trace_of},
-    },
-    design::{Axis, splines},
-    error::{Faults, FitError},
-    smoothing::choice::{Found, NoParameter, Smoothing},
-    spec::{Degree, Domain, Estimator, FitSpec, Model, Regularization, Scaling},
-    words,
-};
-use crate::{geometry::BSplineBasis, numerics::band_cholesky::SymmetricBand};
-
 pub use super::surface_report::{Coordinate, SurfaceFit, Weight};
+
+use super::surface_report::{self, Problem};
+use crate::{
+    estimation::{
+        banded::{
+            cells::{Cells, Places},
+            penalty::penalty,
+            pieces::{HIGHEST_DEGREE, Pieces},
+            system::{Penalty, System, Unsolved},
+            weight::{choose, trace_of},
+        },
+        design::{Axis, splines},
+        error::{Faults, FitError},
+        smoothing::choice::{Found, NoParameter, Smoothing},
+        spec::{Degree, Domain, Estimator, FitSpec, Model, Regularization, Scaling},
+    },
+    fault::words,
+    geometry::BSplineBasis,
+    numerics::band_cholesky::SymmetricBand,
+};
 
 /// Coefficients at most, numbers of the banded matrix at most, and operations of its factorisation
 /// at most.

@@ -2,12 +2,10 @@
 
 use crate::{
     estimation::{
-        accumulate::Row,
-        design::Design,
+        data::{Nodes, Sample},
+        design::{Design, Row},
         error::FitError,
         fit::fit,
-        nodes::Nodes,
-        sample::Sample,
         spec::{FitSpec, Regularization},
     },
     numerics::{Dd, Real},

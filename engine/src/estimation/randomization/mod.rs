@@ -26,17 +26,16 @@ mod repetition;
 mod result;
 mod setup;
 
+pub use measured::Measured;
+pub use result::{Figures, LevelResult, Optimum, Reference, ReferenceChoice, StudyResult, Summary};
+pub use setup::{ColumnScaling, Setup, Study};
+
 use rayon::prelude::*;
 
-pub use self::{
-    measured::Measured,
-    result::{Figures, LevelResult, Optimum, Reference, ReferenceChoice, StudyResult, Summary},
-    setup::{ColumnScaling, Setup, Study},
-};
-
-use self::{references::Base, repetition::Outcome};
-use super::{error::FitError, result::Warning, words::Shown};
-use crate::numerics::cancel;
+use super::{error::FitError, result::Warning};
+use crate::{fault::words::Shown, numerics::cancel};
+use references::Base;
+use repetition::Outcome;
 
 /// Runs a study. Processor work, bounded by `setup::MOST_WORK`.
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
@@ -102,6 +101,5 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
         warnings,
     })
 }
-
 #[cfg(test)]
 mod tests;

@@ -14,18 +14,15 @@ use super::{
 };
 use crate::{
     estimation::{
-        choice, collinearity,
+        data::{Nodes, Sample},
         design::Design,
+        diagnostics::collinearity,
         error::FitError,
         factor::Factor,
-        filter::{Rule, Spectral},
-        lambda_star::Search,
-        nodes::Nodes,
         result::Warning,
-        sample::Sample,
-        scaled::{ScaledColumns, caller_columns},
+        selection::{Rule, Search, Spectral, choice},
         spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, FitSpec, Model, Parameter, Regularization, Scaling, Scheme},
-        spectrum::Directions,
+        spectrum::{Directions, ScaledColumns, caller_columns},
     },
     numerics::{Dd, cancel::Asking, triangular},
 };
@@ -222,7 +219,7 @@ fn left_vectors(
     }
     let usable = solved.iter().flatten().all(|x| x.is_finite());
     let mut u = DMatrix::zeros(sample.count(), n);
-    let mut row = crate::estimation::accumulate::Row::<Dd>::new(design);
+    let mut row = crate::estimation::design::Row::<Dd>::new(design);
     for k in (0..sample.count()).asking(10 * n * n) {
         row.at(design, sample, k);
         for i in (0..n).filter(|i| spectrum.lambda[*i] > 0.0) {

@@ -1,8 +1,8 @@
 //! What a study is run with, checked.
 
-use crate::estimation::{
-    error::Faults,
-    words::{Shown, counted, entries},
+use crate::{
+    estimation::error::Faults,
+    fault::words::{Shown, counted, entries},
 };
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.

@@ -2,9 +2,8 @@
 //! far from the ends of the range.
 
 use crate::estimation::{
-    design::{Axis, Basis, Design},
-    perturbation,
-    sample::Sample,
+    data::Sample,
+    design::{Axis, Basis, Design, add_slopes},
 };
 
 /// Values and derivatives of the caller's functions on either axis.
@@ -38,7 +37,7 @@ impl CallerRow {
         };
         self.at(u, v, sample.place(k));
         let ([fu, du], [fv, dv]) = (&self.u, &self.v);
-        perturbation::add_slopes(design, weight, [fu, du], [fv, dv], sums);
+        add_slopes(design, weight, [fu, du], [fv, dv], sums);
     }
 
     /// Whether every column is 0 at node `k` or far from where squares leave the range of double

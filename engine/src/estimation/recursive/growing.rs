@@ -8,13 +8,15 @@ use nalgebra::DMatrix;
 use super::{opening::met_at, sums::Sums};
 use crate::{
     estimation::{
-        blocks::Form,
-        design::{self, Axis, Basis},
+        data::{Form, Sample},
+        design::{Axis, Basis, bounding_box, power_of_two, product_on},
         error::Faults,
-        sample::Sample,
         spec::{FitSpec, Model},
     },
-    geometry::{Mapping, polynomial, polynomial::Family},
+    geometry::{
+        Mapping,
+        polynomial::{self, Family},
+    },
     numerics::{Dd, triangular},
 };
 
@@ -24,7 +26,7 @@ impl Sums {
     pub fn make_room(&mut self, sample: &Sample, spec: &FitSpec) -> Result<bool, Faults> {
         let Model::Polynomial { .. } = &spec.model else { return Ok(false) };
         let domain = spec.domain.unwrap_or_default();
-        let (u, v) = design::bounding_box(sample);
+        let (u, v) = bounding_box(sample);
         let old = self.boxes;
         let grown = |own: [f64; 2], of: [f64; 2], fixed: bool| {
             if fixed || (own[0] <= of[0] && of[1] <= own[1]) {
@@ -52,7 +54,7 @@ impl Sums {
         self.triangle.set_r(&triangular::multiply_upper(&self.triangle.r(), &change));
         self.ones = (0..n).map(|j| (0..=j).fold(Dd::ZERO, |sum, i| sum + change[(i, j)] * self.ones[i])).collect();
         self.boxes = new;
-        self.design = met_at(design::product_on(surface, &spec.model, new, new), "/nodes/type")?;
+        self.design = met_at(product_on(surface, &spec.model, new, new), "/nodes/type")?;
         Ok(true)
     }
 }
@@ -67,7 +69,7 @@ pub fn roomy([low, high]: [f64; 2]) -> [f64; 2] {
     let far = low.abs().max(high.abs());
     let half = (0.5 * high - 0.5 * low).max(far * NARROW);
     let wanted = 1.25 * if half > 0.0 { half } else { LONE };
-    let below = design::power_of_two(wanted);
+    let below = power_of_two(wanted);
     let half = if below < wanted { 2.0 * below } else { below };
     let step = 0.125 * half;
     let center = ((0.5 * low + 0.5 * high) / step).round() * step;
@@ -95,7 +97,7 @@ mod tests {
             assert!(a <= low && high <= b && a < b, "{low} {high}: {a} {b}");
             let map = Mapping::over(a, b);
             assert_eq!((map.map::<f64>(a), map.map::<f64>(b)), (-1.0, 1.0));
-            assert_eq!(map.scale, design::power_of_two(map.scale));
+            assert_eq!(map.scale, power_of_two(map.scale));
         }
     }
 }

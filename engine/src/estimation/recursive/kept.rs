@@ -1,13 +1,15 @@
 //! What is kept as plain numbers, and made from them again to the last bit.
 
-use super::sums::Sums;
+use super::{
+    state::{Numbers, State},
+    sums::Sums,
+};
 use crate::{
     estimation::{
-        blocks::Form,
-        design::{self, Basis, Boxes},
-        seen::Seen,
+        data::Form,
+        design::{Basis, Boxes, MOST_COEFFICIENTS, of_columns, product_on},
+        problem::Seen,
         spec::FitSpec,
-        state::{Numbers, State},
     },
     numerics::Triangle,
 };
@@ -42,7 +44,7 @@ impl Sums {
         let mut input = Numbers::new(&state.numbers);
         let [form, size, count] = input.array()?;
         let (n, count) = (size as usize, count as usize);
-        if n > design::MOST_COEFFICIENTS {
+        if n > MOST_COEFFICIENTS {
             return None;
         }
         let boxes: Boxes = (input.array()?, input.array()?);
@@ -62,11 +64,11 @@ impl Sums {
         let same: Vec<bool> = input.take(columns)?.iter().map(|&x| x != 0.0).collect();
         let (form, design) = if matrix {
             let form = Form::Matrix { columns: n, names: state.names.clone() };
-            (form, design::of_columns(scale, &[], state.names.as_deref()))
+            (form, of_columns(scale, &[], state.names.as_deref()))
         } else {
             let surface = form == 1.0;
             let form = if surface { Form::Surface } else { Form::Curve };
-            (form, design::product_on(surface, &spec.model, boxes, boxes).ok()?)
+            (form, product_on(surface, &spec.model, boxes, boxes).ok()?)
         };
         let seen = Seen {
             count,

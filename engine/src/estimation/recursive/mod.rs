@@ -16,27 +16,25 @@ mod caller_row;
 mod growing;
 mod kept;
 mod opening;
+mod state;
 mod sums;
 mod telling;
 
 pub use opening::Taken;
-use sums::Sums;
 
 use super::{
-    admission::within_range,
-    blocks::Form,
-    design,
+    data::{Form, Nodes, Sample},
+    design::{bounding_box, checked_domain, within_knots},
+    diagnostics::within_range,
     error::{Faults, FitError},
-    evidence::Evidence,
     fit::report,
-    nodes::Nodes,
-    residuals::Place,
+    problem::{Evidence, Place},
     result::{FitResult, Warning},
-    sample::Sample,
     spec::FitSpec,
-    state::State,
-    words::Shown,
 };
+use crate::fault::words::Shown;
+pub use state::State;
+use sums::Sums;
 
 /// An estimate that nodes are added to.
 #[derive(Clone)]
@@ -99,8 +97,8 @@ impl Recursive {
         };
         if !matches!(nodes, Nodes::Matrix(_)) {
             let surface = sums.form == Form::Surface;
-            design::checked_domain(nodes, &sample, surface, self.spec.domain, design::bounding_box(&sample))?;
-            design::within_knots(&sums.design, nodes, &sample)?;
+            checked_domain(nodes, &sample, surface, self.spec.domain, bounding_box(&sample))?;
+            within_knots(&sums.design, nodes, &sample)?;
             unusual |= sums.make_room(&sample, &self.spec)?;
         }
         sums.add(&sample, self.forgetting, self.spec.node_uncertainty.is_some());

@@ -2,15 +2,15 @@
 //! the columns of a matrix.
 
 use super::growing::roomy;
-use crate::estimation::{
-    blocks::Form,
-    design::{self, Boxes, Design},
-    error::{Fault, Faults},
-    nodes::Nodes,
-    regularized::suited,
-    sample::Sample,
-    spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
-    words::Shown,
+use crate::{
+    estimation::{
+        data::{Form, Nodes, Sample},
+        design::{self, Boxes, Design, bounding_box, product_on},
+        error::{Fault, Faults},
+        regularized::suited,
+        spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
+    },
+    fault::words::Shown,
 };
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped
@@ -50,13 +50,13 @@ pub fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(Form, De
                 let what = if surface { "a curve" } else { "a surface" };
                 return Err(Faults::one("/nodes/type", format!("model and domain of the stream are those of {what}")));
             }
-            let (u, v) = design::bounding_box(sample);
+            let (u, v) = bounding_box(sample);
             let domain = spec.domain.unwrap_or_default();
             let boxes = (
                 domain.u.unwrap_or_else(|| roomy(u)),
                 if surface { domain.v.unwrap_or_else(|| roomy(v)) } else { [0.0; 2] },
             );
-            (met_at(design::product_on(surface, model, boxes, boxes), "/nodes/type")?, boxes)
+            (met_at(product_on(surface, model, boxes, boxes), "/nodes/type")?, boxes)
         }
     };
     let place = if matches!(form, Form::Matrix { .. }) { "/nodes/x" } else { "/nodes/type" };
@@ -136,7 +136,7 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
     // the boxes only have to be some
     let domain = spec.domain.unwrap_or_default();
     let boxes = (domain.u.unwrap_or([-1.0, 1.0]), domain.v.unwrap_or([-1.0, 1.0]));
-    let check = |surface| suited(&design::product_on(surface, &spec.model, boxes, boxes)?, spec);
+    let check = |surface| suited(&product_on(surface, &spec.model, boxes, boxes)?, spec);
     if let Some(surface) = is_surface(spec) {
         return check(surface);
     }

@@ -3,12 +3,10 @@
 use super::caller_row::CallerRow;
 use crate::{
     estimation::{
-        accumulate::Row,
-        blocks::Form,
-        design::{Boxes, Design},
-        digits,
-        sample::Sample,
-        seen::Seen,
+        data::{Form, Sample},
+        design::{Boxes, Design, Row},
+        diagnostics::correct_digits,
+        problem::Seen,
         spec::FitSpec,
     },
     numerics::{Dd, Triangle, cancel::Asking},
@@ -107,18 +105,18 @@ impl Sums {
     fn look_at(&mut self, sample: &Sample, k: usize, root: f64) {
         let seen = &mut self.seen;
         seen.count += 1;
-        seen.rounded_heights |= !digits::exact(sample.z(k));
+        seen.rounded_heights |= !correct_digits::exact(sample.z(k));
         let (u, v) = sample.place(k);
         for (axis, at) in [u, v].into_iter().enumerate() {
             let [low, high] = &mut seen.bounds[axis];
             (*low, *high) = (low.min(at), high.max(at));
-            if !digits::exact(at) {
+            if !correct_digits::exact(at) {
                 seen.rounded_places[axis] = seen.rounded_places[axis].max(at.abs());
             }
         }
         for (j, &x) in sample.matrix_row(k).iter().enumerate() {
             self.same[j] &= x == self.first[j];
-            if !digits::exact(x) {
+            if !correct_digits::exact(x) {
                 seen.rounded_columns[j] = seen.rounded_columns[j].max(root * x.abs());
             }
         }

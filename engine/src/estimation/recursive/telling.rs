@@ -3,14 +3,12 @@
 use super::{caller_row::CallerRow, sums::Sums};
 use crate::{
     estimation::{
-        admission,
-        blocks::Form,
-        design::{self, Basis, Design},
+        data::{Form, Heights, Sample},
+        design::{Basis, Design, of_columns},
+        diagnostics::columns_within_range,
         error::{Faults, FitError},
         factor::{Factor, scaled_condition},
-        residuals::Heights,
         result::Arithmetic,
-        sample::Sample,
         spec::{Domain, FitSpec},
     },
     numerics::{Dd, Real, triangular},
@@ -24,7 +22,7 @@ impl Sums {
                 let Basis::Columns { scale } = &self.design.basis else { return self.design.clone() };
                 let constants: Vec<usize> =
                     (0..scale.len()).filter(|&j| self.same[j] && self.first[j] != 0.0).collect();
-                design::of_columns(scale.clone(), &constants, names.as_deref())
+                of_columns(scale.clone(), &constants, names.as_deref())
             }
             form => {
                 let given = spec.domain.unwrap_or_default();
@@ -62,7 +60,7 @@ impl Sums {
             return Err(beyond());
         }
         let caller = triangular::multiply_upper(&self.triangle.r(), &change);
-        admission::columns_within_range(&self.design, &caller).map_err(|error| match error {
+        columns_within_range(&self.design, &caller).map_err(|error| match error {
             FitError::Invalid(faults) => faults,
             _ => beyond(),
         })

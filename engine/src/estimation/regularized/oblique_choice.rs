@@ -5,13 +5,11 @@
 //! of ridge are. The predicted mean squared error is in the scaled columns and the condition that
 //! of `X̃ᵀX̃ + λP`; both have searches of their own.
 
-use super::{Context, oblique::Oblique, scan};
+use super::{context::Context, oblique::Oblique};
 use crate::estimation::{
-    choice::no_minimiser,
     error::FitError,
-    filter::{Rule, Spectral},
-    lambda_star::{Search, Unavailable, range},
     result::{Choice, LambdaCurvePoint, Warning},
+    selection::{Rule, Search, Spectral, Unavailable, choice::no_minimiser, range, scan},
     spec::{Criterion, Parameter},
 };
 
@@ -69,7 +67,7 @@ pub fn decide(
     let least_squares = Choice {
         criterion: None,
         lambda_star: None,
-        condition: super::condition(context.spectrum.lambda.iter().copied()),
+        condition: super::report::condition(context.spectrum.lambda.iter().copied()),
         bias_norm: 0.0,
         predicted_mse: oblique.mse(0.0).map(|(mse, _)| mse),
         rms: (rss / context.weight).sqrt(),

@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Context, rational_penalty};
+use super::{context::Context, rational_penalty};
 use crate::{
     estimation::{
         design::{Axis, Basis, Design},

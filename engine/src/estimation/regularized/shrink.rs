@@ -6,13 +6,14 @@
 //! derivative by c vanishes at `c = S/(S+N)`, that is at **k = N/S**. With S = 0 nothing of Â − T
 //! stands out of the noise: k is infinite and T itself the answer.
 
-use super::{Applied, Context, aim::Aim};
+use super::{
+    context::{Applied, Context},
+    target::Aim,
+};
 use crate::estimation::{
-    choice::no_minimiser,
     error::{Faults, FitError},
-    filter::{Rule, Spectral},
-    lambda_star::{Search, Unavailable, range},
     result::{Choice, LambdaCurvePoint, RegularizationKind, RegularizationReport, Warning},
+    selection::{Rule, Search, Spectral, Unavailable, choice::no_minimiser, range},
     spec::{Attraction, Criterion, JamesStein, Parameter, ShrinkageFactor},
 };
 

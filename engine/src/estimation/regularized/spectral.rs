@@ -3,17 +3,22 @@
 
 use nalgebra::DMatrix;
 
-use super::{Applied, Context, regularized_spectrum, report, trace};
-use crate::estimation::{
+use super::{
     bias,
-    choice::{self, Decided},
+    context::{Applied, Context},
+    report::{regularized_spectrum, report},
+    trace,
+};
+use crate::estimation::{
+    diagnostics::perturbation,
     error::{Faults, FitError},
     estimate::{Estimate, residuals},
-    evidence::Evidence,
-    filter::{Filtered, Rule, Spectral},
-    perturbation,
-    residuals::matrix_b,
+    problem::{Evidence, matrix_b},
     result::{BiasReport, Choice, RegularizationKind, RegularizationReport, Warning},
+    selection::{
+        Filtered, Rule, Spectral,
+        choice::{self, Decided},
+    },
     spectrum::Directions,
 };
 

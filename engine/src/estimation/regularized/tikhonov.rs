@@ -17,19 +17,20 @@
 use nalgebra::DMatrix;
 
 use super::{
-    Applied, Context,
+    context::{Applied, Context},
     oblique::Oblique,
     oblique_choice,
     pair::{Pair, PairFault, product},
-    penalty, report,
+    penalty,
+    report::report,
 };
 use crate::{
     estimation::{
         error::{Faults, FitError},
         estimate::{Estimate, directions},
         factor::multiply_upper_vector,
-        filter::Filtered,
         result::{RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
+        selection::Filtered,
         spec::Tikhonov,
     },
     numerics::{Dd, Real, triangular},
@@ -118,7 +119,7 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
     Ok(Applied {
         rss: least_squares.rss + decided.lambda_star.map_or(0.0, |lambda| oblique.risen(lambda)),
         residuals,
-        spectrum: RegularizedSpectrum { ..super::regularized_spectrum(eigenvalues) },
+        spectrum: RegularizedSpectrum { ..super::report::regularized_spectrum(eigenvalues) },
         regularization: RegularizationReport {
             lambda_star: decided.lambda_star,
             criterion: decided.criterion,

@@ -1,8 +1,12 @@
 //! The ridge trace: the coefficients along k (Hoerl and Kennard), by which an eye tells where they
 //! settle.
 
-use super::Context;
-use crate::estimation::{estimate::Estimate, filter::Rule, lambda_star::Chosen, result::RidgeTracePoint};
+use super::context::Context;
+use crate::estimation::{
+    estimate::Estimate,
+    result::RidgeTracePoint,
+    selection::{Chosen, Rule},
+};
 
 /// Points between the ends.
 const POINTS: usize = 60;

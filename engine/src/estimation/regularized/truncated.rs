@@ -5,13 +5,16 @@
 //! for, `U Σ_k Vᵀ`, has eigenvalue 0 along what was left out; its condition is that of the kept
 //! directions, and it has no determinant.
 
-use super::{Applied, Context, condition, report};
-use crate::estimation::{
+use super::{
     bias,
+    context::{Applied, Context},
+    report::{condition, report},
+};
+use crate::estimation::{
     error::{Faults, FitError},
     estimate::{Estimate, residuals},
-    filter::{Filtered, Rule, Spectral},
     result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
+    selection::{Filtered, Rule, Spectral},
 };
 
 /// Refuses to keep none, or more than `there` are.
@@ -74,7 +77,7 @@ pub fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Res
         spectrum: RegularizedSpectrum {
             eigenvalues: filtered.iter().map(|f| f.eigenvalue).collect(),
             condition: condition(lambda[dropped..].iter().copied()),
-            log10_determinant: super::log10_determinant(filtered.iter().map(|f| f.eigenvalue)),
+            log10_determinant: super::report::log10_determinant(filtered.iter().map(|f| f.eigenvalue)),
         },
         regularization: RegularizationReport {
             rank: Some(rank),

@@ -16,20 +16,23 @@
 //! residuals of the vertex left out.
 
 use super::{
-    super::{
-        accumulate::Row,
-        error::FitError,
-        result::{LocalSolution, Warning},
-    },
-    Measured, Outcome, Solved, exact, normal,
+    exact, normal,
+    outcome::{Measured, Outcome, Solved},
     rows::{Rows, weighted_solution},
     scale::median_abs,
     vertex::{self, Lines, Vertex},
 };
-use crate::numerics::{
-    Dd,
-    cancel::{self, Asking},
-    qr_with_rhs, triangular,
+use crate::{
+    estimation::{
+        design::Row,
+        error::FitError,
+        result::{LocalSolution, Warning},
+    },
+    numerics::{
+        Dd,
+        cancel::{self, Asking},
+        qr_with_rhs, triangular,
+    },
 };
 
 /// Reweightings that lead near the vertex before the walk begins.

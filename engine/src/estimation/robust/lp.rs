@@ -10,15 +10,18 @@
 //! 1983; Gonin and Money 1989).
 
 use super::{
-    super::{
-        error::FitError,
-        result::{LocalSolution, Warning},
-    },
-    Measured, Outcome, Solved, exact,
+    exact,
+    outcome::{Measured, Outcome, Solved},
     rows::{Rows, dot, weighted_solution},
     scale::{NORMAL_QUARTILE, median_abs},
 };
-use crate::numerics::cancel::{self, Asking};
+use crate::{
+    estimation::{
+        error::FitError,
+        result::{LocalSolution, Warning},
+    },
+    numerics::cancel::{self, Asking},
+};
 
 /// Newton steps for one ε.
 const STEPS: usize = 60;

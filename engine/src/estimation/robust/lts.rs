@@ -15,19 +15,21 @@
 //! samples. Standard errors: `s²/D (XᵀX)⁻¹`.
 
 use super::{
-    super::{
-        error::{Faults, FitError},
-        estimator::DEFAULT_COVERAGE,
-        factor::Factor,
-        result::{LocalSolution, Warning},
-    },
-    Measured, Outcome, Solved, Weighting,
     exact::{self, EXACT},
     normal,
+    outcome::{Measured, Outcome, Solved, Weighting},
     random::SplitMix,
     rows::{Rows, dot, weighted_solution},
 };
-use crate::numerics::cancel::{self, Asking};
+use crate::{
+    estimation::{
+        error::{Faults, FitError},
+        factor::Factor,
+        result::{LocalSolution, Warning},
+        spec::DEFAULT_COVERAGE,
+    },
+    numerics::cancel::{self, Asking},
+};
 
 /// Subsets up to which all of them are tried.
 const ALL: usize = 20_000;

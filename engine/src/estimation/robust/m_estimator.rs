@@ -17,19 +17,20 @@
 //! `K = 1 + n/m · var ψ′/(mean ψ′)²`.
 
 use super::{
-    super::{
-        accumulate::{Precision, Wanted, residual_pass},
-        error::{Faults, FitError},
-        estimator::{MEstimator, ScaleRule, Start},
-        factor::Factor,
-        result::{LocalSolution, Warning},
-    },
-    Measured, Outcome, Solved, Weighting,
     exact::{self, EXACT},
     lts,
+    outcome::{Measured, Outcome, Solved, Weighting},
     scale::scale,
 };
-use crate::numerics::cancel::{self, Asking};
+use crate::{
+    estimation::{
+        error::{Faults, FitError},
+        factor::{Factor, Precision, Wanted, residual_pass},
+        result::{LocalSolution, Warning},
+        spec::{MEstimator, ScaleRule, Start},
+    },
+    numerics::cancel::{self, Asking},
+};
 
 pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitError> {
     let Measured { place, sample, heights } = *measured;

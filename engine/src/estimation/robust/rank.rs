@@ -17,16 +17,19 @@
 //! 3.7); along the constant `τ_s = 1/(2f(0))`, as for a median.
 
 use super::{
-    super::{
-        error::FitError,
-        result::{LocalSolution, Warning},
-    },
-    Along, Measured, Outcome, Solved, exact,
+    exact,
+    outcome::{Along, Measured, Outcome, Solved},
     rows::{Rows, dot},
     scale::median,
     vertex::{self, Lines},
 };
-use crate::numerics::cancel::{self, Asking};
+use crate::{
+    estimation::{
+        error::FitError,
+        result::{LocalSolution, Warning},
+    },
+    numerics::cancel::{self, Asking},
+};
 
 /// Numbers in the rows of pairs of one round.
 const PAIRS: usize = 6_000_000;

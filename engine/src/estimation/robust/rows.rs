@@ -5,14 +5,15 @@
 //! step `x` with least loss of `b − Qx`; the coefficients in the working basis are then those of
 //! least squares plus `R⁻¹x`.
 
-use super::{
-    super::{
-        accumulate::{Precision, Row, Wanted, residual_pass},
+use super::outcome::Measured;
+use crate::{
+    estimation::{
+        design::Row,
         error::{Faults, FitError},
+        factor::{Precision, Wanted, residual_pass},
     },
-    Measured,
+    numerics::{Dd, Real, cancel::Asking, triangular},
 };
-use crate::numerics::{Dd, Real, cancel::Asking, triangular};
 
 /// Numbers that rows may hold: 160 MB.
 const MOST: usize = 20_000_000;

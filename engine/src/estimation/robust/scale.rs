@@ -5,8 +5,8 @@
 //!   `γ = E min(Z², k₂²)`, Z standard normal;
 //! * fixed by the caller.
 
-use super::{super::estimator::ScaleRule, normal};
-use crate::numerics::cancel;
+use super::normal;
+use crate::{estimation::spec::ScaleRule, numerics::cancel};
 
 /// Φ⁻¹(0.75).
 pub const NORMAL_QUARTILE: f64 = 0.674_489_750_196_081_7;

@@ -7,18 +7,16 @@
 
 use nalgebra::DMatrix;
 
-use super::{
-    super::{
+use super::{outcome::Along, rows::dot};
+use crate::{
+    estimation::{
         estimate::{Estimate, directions},
         factor::Factor,
         result::{RegularizationKind, RegularizationReport},
-        scaled::{ScaledColumns, caller_columns},
-        spectrum::Spectrum,
+        spectrum::{ScaledColumns, Spectrum, caller_columns},
     },
-    Along,
-    rows::dot,
+    numerics::{cancel::Asking, triangular},
 };
-use crate::numerics::{cancel::Asking, triangular};
 
 /// What standard errors are made of.
 pub struct Spread {

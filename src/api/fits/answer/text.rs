@@ -5,8 +5,8 @@
 //! Each record is taken apart completely, so a field that is added to the domain's result and not
 //! written here does not compile.
 //!
-//! That numbers are finite has been looked at by the fit (`estimation::sound`); the writer only
-//! refuses to write one that is not.
+//! That numbers are finite has been looked at by the fit (`estimation::diagnostics::finite`); the
+//! writer only refuses to write one that is not.
 
 use std::sync::Arc;
 

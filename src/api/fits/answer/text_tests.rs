@@ -11,13 +11,13 @@ use crate::api::{
 };
 use flankfit_engine::estimation::{
     self, FitSpec, Nodes,
-    estimator::Start,
-    filtering::{
-        report::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
-        spec::{Action, Filter, Hampel},
+    result::{
+        ColumnFigures, FilterReport, FilteringReport, IterationReport, LocalSolution, NormLimitSource, RobustReport,
+        Written,
     },
-    result::{LocalSolution, NormLimitSource, RobustReport, Written},
-    spec::{Count, Criterion, NodeUncertainty, Parameter, Regularization, Scaling, Scheme},
+    spec::{
+        Action, Count, Criterion, Filter, Hampel, NodeUncertainty, Parameter, Regularization, Scaling, Scheme, Start,
+    },
 };
 
 const ALL: Include = Include {
@@ -321,11 +321,13 @@ proptest! {
 /// What the fit does with a result: the columns' report, which comes first, and then the rest.
 fn checked(mut result: FitResult) -> Result<FitResult, estimation::FitError> {
     let report = Arc::unwrap_or_clone(result.collinearity);
-    result.collinearity = Arc::new(estimation::sound::checked_collinearity(report, &mut result.warnings)?);
+    result.collinearity =
+        Arc::new(estimation::diagnostics::finite::checked_collinearity(report, &mut result.warnings)?);
     let filtering = result.filtering.take();
-    let mut result = estimation::sound::checked(result)?;
-    result.filtering =
-        filtering.map(|report| estimation::sound::checked_filtering(report, &mut result.warnings)).transpose()?;
+    let mut result = estimation::diagnostics::finite::checked(result)?;
+    result.filtering = filtering
+        .map(|report| estimation::diagnostics::finite::checked_filtering(report, &mut result.warnings))
+        .transpose()?;
     Ok(result)
 }
 

@@ -10,10 +10,7 @@ use crate::api::{
     },
 };
 use flankfit_engine::{
-    estimation::{
-        estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start},
-        robust::loss::Loss,
-    },
+    estimation::spec::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, Loss, MEstimator, ScaleRule, Start},
     fault::words::{Counted, Shown, counted},
 };
 

@@ -14,7 +14,7 @@ use crate::api::{
     },
 };
 use flankfit_engine::{
-    estimation::filtering::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
+    estimation::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
     fault::words::Shown,
 };
 

@@ -5,10 +5,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::json::present::present;
-use flankfit_engine::estimation::{
-    estimator::{Estimator, MEstimator, ScaleRule, Start},
-    robust::loss::Loss,
-};
+use flankfit_engine::estimation::spec::{Estimator, Loss, MEstimator, ScaleRule, Start};
 
 /// How the coefficients are estimated; default `least_squares`. Weights of nodes multiply squared
 /// residuals for every estimator: rows and heights are scaled by √weight.

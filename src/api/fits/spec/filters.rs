@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::json::{present::present, writer::Object};
-use flankfit_engine::estimation::filtering::{
-    report::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
+use flankfit_engine::estimation::{
+    result::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
     spec,
 };
 

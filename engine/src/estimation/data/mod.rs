@@ -1,0 +1,11 @@
+//! Checked nodes, and how a fit sees them: counted, weighted, in blocks, summed.
+
+mod blocks;
+mod heights;
+mod nodes;
+mod sample;
+
+pub use blocks::{Form, join};
+pub(crate) use heights::Heights;
+pub use nodes::{Curve, Grid, Matrix, Nodes, Scattered};
+pub(crate) use sample::Sample;

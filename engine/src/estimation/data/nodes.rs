@@ -1,0 +1,330 @@
+//! Measured nodes, checked.
+//!
+//! A node set is built only through the constructors here, which look at every number once and name
+//! every fault by its place in the request (a JSON Pointer such as `/nodes/z/3/7`). Inside the
+//! crate nothing is checked a second time.
+
+use crate::{
+    estimation::error::Faults,
+    fault::words::{Shown, entries},
+};
+
+/// The four forms in which nodes arrive. Lengths are in the caller's own unit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Nodes {
+    /// One boundary curve `y(x)`.
+    Curve(Curve),
+    /// One surface `z(u, v)` at arbitrary nodes.
+    Scattered(Scattered),
+    /// One surface on the crossings of two axes; nodes may be missing.
+    Grid(Grid),
+    /// The measurement matrix itself.
+    Matrix(Matrix),
+}
+
+/// `y(x)` at `m` abscissae, in any order; repeated abscissae are repeated measurements.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    pub(crate) x: Vec<f64>,
+    pub(crate) y: Vec<f64>,
+    pub(crate) weight: Option<Vec<f64>>,
+}
+
+/// `z(u, v)` at `m` places, in any order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scattered {
+    pub(crate) u: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) z: Vec<f64>,
+    pub(crate) weight: Option<Vec<f64>>,
+}
+
+/// `z` on the grid of two strictly ascending axes, row by row: `z[i * v.len() + j]` at `(u[i],
+/// v[j])`. A missing node is NaN in `z` (posted as `null`) or `false` in `valid`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    pub(crate) u: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) z: Vec<f64>,
+    pub(crate) valid: Option<Vec<bool>>,
+    pub(crate) weight: Option<Vec<f64>>,
+}
+
+/// The measurement matrix, row by row: `x[k * columns + j]`, and the heights `y`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matrix {
+    pub(crate) x: Vec<f64>,
+    pub(crate) columns: usize,
+    pub(crate) y: Vec<f64>,
+    pub(crate) names: Option<Vec<String>>,
+    pub(crate) weight: Option<Vec<f64>>,
+}
+
+impl Curve {
+    /// The abscissae.
+    pub fn x(&self) -> &[f64] {
+        &self.x
+    }
+
+    /// The heights.
+    pub fn y(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// Weights in the order of the heights, where there are any.
+    pub fn weight(&self) -> Option<&[f64]> {
+        self.weight.as_deref()
+    }
+}
+
+impl Scattered {
+    /// First coordinate of each node.
+    pub fn u(&self) -> &[f64] {
+        &self.u
+    }
+
+    /// Second coordinate of each node.
+    pub fn v(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// The heights.
+    pub fn z(&self) -> &[f64] {
+        &self.z
+    }
+
+    /// Weights in the order of the heights, where there are any.
+    pub fn weight(&self) -> Option<&[f64]> {
+        self.weight.as_deref()
+    }
+}
+
+impl Grid {
+    /// First axis, strictly ascending.
+    pub fn u(&self) -> &[f64] {
+        &self.u
+    }
+
+    /// Second axis, strictly ascending.
+    pub fn v(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// The heights row by row, NaN where a node is missing.
+    pub fn z(&self) -> &[f64] {
+        &self.z
+    }
+
+    /// Which nodes count, where that was said.
+    pub fn valid(&self) -> Option<&[bool]> {
+        self.valid.as_deref()
+    }
+
+    /// Weights in the order of the heights, where there are any.
+    pub fn weight(&self) -> Option<&[f64]> {
+        self.weight.as_deref()
+    }
+}
+
+impl Matrix {
+    /// The entries, row by row.
+    pub fn x(&self) -> &[f64] {
+        &self.x
+    }
+
+    /// How many columns it has.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// The heights.
+    pub fn y(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// Names of the columns, where they have any.
+    pub fn names(&self) -> Option<&[String]> {
+        self.names.as_deref()
+    }
+
+    /// Weights in the order of the heights, where there are any.
+    pub fn weight(&self) -> Option<&[f64]> {
+        self.weight.as_deref()
+    }
+}
+
+impl Nodes {
+    /// A curve `y(x)`; refuses empty or unequal arrays, numbers that are not finite and negative
+    /// weights.
+    pub fn curve(x: Vec<f64>, y: Vec<f64>, weight: Option<Vec<f64>>) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        if x.is_empty() {
+            faults.push("/nodes/x", "there are no nodes");
+        }
+        check_length(&mut faults, "/nodes/y", y.len(), x.len(), "x");
+        check_finite(&mut faults, "/nodes/x", &x);
+        check_finite(&mut faults, "/nodes/y", &y);
+        check_weight(&mut faults, &weight, x.len(), "x");
+        faults.into_result(Nodes::Curve(Curve { x, y, weight }))
+    }
+
+    /// Scattered nodes `z(u, v)`; the same checks as for a curve.
+    pub fn scattered(u: Vec<f64>, v: Vec<f64>, z: Vec<f64>, weight: Option<Vec<f64>>) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        if u.is_empty() {
+            faults.push("/nodes/u", "there are no nodes");
+        }
+        check_length(&mut faults, "/nodes/v", v.len(), u.len(), "u");
+        check_length(&mut faults, "/nodes/z", z.len(), u.len(), "u");
+        check_finite(&mut faults, "/nodes/u", &u);
+        check_finite(&mut faults, "/nodes/v", &v);
+        check_finite(&mut faults, "/nodes/z", &z);
+        check_weight(&mut faults, &weight, u.len(), "u");
+        faults.into_result(Nodes::Scattered(Scattered { u, v, z, weight }))
+    }
+
+    /// A grid whose rows have been laid end to end. `z` must hold `u.len() * v.len()` numbers, NaN
+    /// where a node is missing; the axes must ascend strictly. (Ragged rows are the reader's to
+    /// refuse: it still sees them.)
+    pub fn grid(
+        u: Vec<f64>,
+        v: Vec<f64>,
+        z: Vec<f64>,
+        valid: Option<Vec<bool>>,
+        weight: Option<Vec<f64>>,
+    ) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        let count = u.len() * v.len();
+        for (name, axis) in [("/nodes/u", &u), ("/nodes/v", &v)] {
+            if axis.is_empty() {
+                faults.push(name, "the axis has no positions");
+            }
+            check_finite(&mut faults, name, axis);
+            for (i, pair) in axis.windows(2).enumerate() {
+                if pair[1] <= pair[0] {
+                    faults.push(
+                        format!("{name}/{}", i + 1),
+                        format!("{} does not ascend: it follows {}", Shown(pair[1]), Shown(pair[0])),
+                    );
+                }
+            }
+        }
+        check_length(&mut faults, "/nodes/z", z.len(), count, "u times v");
+        let place = |i: usize| format!("{}/{}", i / v.len().max(1), i % v.len().max(1));
+        for (i, value) in z.iter().enumerate() {
+            if value.is_infinite() {
+                faults.push(format!("/nodes/z/{}", place(i)), NOT_FINITE);
+            }
+        }
+        if let Some(valid) = &valid {
+            check_length(&mut faults, "/nodes/valid", valid.len(), count, "u times v");
+        }
+        if let Some(weight) = &weight {
+            check_length(&mut faults, "/nodes/weight", weight.len(), count, "u times v");
+            for (i, w) in weight.iter().enumerate() {
+                if let Some(why) = weight_fault(*w) {
+                    faults.push(format!("/nodes/weight/{}", place(i)), why);
+                }
+            }
+        }
+        faults.into_result(Nodes::Grid(Grid { u, v, z, valid, weight }))
+    }
+
+    /// A measurement matrix of `columns` columns, laid row by row, with optional column names.
+    pub fn matrix(
+        x: Vec<f64>,
+        columns: usize,
+        y: Vec<f64>,
+        names: Option<Vec<String>>,
+        weight: Option<Vec<f64>>,
+    ) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        if columns == 0 || x.is_empty() {
+            faults.push("/nodes/x", "the matrix is empty");
+        }
+        let rows = x.len().checked_div(columns).unwrap_or(0);
+        check_length(&mut faults, "/nodes/y", y.len(), rows, "the rows of x");
+        for (i, value) in x.iter().enumerate() {
+            if !value.is_finite() {
+                faults.push(format!("/nodes/x/{}/{}", i / columns.max(1), i % columns.max(1)), NOT_FINITE);
+            }
+        }
+        check_finite(&mut faults, "/nodes/y", &y);
+        if let Some(names) = &names {
+            check_length(&mut faults, "/nodes/names", names.len(), columns, "the columns of x");
+            for (i, name) in names.iter().enumerate() {
+                if name.is_empty() {
+                    faults.push(format!("/nodes/names/{i}"), "a column name is empty");
+                }
+                if names[..i].contains(name) {
+                    faults.push(format!("/nodes/names/{i}"), format!("the name `{name}` stands twice"));
+                }
+            }
+        }
+        check_weight(&mut faults, &weight, rows, "the rows of x");
+        faults.into_result(Nodes::Matrix(Matrix { x, columns, y, names, weight }))
+    }
+
+    /// Where the heights stand in a request.
+    pub fn heights_pointer(&self) -> &'static str {
+        match self {
+            Nodes::Curve(_) | Nodes::Matrix(_) => "/nodes/y",
+            Nodes::Scattered(_) | Nodes::Grid(_) => "/nodes/z",
+        }
+    }
+
+    /// How many nodes were posted, missing ones included.
+    pub fn posted(&self) -> usize {
+        match self {
+            Nodes::Curve(c) => c.y.len(),
+            Nodes::Scattered(s) => s.z.len(),
+            Nodes::Grid(g) => g.z.len(),
+            Nodes::Matrix(m) => m.y.len(),
+        }
+    }
+}
+
+impl Grid {
+    /// Whether node `i` (row by row) is there: not NaN, not marked invalid, not of weight 0.
+    pub(crate) fn counts(&self, i: usize) -> bool {
+        !self.z[i].is_nan()
+            && self.valid.as_ref().is_none_or(|valid| valid[i])
+            && self.weight.as_ref().is_none_or(|weight| weight[i] > 0.0)
+    }
+}
+
+const NOT_FINITE: &str = "the number is not finite in double precision";
+
+fn check_length(faults: &mut Faults, pointer: &str, got: usize, want: usize, of: &str) {
+    if got != want {
+        faults.push(pointer, format!("{}, but {want} would match {of}", entries(got)));
+    }
+}
+
+fn check_finite(faults: &mut Faults, pointer: &str, values: &[f64]) {
+    for (i, value) in values.iter().enumerate() {
+        if !value.is_finite() {
+            faults.push(format!("{pointer}/{i}"), NOT_FINITE);
+        }
+    }
+}
+
+fn check_weight(faults: &mut Faults, weight: &Option<Vec<f64>>, want: usize, of: &str) {
+    let Some(weight) = weight else { return };
+    check_length(faults, "/nodes/weight", weight.len(), want, of);
+    for (i, w) in weight.iter().enumerate() {
+        if let Some(why) = weight_fault(*w) {
+            faults.push(format!("/nodes/weight/{i}"), why);
+        }
+    }
+}
+
+fn weight_fault(w: f64) -> Option<String> {
+    if !w.is_finite() {
+        Some(NOT_FINITE.into())
+    } else if w < 0.0 {
+        Some(format!("the weight {} is negative; 0 leaves a node out", Shown(w)))
+    } else {
+        None
+    }
+}

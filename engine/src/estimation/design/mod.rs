@@ -1,0 +1,22 @@
+//! The measurement matrix `X` (Eqs. 13–14): which functions, under which names, on which domain, and
+//! its rows at the nodes.
+
+mod axis;
+mod columns;
+mod domain;
+mod label;
+mod measurement_matrix;
+mod model;
+mod row;
+mod slopes;
+mod splines;
+pub mod tile;
+
+pub(crate) use axis::Axis;
+pub(crate) use columns::{columns, of_columns, power_of_two};
+pub(crate) use domain::{Boxes, bounding_box, checked_domain};
+pub(crate) use measurement_matrix::{Basis, Design, MOST_COEFFICIENTS};
+pub(crate) use model::product_on;
+pub(crate) use row::Row;
+pub(crate) use slopes::{add_slopes, slopes};
+pub(crate) use splines::{splines, within_knots};

@@ -1,0 +1,145 @@
+//! A model checked against the nodes.
+
+use super::{
+    axis::Axis,
+    columns::columns,
+    domain::{Boxes, bounding_box, checked_domain},
+    label::label,
+    measurement_matrix::{Basis, Design, MOST_COEFFICIENTS, too_many},
+    splines::{splines, weight_net, within_knots},
+};
+use crate::{
+    estimation::{
+        data::{Nodes, Sample},
+        error::Faults,
+        result::TermKey,
+        spec::{Degree, Domain, FitSpec, Model, PolynomialBasis, Terms},
+    },
+    geometry::{Mapping, polynomial::Family},
+};
+
+impl Design {
+    /// Checks `spec` against the nodes.
+    pub fn new(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Self, Faults> {
+        if sample.count() == 0 {
+            return Err(Faults::one(nodes.heights_pointer(), "every node is missing or of weight 0"));
+        }
+        let design = match (&spec.model, nodes) {
+            (Model::Linear, Nodes::Matrix(matrix)) => {
+                if spec.domain.is_some() {
+                    return Err(Faults::one("/domain", "a measurement matrix has no domain"));
+                }
+                columns(sample, matrix.columns, matrix.names.as_deref())?
+            }
+            (Model::Linear, _) => {
+                return Err(Faults::one("/model/type", "`linear` is for nodes of type `matrix`"));
+            }
+            (_, Nodes::Matrix(_)) => {
+                return Err(Faults::one("/model/type", "nodes of type `matrix` take the model `linear`"));
+            }
+            (model, _) => product(nodes, sample, model, spec.domain)?,
+        };
+        let (n, m) = (design.size(), sample.count());
+        if n > m {
+            return Err(Faults::one(
+                if matches!(spec.model, Model::Linear) { "/nodes/x" } else { "/model/degree" },
+                format!(
+                    "{n} coefficients cannot be told from {m} counted nodes: lower the degree or measure more nodes"
+                ),
+            ));
+        }
+        Ok(design)
+    }
+}
+
+fn product(nodes: &Nodes, sample: &Sample, model: &Model, domain: Option<Domain>) -> Result<Design, Faults> {
+    let surface = !matches!(nodes, Nodes::Curve(_));
+    let boxes = bounding_box(sample);
+    let domains = checked_domain(nodes, sample, surface, domain, boxes)?;
+    let design = product_on(surface, model, domains, boxes)?;
+    within_knots(&design, nodes, sample)?;
+    Ok(design)
+}
+
+/// A product of functions of u and v (of x alone for a curve) before any node is known: the
+/// caller's functions live on `domains`, the working ones on `boxes`.
+pub fn product_on(
+    surface: bool,
+    model: &Model,
+    (domain_u, domain_v): Boxes,
+    (box_u, box_v): Boxes,
+) -> Result<Design, Faults> {
+    let degree = match model {
+        Model::Polynomial { degree, .. } | Model::BSpline { degree, .. } => *degree,
+        Model::Linear => Degree::Both(0),
+    };
+    let (p, q) = match (degree, surface) {
+        (Degree::Both(p), true) => (p, p),
+        (Degree::Both(p), false) => (p, 0),
+        (Degree::Each(p, q), true) => (p, q),
+        (Degree::Each(..), false) => {
+            return Err(Faults::one("/model/degree", "a curve has one degree, not one for each of two axes"));
+        }
+    };
+    if p.saturating_add(1).saturating_mul(q.saturating_add(1)) > 4 * MOST_COEFFICIENTS * MOST_COEFFICIENTS {
+        too_many(usize::MAX, "/model/degree")?;
+    }
+    let mut rational = None;
+    let (u, v, total, letter) = match model {
+        Model::Polynomial { basis, terms, .. } => {
+            if *terms == Terms::Total && surface && p != q {
+                return Err(Faults::one("/model/degree", "total degree wants one degree, not two different ones"));
+            }
+            let axis = |domain: [f64; 2], bounds: [f64; 2], degree: usize| Axis::Polynomial {
+                family: match basis {
+                    PolynomialBasis::Monomial => Family::Monomial,
+                    PolynomialBasis::Chebyshev => Family::Chebyshev { low: domain[0], high: domain[1] },
+                    PolynomialBasis::Legendre => Family::Legendre { low: domain[0], high: domain[1] },
+                },
+                mapping: Mapping::over(bounds[0], bounds[1]),
+                size: degree.saturating_add(1),
+            };
+            let letter = match basis {
+                PolynomialBasis::Monomial => None,
+                PolynomialBasis::Chebyshev => Some('T'),
+                PolynomialBasis::Legendre => Some('P'),
+            };
+            let total = (*terms == Terms::Total).then_some(p);
+            (axis(domain_u, box_u, p), axis(domain_v, box_v, q), total, letter)
+        }
+        Model::BSpline { knots, weights, .. } => {
+            let (u, v) = splines(knots, (p, q), surface, (domain_u, domain_v))?;
+            if let Some(weights) = weights {
+                rational = Some(weight_net(weights, (u.size(), v.size()), surface)?);
+            }
+            (u, v, None, Some(if rational.is_some() { 'R' } else { 'B' }))
+        }
+        Model::Linear => return Err(Faults::one("/model/type", "`linear` is for nodes of type `matrix`")),
+    };
+    let count = match total {
+        Some(d) if surface => d.saturating_add(1).saturating_mul(d.saturating_add(2)) / 2,
+        _ => u.size().saturating_mul(v.size()),
+    };
+    let spline = matches!(letter, Some('B' | 'R'));
+    too_many(count, if spline { "/model/knots" } else { "/model/degree" })?;
+    let terms: Vec<(usize, usize)> = (0..u.size())
+        .flat_map(|i| (0..v.size()).map(move |j| (i, j)))
+        .filter(|(i, j)| total.is_none_or(|d| i + j <= d))
+        .collect();
+    Ok(Design {
+        labels: terms.iter().map(|&term| label(term, letter, surface)).collect(),
+        keys: terms
+            .iter()
+            .map(|&(i, j)| {
+                let place = if surface { vec![i, j] } else { vec![i] };
+                if spline { TermKey::Index(place) } else { TermKey::Powers(place) }
+            })
+            .collect(),
+        terms,
+        basis: Basis::Product { u, v },
+        constant: (!spline).then_some(0),
+        constant_in_span: Some(true),
+        domain: Some(Domain { u: Some(domain_u), v: surface.then_some(domain_v) }),
+        rational,
+    })
+}

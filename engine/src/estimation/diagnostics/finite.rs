@@ -1,0 +1,162 @@
+//! The last look at an answer: no number in it is infinite or NaN.
+//!
+//! A figure that may be absent is left out, with a warning; one that an answer cannot do without
+//! refuses the fit.
+
+use crate::estimation::{
+    error::{Faults, FitError},
+    result::{CollinearityReport, FilteringReport, FitResult, Warning},
+};
+
+/// Names of figures that were left out.
+#[derive(Default)]
+struct Dropped(Vec<&'static str>);
+
+impl Dropped {
+    fn look_at(&mut self, name: &'static str, value: &mut Option<f64>) {
+        if value.is_some_and(|x| !x.is_finite()) {
+            *value = None;
+            if !self.0.contains(&name) {
+                self.0.push(name);
+            }
+        }
+    }
+
+    fn warn(self, warnings: &mut Vec<Warning>) {
+        if !self.0.is_empty() {
+            warnings.push(Warning {
+                code: "beyond_double",
+                message: format!("left out because they leave the range of double precision: {}", self.0.join(", ")),
+            });
+        }
+    }
+}
+
+fn beyond() -> FitError {
+    Faults::one("/nodes", "figures of this fit leave the range of double precision: choose another unit or basis")
+        .into()
+}
+
+fn all(values: &[f64]) -> bool {
+    values.iter().all(|x| x.is_finite())
+}
+
+/// The same for a collinearity report.
+pub fn checked_collinearity(
+    mut report: CollinearityReport,
+    warnings: &mut Vec<Warning>,
+) -> Result<CollinearityReport, FitError> {
+    let mut dropped = Dropped::default();
+    for column in &mut report.columns {
+        dropped.look_at("vif", &mut column.vif);
+    }
+    for near in &mut report.near_dependencies {
+        dropped.look_at("condition_index", &mut near.condition_index);
+        dropped.look_at("cosine", &mut near.cosine);
+        dropped.look_at("weight_ratio", &mut near.weight_ratio);
+        dropped.look_at("r_squared", &mut near.r_squared);
+    }
+    dropped.warn(warnings);
+    let sound = report.correlation.iter().flatten().all(|row| all(row))
+        && report.variance_proportions.iter().flatten().all(|row| all(row))
+        && report.near_dependencies.iter().all(|near| near.eigenvalue.is_finite() && all(&near.weights));
+    if sound { Ok(report) } else { Err(beyond()) }
+}
+
+/// The same for what filters did.
+pub fn checked_filtering(
+    mut report: FilteringReport,
+    warnings: &mut Vec<Warning>,
+) -> Result<FilteringReport, FitError> {
+    let mut dropped = Dropped::default();
+    for figures in [&mut report.before, &mut report.after] {
+        dropped.look_at("filter_collinearity.condition", &mut figures.condition);
+        dropped.look_at("filter_collinearity.largest_correlation", &mut figures.largest_correlation);
+        dropped.look_at("filter_collinearity.largest_vif", &mut figures.largest_vif);
+    }
+    dropped.warn(warnings);
+    let sound = report.filters.iter().all(|filter| all(&[filter.max_change, filter.rms_change]));
+    if sound { Ok(report) } else { Err(beyond()) }
+}
+
+/// Leaves out what is not finite, or refuses.
+pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
+    let mut dropped = Dropped::default();
+    let mut optional = |name: &'static str, value: &mut Option<f64>| dropped.look_at(name, value);
+    let spectrum = &mut result.spectrum;
+    optional("condition", &mut spectrum.condition);
+    optional("log10_condition", &mut spectrum.log10_condition);
+    optional("log10_determinant", &mut spectrum.log10_determinant);
+    optional("regularized.condition", &mut spectrum.regularized.condition);
+    optional("regularized.log10_determinant", &mut spectrum.regularized.log10_determinant);
+    for bounds in result.perturbation.iter_mut().flat_map(|p| [&mut p.least_squares, &mut p.regularized]) {
+        optional("square_bound", &mut bounds.square_bound);
+        optional("first_order_bound", &mut bounds.first_order_bound);
+    }
+    for c in &mut result.coefficients {
+        optional("std_error", &mut c.std_error);
+        optional("least_squares_std_error", &mut c.least_squares_std_error);
+    }
+    for choice in &mut result.regularization.choices {
+        optional("choices.condition", &mut choice.condition);
+        optional("choices.predicted_mse", &mut choice.predicted_mse);
+        optional("choices.lambda_star", &mut choice.lambda_star);
+    }
+    for point in result.lambda_curve.iter_mut().flatten() {
+        optional("lambda_curve.condition", &mut point.condition);
+        optional("lambda_curve.predicted_mse", &mut point.predicted_mse);
+        optional("lambda_curve.gcv", &mut point.gcv);
+    }
+    if let Some(points) = &mut result.lambda_curve {
+        points.retain(|p| [p.lambda_star, p.bias_norm, p.rms, p.coefficient_norm].into_iter().all(f64::is_finite));
+    }
+    let regularization = &mut result.regularization;
+    optional("lambda_star", &mut regularization.lambda_star);
+    optional("shrinkage_factor", &mut regularization.shrinkage_factor);
+    optional("gamma", &mut regularization.gamma);
+    optional("matrix_norm_squared", &mut regularization.matrix_norm_squared);
+    optional("largest_eigenvalue_bound", &mut regularization.largest_eigenvalue_bound);
+    optional("paper_bound", &mut result.bias.paper_bound);
+    optional("e", &mut result.bias.e);
+    optional("sigma", &mut result.residuals.sigma);
+    optional("r_squared", &mut result.residuals.r_squared);
+    if let Some(robust) = &mut result.robust {
+        optional("robust.tolerance_reached", &mut robust.tolerance_reached);
+        optional("robust.dispersion", &mut robust.dispersion);
+        optional("robust.certificate", &mut robust.certificate);
+    }
+    if regularization.lambda_star_interval.is_some_and(|ends| !ends.into_iter().all(f64::is_finite)) {
+        regularization.lambda_star_interval = None;
+    }
+    dropped.warn(&mut result.warnings);
+    if !all(&result.spectrum.regularized.eigenvalues) {
+        return Err(
+            Faults::one("/regularization", "λ* lifts an eigenvalue beyond the range of double precision").into()
+        );
+    }
+    if result
+        .robust
+        .as_ref()
+        .is_some_and(|r| !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && all(&r.weights)))
+    {
+        return Err(Faults::one(
+            "/estimator",
+            "scale or sum of this estimator leave the range of double precision: choose another scale or unit",
+        )
+        .into());
+    }
+    let residuals = &result.residuals;
+    let sound = result.coefficients.iter().all(|c| all(&[c.value, c.least_squares, c.bias_bound]))
+        && all(&result.spectrum.eigenvalues)
+        && all(&result.regularization.filter_factors)
+        && result.numerics.correct_digits.is_finite()
+        && result.regularization.choices.iter().all(|c| all(&[c.bias_norm, c.rms]))
+        && all(&[result.bias.norm, result.bias.sharp_bound, result.bias.coefficient_norm_limit])
+        && all(&[residuals.rss, residuals.rms, residuals.least_squares_rss])
+        && residuals.max_abs.is_none_or(f64::is_finite)
+        && residuals.values.as_deref().is_none_or(all)
+        && result.robust.as_ref().is_none_or(|r| all(&r.coefficients))
+        && result.ridge_trace.iter().flatten().all(|point| point.k.is_finite() && all(&point.coefficients))
+        && result.matrix_b.iter().flatten().all(|row| all(row));
+    if sound { Ok(result) } else { Err(beyond()) }
+}

@@ -1,0 +1,12 @@
+//! What a caller should know about a fit: dependent columns, the reach of uncertain nodes, correct
+//! digits, numbers beyond double precision.
+
+pub mod collinearity;
+pub mod correct_digits;
+mod dependence;
+pub mod finite;
+pub mod perturbation;
+mod range;
+
+pub(crate) use dependence::{constant_in_span, dependence, refuse_dependence};
+pub(crate) use range::{columns_within_range, within_range};

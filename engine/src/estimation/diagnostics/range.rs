@@ -1,0 +1,51 @@
+//! Numbers whose squares are doubles.
+
+use nalgebra::DMatrix;
+
+use crate::{
+    estimation::{
+        data::Heights,
+        design::Design,
+        error::{Faults, FitError},
+    },
+    numerics::Dd,
+};
+
+/// Lengths of columns are squared: they must neither overflow nor vanish.
+pub fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(), FitError> {
+    const RANGE: std::ops::Range<f64> = 1e-145..1e145;
+    let rows = caller.nrows();
+    for (label, column) in design.labels.iter().zip(caller.as_slice().chunks_exact(rows)) {
+        let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+        if largest != 0.0 && !RANGE.contains(&largest) {
+            return Err(Faults::one(
+                "/nodes",
+                format!(
+                    "the column of {label} (weights included) is about {largest:.0e} long, whose square leaves the \
+                     range of \
+                     double precision: choose another unit or basis; weights are relative and may be divided by their \
+                     largest"
+                ),
+            )
+            .into());
+        }
+    }
+    Ok(())
+}
+
+/// Squares of heights are summed: they must neither overflow nor vanish.
+pub fn within_range(pointer: &str, heights: &Heights) -> Result<(), FitError> {
+    if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
+        return Err(Faults::one(
+            pointer,
+            "squares of these heights leave the range of double precision: choose a larger unit",
+        )
+        .into());
+    }
+    if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
+        return Err(
+            Faults::one(pointer, "squares of these heights vanish in double precision: choose a smaller unit").into()
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,11 @@
+//! From the measurement matrix and the heights to `R` and `QᵀY`.
+
+mod chunks;
+mod normal_equations;
+mod orthogonal;
+mod residual_pass;
+mod separable;
+
+pub(crate) use orthogonal::{Factor, multiply_upper_vector, scaled_condition};
+pub(crate) use residual_pass::{Precision, Wanted, residual_pass};
+pub(crate) use separable::{Axes, AxisFactor, Separable, kronecker};

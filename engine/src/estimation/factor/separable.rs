@@ -1,0 +1,257 @@
+//! A full grid without weights: `W = W_u ⊗ W_v`, so QR, spectrum and solution are those of two
+//! small matrices.
+//!
+//! The heights are contracted once, `B = Q_uᵀ Z Q_v`, with products and sums carried in
+//! double-double; one more pass forms the residuals. Everything after that is small.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::residual_pass::Precision;
+use crate::{
+    estimation::{
+        data::Grid,
+        design::{Axis, Basis, Design},
+    },
+    numerics::{
+        Dd, Real,
+        cancel::{self, Asking},
+        qr, triangular,
+        wide::{Ddx4, F64x4, LANES, Lanes},
+    },
+};
+
+/// Grid rows of one partial sum, and from how many nodes on rows are shared among threads.
+const ROWS: usize = 32;
+const PARALLEL: usize = 65_536;
+/// A residual this small against the heights has lost digits in double precision and is formed
+/// anew.
+const SMALL: f64 = 1e-7;
+
+/// The two axes of a full grid, before a height is seen.
+pub struct Axes {
+    pub u: AxisFactor,
+    pub v: AxisFactor,
+}
+
+/// The factors of a full grid.
+pub struct Separable {
+    pub axes: Arc<Axes>,
+    /// `Q_uᵀ Z Q_v`, row by row: b in the order of the terms.
+    pub qty: Vec<Dd>,
+    pub rss: f64,
+    pub max_abs: f64,
+    pub relative_error: f64,
+}
+
+/// QR of one axis.
+pub struct AxisFactor {
+    pub r: DMatrix<Dd>,
+    /// T of this axis.
+    pub change: DMatrix<Dd>,
+    /// nodes × functions.
+    q: DMatrix<Dd>,
+}
+
+impl AxisFactor {
+    /// `None` where the axis does not determine its functions (too few positions, empty spans).
+    fn new(axis: &Axis, positions: &[f64]) -> Option<Self> {
+        let (m, n) = (positions.len(), axis.size());
+        if m < n {
+            return None;
+        }
+        let mut w = DMatrix::from_element(m, n, Dd::ZERO);
+        let mut row = vec![Dd::ZERO; n];
+        for (i, &x) in positions.iter().enumerate().asking(50 * n) {
+            axis.row(x, &mut row);
+            for (j, value) in row.iter().enumerate() {
+                w[(i, j)] = *value;
+            }
+        }
+        let r = qr::qr_with_rhs(w.clone(), DVector::from_element(m, Dd::ZERO)).r;
+        let length = |j: usize| w.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt();
+        if !(0..n).all(|j| r[(j, j)].to_f64() > 1e-8 * length(j)) {
+            return None;
+        }
+        let inverse = triangular::inverse_upper(&r);
+        let mut q = DMatrix::from_element(m, n, Dd::ZERO);
+        for j in 0..n {
+            for k in 0..=j {
+                let factor = inverse[(k, j)];
+                for i in (0..m).asking(10) {
+                    let sum = w[(i, k)].fma(factor, q[(i, j)]);
+                    q[(i, j)] = sum;
+                }
+            }
+        }
+        Some(AxisFactor { r, change: axis.change(), q })
+    }
+}
+
+impl Axes {
+    /// Factors the axes of a grid; `None` where one of them leaves its functions undetermined.
+    pub fn new(design: &Design, grid: &Grid) -> Option<Self> {
+        let Basis::Product { u, v } = &design.basis else { return None };
+        Some(Axes { u: AxisFactor::new(u, &grid.u)?, v: AxisFactor::new(v, &grid.v)? })
+    }
+
+    /// `R = R_u ⊗ R_v`.
+    pub fn r(&self) -> DMatrix<Dd> {
+        kronecker(&self.u.r, &self.v.r)
+    }
+}
+
+impl Separable {
+    /// Projects the heights of a full, unweighted grid.
+    pub fn new(axes: Arc<Axes>, grid: &Grid) -> Self {
+        let qty = contract(&axes.u.q, &axes.v.q, &grid.z);
+        let mut separable = Separable { axes, qty, rss: 0.0, max_abs: 0.0, relative_error: 1e-28 };
+        let (rss, max_abs, _) = separable.residuals(grid, &separable.qty, Precision::Double, false);
+        let fitted: f64 = separable.qty.iter().map(|b| b.to_f64() * b.to_f64()).sum();
+        let (rss, max_abs) = if rss <= SMALL * SMALL * fitted || grid.z.len() <= 256 {
+            let (rss, max_abs, _) = separable.residuals(grid, &separable.qty, Precision::DoubleDouble, false);
+            (rss, max_abs)
+        } else {
+            (rss, max_abs)
+        };
+        (separable.rss, separable.max_abs) = (rss, max_abs);
+        separable
+    }
+
+    /// `Σ r²`, `max |r|` and, if asked for, the residuals `Z − Q_u B Q_vᵀ` of `b` (row by row).
+    pub fn residuals(&self, grid: &Grid, b: &[Dd], precision: Precision, keep: bool) -> (f64, f64, Vec<f64>) {
+        match precision {
+            Precision::Double => residuals::<F64x4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
+            Precision::DoubleDouble => residuals::<Ddx4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
+        }
+    }
+}
+
+/// The Kronecker product of two upper triangular matrices.
+pub fn kronecker<T: Real>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {
+    let (p, q) = (a.ncols(), b.ncols());
+    let mut out = DMatrix::from_element(a.nrows() * b.nrows(), p * q, T::of(0.0));
+    for i in 0..p {
+        for j in 0..q {
+            for k in 0..a.nrows() {
+                if a[(k, i)] == T::of(0.0) {
+                    continue;
+                }
+                for l in 0..b.nrows() {
+                    out[(k * b.nrows() + l, i * q + j)] = a[(k, i)] * b[(l, j)];
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Columns of Q_v as lanes along v, padded with 0.
+fn lanes_of<L: Lanes>(q: &DMatrix<Dd>) -> Vec<Vec<L>> {
+    let m = q.nrows();
+    (0..q.ncols())
+        .map(|j| {
+            (0..m.div_ceil(LANES))
+                .map(|g| {
+                    let at = |i: usize| if g * LANES + i < m { q[(g * LANES + i, j)] } else { Dd::ZERO };
+                    let (hi, lo) = (std::array::from_fn(|i| at(i).hi), std::array::from_fn(|i| at(i).lo));
+                    L::from_parts(F64x4::new(hi), F64x4::new(lo))
+                })
+                .collect()
+        })
+        .collect()
+}
+
+#[inline(always)]
+fn four(row: &[f64], start: usize) -> F64x4 {
+    if start + LANES <= row.len() {
+        F64x4::new(std::array::from_fn(|i| row[start + i]))
+    } else {
+        F64x4::new(std::array::from_fn(|i| row.get(start + i).copied().unwrap_or(0.0)))
+    }
+}
+
+/// Applies `work` to groups of grid rows, in order.
+fn over_rows<P: Send>(rows: usize, nodes: usize, work: impl Fn(std::ops::Range<usize>) -> P + Sync) -> Vec<P> {
+    let groups = rows.div_ceil(ROWS);
+    let handle = cancel::current();
+    let range = |g: usize| g * ROWS..((g + 1) * ROWS).min(rows);
+    if nodes < PARALLEL {
+        (0..groups).map(|g| work(range(g))).collect()
+    } else {
+        (0..groups).into_par_iter().map(|g| cancel::carry(handle.as_ref(), || work(range(g)))).collect()
+    }
+}
+
+/// `Q_uᵀ Z Q_v`.
+fn contract(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, z: &[f64]) -> Vec<Dd> {
+    let (nu, nv, p, q) = (qu.nrows(), qv.nrows(), qu.ncols(), qv.ncols());
+    let columns: Vec<Vec<Ddx4>> = lanes_of(qv);
+    let parts = over_rows(nu, z.len(), |rows| {
+        let mut sum = vec![Dd::ZERO; p * q];
+        for k in rows.asking(4 * (p + nv) * q) {
+            let row = &z[k * nv..(k + 1) * nv];
+            for (j, column) in columns.iter().enumerate() {
+                let mut dot = Ddx4::ZERO;
+                for (g, lane) in column.iter().enumerate() {
+                    dot = dot.add_product(*lane, four(row, g * LANES));
+                }
+                let dot = dot.settled().sum();
+                for i in 0..p {
+                    sum[i * q + j] = qu[(k, i)].fma(dot, sum[i * q + j]);
+                }
+            }
+        }
+        sum
+    });
+    let mut total = vec![Dd::ZERO; p * q];
+    for part in parts {
+        total.iter_mut().zip(part).for_each(|(total, part)| *total += part);
+    }
+    total
+}
+
+fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid, keep: bool) -> (f64, f64, Vec<f64>) {
+    let (nu, nv, p, q) = (qu.nrows(), qv.nrows(), qu.ncols(), qv.ncols());
+    let columns: Vec<Vec<L>> = lanes_of(qv);
+    let z = &grid.z;
+    let parts = over_rows(nu, z.len(), |rows| {
+        let (mut rss, mut max_abs, mut values) = (L::ZERO, F64x4::ZERO, Vec::new());
+        for k in rows.asking(4 * (p + nv) * q) {
+            let weights: Vec<L> = (0..q)
+                .map(|j| {
+                    let mut sum = Dd::ZERO;
+                    for i in 0..p {
+                        sum = qu[(k, i)].fma(b[i * q + j], sum);
+                    }
+                    L::splat(sum)
+                })
+                .collect();
+            let row = &z[k * nv..(k + 1) * nv];
+            for g in 0..nv.div_ceil(LANES) {
+                let mut fitted = L::ZERO;
+                for (column, weight) in columns.iter().zip(&weights) {
+                    fitted = fitted.accumulate(column[g], *weight);
+                }
+                // padding: heights and functions are 0 there, so is the residual
+                let residual = L::from_doubles(four(row, g * LANES)).sub(fitted.settled());
+                rss = residual.fma(residual, rss);
+                let plain = residual.to_doubles();
+                max_abs = plain.abs().larger(max_abs);
+                if keep {
+                    values.extend_from_slice(&plain.to_array()[..(nv - g * LANES).min(LANES)]);
+                }
+            }
+        }
+        (rss.sum(), max_abs.to_array().into_iter().fold(0.0, f64::max), values)
+    });
+    let (mut rss, mut max_abs, mut values) = (Dd::ZERO, 0.0f64, Vec::with_capacity(if keep { z.len() } else { 0 }));
+    for (part, largest, kept) in parts {
+        rss += part;
+        max_abs = max_abs.max(largest);
+        values.extend(kept);
+    }
+    (rss.to_f64(), max_abs, values)
+}

@@ -1,0 +1,86 @@
+//! Fits of nodes.
+
+use super::{
+    conclude::{conclude, conclude_robust, report},
+    plan::Plans,
+};
+use crate::estimation::{
+    data::{Heights, Nodes, Sample},
+    design::Design,
+    diagnostics::within_range,
+    error::FitError,
+    estimate::Frame,
+    factor::Factor,
+    problem::{Evidence, Place},
+    result::FitResult,
+    robust::{Measured, estimate},
+    spec::FitSpec,
+};
+
+/// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same
+/// bits.
+pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
+    fit_remembering(nodes, spec, &Plans::default())
+}
+
+/// The same, bit for bit; what depends on the positions of a full grid and the spec alone is kept
+/// in `plans` and found there again when other heights are posted for them.
+pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
+    let sample = Sample::new(nodes);
+    let heights = Heights::new(&sample);
+    let evidence = Evidence::Posted { sample: &sample, nodes };
+    if let Some((grid, plan)) = plans.of(nodes, &sample, spec)? {
+        within_range(nodes.heights_pointer(), &heights)?;
+        let factor = plan.factor(grid)?;
+        let frame = plan.frame(&factor, spec, heights.weight)?;
+        let place = Place { design: &plan.design, factor: &factor, heights: heights.about_zero, evidence };
+        return match estimate(&spec.estimator, &Measured { place: &place, sample: &sample, heights: &heights })? {
+            None => conclude(&place, &heights, spec, frame, None),
+            Some(robust) => conclude_robust(&place, &sample, nodes, &heights, spec, frame, &robust),
+        };
+    }
+    let design = Design::new(nodes, &sample, spec)?;
+    within_range(nodes.heights_pointer(), &heights)?;
+    let factor = Factor::new(&design, &sample)?;
+    let place = Place { design: &design, factor: &factor, heights: heights.about_zero, evidence };
+    match estimate(&spec.estimator, &Measured { place: &place, sample: &sample, heights: &heights })? {
+        None => report(&place, &heights, spec),
+        Some(robust) => {
+            let frame = Frame::new(&design, &factor, spec, heights.weight)?;
+            conclude_robust(&place, &sample, nodes, &heights, spec, &frame, &robust)
+        }
+    }
+}
+
+/// Several heights over the same places with the same weights (the coordinates of a curve): bit for
+/// bit what [`fit`] answers for each, but the columns are analysed once.
+pub fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitResult>, FitError> {
+    let mut analysed: Option<(Design, Frame)> = None;
+    let mut results = Vec::with_capacity(nodes.len());
+    for nodes in nodes {
+        let sample = Sample::new(nodes);
+        let heights = Heights::new(&sample);
+        let evidence = Evidence::Posted { sample: &sample, nodes };
+        let given = match analysed.take() {
+            Some((design, frame)) => (design, Some(frame)),
+            None => (Design::new(nodes, &sample, spec)?, None),
+        };
+        within_range(nodes.heights_pointer(), &heights)?;
+        let factor = Factor::new(&given.0, &sample)?;
+        let (design, frame) = match given {
+            (design, Some(frame)) => (design, frame),
+            (design, None) => {
+                let frame = Frame::new(&design, &factor, spec, heights.weight)?;
+                (design, frame)
+            }
+        };
+        let place = Place { design: &design, factor: &factor, heights: heights.about_zero, evidence };
+        let measured = Measured { place: &place, sample: &sample, heights: &heights };
+        results.push(match estimate(&spec.estimator, &measured)? {
+            None => conclude(&place, &heights, spec, &frame, None)?,
+            Some(robust) => conclude_robust(&place, &sample, nodes, &heights, spec, &frame, &robust)?,
+        });
+        analysed = Some((design, frame));
+    }
+    Ok(results)
+}

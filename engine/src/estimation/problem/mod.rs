@@ -1,0 +1,12 @@
+//! The least-squares problem once the factor stands: what is known of the nodes, and the residuals
+//! of any coefficients.
+
+mod linear;
+mod matrix_b;
+mod observations;
+mod summary;
+
+pub(crate) use linear::{Place, Residuals};
+pub(crate) use matrix_b::matrix_b;
+pub(crate) use observations::Evidence;
+pub(crate) use summary::Seen;

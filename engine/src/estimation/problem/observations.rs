@@ -1,0 +1,42 @@
+//! What is still known of the nodes once the factor stands: all of them for a fit of posted nodes,
+//! sums for a stream.
+
+use super::summary::Seen;
+use crate::estimation::{
+    data::{Nodes, Sample},
+    design::{Design, slopes},
+    spectrum::{ScaledColumns, of_scaled},
+};
+
+/// Nodes, or what is left of them.
+#[derive(Clone, Copy)]
+pub enum Evidence<'a> {
+    Posted { sample: &'a Sample<'a>, nodes: &'a Nodes },
+    Summed(&'a Seen),
+}
+
+impl Evidence<'_> {
+    /// m, the number of counted nodes.
+    pub fn count(&self) -> usize {
+        match self {
+            Evidence::Posted { sample, .. } => sample.count(),
+            Evidence::Summed(seen) => seen.count,
+        }
+    }
+
+    /// Which posted nodes count, when not all do and they are at hand.
+    pub fn counted(&self) -> Option<&[u32]> {
+        match self {
+            Evidence::Posted { sample, .. } => sample.index(),
+            Evidence::Summed(_) => None,
+        }
+    }
+
+    /// `Σ w ((∂x̃/∂u)² + (∂x̃/∂v)²)` over nodes and scaled columns.
+    pub fn slopes(&self, design: &Design, columns: &ScaledColumns) -> f64 {
+        match self {
+            Evidence::Posted { sample, .. } => of_scaled(&slopes(design, sample), columns),
+            Evidence::Summed(seen) => of_scaled(&seen.slopes, columns),
+        }
+    }
+}

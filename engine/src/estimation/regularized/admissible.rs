@@ -1,0 +1,69 @@
+//! What a regularisation asks of the model, before a node is seen: so many coefficients, an axis
+//! for each weight, an order that has derivatives.
+//!
+//! A fit of posted nodes asks once it is at its regularisation; a stream asks when it is opened,
+//! since none of its nodes could mend it. What depends on the nodes (directions that cannot be told
+//! from 0, a constant among posted columns) stays with each kind.
+
+use super::{penalty, shrink, truncated};
+use crate::{
+    estimation::{
+        design::Design,
+        error::Faults,
+        selection::choice::{checked_count, no_minimiser},
+        spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
+        spectrum::scaled_size,
+    },
+    fault::words::{counted, entries},
+};
+
+/// Refuses a scaling and regularisation of `spec` that `design` rules out, by pointer into the
+/// request for a fit.
+pub fn suited(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
+    let size = scaled_size(design, spec.scaling)?;
+    match &spec.regularization {
+        Regularization::None => Ok(()),
+        Regularization::Spectral { count: Count::Auto, .. } => Ok(()),
+        Regularization::Spectral { count: Count::Given(count), .. } => checked_count(*count, size).map(drop),
+        Regularization::Ridge { parameter } => has_least(*parameter),
+        Regularization::Tikhonov(asked) => penalty::check(asked, design, spec.scaling, size),
+        Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, "directions"),
+        Regularization::JamesStein(asked) => {
+            if let Some(target) = &asked.target {
+                check_target(target, design)?;
+            }
+            // standardised columns have the mean aside already
+            let mean = asked.factor == ShrinkageFactor::EfronMorris && asked.target.is_none();
+            let taken = usize::from(mean && spec.scaling != Scaling::Standardized);
+            shrink::check_directions(size.saturating_sub(taken))
+        }
+        Regularization::Attraction(asked) => {
+            check_target(&asked.target, design)?;
+            has_least(asked.parameter)
+        }
+    }
+}
+
+/// One number for each coefficient.
+fn check_target(target: &[f64], design: &Design) -> Result<(), Faults> {
+    let n = design.size();
+    if target.len() == n {
+        return Ok(());
+    }
+    Err(Faults::one(
+        "/regularization/target",
+        format!(
+            "{}; the model has {}, in the order of the answer",
+            entries(target.len()),
+            counted(n, "coefficient", "coefficients")
+        ),
+    ))
+}
+
+/// What acts on all directions alike has no parameter of least condition.
+fn has_least(parameter: Parameter) -> Result<(), Faults> {
+    match parameter {
+        Parameter::Criterion(Criterion::MinCondition) => Err(no_minimiser(Criterion::MinCondition)),
+        Parameter::Criterion(_) | Parameter::Fixed(_) => Ok(()),
+    }
+}

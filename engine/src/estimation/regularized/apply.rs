@@ -1,0 +1,22 @@
+//! The regularisation that a spec asks for.
+
+use super::{
+    admissible::suited,
+    context::{Applied, Context},
+    shrink, spectral, tikhonov, truncated,
+};
+use crate::estimation::{error::FitError, result::Warning, spec::Regularization};
+
+/// Applies what the spec asks for.
+pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+    suited(context.place.design, context.spec)?;
+    match &context.spec.regularization {
+        Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. } => {
+            spectral::apply(context, warnings)
+        }
+        Regularization::TruncatedSvd { rank } => truncated::apply(context, *rank, warnings),
+        Regularization::JamesStein(asked) => shrink::james_stein(context, asked, warnings),
+        Regularization::Attraction(asked) => shrink::attraction(context, asked, warnings),
+        Regularization::Tikhonov(asked) => tikhonov::apply(context, asked, warnings),
+    }
+}

@@ -1,0 +1,141 @@
+//! What a regularisation is given, and what it answers.
+
+use crate::estimation::{
+    diagnostics::perturbation,
+    estimate::{Estimate, LeastSquares},
+    problem::{Place, Residuals},
+    result::{
+        BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationReport, RegularizedSpectrum,
+        RidgeTracePoint, Warning,
+    },
+    selection::choice,
+    spec::{ExpectedSize, FitSpec},
+    spectrum::{ScaledColumns, Spectrum},
+};
+
+/// Everything known of the fit before it is regularised.
+pub struct Context<'a> {
+    pub spec: &'a FitSpec,
+    pub place: &'a Place<'a>,
+    pub columns: &'a ScaledColumns,
+    pub spectrum: &'a Spectrum,
+    pub least_squares: &'a LeastSquares,
+    /// Σw.
+    pub weight: f64,
+    /// m − rank.
+    pub degrees_of_freedom: usize,
+    /// σ² of the request, else that of the residuals; `None` where there is neither.
+    pub variance: Option<f64>,
+}
+
+impl Context<'_> {
+    /// m.
+    pub fn count(&self) -> usize {
+        self.place.evidence.count()
+    }
+
+    /// Coefficients that no filter acts on: the constant of standardised columns.
+    pub fn unpenalised(&self) -> usize {
+        usize::from(self.columns.constant.is_some())
+    }
+
+    /// r, with a warning where that of the request lies below ‖Â‖. `regularized` is ‖Â_B‖.
+    pub fn norm_limit(&self, regularized: f64, warnings: &mut Vec<Warning>) -> f64 {
+        let a = &self.spectrum.a;
+        let norm = a.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let Some(r) = self.spec.coefficient_norm_limit else {
+            return match &self.spec.expected_size {
+                ExpectedSize::Estimated => norm,
+                ExpectedSize::OfHeights => self.size_of_heights().max(regularized),
+                ExpectedSize::Within(limits) => self.norm_of(limits).max(regularized),
+            };
+        };
+        if r < norm {
+            warnings.push(Warning {
+                code: "norm_limit_below_estimate",
+                message: format!(
+                    "coefficient_norm_limit {r} is below ‖Â‖ = {norm} of this fit: the bounds limit the expected bias, \
+                     the observed one may exceed them"
+                ),
+            });
+        }
+        r
+    }
+
+    /// √n τ with τ² = Σλᵢ aᵢ² / Σλᵢ; 0 where the columns reach nothing.
+    pub fn size_of_heights(&self) -> f64 {
+        let (lambda, a) = (&self.spectrum.lambda, &self.spectrum.a);
+        let total: f64 = lambda.iter().sum();
+        let reached: f64 = lambda.iter().zip(a).map(|(l, a)| (l.sqrt() * a).powi(2)).sum();
+        if total > 0.0 { (lambda.len() as f64 * (reached / total)).sqrt() } else { 0.0 }
+    }
+
+    /// Norm of the caller's coefficients in the scaled columns.
+    pub fn norm_of(&self, coefficients: &[f64]) -> f64 {
+        let ScaledColumns { kept, scale, .. } = self.columns;
+        let scaled = kept.iter().zip(scale).filter_map(|(&j, scale)| Some(coefficients.get(j)? * scale.to_f64()));
+        scaled.map(|a| a * a).sum::<f64>().sqrt()
+    }
+
+    /// Whether what the estimate has along the small directions may be held against the choice that
+    /// stands.
+    pub fn judge(&self, choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
+        if self.spec.expected_size == ExpectedSize::Estimated {
+            choice::warn_about(choices, chosen, warnings);
+        }
+    }
+
+    /// The report on a bias that has neither e nor Ineq. 51.
+    pub fn bias(&self, norm: f64, sharp_bound: f64, r: f64) -> BiasReport {
+        BiasReport {
+            norm,
+            sharp_bound,
+            paper_bound: None,
+            coefficient_norm_limit: r,
+            coefficient_norm_limit_source: match (self.spec.coefficient_norm_limit, &self.spec.expected_size) {
+                (Some(_), _) => NormLimitSource::Request,
+                (None, ExpectedSize::Estimated) => NormLimitSource::Estimate,
+                (None, ExpectedSize::OfHeights) => NormLimitSource::Heights,
+                (None, ExpectedSize::Within(_)) => NormLimitSource::Limits,
+            },
+            e: None,
+        }
+    }
+
+    /// Says what was included but does not exist for `kind`.
+    pub fn warn_of_missing(&self, kind: &str, curve: bool, warnings: &mut Vec<Warning>) {
+        let include = self.spec.include;
+        if include.lambda_curve && !curve {
+            warnings.push(Warning { code: "no_lambda_curve", message: format!("{kind} has no λ* to run along") });
+        }
+        if include.matrix_b {
+            warnings
+                .push(Warning { code: "no_matrix_b", message: "only spectral regularisation has a matrix B".into() });
+        }
+        self.warn_of_trace(warnings);
+    }
+
+    pub fn warn_of_trace(&self, warnings: &mut Vec<Warning>) {
+        if self.spec.include.ridge_trace {
+            warnings.push(Warning { code: "no_ridge_trace", message: "only ridge has a ridge trace".into() });
+        }
+    }
+}
+
+/// What stands after regularisation.
+pub struct Applied {
+    pub estimate: Estimate,
+    pub residuals: Residuals,
+    /// Σ w r², as the spectral sums have it.
+    pub rss: f64,
+    pub spectrum: RegularizedSpectrum,
+    pub regularization: RegularizationReport,
+    pub bias: BiasReport,
+    /// Sharp bound on each caller's coefficient.
+    pub bounds: Vec<f64>,
+    pub curve: Option<Vec<LambdaCurvePoint>>,
+    pub trace: Option<Vec<RidgeTracePoint>>,
+    pub matrix_b: Option<Vec<Vec<f64>>>,
+    /// What perturbation bounds need; `None` where the estimate is not that of one matrix `X + B`.
+    pub after: Option<perturbation::Estimate>,
+}

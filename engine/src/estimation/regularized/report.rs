@@ -1,0 +1,45 @@
+//! Parts of the report that every kind of regularisation fills in.
+
+use crate::estimation::result::{RegularizationKind, RegularizationReport, RegularizedSpectrum};
+
+/// A report of `kind` in which nothing stands yet.
+pub fn report(kind: RegularizationKind) -> RegularizationReport {
+    RegularizationReport {
+        kind,
+        scheme: None,
+        count: None,
+        lambda_star: None,
+        rank: None,
+        shrinkage_factor: None,
+        lambda_star_interval: None,
+        gamma: None,
+        criterion: None,
+        fixed: false,
+        filter_factors: Vec::new(),
+        matrix_norm_squared: None,
+        largest_eigenvalue_bound: None,
+        choices: Vec::new(),
+    }
+}
+
+/// Condition of positive eigenvalues; `None` where one is 0.
+pub fn condition(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (mut low, mut high) = (f64::INFINITY, 0.0f64);
+    for value in values {
+        (low, high) = (low.min(value), high.max(value));
+    }
+    Some(high / low).filter(|c| low > 0.0 && c.is_finite())
+}
+
+pub fn log10_determinant(values: impl Iterator<Item = f64>) -> Option<f64> {
+    Some(values.map(f64::log10).sum::<f64>()).filter(|sum| sum.is_finite())
+}
+
+/// The report on eigenvalues that stand in the order of their directions.
+pub fn regularized_spectrum(eigenvalues: Vec<f64>) -> RegularizedSpectrum {
+    RegularizedSpectrum {
+        condition: condition(eigenvalues.iter().copied()),
+        log10_determinant: log10_determinant(eigenvalues.iter().copied()),
+        eigenvalues,
+    }
+}

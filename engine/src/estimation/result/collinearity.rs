@@ -1,0 +1,63 @@
+//! How the columns depend on each other.
+
+use std::sync::OnceLock;
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct CollinearityReport {
+    /// Its text, once somebody has written it: a report may be shared by many results.
+    pub written: Written,
+    pub columns: Vec<ColumnCollinearity>,
+    /// Pearson correlation of the columns, in coefficient order; `None` beyond the size limit
+    /// unless included.
+    pub correlation: Option<Vec<Vec<f64>>>,
+    /// Per term, the share of its variance that belongs to each eigenvalue (ascending).
+    pub variance_proportions: Option<Vec<Vec<f64>>>,
+    pub near_dependencies: Vec<NearDependency>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColumnCollinearity {
+    pub term: String,
+    /// 1/(1−R²), centred; `None` for the constant.
+    pub vif: Option<f64>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct NearDependency {
+    pub eigenvalue: f64,
+    pub condition_index: Option<f64>,
+    /// The eigenvector: how much of each unit-length column takes part.
+    pub weights: Vec<f64>,
+    pub terms: Vec<String>,
+    /// cos of the angle between the two columns, where there are two terms.
+    pub cosine: Option<f64>,
+    /// −v_i/v_j, which Eq. 26 says the cosine tends to, where there are two terms.
+    pub weight_ratio: Option<f64>,
+    /// R² of the leading term on the others, where there are more than two.
+    pub r_squared: Option<f64>,
+    pub sentence: String,
+}
+
+/// A place for the text of a part, so that it is written once. Parts that are equal may differ in
+/// whether they were written.
+#[derive(Default)]
+pub struct Written(pub OnceLock<Box<[u8]>>);
+
+impl Clone for Written {
+    /// The copy may be changed, so it has not been written yet.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Written {
+    fn eq(&self, _other: &Self) -> bool {
+        true
+    }
+}
+
+impl std::fmt::Debug for Written {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Written").field(&self.0.get().map(|text| text.len())).finish()
+    }
+}

@@ -1,0 +1,26 @@
+//! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is
+//! `None`.
+
+mod accuracy;
+mod collinearity;
+mod filtering;
+mod fit_result;
+mod regularization;
+mod residuals;
+mod robust;
+mod spectrum;
+mod term;
+mod warning;
+
+pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
+pub use collinearity::{CollinearityReport, ColumnCollinearity, NearDependency, Written};
+pub use filtering::{ColumnFigures, FilterReport, FilteringReport, IterationReport};
+pub use fit_result::FitResult;
+pub use regularization::{
+    BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationKind, RegularizationReport, RidgeTracePoint,
+};
+pub use residuals::ResidualReport;
+pub use robust::{LocalSolution, RobustReport};
+pub use spectrum::{RegularizedSpectrum, SpectrumReport};
+pub use term::{Coefficient, TermKey};
+pub use warning::Warning;

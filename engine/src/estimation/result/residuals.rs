@@ -1,0 +1,22 @@
+//! What the function leaves of the heights.
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResidualReport {
+    /// Nodes counted (missing ones and those of weight 0 are not).
+    pub count: usize,
+    pub degrees_of_freedom: usize,
+    /// Σ w r² of the regularised estimate.
+    pub rss: f64,
+    /// σ̂ of the least-squares residuals; `None` without degrees of freedom.
+    pub sigma: Option<f64>,
+    /// √(Σ w r² / Σ w).
+    pub rms: f64,
+    /// `None` where the nodes are gone (a stream keeps sums only).
+    pub max_abs: Option<f64>,
+    pub r_squared: Option<f64>,
+    pub least_squares_rss: f64,
+    /// One per counted node, in the order posted (grids row by row); present when included.
+    pub values: Option<Vec<f64>>,
+    /// Which posted node each value belongs to; present with `values` when some node was left out.
+    pub node_indices: Option<Vec<usize>>,
+}

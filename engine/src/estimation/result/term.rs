@@ -1,0 +1,26 @@
+//! Coefficients and how they are addressed.
+
+/// How a coefficient is addressed: exactly one of the three.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TermKey {
+    /// Polynomial degrees: `[p]` for a curve, `[p, q]` for a surface.
+    Powers(Vec<usize>),
+    /// B-spline indices, from 0.
+    Index(Vec<usize>),
+    /// Column of a measurement matrix, from 0.
+    Column(usize),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coefficient {
+    /// Readable name: `u^2*v`, `T2(u)*T1(v)`, `B3(u)*B0(v)`, or the column's name.
+    pub term: String,
+    pub key: TermKey,
+    /// Regularised estimate Â_B (Eq. 29).
+    pub value: f64,
+    pub std_error: Option<f64>,
+    pub least_squares: f64,
+    pub least_squares_std_error: Option<f64>,
+    /// Sharp bound on |Â − Â_B| of this coefficient, given r.
+    pub bias_bound: f64,
+}

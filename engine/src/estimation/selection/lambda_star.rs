@@ -1,0 +1,386 @@
+//! The choice of λ* (Eq. 49 and beyond).
+//!
+//! Least condition has a closed form. Every other criterion is a sum over the spectrum, searched on
+//! ln λ*: a grid finds *all* local minima (there may be several, and the eigenvalues are kinks),
+//! the sign change of the derivative refines each, and the best one wins; of equals the smallest
+//! λ*, which biases least.
+
+use std::ops::Range;
+
+use super::filter::{Rule, Spectral, Sums};
+use crate::{
+    estimation::spec::{Criterion, Scheme},
+    numerics::wide::LANES,
+};
+
+/// Grid points for each factor of e between the ends of the search.
+const DENSITY: f64 = 2.5;
+/// Most grid cells between two eigenvalues.
+const MOST: f64 = 400.0;
+/// Further grid points, at these distances in ln λ* behind the place where a direction joins.
+const JOINING: [f64; 3] = [1e-4, 3e-3, 6e-2];
+/// Refinements end here at the latest.
+const STEPS: usize = 80;
+/// Relative accuracy of λ* where a derivative changes sign, and where only heights are compared.
+const ROOT: f64 = 1e-14;
+const PEAK: f64 = 1e-8;
+/// A peak of the curvature seen on the grid is refined when it is at least this large against the
+/// largest.
+const WORTH_REFINING: f64 = 0.25;
+
+/// What a criterion answers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chosen {
+    pub lambda_star: f64,
+    /// All minimisers, where they form a plateau.
+    pub interval: Option<[f64; 2]>,
+    /// False only where the discrepancy cannot be reached: the upper end of the search is answered
+    /// then.
+    pub reached: bool,
+}
+
+/// Why a criterion has no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unavailable {
+    /// There is no σ: as many coefficients as nodes and no `noise_sigma`.
+    NoSigma,
+    /// Least condition has no minimiser for ridge: the condition falls for ever.
+    NoMinimiser,
+}
+
+/// Where λ* is searched: [λ₁, λₙ], and for ridge [1e-8 λ₁, 1e4 λₙ].
+pub fn range(problem: &Spectral, rule: Rule) -> [f64; 2] {
+    let low = problem.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(1.0);
+    let high = problem.lambda.last().copied().unwrap_or(1.0).max(low);
+    match rule {
+        Rule::Ridge => [1e-8 * low, 1e4 * high],
+        _ => [low, high],
+    }
+}
+
+/// λ* by least condition, closed form (mathematics in docs/mathematics-notes.md): for `1 ≤ L < n`
+/// the low end of the plateau [b, a], or a.
+pub fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> Chosen {
+    let largest = lambda[lambda.len() - 1];
+    let (low, high) = match scheme {
+        Scheme::Exact => (lambda[count], largest),
+        Scheme::FirstOrder => {
+            let meet = |x: f64, y: f64| 2.0 * (x.sqrt() * y.sqrt()) - x;
+            let a = meet(lambda[0], largest);
+            let k = lambda[..count].iter().filter(|l| **l <= a).count().max(1);
+            (meet(lambda[k - 1], lambda[k]), a)
+        }
+    };
+    if low <= high {
+        Chosen { lambda_star: low, interval: Some([low, high]), reached: true }
+    } else {
+        Chosen { lambda_star: high, interval: None, reached: true }
+    }
+}
+
+/// Sums over a grid on ln λ*, shared by all criteria. Between two regularised eigenvalues every
+/// criterion is smooth; at them its slope jumps, so each stretch has a grid of its own, its ends
+/// seen from inside.
+pub struct Search<'a> {
+    problem: &'a Spectral<'a>,
+    rule: Rule,
+    stretches: Vec<Stretch>,
+}
+
+struct Stretch {
+    touched: Range<usize>,
+    grid: Vec<(f64, Sums)>,
+}
+
+impl<'a> Search<'a> {
+    /// Lays the grids.
+    pub fn new(problem: &'a Spectral<'a>, rule: Rule) -> Self {
+        let stretches = problem
+            .stretches(rule, range(problem, rule))
+            .into_iter()
+            .map(|([low, high], touched)| {
+                let cells = ((high - low) * DENSITY).ceil().clamp(1.0, MOST) as usize;
+                // the curvature may peak close behind the place where a direction joins
+                let near = JOINING.iter().map(|d| low + d).filter(|x| *x < low + (high - low) / cells as f64);
+                let even = (1..=cells).map(|i| low + (high - low) * (i as f64 / cells as f64));
+                let places: Vec<f64> = std::iter::once(low).chain(near).chain(even).collect();
+                let mut grid = Vec::with_capacity(places.len() + LANES);
+                for four in places.chunks(LANES) {
+                    let x: [f64; LANES] = std::array::from_fn(|k| four[k.min(four.len() - 1)]);
+                    let sums = problem.sums_at_four(rule, x.map(f64::exp), touched.clone());
+                    grid.extend(x.into_iter().zip(sums).take(four.len()));
+                }
+                Stretch { touched, grid }
+            })
+            .collect();
+        Search { problem, rule, stretches }
+    }
+
+    #[inline(always)]
+    fn sums(&self, stretch: &Stretch, x: f64) -> Sums {
+        self.problem.sums_touching(self.rule, x.exp(), stretch.touched.clone())
+    }
+
+    /// What `criterion` chooses.
+    pub fn choose(&self, criterion: Criterion) -> Result<Chosen, Unavailable> {
+        let chosen = |x: f64| Ok(Chosen { lambda_star: x.exp(), interval: None, reached: true });
+        let freedom = self.problem.count > self.problem.lambda.len() + self.problem.unpenalised;
+        match (criterion, self.rule) {
+            (Criterion::MinCondition, Rule::Spectral { scheme, count }) if count > 0 => {
+                Ok(least_condition(self.problem.lambda, scheme, count))
+            }
+            (Criterion::MinCondition, _) => Err(Unavailable::NoMinimiser),
+            (Criterion::MinMse, _) => match self.problem.variance {
+                None => Err(Unavailable::NoSigma),
+                Some(_) => chosen(self.minimise(|s| s.mse[0], |s| s.mse[1])),
+            },
+            (Criterion::Gcv, _) if !freedom && self.problem.variance.is_none() => Err(Unavailable::NoSigma),
+            (Criterion::Gcv, _) => chosen(self.minimise(|s| self.gcv(s), |s| self.gcv_slope(s))),
+            (Criterion::LCurve, _) => chosen(self.corner()),
+            // closed forms, which need no search
+            (Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang | Criterion::Optimal, _) => {
+                Err(Unavailable::NoMinimiser)
+            }
+            (Criterion::Discrepancy, _) => match self.problem.variance {
+                None => Err(Unavailable::NoSigma),
+                Some(variance) => Ok(self.discrepancy(self.problem.count as f64 * variance)),
+            },
+        }
+    }
+
+    /// `‖Y − X Â_B‖² / (1 − Σfᵢ/m)²`; infinite where nothing is left in the denominator.
+    pub fn gcv(&self, sums: &Sums) -> f64 {
+        let left = 1.0 - sums.trace[0] / self.problem.count as f64;
+        if left > 1e-14 { sums.rss[0] / (left * left) } else { f64::INFINITY }
+    }
+
+    fn gcv_slope(&self, sums: &Sums) -> f64 {
+        let m = self.problem.count as f64;
+        sums.rss[1] * (1.0 - sums.trace[0] / m) + 2.0 * sums.rss[0] * sums.trace[1] / m
+    }
+
+    /// The best of all local minima; `slope` need only have the derivative's sign.
+    fn minimise(&self, value: impl Fn(&Sums) -> f64, slope: impl Fn(&Sums) -> f64) -> f64 {
+        let (mut best, mut at) = (f64::INFINITY, self.stretches[0].grid[0].0);
+        let mut heights = Vec::new();
+        for stretch in &self.stretches {
+            heights.clear();
+            heights.extend(stretch.grid.iter().map(|(_, sums)| value(sums)));
+            for (k, bracket) in peaks(&heights, |here, there| here <= there) {
+                let end = |k: usize| (stretch.grid[k].0, slope(&stretch.grid[k].1));
+                let refined = sign_change((end(bracket.0), end(bracket.1)), |x| slope(&self.sums(stretch, x)));
+                let there = refined.map(|x| (x, value(&self.sums(stretch, x))));
+                for (x, height) in std::iter::once((stretch.grid[k].0, heights[k])).chain(there) {
+                    // a gain below rounding is no gain: prefer the smaller λ*
+                    if height < best - 1e-15 * best.abs() || (best == f64::INFINITY && height.is_finite()) {
+                        (best, at) = (height, x);
+                    }
+                }
+            }
+        }
+        at
+    }
+
+    /// The place of greatest curvature of (log ‖Y − XÂ_B‖, log ‖Â_B‖).
+    fn corner(&self) -> f64 {
+        let heights: Vec<Vec<f64>> =
+            self.stretches.iter().map(|s| s.grid.iter().map(|(_, sums)| curvature(sums)).collect()).collect();
+        let largest = heights.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (mut best, mut at) = (f64::NEG_INFINITY, self.stretches[0].grid[0].0);
+        for (stretch, heights) in self.stretches.iter().zip(&heights) {
+            for (k, bracket) in peaks(heights, |here, there| here >= there) {
+                if heights[k] < WORTH_REFINING * largest {
+                    continue;
+                }
+                let place = |k: usize| stretch.grid[k].0;
+                let middle = (place(k), -heights[k]);
+                let (x, height) =
+                    least((place(bracket.0), place(bracket.1)), middle, |x| -curvature(&self.sums(stretch, x)));
+                if -height > best {
+                    (best, at) = (-height, x);
+                }
+            }
+        }
+        at
+    }
+
+    fn discrepancy(&self, target: f64) -> Chosen {
+        let answer = |x: f64, reached| Chosen { lambda_star: x.exp(), interval: None, reached };
+        let first = &self.stretches[0].grid[0];
+        if first.1.rss[0] >= target {
+            return answer(first.0, true);
+        }
+        for stretch in &self.stretches {
+            if let Some(pair) = stretch.grid.windows(2).find(|pair| pair[1].1.rss[0] >= target) {
+                let end = |(x, sums): &(f64, Sums)| (*x, sums.rss[0] - target);
+                let ends = (end(&pair[0]), end(&pair[1]));
+                let x = sign_change(ends, |x| self.sums(stretch, x).rss[0] - target);
+                return answer(x.unwrap_or(pair[1].0), true);
+            }
+        }
+        answer(range(self.problem, self.rule)[1].ln(), false)
+    }
+}
+
+/// Grid points at least as good as their neighbours, with the neighbours' numbers.
+fn peaks(heights: &[f64], good: impl Fn(f64, f64) -> bool) -> impl Iterator<Item = (usize, (usize, usize))> {
+    let last = heights.len() - 1;
+    (0..=last).map(move |k| (k, (k.saturating_sub(1), (k + 1).min(last)))).filter(move |&(k, (before, after))| {
+        heights[k].is_finite() && good(heights[k], heights[before]) && good(heights[k], heights[after])
+    })
+}
+
+/// Curvature of the L-curve, positive at its corner; −∞ where the curve stands still.
+fn curvature(sums: &Sums) -> f64 {
+    let half_log = |y: &[f64; 3]| {
+        let (first, second) = (y[1] / y[0], y[2] / y[0]);
+        (0.5 * first, 0.5 * (second - first * first))
+    };
+    let ((x1, x2), (y1, y2)) = (half_log(&sums.rss), half_log(&sums.norm));
+    let speed = x1 * x1 + y1 * y1;
+    let curvature = (x1 * y2 - x2 * y1) / (speed * speed.sqrt());
+    if curvature.is_finite() { curvature } else { f64::NEG_INFINITY }
+}
+
+/// Where `f` turns from negative to positive between the ends (places with their values), if it
+/// does: Chandrupatla's method, inverse quadratic interpolation where that is safe, else bisection.
+fn sign_change(((mut b, mut fb), (mut a, mut fa)): ((f64, f64), (f64, f64)), f: impl Fn(f64) -> f64) -> Option<f64> {
+    if !(fb < 0.0 && fa > 0.0) {
+        return None;
+    }
+    let mut t = 0.5;
+    for _ in 0..STEPS {
+        let x = a + t * (b - a);
+        let fx = f(x);
+        let (c, fc);
+        if (fx < 0.0) == (fa < 0.0) {
+            (c, fc) = (a, fa);
+        } else {
+            (c, fc) = (b, fb);
+            (b, fb) = (a, fa);
+        }
+        (a, fa) = (x, fx);
+        let nearest = if fa.abs() < fb.abs() { a } else { b };
+        let limit = (ROOT * nearest.abs().max(1.0)) / (b - a).abs();
+        if limit > 0.5 || fa == 0.0 {
+            return Some(nearest);
+        }
+        let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
+        t = if phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi {
+            fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        } else {
+            0.5
+        };
+        t = t.clamp(limit, 1.0 - limit);
+    }
+    Some(a)
+}
+
+/// The place and height of the least value between the ends, `middle` being a place inside with its
+/// height: golden sections, quickened by parabolas (Brent).
+fn least((mut low, mut high): (f64, f64), middle: (f64, f64), f: impl Fn(f64) -> f64) -> (f64, f64) {
+    const GOLDEN: f64 = 0.381_966_011_250_105_1;
+    let (mut x, mut fx) = middle;
+    let ((mut w, mut fw), (mut v, mut fv)) = (middle, middle);
+    let (mut step, mut before) = (0.0f64, 0.0f64);
+    for _ in 0..STEPS {
+        let centre = 0.5 * (low + high);
+        if (x - centre).abs() + 0.5 * (high - low) <= 2.0 * PEAK {
+            break;
+        }
+        let mut parabolic = false;
+        if before.abs() > PEAK {
+            let (r, q) = ((x - w) * (fx - fv), (x - v) * (fx - fw));
+            let (mut p, mut q2) = ((x - v) * q - (x - w) * r, 2.0 * (q - r));
+            if q2 > 0.0 {
+                p = -p
+            } else {
+                q2 = -q2
+            }
+            if p.abs() < (0.5 * q2 * before).abs() && p > q2 * (low - x) && p < q2 * (high - x) {
+                (before, step) = (step, p / q2);
+                parabolic = true;
+            }
+        }
+        if !parabolic {
+            before = if x < centre { high - x } else { low - x };
+            step = GOLDEN * before;
+        }
+        let trial = if step.abs() >= PEAK { x + step } else { x + PEAK.copysign(step) };
+        if trial <= low || trial >= high {
+            break;
+        }
+        let ft = f(trial);
+        if ft <= fx {
+            if trial < x {
+                high = x
+            } else {
+                low = x
+            }
+            (v, fv, w, fw, x, fx) = (w, fw, x, fx, trial, ft);
+        } else {
+            if trial < x {
+                low = trial
+            } else {
+                high = trial
+            }
+            if ft <= fw || w == x {
+                (v, fv, w, fw) = (w, fw, trial, ft);
+            } else if ft <= fv || v == x || v == w {
+                (v, fv) = (trial, ft);
+            }
+        }
+    }
+    (x, fx)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn condition(lambda: &[f64], scheme: Scheme, count: usize, at: f64) -> f64 {
+        let rule = Rule::Spectral { scheme, count };
+        let problem = Spectral::new(lambda, lambda, None, 0.0, 9, 0);
+        problem.condition(rule, at).unwrap()
+    }
+
+    proptest! {
+        /// No λ* on a fine grid beats the closed form, and the whole plateau is as good.
+        #[test]
+        fn nothing_beats_the_closed_form(
+            logs in proptest::collection::vec(-12.0f64..0.0, 2..8),
+            count in 1usize..7,
+            exact: bool,
+        ) {
+            let mut lambda: Vec<f64> = logs.iter().map(|x| 10f64.powf(*x)).collect();
+            lambda.sort_by(f64::total_cmp);
+            let count = count.min(lambda.len() - 1);
+            let scheme = if exact { Scheme::Exact } else { Scheme::FirstOrder };
+            let chosen = least_condition(&lambda, scheme, count);
+            let best = condition(&lambda, scheme, count, chosen.lambda_star);
+            if let Some([low, high]) = chosen.interval {
+                for s in 0..=20 {
+                    let at = low * (high / low).powf(s as f64 / 20.0);
+                    prop_assert!((condition(&lambda, scheme, count, at) / best - 1.0).abs() < 1e-9);
+                }
+            }
+            let (first, last) = (lambda[0], lambda[lambda.len() - 1]);
+            for s in 0..=2000 {
+                let at = first * (last / first).powf(s as f64 / 2000.0);
+                prop_assert!(condition(&lambda, scheme, count, at) >= best * (1.0 - 1e-9));
+            }
+        }
+
+        #[test]
+        fn sign_changes_are_found(root in -5.0f64..5.0) {
+            let between = |f: &dyn Fn(f64) -> f64| sign_change(((-6.0, f(-6.0)), (6.0, f(6.0))), f);
+            prop_assert!((between(&|x| (x - root).powi(3)).unwrap() - root).abs() < 1e-4);
+            prop_assert!((between(&|x| (x - root).exp() - 1.0).unwrap() - root).abs() < 1e-12);
+            prop_assert_eq!(between(&|x| 1.0 - (x - root).tanh()), None);
+            let start = (0.5, (0.5 - root).powi(2));
+            let (x, _) = least((-6.0, 6.0), start, |x| (x - root).powi(2));
+            prop_assert!((x - root).abs() < 1e-6);
+        }
+    }
+}

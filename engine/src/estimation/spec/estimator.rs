@@ -1,0 +1,83 @@
+//! Which estimator: least squares, or one that gross errors cannot pull away.
+
+use super::loss::Loss;
+
+/// How coefficients are estimated from nodes. Weights of nodes act by `√w` on rows and heights, for
+/// every estimator.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Estimator {
+    #[default]
+    LeastSquares,
+    /// Eqs. 10–12.
+    M(MEstimator),
+    /// Least `Σ|r|`: variationally weighted least squares (Mudrov and Kushko), solved exactly.
+    LeastAbsolute,
+    /// Least `Σ|r|^p`, 1 ≤ p ≤ 2.
+    Lp { p: f64 },
+    /// Regression quantile (Koenker and Bassett), 0 < tau < 1.
+    Quantile { tau: f64 },
+    /// Least sum of the smallest squares; `coverage` is the share of nodes in it, 0.5 to 1.
+    LeastTrimmed { coverage: f64, seed: u64 },
+    /// Least rank dispersion with Wilcoxon scores (Jaeckel).
+    Rank,
+}
+
+/// Share of nodes that least trimmed squares keeps, unless told otherwise.
+pub const DEFAULT_COVERAGE: f64 = 0.75;
+
+/// Least `Σ ρ(r/s)` by reweighting: in each iteration scale, then weights, then solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MEstimator {
+    pub loss: Loss,
+    pub scale: ScaleRule,
+    /// The iteration stops when no residual and not the scale moves by more than this many scales.
+    pub tolerance: f64,
+    pub max_iterations: usize,
+    pub start: Start,
+}
+
+impl MEstimator {
+    /// As far as doubles go: a change of 1e-13 scales.
+    pub const TOLERANCE: f64 = 1e-13;
+    /// Iterations allowed unless told otherwise.
+    pub const ITERATIONS: usize = 1000;
+    /// The most that can be asked for.
+    pub const MOST_ITERATIONS: usize = 10_000;
+
+    /// `loss` with MAD/0.6745, from least squares.
+    pub fn new(loss: Loss) -> Self {
+        MEstimator {
+            loss,
+            scale: ScaleRule::default(),
+            tolerance: Self::TOLERANCE,
+            max_iterations: Self::ITERATIONS,
+            start: Start::LeastSquares,
+        }
+    }
+}
+
+/// How the scale of the residuals is found in each iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum ScaleRule {
+    /// Median of |r| divided by 0.6745, as R's MASS has it.
+    #[default]
+    Mad06745,
+    /// Median of |r| divided by Φ⁻¹(0.75) = 0.674489750196….
+    Mad,
+    /// Huber's proposal 2 with its own `k2`.
+    Proposal2 { k2: f64 },
+    /// The caller's, in the unit of the heights.
+    Fixed(f64),
+}
+
+/// k₂ of proposal 2 unless told otherwise.
+pub const DEFAULT_K2: f64 = 1.345;
+
+/// Where the iteration starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Start {
+    #[default]
+    LeastSquares,
+    /// Least trimmed squares of half the nodes, which up to half of them cannot spoil.
+    LeastTrimmed,
+}

@@ -1,0 +1,93 @@
+//! Everything about a fit but the nodes.
+
+use super::{
+    estimator::Estimator,
+    filter::Filter,
+    model::{Domain, Model, Scaling},
+    regularization::Regularization,
+};
+
+/// Everything about a fit but the nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitSpec {
+    pub model: Model,
+    pub scaling: Scaling,
+    pub regularization: Regularization,
+    pub estimator: Estimator,
+    /// The box on which mapped bases live; by default the smallest box of the counted nodes.
+    pub domain: Option<Domain>,
+    /// `r ≥ ‖A‖` of Ineq. 51, in the scaled columns.
+    pub coefficient_norm_limit: Option<f64>,
+    /// What r is without it.
+    pub expected_size: ExpectedSize,
+    /// Standard deviation of a height of weight 1; by default estimated from the residuals.
+    pub noise_sigma: Option<f64>,
+    pub node_uncertainty: Option<NodeUncertainty>,
+    pub include: Include,
+    /// What is done to the nodes before, in this order.
+    pub filters: Vec<Filter>,
+}
+
+impl FitSpec {
+    /// The defaults of the contract for a model: unit-length scaling, spectral / first_order / auto
+    /// / min_mse, least squares.
+    pub fn new(model: Model) -> Self {
+        FitSpec {
+            model,
+            scaling: Scaling::UnitLength,
+            regularization: Regularization::default(),
+            estimator: Estimator::LeastSquares,
+            domain: None,
+            coefficient_norm_limit: None,
+            expected_size: ExpectedSize::default(),
+            noise_sigma: None,
+            node_uncertainty: None,
+            include: Include::default(),
+            filters: Vec::new(),
+        }
+    }
+}
+
+/// How large the coefficients are taken to be. The estimate is the plain answer, but along
+/// directions with small eigenvalues it holds little but error: who chooses λ* because of that must
+/// not have the result judged by it. So with anything but [`ExpectedSize::Estimated`] the mean
+/// squared error that takes the estimate for real is no yardstick, and no warning is derived from
+/// it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum ExpectedSize {
+    /// As the least-squares estimate: r = ‖Â‖.
+    #[default]
+    Estimated,
+    /// As large as the heights speak for, in every direction alike: r = √n τ with τ² = ‖P y‖²/Σλᵢ,
+    /// P y being the part of the heights that the columns reach; at least the norm of the
+    /// regularised estimate.
+    OfHeights,
+    /// Within ± these, one for each coefficient in the caller's unit: r is the norm where all are
+    /// reached; at least that of the regularised estimate.
+    Within(Vec<f64>),
+}
+
+/// Standard uncertainties of a node, in the caller's unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeUncertainty {
+    /// Of each abscissa (of each entry for a measurement matrix).
+    pub position: f64,
+    /// Of the height.
+    pub height: f64,
+}
+
+/// What is answered only when asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Include {
+    pub residuals: bool,
+    /// The two n×n collinearity matrices also beyond the size up to which they are always found.
+    pub collinearity: bool,
+    pub lambda_curve: bool,
+    pub matrix_b: bool,
+    /// Coefficients along k, for ridge.
+    pub ridge_trace: bool,
+    /// The weights of a robust estimate, node by node.
+    pub robust_weights: bool,
+    /// The nodes that filters took for peaks.
+    pub peaks: bool,
+}

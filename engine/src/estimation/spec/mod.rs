@@ -1,0 +1,22 @@
+//! What a caller asks for: model, scaling, regularisation, estimator, filters. Plain values; a fit
+//! checks them against the nodes.
+
+mod criterion;
+mod estimator;
+mod filter;
+mod fit_spec;
+mod loss;
+mod model;
+mod regularization;
+mod shrinkage;
+mod tikhonov;
+
+pub use criterion::{Criterion, Parameter};
+pub use estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start};
+pub use filter::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
+pub use fit_spec::{ExpectedSize, FitSpec, Include, NodeUncertainty};
+pub use loss::Loss;
+pub use model::{Degree, Domain, Knots, Model, PolynomialBasis, Scaling, Terms};
+pub use regularization::{Count, DEFAULT_CONDITION_LIMIT, Regularization, Scheme};
+pub use shrinkage::{Attraction, JamesStein, ShrinkageFactor};
+pub use tikhonov::Tikhonov;

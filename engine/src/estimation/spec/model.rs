@@ -1,0 +1,78 @@
+//! The functions whose mixture is fitted, and how their columns are scaled.
+
+/// The functions whose mixture is fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Model {
+    Polynomial {
+        degree: Degree,
+        basis: PolynomialBasis,
+        terms: Terms,
+    },
+    BSpline {
+        degree: Degree,
+        knots: Knots,
+        /// Of NURBS: one weight > 0 per control point (for a surface v running fastest). They are
+        /// given, not fitted.
+        weights: Option<Vec<f64>>,
+    },
+    /// The columns of a measurement matrix as they are.
+    Linear,
+}
+
+/// One degree for every axis, or one for each (`[p, q]`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Degree {
+    Both(usize),
+    Each(usize, usize),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PolynomialBasis {
+    /// Powers of the caller's raw u and v.
+    Monomial,
+    /// Chebyshev polynomials on the domain mapped to [-1, 1].
+    Chebyshev,
+    /// Legendre polynomials on the domain mapped to [-1, 1].
+    Legendre,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Terms {
+    /// Every product up to the degree of each axis.
+    Tensor,
+    /// Products whose degrees add up to at most the degree.
+    Total,
+}
+
+/// Knots of B-splines (full vectors, the last span closed on the right) or a count of equal spans
+/// over the domain.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Knots {
+    /// A full knot vector for a curve.
+    Curve(Vec<f64>),
+    /// A full knot vector for u and one for v.
+    Surface(Vec<f64>, Vec<f64>),
+    /// The same number of equal spans on every axis.
+    Spans(usize),
+    /// Equal spans, a number for each axis.
+    SpansEach(usize, usize),
+}
+
+/// Of X's columns before the eigen analysis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Scaling {
+    /// Every column divided by its Euclidean length.
+    #[default]
+    UnitLength,
+    /// The paper's: as they are.
+    None,
+    /// Centred and divided by √mean((x−x̄)²), the constant not penalised.
+    Standardized,
+}
+
+/// `u` for a curve's x, `v` only for surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Domain {
+    pub u: Option<[f64; 2]>,
+    pub v: Option<[f64; 2]>,
+}
