@@ -16,7 +16,6 @@ pub mod gears;
 pub mod jobs;
 pub mod json;
 pub mod measurand;
-pub mod nodes_codec;
 pub mod problem;
 pub mod shapes;
 pub mod simulations;

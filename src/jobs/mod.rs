@@ -20,6 +20,7 @@ mod iteration;
 mod job;
 mod live;
 mod measurand;
+pub mod nodes_codec;
 mod page;
 mod record;
 mod records;

@@ -4,7 +4,7 @@
 //! order, number spelling or explicit defaults. The form is the concatenation of
 //!
 //! 1. `flankfit-input-v1\n`;
-//! 2. the nodes in the binary form of [`crate::api::nodes_codec`] (which has lengths before everything),
+//! 2. the nodes in the binary form of [`crate::jobs::nodes_codec`] (which has lengths before everything),
 //!    in which every −0 is +0, every NaN is the one with bits `0x7ff8000000000000`, an all-ones
 //!    weight or all-true mask stands as posted;
 //! 3. the spec as the JSON text of [`super::spec::json::to_json`]: every default filled in, keys
@@ -17,7 +17,7 @@
 use sha2::{Digest, Sha256};
 
 use super::spec::json;
-use crate::api::nodes_codec::{self, Layout};
+use crate::jobs::nodes_codec::{self, Layout};
 use flankfit_engine::{
     estimation::{FitSpec, Nodes, spec::Include},
     numerics::cancel::Asking,

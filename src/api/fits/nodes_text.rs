@@ -173,8 +173,10 @@ fn number(out: &mut Vec<u8>, value: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::api::nodes_codec;
-    use crate::api::{fits::reader, json::extra::NoExtra};
+    use crate::{
+        api::{fits::reader, json::extra::NoExtra},
+        jobs::nodes_codec,
+    };
 
     fn examples() -> Vec<Nodes> {
         vec![

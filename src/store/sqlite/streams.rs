@@ -13,10 +13,10 @@ use super::{
     write::{WriteError, keep_answer, refuse_taken_key, signed},
 };
 use crate::{
-    api::{gears::gear::stored_teeth, nodes_codec},
+    api::gears::gear::stored_teeth,
     jobs::{
         Block, Happening, JobEvent, NewBlock, NewStream, Precondition, Receipt, RepositoryError, Stored, Stream,
-        StreamEvent, StreamState, What,
+        StreamEvent, StreamState, What, nodes_codec,
     },
 };
 

@@ -41,13 +41,13 @@ pub enum CodecError {
 
 /// Nodes, laid out but not copied yet: what stands before the doubles, the doubles, and what
 /// follows them.
-pub(super) struct Layout<'a> {
+pub struct Layout<'a> {
     pub head: Vec<u8>,
     pub doubles: Vec<&'a [f64]>,
     pub tail: Vec<u8>,
 }
 
-pub(super) fn layout(nodes: &Nodes) -> Layout<'_> {
+pub fn layout(nodes: &Nodes) -> Layout<'_> {
     let (kind, counts, mut doubles): (u8, Vec<usize>, Vec<&[f64]>) = match nodes {
         Nodes::Curve(c) => (0, vec![c.x().len()], vec![c.x(), c.y()]),
         Nodes::Scattered(s) => (1, vec![s.u().len()], vec![s.u(), s.v(), s.z()]),

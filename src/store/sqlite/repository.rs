@@ -18,12 +18,11 @@ use super::{
     writer::{Message, Outcome, Request, Work, Writer},
 };
 use crate::{
-    api::nodes_codec,
     jobs::{
         ANSWERS_KEPT, Answer, Block, Choice, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch,
         Later, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Receipt,
         Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture, Ruling, Stored, Stream,
-        StreamState, Trace,
+        StreamState, Trace, nodes_codec,
     },
     telemetry,
 };

@@ -10,12 +10,9 @@ use super::{
     records,
     rows::{self, chosen_fit, damaged, figure_columns, get, job_columns},
 };
-use crate::{
-    api::nodes_codec,
-    jobs::{
-        Answer, Choice, Cursor, Earlier, FitRecord, FitSummary, Iteration, Job, Later, MOST_TOLD, Measurand, Page,
-        PageRequest, RepositoryError, Ruling, Trace, TracedFit, TracedIteration, What,
-    },
+use crate::jobs::{
+    Answer, Choice, Cursor, Earlier, FitRecord, FitSummary, Iteration, Job, Later, MOST_TOLD, Measurand, Page,
+    PageRequest, RepositoryError, Ruling, Trace, TracedFit, TracedIteration, What, nodes_codec,
 };
 use flankfit_engine::estimation::Nodes;
 

@@ -1,0 +1,38 @@
+//! Jobs in SQLite: everything that is SQL.
+//!
+//! **One writer.** All writes go through one task that owns the only writing connection (`writer`).
+//! Requests that wait together share one transaction and so one sync of the write-ahead log; none
+//! is answered before it. Nothing else writes, so no request can meet a locked database, and what
+//! was read inside the transaction still holds when it commits.
+//!
+//! **One process.** A lock beside the database keeps a second writing process away (`lock`).
+//!
+//! **Many readers.** Reads come from a pool of read-only connections; with the write-ahead log they
+//! neither wait for the writer nor hold it up, and each sees one consistent state.
+//!
+//! **Durability.** `journal_mode=WAL` with `synchronous=FULL`: a commit returns after the log has
+//! been synced.
+//!
+//! **Form.** STRICT tables, foreign keys enforced, triggers that refuse to change the trace. Times
+//! are fixed-width RFC 3339 text in UTC, ids 16 bytes, nodes the binary form of
+//! [`crate::jobs::nodes_codec`], answers the JSON text that was answered. A figure that does not
+//! exist is NULL; NaN never gets here (SQLite would make it NULL without a word).
+
+mod backup;
+mod bulk;
+mod error;
+mod lock;
+mod open;
+mod read;
+mod records;
+mod repository;
+mod rows;
+mod streams;
+mod time;
+mod write;
+mod writer;
+
+pub use backup::{BackupError, backup};
+pub use error::OpenError;
+pub use open::{StoreSettings, migrations};
+pub use repository::Store;
