@@ -32,7 +32,7 @@ use crate::{
         jobs::records::{self, RecordBody},
         problem::{Problem, ProblemCode},
     },
-    jobs::{Later, RecordKind},
+    jobs::{RecordKind, Successors},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -189,13 +189,13 @@ async fn get_iteration_correction(
         return Ok(form.response(state.pool.run(move || csv::write(&record)).await??));
     }
     let (before, _before) = measured(&state, job, number).await?.into_parts();
-    let (after, _after) = match state.jobs.later(job, number).await? {
-        Later { alike: Some(next), .. } => {
+    let (after, _after) = match state.jobs.successors(job, number).await? {
+        Successors { alike: Some(next), .. } => {
             let (after, permit) = measured(&state, job, next).await?.into_parts();
             (After::Same(next, after), Some(permit))
         }
-        Later { any: Some(next), .. } => (After::Others(next), None),
-        Later { .. } => (After::Nothing, None),
+        Successors { any: Some(next), .. } => (After::Others(next), None),
+        Successors { .. } => (After::Nothing, None),
     };
     let today = of_job(&state.jobs.job(job).await?)?;
     let body = state.pool.run(move || kept::write(&record, &before, &after, today.as_ref(), include)).await??;

@@ -20,7 +20,7 @@ use crate::{
         jobs::{import, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
     },
-    jobs::GearSeen,
+    jobs::ExpectedGear,
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -76,7 +76,7 @@ async fn import_iteration(
             let gear = of_job(&own)?;
             let mut draft = import::draft(file, name.as_deref(), spec.as_deref(), gear.as_ref(), &plans)?;
             draft.records.iter_mut().for_each(|record| record.gear = own.gear.as_deref().map(Into::into));
-            draft.made_by = Some(GearSeen(own.gear));
+            draft.expected_gear = Some(ExpectedGear(own.gear));
             Ok::<_, Problem>(draft)
         };
         let draft = state.pool.run(work).await??;

@@ -103,7 +103,7 @@ fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) 
         operator: measurement.operator.map(String::from),
         note: measurement.note.map(String::from),
         records: Vec::new(),
-        made_by: None,
+        expected_gear: None,
     })
 }
 

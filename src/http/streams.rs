@@ -184,7 +184,7 @@ async fn finish_stream(
             operator: said.operator.map(String::from),
             note: said.note.map(String::from),
             records: Vec::new(),
-            made_by: None,
+            expected_gear: None,
         };
         let keyed = known.map(|known| known.answered_by(iterations::created));
         let (iteration, stored) = state.jobs.finish_stream(slot, &stream, draft, keyed).await?;

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use jiff::Timestamp;
 
-use super::{fit::Computed, measurand::Measurand, record::RecordDraft};
+use super::{fit::Computed, gear::JobGear, measurand::Measurand, record::RecordDraft};
 use flankfit_engine::estimation::Nodes;
 
 /// A job to create.
@@ -14,8 +14,7 @@ pub struct JobDraft {
     pub part_number: Option<String>,
     pub serial_number: Option<String>,
     pub machine: Option<String>,
-    /// JSON document.
-    pub gear: Option<String>,
+    pub gear: Option<JobGear>,
     pub tags: BTreeMap<String, String>,
 }
 
@@ -33,13 +32,13 @@ pub struct IterationDraft {
     /// To be kept with it from the beginning.
     pub records: Vec<RecordDraft>,
     /// The gear of the job that its nodes were made by, where they were.
-    pub made_by: Option<GearSeen>,
+    pub expected_gear: Option<ExpectedGear>,
 }
 
 /// The gear of a job as it was when something was made by it: by the time that this is stored the
 /// job may have another one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct GearSeen(pub Option<String>);
+pub struct ExpectedGear(pub Option<JobGear>);
 
 /// A stream to open.
 #[derive(Clone, Debug, PartialEq)]

@@ -17,12 +17,12 @@ pub struct JobEvent {
     /// 1, 2, 3 … within the job, in the order in which things were stored.
     pub number: u64,
     pub created_at: Timestamp,
-    pub what: Happening,
+    pub kind: EventKind,
 }
 
 /// What happened.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Happening {
+pub enum EventKind {
     /// An iteration was added, with its first fit.
     Iteration {
         number: u32,

@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    draft::GearSeen,
+    draft::ExpectedGear,
     fit::{Figures, NewFit},
     job::Job,
     measurand::Measurand,
@@ -32,7 +32,7 @@ pub struct NewIteration {
     /// What is kept with it from the beginning, stored in the same transaction.
     pub records: Vec<Record>,
     /// The gear that the job must still have.
-    pub made_by: Option<GearSeen>,
+    pub expected_gear: Option<ExpectedGear>,
 }
 
 /// A job about to be stored with its iterations.
@@ -42,8 +42,8 @@ pub struct NewRun {
     pub iterations: Vec<Arc<NewIteration>>,
 }
 
-/// Entries of a list that are told with an iteration; older ones are counted.
-pub const MOST_TOLD: u32 = 100;
+/// Entries of a list that are read with an iteration; older ones are counted.
+pub const MAX_LISTED: u32 = 100;
 
 /// A stored iteration with its fits, in the order in which they were made.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +62,7 @@ pub struct Iteration {
     pub node_count: u64,
     /// 1 when created, one more with every fit, choice and ruling.
     pub version: u64,
-    /// The last [`MOST_TOLD`].
+    /// The last [`MAX_LISTED`].
     pub fits: Vec<FitSummary>,
     /// Fits made before those.
     pub earlier_fits: u64,
@@ -124,7 +124,7 @@ pub struct Trace {
 }
 
 /// An iteration as the trace tells it: fits, choices and rulings in the order in which they were
-/// made, of each the last [`MOST_TOLD`].
+/// made, of each the last [`MAX_LISTED`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracedIteration {
     pub id: Uuid,

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use uuid::Uuid;
 
+use super::gear::JobGear;
+
 /// What is known of a job. Iterations are kept apart: a job may gather many.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
@@ -13,8 +15,7 @@ pub struct Job {
     pub part_number: Option<String>,
     pub serial_number: Option<String>,
     pub machine: Option<String>,
-    /// The gear's data as a JSON document, checked at the door.
-    pub gear: Option<String>,
+    pub gear: Option<JobGear>,
     pub tags: BTreeMap<String, String>,
     /// 1 when created, one more with every change.
     pub version: u64,
@@ -57,7 +58,7 @@ pub struct JobPatch {
     pub part_number: Update<String>,
     pub serial_number: Update<String>,
     pub machine: Update<String>,
-    pub gear: Update<String>,
+    pub gear: Update<JobGear>,
     pub tags: Option<BTreeMap<String, String>>,
 }
 

@@ -23,15 +23,6 @@ impl Measurand {
         self.flank.map(side_name)
     }
 
-    /// From the contract's name of the flank; `None` when there is no such flank.
-    pub fn named(flank: Option<&str>, tooth: Option<String>, axes: Option<Arc<str>>) -> Option<Self> {
-        let flank = match flank {
-            Some(name) => Some([Side::Left, Side::Right].into_iter().find(|side| side_name(*side) == name)?),
-            None => None,
-        };
-        Some(Measurand { flank, tooth, axes })
-    }
-
     /// Refuses a tooth that a gear with so many teeth has not got. A name that is no number is of
     /// any gear.
     pub fn check_tooth(&self, teeth: Option<u32>) -> Result<(), RepositoryError> {
@@ -66,7 +57,7 @@ pub fn beyond(tooth: &str, teeth: u32) -> bool {
 
 /// Iterations after one, by their numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Later {
+pub struct Successors {
     /// The first of the same flank and tooth; what neither of the two tells is the same, what one
     /// of them tells is not.
     pub alike: Option<u32>,
@@ -80,4 +71,9 @@ pub fn side_name(side: Side) -> &'static str {
         Side::Left => "left",
         Side::Right => "right",
     }
+}
+
+/// The flank of that name.
+pub fn side_named(name: &str) -> Option<Side> {
+    [Side::Left, Side::Right].into_iter().find(|side| side_name(*side) == name)
 }

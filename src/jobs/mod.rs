@@ -15,6 +15,7 @@ mod ambient;
 mod draft;
 mod event;
 mod fit;
+mod gear;
 mod idempotency;
 mod iteration;
 mod job;
@@ -32,17 +33,18 @@ mod stream;
 mod streams;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
-pub use draft::{BlockDraft, GearSeen, IterationDraft, JobDraft, RefitDraft, StreamDraft};
-pub use event::{Bells, Happening, JobEvent, StreamEvent};
+pub use draft::{BlockDraft, ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
+pub use event::{Bells, EventKind, JobEvent, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
+pub use gear::JobGear;
 pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Receipt, RunningKeys};
 pub use iteration::{
-    Choice, Decision, Earlier, Event, FitSummary, Iteration, MOST_TOLD, NewIteration, NewRun, Ruling, Trace, TracedFit,
-    TracedIteration,
+    Choice, Decision, Earlier, Event, FitSummary, Iteration, MAX_LISTED, NewIteration, NewRun, Ruling, Trace,
+    TracedFit, TracedIteration,
 };
 pub use job::{Job, JobPatch, Update};
 pub use live::{LiveStream, LiveStreams, Slot};
-pub use measurand::{Later, Measurand, beyond, side_name};
+pub use measurand::{Measurand, Successors, beyond, side_name, side_named};
 pub use page::{Cursor, List, NoCursor, Page, PageRequest};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};

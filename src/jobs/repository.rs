@@ -11,7 +11,7 @@ use super::{
     idempotency::{Answer, Receipt},
     iteration::{Choice, FitSummary, Iteration, NewIteration, NewRun, Ruling, Trace},
     job::{Job, JobPatch},
-    measurand::{Later, Measurand},
+    measurand::{Measurand, Successors},
     page::{Page, PageRequest},
     record::{Record, RecordKind, RecordSummary},
     stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
@@ -127,7 +127,7 @@ pub trait Repository: Send + Sync + 'static {
     /// What the nodes of an iteration are of.
     fn measurand(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Measurand>;
     /// What was measured after an iteration.
-    fn later(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Later>;
+    fn successors(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Successors>;
     /// Iterations by number; a page may hold fewer than its limit where they are big.
     fn trace(&self, job: Uuid, page: PageRequest) -> RepositoryFuture<'_, Trace>;
     /// The nodes if they take at most so many bytes in the store, else how many they take.

@@ -17,7 +17,7 @@ use super::{
     iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling, Trace},
     job::{Job, JobPatch},
     live::LiveStreams,
-    measurand::{Later, Measurand},
+    measurand::{Measurand, Successors},
     page::{Page, PageRequest},
     record::Record,
     repository::{Precondition, Repository, RepositoryError, Stored},
@@ -164,7 +164,7 @@ impl Jobs {
                 .into_iter()
                 .map(|draft| Record { id: self.ids.fresh(now), created_at: now, draft })
                 .collect(),
-            made_by: draft.made_by,
+            expected_gear: draft.expected_gear,
         }
     }
 
@@ -182,8 +182,8 @@ impl Jobs {
     }
 
     /// What was measured after an iteration.
-    pub async fn later(&self, job: Uuid, number: u32) -> Result<Later, RepositoryError> {
-        self.repository.later(job, number).await
+    pub async fn successors(&self, job: Uuid, number: u32) -> Result<Successors, RepositoryError> {
+        self.repository.successors(job, number).await
     }
 
     /// The nodes of an iteration if they take at most so many bytes in the store, else how many

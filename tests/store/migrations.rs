@@ -1,7 +1,7 @@
 //! Migrations are only ever added, and an older database is brought up to date with what it holds.
 
 use flankfit::{
-    jobs::{Later, Measurand, RecordKind, Repository},
+    jobs::{Measurand, RecordKind, Repository, Successors},
     store::{OpenError, Store, StoreSettings, migrations},
 };
 use sqlx::{ConnectOptions, sqlite::SqliteConnectOptions};
@@ -141,10 +141,10 @@ async fn older_iterations_tell_no_flank() {
     let (new, stored) = place.stored_iteration(&store, job.id).await;
     assert_eq!(store.measurand(job.id, stored.number).await.unwrap(), new.measurand);
     // what one of two tells and the other does not is not the same
-    assert_eq!(store.later(job.id, 1).await.unwrap(), Later { alike: None, any: Some(2) });
+    assert_eq!(store.successors(job.id, 1).await.unwrap(), Successors { alike: None, any: Some(2) });
     place.stored_iteration(&store, job.id).await;
-    assert_eq!(store.later(job.id, 2).await.unwrap(), Later { alike: Some(3), any: Some(3) });
-    assert_eq!(store.later(job.id, 3).await.unwrap(), Later::default());
+    assert_eq!(store.successors(job.id, 2).await.unwrap(), Successors { alike: Some(3), any: Some(3) });
+    assert_eq!(store.successors(job.id, 3).await.unwrap(), Successors::default());
 }
 
 #[tokio::test]

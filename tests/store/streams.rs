@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    FinishedStream, Happening, JobEvent, Precondition, Repository, RepositoryError, StreamEvent, What,
+    EventKind, FinishedStream, JobEvent, Precondition, Repository, RepositoryError, StreamEvent, What,
 };
 use flankfit::store::{Store, migrations};
 use sqlx::{AssertSqlSafe, ConnectOptions, sqlite::SqliteConnectOptions};
@@ -16,12 +16,12 @@ use crate::support::Place;
 fn kinds(events: &[JobEvent]) -> Vec<&'static str> {
     events
         .iter()
-        .map(|event| match &event.what {
-            Happening::Iteration { .. } => "iteration",
-            Happening::Fit { chosen: false, .. } => "fit",
-            Happening::Fit { chosen: true, .. } => "choice",
-            Happening::Decision { .. } => "decision",
-            Happening::Stream { state, .. } => state.name(),
+        .map(|event| match &event.kind {
+            EventKind::Iteration { .. } => "iteration",
+            EventKind::Fit { chosen: false, .. } => "fit",
+            EventKind::Fit { chosen: true, .. } => "choice",
+            EventKind::Decision { .. } => "decision",
+            EventKind::Stream { state, .. } => state.name(),
         })
         .collect()
 }
@@ -79,7 +79,7 @@ async fn blocks_are_taken_in_their_turn_by_whoever_comes_first() {
     told.extend(["iteration", "finished"]);
     assert_eq!(kinds(&events(&store, job).await), told);
     let last = events(&store, job).await.pop().unwrap();
-    let Happening::Stream { id, state, sequence, node_count, iteration } = last.what else {
+    let EventKind::Stream { id, state, sequence, node_count, iteration } = last.kind else {
         panic!("a stream's event")
     };
     assert_eq!((id, state, sequence, node_count, iteration), (stream.id, StreamEvent::Finished, 5, 30, Some(1)));

@@ -16,7 +16,7 @@ use flankfit::{
     },
     store::{Store, StoreSettings},
 };
-use flankfit_engine::estimation::Nodes;
+use flankfit_engine::{estimation::Nodes, gear::Side};
 use jiff::{SignedDuration, Timestamp};
 use sqlx::{ConnectOptions, SqliteConnection, sqlite::SqliteConnectOptions};
 use uuid::Uuid;
@@ -71,7 +71,7 @@ impl Place {
             part_number: Some("P-1".to_owned()),
             serial_number: None,
             machine: None,
-            gear: Some(r#"{"teeth":52,"normal_module_mm":1.0}"#.to_owned()),
+            gear: Some(r#"{"teeth":52,"normal_module_mm":1.0}"#.to_owned().into()),
             tags: BTreeMap::from([("shift".to_owned(), "night".to_owned())]),
             version: 1,
             created_at: now,
@@ -134,7 +134,11 @@ impl Place {
         Arc::new(NewIteration {
             id: self.id(),
             job_id: job,
-            measurand: Measurand::named(Some("right"), Some("3".to_owned()), Some(Arc::from(r#"{"u":{}}"#))).unwrap(),
+            measurand: Measurand {
+                flank: Some(Side::Right),
+                tooth: Some("3".to_owned()),
+                axes: Some(Arc::from(r#"{"u":{}}"#)),
+            },
             measured_at: Some("2026-11-20T23:00:00Z".parse().unwrap()),
             instrument: Some("CMM".to_owned()),
             operator: None,
@@ -143,7 +147,7 @@ impl Place {
             nodes: Arc::new(nodes()),
             fit: self.fit(1e-4),
             records: Vec::new(),
-            made_by: None,
+            expected_gear: None,
         })
     }
 
@@ -154,7 +158,7 @@ impl Place {
             spec: Arc::from(r#"{"model":{"type":"polynomial","degree":1}}"#),
             forgetting_factor: 1.0,
             input_sha256: [1; 32],
-            measurand: Measurand::named(Some("left"), None, None).unwrap(),
+            measurand: Measurand { flank: Some(Side::Left), ..Measurand::default() },
             created_at: self.now(),
         }
     }

@@ -4,17 +4,18 @@ use std::sync::Arc;
 
 use flankfit::{
     jobs::{
-        GearSeen, JobPatch, Later, Measurand, NewIteration, NewStream, Precondition, Record, RecordKind, Repository,
-        RepositoryError, Update,
+        ExpectedGear, JobGear, JobPatch, Measurand, NewIteration, NewStream, Precondition, Record, RecordKind,
+        Repository, RepositoryError, Successors, Update,
     },
     store::Store,
 };
+use flankfit_engine::gear::Side;
 use uuid::Uuid;
 
 use crate::support::Place;
 
 fn of(tooth: &str) -> Measurand {
-    Measurand::named(Some("left"), Some(tooth.to_owned()), None).unwrap()
+    Measurand { flank: Some(Side::Left), tooth: Some(tooth.to_owned()), axes: None }
 }
 
 fn iteration(place: &Place, job: Uuid, tooth: &str) -> Arc<NewIteration> {
@@ -22,7 +23,7 @@ fn iteration(place: &Place, job: Uuid, tooth: &str) -> Arc<NewIteration> {
 }
 
 async fn patched(place: &Place, store: &Store, job: Uuid, teeth: u32) -> Result<(), RepositoryError> {
-    let gear = Update::Set(format!(r#"{{"teeth":{teeth},"normal_module_mm":1.0}}"#));
+    let gear = Update::Set(JobGear::from(format!(r#"{{"teeth":{teeth},"normal_module_mm":1.0}}"#)));
     let patch = JobPatch { gear, ..JobPatch::default() };
     store.patch_job(job, patch, Precondition::None, place.now()).await.map(drop)
 }
@@ -61,18 +62,18 @@ async fn what_was_made_by_another_gear_is_not_written() {
     let place = Place::new();
     let store = place.open().await;
     let job = place.stored_job(&store).await;
-    let made_by = |gear: Option<&str>| {
-        let made_by = Some(GearSeen(gear.map(str::to_owned)));
-        Arc::new(NewIteration { made_by, ..NewIteration::clone(&place.iteration(job.id)) })
+    let made_with = |gear: Option<&str>| {
+        let expected_gear = Some(ExpectedGear(gear.map(|text| JobGear::from(text.to_owned()))));
+        Arc::new(NewIteration { expected_gear, ..NewIteration::clone(&place.iteration(job.id)) })
     };
-    store.insert_iteration(made_by(job.gear.as_deref()), None).await.unwrap();
+    store.insert_iteration(made_with(job.gear.as_deref()), None).await.unwrap();
     patched(&place, &store, job.id, 60).await.unwrap();
     for gear in [job.gear.as_deref(), None] {
-        let refused = store.insert_iteration(made_by(gear), None).await;
+        let refused = store.insert_iteration(made_with(gear), None).await;
         assert!(matches!(refused, Err(RepositoryError::GearChanged)), "{refused:?}");
     }
     let now = store.job(job.id).await.unwrap().gear;
-    assert_eq!(store.insert_iteration(made_by(now.as_deref()), None).await.unwrap().number, 2);
+    assert_eq!(store.insert_iteration(made_with(now.as_deref()), None).await.unwrap().number, 2);
 }
 
 /// Names of teeth that were stored before there was one way to write them.
@@ -84,9 +85,9 @@ async fn an_older_name_of_a_tooth_is_that_tooth() {
     for tooth in ["01", "2", "B", " 1"] {
         store.insert_iteration(iteration(&place, job, tooth), None).await.unwrap();
     }
-    assert_eq!(store.later(job, 1).await.unwrap(), Later { alike: Some(4), any: Some(2) });
-    assert_eq!(store.later(job, 2).await.unwrap(), Later { alike: None, any: Some(3) });
-    assert_eq!(store.later(job, 4).await.unwrap(), Later::default());
+    assert_eq!(store.successors(job, 1).await.unwrap(), Successors { alike: Some(4), any: Some(2) });
+    assert_eq!(store.successors(job, 2).await.unwrap(), Successors { alike: None, any: Some(3) });
+    assert_eq!(store.successors(job, 4).await.unwrap(), Successors::default());
 }
 
 #[tokio::test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    Choice, Cursor, Decision, Earlier, Event, JobPatch, MOST_TOLD, PageRequest, Precondition, Repository,
+    Choice, Cursor, Decision, Earlier, Event, JobPatch, MAX_LISTED, PageRequest, Precondition, Repository,
     RepositoryError, Ruling, Update, What,
 };
 use uuid::Uuid;
@@ -138,7 +138,7 @@ async fn the_trace_and_the_fits_come_in_pages() {
     assert_eq!(store.trace(job.id, beyond).await.unwrap().iterations, []);
 
     let mut ids = vec![store.iteration(job.id, 2).await.unwrap().fits[0].id];
-    for k in 0..MOST_TOLD + 4 {
+    for k in 0..MAX_LISTED + 4 {
         let fit = Arc::new(place.fit(f64::from(k)));
         store.insert_fit(job.id, 2, fit.clone(), None).await.unwrap();
         ids.push(fit.id);
@@ -157,7 +157,7 @@ async fn the_trace_and_the_fits_come_in_pages() {
     }
     assert_eq!(found, ids);
     // the last ones are told, in order, and the others counted
-    let most = MOST_TOLD as usize;
+    let most = MAX_LISTED as usize;
     let iteration = store.iteration(job.id, 2).await.unwrap();
     assert_eq!(iteration.fits.iter().map(|fit| fit.id).collect::<Vec<_>>(), ids[ids.len() - most..]);
     assert_eq!((iteration.earlier_fits, iteration.fits[most - 1].chosen), (5, true));

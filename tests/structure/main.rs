@@ -40,7 +40,7 @@ const RULES: &[Rule] = &[
     },
     Rule {
         room: "store",
-        rooms: &["jobs", "api", "estimation", "telemetry"],
+        rooms: &["jobs", "estimation", "gear", "telemetry"],
         foreign: &["axum", "clap", "tower", "tower_http", "utoipa", "utoipa_axum"],
     },
     Rule {

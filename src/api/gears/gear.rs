@@ -74,11 +74,6 @@ pub fn of_text(text: &str) -> Result<Gear, Problem> {
     body.checked("/gear").map_err(Problem::invalid)
 }
 
-/// How many teeth a gear has that was stored with a job.
-pub fn stored_teeth(text: &str) -> Option<u32> {
-    serde_json::from_str::<GearBody>(text).ok().map(|gear| gear.teeth)
-}
-
 impl GearBody {
     /// A warning where the hand of a helix had to be assumed.
     pub fn hand_assumed(&self) -> Option<NoticeBody> {

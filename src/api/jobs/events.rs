@@ -9,7 +9,7 @@ use uuid::Uuid;
 use super::iterations::DecisionName;
 use crate::{
     api::json::text::Moment,
-    jobs::{Decision, Happening, JobEvent},
+    jobs::{Decision, EventKind, JobEvent},
 };
 
 /// The `data` of an event. Its `event` is the `type`, its `id` the number.
@@ -115,20 +115,20 @@ impl From<JobEvent> for JobEventBody {
             sequence: None,
             node_count: None,
         };
-        match event.what {
-            Happening::Iteration { number, id, fit_id } => {
+        match event.kind {
+            EventKind::Iteration { number, id, fit_id } => {
                 body.iteration_number = Some(number);
                 body.iteration_id = Some(id);
                 body.fit_id = Some(fit_id);
             }
-            Happening::Fit { number, fit_id, chosen, reason } => {
+            EventKind::Fit { number, fit_id, chosen, reason } => {
                 body.kind = EventName::Fit;
                 body.iteration_number = Some(number);
                 body.fit_id = Some(fit_id);
                 body.chosen = Some(chosen);
                 body.reason = reason;
             }
-            Happening::Decision { number, decision, reason } => {
+            EventKind::Decision { number, decision, reason } => {
                 body.kind = EventName::Decision;
                 body.iteration_number = Some(number);
                 body.decision = Some(match decision {
@@ -138,7 +138,7 @@ impl From<JobEvent> for JobEventBody {
                 });
                 body.reason = reason;
             }
-            Happening::Stream { id, state, sequence, node_count, iteration } => {
+            EventKind::Stream { id, state, sequence, node_count, iteration } => {
                 body.kind = EventName::Stream;
                 body.stream_id = Some(id);
                 body.state = Some(state.into());
@@ -170,8 +170,8 @@ mod tests {
 
     #[test]
     fn an_event_is_three_lines_and_a_blank_one() {
-        let what = Happening::Decision { number: 2, decision: Decision::Reject, reason: Some("a\nb".into()) };
-        let event = JobEvent { number: 7, created_at: jiff::Timestamp::UNIX_EPOCH, what };
+        let kind = EventKind::Decision { number: 2, decision: Decision::Reject, reason: Some("a\nb".into()) };
+        let event = JobEvent { number: 7, created_at: jiff::Timestamp::UNIX_EPOCH, kind };
         let text = to_text([event]);
         let lines: Vec<&str> = text.split('\n').collect();
         assert_eq!((lines[0], lines[1], lines.len()), ("id: 7", "event: decision", 5));

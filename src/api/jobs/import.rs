@@ -73,7 +73,7 @@ pub fn draft(
         operator: None,
         note: Some(spec.note.unwrap_or(of)),
         records,
-        made_by: None,
+        expected_gear: None,
     })
 }
 

@@ -13,7 +13,7 @@ use crate::{
             text::{Moment, ShortText, Tags},
         },
     },
-    jobs::{Job, JobDraft, JobPatch, List, Page, Update},
+    jobs::{Job, JobDraft, JobGear, JobPatch, List, Page, Update},
 };
 
 /// A job to create.
@@ -159,7 +159,7 @@ impl TryFrom<NewJobBody> for JobDraft {
             part_number: body.part_number.map(String::from),
             serial_number: body.serial_number.map(String::from),
             machine: body.machine.map(String::from),
-            gear: body.gear.as_ref().map(gear_text),
+            gear: body.gear.as_ref().map(gear_text).map(JobGear::from),
             tags: body.tags.0,
         })
     }
@@ -194,7 +194,7 @@ impl TryFrom<JobPatchBody> for JobPatch {
             part_number: update(ClearableName::PartNumber, body.part_number.map(String::from)),
             serial_number: update(ClearableName::SerialNumber, body.serial_number.map(String::from)),
             machine: update(ClearableName::Machine, body.machine.map(String::from)),
-            gear: update(ClearableName::Gear, body.gear.as_ref().map(gear_text)),
+            gear: update(ClearableName::Gear, body.gear.as_ref().map(gear_text)).map(JobGear::from),
             tags: body.tags.map(|tags| tags.0),
         };
         faults.into_result(patch)

@@ -380,7 +380,7 @@ fn iteration(
         operator: None,
         note: Some(note),
         records: record.into_iter().collect(),
-        made_by: None,
+        expected_gear: None,
     })
 }
 

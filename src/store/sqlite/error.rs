@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::jobs::RepositoryError;
+use crate::{jobs::RepositoryError, store::shared::StoreError};
 
 /// Why the store could not be opened.
 #[derive(Debug, thiserror::Error)]
@@ -66,6 +66,13 @@ impl OpenError {
             Some(READ_ONLY) => OpenError::ReadOnly { path },
             Some(NOT_A_DATABASE) => OpenError::NotADatabase { path },
             _ => OpenError::Other { path, source },
+        }
+    }
+
+    pub fn from_store(path: PathBuf, error: StoreError) -> Self {
+        match error {
+            StoreError::Broken(source) => OpenError::from_sqlx(path, source),
+            StoreError::Refused(error) => OpenError::Other { path, source: sqlx::Error::Protocol(error.to_string()) },
         }
     }
 

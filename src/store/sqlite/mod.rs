@@ -1,4 +1,4 @@
-//! Jobs in SQLite: everything that is SQL.
+//! Jobs in SQLite.
 //!
 //! **One writer.** All writes go through one task that owns the only writing connection (`writer`).
 //! Requests that wait together share one transaction and so one sync of the write-ahead log; none
@@ -8,7 +8,8 @@
 //! **One process.** A lock beside the database keeps a second writing process away (`lock`).
 //!
 //! **Many readers.** Reads come from a pool of read-only connections; with the write-ahead log they
-//! neither wait for the writer nor hold it up, and each sees one consistent state.
+//! neither wait for the writer nor hold it up, and each sees one consistent state: one that asks
+//! more than once does so in one read transaction.
 //!
 //! **Durability.** `journal_mode=WAL` with `synchronous=FULL`: a commit returns after the log has
 //! been synced.
@@ -17,19 +18,30 @@
 //! are fixed-width RFC 3339 text in UTC, ids 16 bytes, nodes the binary form of
 //! [`crate::jobs::nodes_codec`], answers the JSON text that was answered. A figure that does not
 //! exist is NULL; NaN never gets here (SQLite would make it NULL without a word).
+//!
+//! Each table or two have a file with their reads and writes.
 
+mod answers;
 mod backup;
-mod bulk;
+mod blocks;
 mod error;
+mod events;
+mod fits;
+mod insert_iterations;
+mod iterations;
+mod jobs;
+mod lists;
+mod locate;
 mod lock;
 mod open;
-mod read;
 mod records;
 mod repository;
-mod rows;
+mod rulings;
+mod runs;
 mod streams;
 mod time;
-mod write;
+mod trace;
+mod upkeep;
 mod writer;
 
 pub use backup::{BackupError, backup};

@@ -2,6 +2,9 @@
 //! order in time.
 
 use jiff::{Timestamp, fmt::temporal::DateTimePrinter};
+use sqlx::{Decode, Sqlite, Type, error::BoxDynError, sqlite::SqliteTypeInfo};
+
+use crate::store::shared::{Moment, damaged};
 
 static PRINTER: DateTimePrinter = DateTimePrinter::new().precision(Some(6));
 
@@ -11,8 +14,25 @@ pub fn to_text(time: Timestamp) -> String {
 }
 
 /// The time that [`to_text`] wrote.
-pub fn from_text(text: &str) -> Result<Timestamp, jiff::Error> {
+fn from_text(text: &str) -> Result<Timestamp, jiff::Error> {
     text.parse()
+}
+
+impl Type<Sqlite> for Moment {
+    fn type_info() -> SqliteTypeInfo {
+        <str as Type<Sqlite>>::type_info()
+    }
+
+    fn compatible(found: &SqliteTypeInfo) -> bool {
+        <str as Type<Sqlite>>::compatible(found)
+    }
+}
+
+impl<'r> Decode<'r, Sqlite> for Moment {
+    fn decode(value: <Sqlite as sqlx::Database>::ValueRef<'r>) -> Result<Self, BoxDynError> {
+        let text = <&str as Decode<'r, Sqlite>>::decode(value)?;
+        from_text(text).map(Moment).map_err(|_| damaged("a time", text).into())
+    }
 }
 
 #[cfg(test)]

@@ -8,69 +8,38 @@
 use std::{
     collections::{HashMap, HashSet},
     fmt::Write as _,
-    sync::Arc,
 };
 
-use sqlx::{AssertSqlSafe, Row, SqliteConnection};
+use sqlx::{AssertSqlSafe, FromRow, SqliteConnection};
 use uuid::Uuid;
 
-use super::{
-    records, rows, time,
-    write::{WriteError, keep_answer},
-};
+use super::{answers, locate::signed, records, time};
 use crate::{
-    api::gears::gear::stored_teeth,
-    jobs::{GearSeen, NewIteration, Receipt, RepositoryError, Stored, What},
+    jobs::{ExpectedGear, JobGear, NewIteration, RepositoryError, Stored, What},
+    store::shared::{InsertIteration, Outcome, Whole, figure_columns},
 };
-
-/// An iteration on its way in.
-pub struct Incoming {
-    pub iteration: Arc<NewIteration>,
-    /// [`crate::api::nodes_codec::encode`] of its nodes.
-    pub nodes: Vec<u8>,
-    pub receipt: Option<Receipt>,
-}
 
 /// Rows of one statement: 35 variables each, far below SQLite's 32,766.
-pub const MOST_ROWS: usize = 64;
+const MOST_ROWS: usize = 64;
 
 /// Stores what can be stored and refuses the rest, in the order given.
-pub async fn insert_iterations(
+pub async fn insert(
     db: &mut SqliteConnection,
-    incoming: &[&Incoming],
-) -> Result<Vec<Result<Stored, RepositoryError>>, WriteError> {
-    let mut places = look_up(db, incoming).await?;
+    incoming: &[&InsertIteration],
+) -> Outcome<Vec<Result<Stored, RepositoryError>>> {
+    let mut last = last_numbers(db, incoming).await?;
     let taken = taken_keys(db, incoming).await?;
-    let mut answers = Vec::with_capacity(incoming.len());
+    let mut replies = Vec::with_capacity(incoming.len());
     let mut accepted = Vec::with_capacity(incoming.len());
     for new in incoming.iter().copied() {
-        let key = new.receipt.as_ref().map(|receipt| (receipt.key.as_str(), receipt.scope.as_str()));
-        answers.push(match places.jobs.get_mut(&new.iteration.job_id) {
-            None => Err(RepositoryError::NotFound(What::Job)),
-            Some(_) if key.is_some_and(|(key, scope)| taken.contains(&(key.to_owned(), scope.to_owned()))) => {
-                Err(RepositoryError::KeyTaken)
-            }
-            Some(job) => {
-                if let Err(refused) = job.check(&new.iteration) {
-                    answers.push(Err(refused));
-                    continue;
-                }
-                job.last_number += 1;
-                places.last_iteration += 1;
-                places.last_fit += 1;
-                accepted.push(Numbered {
-                    new,
-                    job: job.seq,
-                    number: job.last_number,
-                    seq: places.last_iteration,
-                    fit: places.last_fit,
-                });
-                Ok(Stored { number: job.last_number, version: 1 })
-            }
-        });
+        replies.push(last.number(new, &taken).map(|numbered| {
+            let stored = Stored { number: numbered.number, version: 1 };
+            accepted.push(numbered);
+            stored
+        }));
     }
     for rows in accepted.chunks(MOST_ROWS) {
-        insert(db, rows).await?;
+        insert_rows(db, rows).await?;
     }
     for row in &accepted {
         for record in &row.new.iteration.records {
@@ -79,85 +48,111 @@ pub async fn insert_iterations(
     }
     for row in accepted.iter().filter(|row| row.new.receipt.is_some()) {
         let stored = Stored { number: row.number, version: 1 };
-        keep_answer(db, row.new.receipt.as_ref(), stored, row.new.iteration.created_at).await?;
+        answers::keep(db, row.new.receipt.as_ref(), stored, row.new.iteration.created_at).await?;
     }
-    Ok(answers)
+    Ok(replies)
 }
 
 /// An iteration with everything that the database must know of it.
 struct Numbered<'a> {
-    new: &'a Incoming,
+    new: &'a InsertIteration,
     job: i64,
     number: u32,
     seq: i64,
     fit: i64,
 }
 
-struct Places {
+/// The last numbers given, of each job and of each table.
+struct LastNumbers {
     jobs: HashMap<Uuid, JobPlace>,
+    iteration: i64,
+    fit: i64,
+}
+
+#[derive(FromRow)]
+struct JobPlace {
+    seq: i64,
+    last_number: Whole<u32>,
+    gear: Option<String>,
+}
+
+#[derive(FromRow)]
+struct PlaceRow {
+    id: Uuid,
+    #[sqlx(flatten)]
+    job: JobPlace,
     last_iteration: i64,
     last_fit: i64,
 }
 
-struct JobPlace {
-    seq: i64,
-    last_number: u32,
-    gear: Option<String>,
+impl LastNumbers {
+    /// Gives an iteration its numbers, or says why it is not stored.
+    fn number<'a>(
+        &mut self,
+        new: &'a InsertIteration,
+        taken: &HashSet<(String, String)>,
+    ) -> Result<Numbered<'a>, RepositoryError> {
+        let job = self.jobs.get_mut(&new.iteration.job_id).ok_or(RepositoryError::NotFound(What::Job))?;
+        let key = new.receipt.as_ref().map(|receipt| (receipt.key.clone(), receipt.scope.clone()));
+        if key.is_some_and(|key| taken.contains(&key)) {
+            return Err(RepositoryError::KeyTaken);
+        }
+        job.check(&new.iteration)?;
+        job.last_number.0 += 1;
+        self.iteration += 1;
+        self.fit += 1;
+        Ok(Numbered { new, job: job.seq, number: job.last_number.0, seq: self.iteration, fit: self.fit })
+    }
 }
 
 impl JobPlace {
     /// Refuses what the job's gear contradicts as it is now.
     fn check(&self, iteration: &NewIteration) -> Result<(), RepositoryError> {
-        if iteration.made_by.as_ref().is_some_and(|GearSeen(gear)| *gear != self.gear) {
+        let of_another = |ExpectedGear(gear): &ExpectedGear| gear.as_deref() != self.gear.as_deref();
+        if iteration.expected_gear.as_ref().is_some_and(of_another) {
             return Err(RepositoryError::GearChanged);
         }
         if iteration.measurand.tooth.is_none() {
             return Ok(());
         }
-        iteration.measurand.check_tooth(self.gear.as_deref().and_then(stored_teeth))
+        let gear = self.gear.clone().map(JobGear::from);
+        iteration.measurand.check_tooth(gear.as_ref().and_then(JobGear::teeth))
     }
 }
 
 /// The jobs named, their last numbers, and the last row of each table.
-async fn look_up(db: &mut SqliteConnection, incoming: &[&Incoming]) -> Result<Places, WriteError> {
+async fn last_numbers(db: &mut SqliteConnection, incoming: &[&InsertIteration]) -> Outcome<LastNumbers> {
     let mut ids: Vec<Uuid> = incoming.iter().map(|new| new.iteration.job_id).collect();
     ids.sort_unstable();
     ids.dedup();
-    let mut places = Places { jobs: HashMap::with_capacity(ids.len()), last_iteration: 0, last_fit: 0 };
+    let mut last = LastNumbers { jobs: HashMap::with_capacity(ids.len()), iteration: 0, fit: 0 };
     for ids in ids.chunks(MOST_ROWS) {
         let sql = format!(
-            "SELECT j.id, j.seq, coalesce((SELECT max(number) FROM iterations WHERE job = j.seq), 0),
-                    coalesce((SELECT max(seq) FROM iterations), 0), coalesce((SELECT max(seq) FROM fits), 0), j.gear
+            "SELECT j.id AS id, j.seq AS seq, j.gear AS gear,
+                    coalesce((SELECT max(number) FROM iterations WHERE job = j.seq), 0) AS last_number,
+                    coalesce((SELECT max(seq) FROM iterations), 0) AS last_iteration,
+                    coalesce((SELECT max(seq) FROM fits), 0) AS last_fit
              FROM jobs j WHERE j.id IN ({})",
             marks(ids.len())
         );
-        let mut query = sqlx::query(AssertSqlSafe(sql));
+        let mut query = sqlx::query_as::<_, PlaceRow>(AssertSqlSafe(sql));
         for id in ids {
             query = query.bind(*id);
         }
-        for row in query.fetch_all(&mut *db).await? {
-            let place = JobPlace { seq: row.try_get(1)?, last_number: rows::unsigned(&row, 2)?, gear: row.try_get(5)? };
-            places.jobs.insert(row.try_get(0)?, place);
-            places.last_iteration = row.try_get(3)?;
-            places.last_fit = row.try_get(4)?;
+        for PlaceRow { id, job, last_iteration, last_fit } in query.fetch_all(&mut *db).await? {
+            last.jobs.insert(id, job);
+            (last.iteration, last.fit) = (last_iteration, last_fit);
         }
     }
-    Ok(places)
+    Ok(last)
 }
 
-/// Which of the keys named have an answer already, or are named by an earlier request of the group.
-async fn taken_keys(
-    db: &mut SqliteConnection,
-    incoming: &[&Incoming],
-) -> Result<HashSet<(String, String)>, WriteError> {
+/// Which of the keys named have an answer already. (Two requests of a group with one key break the
+/// index of keys; each is then tried alone.)
+async fn taken_keys(db: &mut SqliteConnection, incoming: &[&InsertIteration]) -> Outcome<HashSet<(String, String)>> {
     let mut taken = HashSet::new();
     for receipt in incoming.iter().filter_map(|new| new.receipt.as_ref()) {
-        let row = sqlx::query("SELECT 1 FROM idempotency_keys WHERE key = ? AND scope = ?")
-            .bind(receipt.key.as_str())
-            .bind(receipt.scope.as_str())
-            .fetch_optional(&mut *db)
-            .await?;
-        if row.is_some() {
+        if answers::is_taken(db, receipt).await? {
             taken.insert((receipt.key.clone(), receipt.scope.clone()));
         }
     }
@@ -165,7 +160,7 @@ async fn taken_keys(
 }
 
 /// One statement for each of the four tables, sent together.
-async fn insert(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Result<(), WriteError> {
+async fn insert_rows(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outcome<()> {
     let mut query = sqlx::query(AssertSqlSafe(insert_sql(rows.len())));
     for row in rows {
         let iteration = &row.new.iteration;
@@ -184,7 +179,7 @@ async fn insert(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Result<(), 
             .bind(iteration.measurand.axes.clone());
     }
     for row in rows {
-        let count = i64::try_from(row.new.iteration.nodes.posted()).unwrap_or(i64::MAX);
+        let count = signed(row.new.iteration.nodes.posted() as u64);
         query = query.bind(row.seq).bind(count).bind(row.new.nodes.as_slice());
     }
     for row in rows {
@@ -225,10 +220,7 @@ fn insert_sql(rows: usize) -> String {
             marks(12),
         ),
         ("nodes (iteration, count, data)", marks(3)),
-        (
-            concat!("fits (seq, id, iteration, reason, created_at, ", rows::figure_columns!(), ", spec, result)"),
-            marks(17),
-        ),
+        (concat!("fits (seq, id, iteration, reason, created_at, ", figure_columns!(), ", spec, result)"), marks(17)),
         ("fit_choices (iteration, position, fit, created_at)", "?, 1, ?, ?".to_owned()),
     ];
     for (table, row) in tables {

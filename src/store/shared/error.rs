@@ -1,0 +1,49 @@
+//! Why an operation of a store did not do what was asked.
+
+use crate::jobs::RepositoryError;
+
+/// Reads use it like writes; for them the two differ in nothing but their cause.
+#[derive(Debug)]
+pub enum StoreError {
+    /// Refused before anything was changed; the transaction goes on.
+    Refused(RepositoryError),
+    /// The database failed; the transaction is given up.
+    Broken(sqlx::Error),
+}
+
+pub type Outcome<T> = Result<T, StoreError>;
+
+impl From<sqlx::Error> for StoreError {
+    /// A row that does not read is a damaged or foreign database: an error of whoever asked for
+    /// it, not of those who share the transaction.
+    fn from(error: sqlx::Error) -> Self {
+        match error {
+            sqlx::Error::ColumnDecode { .. } | sqlx::Error::Decode(_) => {
+                StoreError::Refused(RepositoryError::Failed(error.to_string()))
+            }
+            error => StoreError::Broken(error),
+        }
+    }
+}
+
+impl From<RepositoryError> for StoreError {
+    fn from(error: RepositoryError) -> Self {
+        StoreError::Refused(error)
+    }
+}
+
+impl StoreError {
+    /// The same after a first change: there is no way back but to give up the transaction.
+    pub fn too_late(self) -> Self {
+        match self {
+            StoreError::Refused(error) => StoreError::Broken(sqlx::Error::Protocol(error.to_string())),
+            broken => broken,
+        }
+    }
+}
+
+/// What the database holds where something else was written.
+pub fn damaged(what: &str, value: &str) -> String {
+    let value: String = value.chars().take(80).collect();
+    format!("the database holds {what} that cannot be read: {value}")
+}

@@ -1,0 +1,20 @@
+//! What stores of different databases share: writes as data, their queue, and rows.
+
+mod columns;
+mod error;
+mod operation;
+mod queue;
+mod row;
+
+pub use columns::{Digest, Moment, NodesColumn, Tags, Whole};
+pub use error::{Outcome, StoreError, damaged};
+pub use operation::{
+    Choose, DeleteJob, DeleteStream, FinishStream, ForgetAnswers, InsertBlock, InsertFit, InsertIteration, InsertJob,
+    InsertRecord, InsertRuns, InsertStream, PatchJob, Probe, Rule, Run,
+};
+pub use queue::{Queue, Waiting, Write, queue};
+pub use row::{
+    AnswerRow, BlockRow, ChoiceRow, EventRow, FitRow, FitSummaryRow, IterationRow, JobRow, MeasurandRow, RecordRow,
+    RecordSummaryRow, RulingRow, StreamRow, TracedFitRow, TracedIterationRow,
+};
+pub(in crate::store) use row::{figure_columns, job_columns};

@@ -1,0 +1,213 @@
+//! Writes that wait for a transaction which they share.
+//!
+//! Everybody may put a write in; one task takes out what waits, up to a limit of count and of
+//! bytes, runs it inside one transaction and ends each write after the commit: while one group is
+//! being synced the next one gathers, so the more writes come, the more share a sync.
+
+use std::{pin::Pin, time::Instant};
+
+use sqlx::Error;
+use tokio::sync::{mpsc, oneshot};
+
+use super::{
+    error::StoreError,
+    operation::{InsertIteration, Operation, Run},
+};
+use crate::jobs::{RepositoryError, Stored};
+
+/// Writes in one transaction.
+const MOST_WRITES: usize = 128;
+/// Bytes of nodes and answers in one transaction, roughly: big node sets do not pile up in one.
+const MOST_BYTES: usize = 32 << 20;
+
+/// An operation with what came of it and the place of its reply.
+pub struct Pending<O: Operation> {
+    pub operation: O,
+    outcome: Option<Result<O::Reply, RepositoryError>>,
+    reply: oneshot::Sender<Result<O::Reply, RepositoryError>>,
+}
+
+impl<O: Operation> Pending<O> {
+    /// What came of it, if the transaction is committed.
+    pub fn note(&mut self, outcome: Result<O::Reply, RepositoryError>) {
+        self.outcome = Some(outcome);
+    }
+
+    fn end(self, failure: Option<RepositoryError>) {
+        let Pending { operation, outcome, reply } = self;
+        let lost = || Err(RepositoryError::Failed("a write ended without an outcome".into()));
+        let outcome = failure.map_or_else(|| outcome.unwrap_or_else(lost), Err);
+        // First of all the idempotency key is given back: whoever hears the outcome may ask again
+        // at once.
+        drop(operation);
+        // Whoever asked may be gone; what was asked is done.
+        let _gone = reply.send(outcome);
+    }
+}
+
+type Running<'a> = Pin<Box<dyn Future<Output = Result<(), Error>> + Send + 'a>>;
+
+/// A pending operation, whichever it is.
+pub trait AnyPending<C>: Send {
+    fn bytes(&self) -> usize;
+    fn run<'a>(&'a mut self, db: &'a mut C) -> Running<'a>;
+    fn end(self: Box<Self>, failure: Option<RepositoryError>);
+}
+
+impl<C: Send, O: Run<C>> AnyPending<C> for Pending<O> {
+    fn bytes(&self) -> usize {
+        self.operation.bytes()
+    }
+
+    fn run<'a>(&'a mut self, db: &'a mut C) -> Running<'a> {
+        Box::pin(async move {
+            let outcome = match self.operation.run(db).await {
+                Ok(reply) => Ok(reply),
+                Err(StoreError::Refused(error)) => Err(error),
+                Err(StoreError::Broken(error)) => return Err(error),
+            };
+            self.note(outcome);
+            Ok(())
+        })
+    }
+
+    fn end(self: Box<Self>, failure: Option<RepositoryError>) {
+        Pending::end(*self, failure);
+    }
+}
+
+/// A write that waits, on its way through a transaction.
+#[expect(clippy::large_enum_variant, reason = "nearly every write is the large one")]
+pub enum Write<C> {
+    /// Done together with the others of its group.
+    Iteration(Pending<InsertIteration>),
+    Single(Box<dyn AnyPending<C>>),
+}
+
+impl<C> Write<C> {
+    fn bytes(&self) -> usize {
+        match self {
+            Write::Iteration(pending) => pending.operation.bytes(),
+            Write::Single(pending) => pending.bytes(),
+        }
+    }
+
+    /// Answers, after the transaction: with what came of it, or with why all of it came to
+    /// nothing.
+    pub fn end(self, failure: Option<RepositoryError>) {
+        match self {
+            Write::Iteration(pending) => pending.end(failure),
+            Write::Single(pending) => pending.end(failure),
+        }
+    }
+}
+
+enum Message<C> {
+    Write(Write<C>),
+    /// Finish what was sent before, close the database, answer.
+    Close(oneshot::Sender<()>),
+}
+
+/// Where writes are put in.
+pub struct Queue<C> {
+    sender: mpsc::Sender<Message<C>>,
+    seconds: metrics::Histogram,
+}
+
+/// Where they are taken out.
+pub struct Waiting<C> {
+    incoming: mpsc::Receiver<Message<C>>,
+    closing: Option<oneshot::Sender<()>>,
+}
+
+/// A queue of so many places. `seconds` hears how long each write took.
+pub fn queue<C>(places: usize, seconds: metrics::Histogram) -> (Queue<C>, Waiting<C>) {
+    let (sender, incoming) = mpsc::channel(places.max(1));
+    (Queue { sender, seconds }, Waiting { incoming, closing: None })
+}
+
+impl<C: Send> Queue<C> {
+    /// The operation is in the queue before this returns its future: dropping the future changes
+    /// nothing.
+    pub fn write<O: Run<C>>(
+        &self,
+        operation: O,
+    ) -> impl Future<Output = Result<O::Reply, RepositoryError>> + use<C, O> {
+        self.put(operation, |pending| Write::Single(Box::new(pending)))
+    }
+
+    /// The same of what stores do many of at once.
+    pub fn write_iteration(
+        &self,
+        operation: InsertIteration,
+    ) -> impl Future<Output = Result<Stored, RepositoryError>> + use<C> {
+        self.put(operation, Write::Iteration)
+    }
+
+    fn put<O: Operation, F: FnOnce(Pending<O>) -> Write<C>>(
+        &self,
+        operation: O,
+        form: F,
+    ) -> impl Future<Output = Result<O::Reply, RepositoryError>> + use<C, O, F> {
+        let begun = Instant::now();
+        let seconds = self.seconds.clone();
+        let (reply, outcome) = oneshot::channel();
+        let write = form(Pending { operation, outcome: None, reply });
+        let sent = self.sender.try_send(Message::Write(write)).map_err(|error| match error {
+            mpsc::error::TrySendError::Full(_) => RepositoryError::Overloaded,
+            mpsc::error::TrySendError::Closed(_) => closed(),
+        });
+        async move {
+            sent?;
+            let outcome = outcome.await.unwrap_or_else(|_| Err(closed()));
+            seconds.record(begun.elapsed());
+            outcome
+        }
+    }
+
+    /// Waits until what is in the queue is done and the database closed. Later writes are refused.
+    pub async fn close(&self) {
+        let (closed, done) = oneshot::channel();
+        if self.sender.send(Message::Close(closed)).await.is_ok() {
+            let _gone = done.await;
+        }
+    }
+}
+
+impl<C> Waiting<C> {
+    /// Everything that waits, up to the limits, at least one; `None` when nothing more can come.
+    pub async fn next_group(&mut self) -> Option<Vec<Write<C>>> {
+        let mut group = Vec::new();
+        let mut bytes = 0;
+        while group.is_empty() {
+            let mut next = Some(self.incoming.recv().await?);
+            while let Some(message) = next {
+                match message {
+                    Message::Write(write) => {
+                        bytes += write.bytes();
+                        group.push(write);
+                    }
+                    Message::Close(closed) => {
+                        // What is in the channel is still received; what comes later is refused.
+                        self.incoming.close();
+                        self.closing = Some(closed);
+                    }
+                }
+                let room = group.len() < MOST_WRITES && bytes < MOST_BYTES;
+                next = if room { self.incoming.try_recv().ok() } else { None };
+            }
+        }
+        Some(group)
+    }
+
+    /// Tells whoever closes that it is done.
+    pub fn closed(self) {
+        if let Some(closing) = self.closing {
+            let _gone = closing.send(());
+        }
+    }
+}
+
+fn closed() -> RepositoryError {
+    RepositoryError::Unavailable("the store is closed".into())
+}

@@ -1,0 +1,120 @@
+//! Blocks of an open stream, and the estimate's numbers after some of them.
+
+use sqlx::{FromRow, SqliteConnection, SqlitePool};
+use uuid::Uuid;
+
+use super::{answers, locate::signed, streams, time};
+use crate::{
+    jobs::{Block, RepositoryError, Stored, Stream, StreamState},
+    store::shared::{BlockRow, Digest, InsertBlock, Outcome, Run, Whole},
+};
+
+/// Bytes of blocks that are read at a time, beyond the first block.
+const BYTES_AT_A_TIME: i64 = 8 << 20;
+/// Blocks that are read at a time.
+const BLOCKS_AT_A_TIME: i64 = 1024;
+
+#[derive(FromRow)]
+struct StateRow {
+    sequence: Whole<u64>,
+    data: Vec<u8>,
+}
+
+pub async fn stream_state(db: &SqlitePool, id: Uuid) -> Outcome<(Stream, Option<StreamState>, Option<[u8; 32]>)> {
+    let mut db = db.begin().await?;
+    let (seq, stream) = streams::located(&mut db, id).await?;
+    let state: Option<StateRow> = sqlx::query_as("SELECT sequence, data FROM stream_states WHERE stream = ?")
+        .bind(seq)
+        .fetch_optional(&mut *db)
+        .await?;
+    let state = state.map(|StateRow { sequence, data }| StreamState { sequence: sequence.0, data });
+    let last: Option<Digest> = sqlx::query_scalar("SELECT sha256 FROM stream_blocks WHERE stream = ? AND sequence = ?")
+        .bind(seq)
+        .bind(signed(stream.sequence))
+        .fetch_optional(&mut *db)
+        .await?;
+    Ok((stream, state, last.map(|digest| digest.0)))
+}
+
+pub async fn blocks(db: &SqlitePool, id: Uuid, after: u64) -> Outcome<Vec<Block>> {
+    let mut db = db.begin().await?;
+    // the running total is that of the blocks before, so the first one always comes
+    let rows: Vec<BlockRow> = sqlx::query_as(
+        "SELECT sequence, sha256, data FROM (
+             SELECT b.sequence AS sequence, b.sha256 AS sha256, b.data AS data,
+                    coalesce(sum(length(b.data)) OVER
+                        (ORDER BY b.sequence ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING), 0) AS before
+             FROM stream_blocks b JOIN streams s ON s.seq = b.stream
+             WHERE s.id = ? AND b.sequence > ? AND b.sequence <= ?
+         ) WHERE before < ? ORDER BY sequence",
+    )
+    .bind(id)
+    .bind(signed(after))
+    .bind(signed(after).saturating_add(BLOCKS_AT_A_TIME))
+    .bind(BYTES_AT_A_TIME)
+    .fetch_all(&mut *db)
+    .await?;
+    Ok(rows.into_iter().map(Into::into).collect())
+}
+
+pub async fn block_sha256(db: &SqlitePool, id: Uuid, sequence: u64) -> Outcome<Option<[u8; 32]>> {
+    let digest: Option<Digest> = sqlx::query_scalar(
+        "SELECT b.sha256 FROM stream_blocks b JOIN streams s ON s.seq = b.stream WHERE s.id = ? AND b.sequence = ?",
+    )
+    .bind(id)
+    .bind(signed(sequence))
+    .fetch_optional(db)
+    .await?;
+    Ok(digest.map(|digest| digest.0))
+}
+
+impl Run<SqliteConnection> for InsertBlock {
+    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let InsertBlock { block, nodes, receipt } = self;
+        let (seq, stream) = streams::located(db, block.stream).await?;
+        streams::refuse_finished(&stream)?;
+        if block.sequence != stream.sequence + 1 {
+            return Err(RepositoryError::UnexpectedBlock { expected: stream.sequence + 1 }.into());
+        }
+        answers::refuse_taken(db, receipt.as_ref()).await?;
+        let posted = block.nodes.posted() as u64;
+        let at = time::to_text(block.created_at);
+        sqlx::query(
+            "INSERT INTO stream_blocks (stream, sequence, sha256, count, data, created_at) VALUES (?, ?, ?, ?, ?, ?)",
+        )
+        .bind(seq)
+        .bind(signed(block.sequence))
+        .bind(block.sha256.as_slice())
+        .bind(signed(posted))
+        .bind(nodes.as_slice())
+        .bind(at.as_str())
+        .execute(&mut *db)
+        .await?;
+        sqlx::query(
+            "UPDATE streams SET sequence = ?, node_count = ?, input_sha256 = ?, version = ?, updated_at = ?
+             WHERE seq = ?",
+        )
+        .bind(signed(block.sequence))
+        .bind(signed(stream.node_count + posted))
+        .bind(block.input_sha256.as_slice())
+        .bind(signed(stream.version + 1))
+        .bind(at.as_str())
+        .bind(seq)
+        .execute(&mut *db)
+        .await?;
+        if let Some(state) = &block.state {
+            sqlx::query(
+                "INSERT INTO stream_states (stream, sequence, data) VALUES (?, ?, ?)
+                 ON CONFLICT (stream) DO UPDATE SET sequence = excluded.sequence, data = excluded.data",
+            )
+            .bind(seq)
+            .bind(signed(block.sequence))
+            .bind(state.as_slice())
+            .execute(&mut *db)
+            .await?;
+        }
+        let stored = Stored { number: 0, version: stream.version + 1 };
+        answers::keep(db, receipt.as_ref(), stored, block.created_at).await?;
+        Ok(stored)
+    }
+}

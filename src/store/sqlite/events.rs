@@ -1,0 +1,43 @@
+//! Events of a job, which triggers write.
+
+use sqlx::SqlitePool;
+use uuid::Uuid;
+
+use super::locate::signed;
+use crate::{
+    jobs::{JobEvent, RepositoryError, What},
+    store::shared::{EventRow, Outcome, Whole},
+};
+
+pub async fn events(db: &SqlitePool, job: Uuid, after: u64, limit: u32) -> Outcome<Vec<JobEvent>> {
+    let rows: Vec<EventRow> = sqlx::query_as(
+        "SELECT e.number AS number, e.created_at AS created_at, e.kind AS kind,
+                i.number AS iteration, i.id AS iteration_id,
+                coalesce(f.id, (SELECT id FROM fits WHERE iteration = e.iteration ORDER BY seq LIMIT 1)) AS fit_id,
+                c.position AS choice, c.reason AS choice_reason,
+                d.decision AS decision, d.reason AS decision_reason,
+                e.stream AS stream_id, e.state AS state, e.sequence AS sequence, e.node_count AS node_count
+         FROM jobs j JOIN events e ON e.job = j.seq
+              LEFT JOIN iterations i ON i.seq = e.iteration
+              LEFT JOIN fits f ON f.seq = e.fit
+              LEFT JOIN fit_choices c ON e.kind = 'fit' AND c.iteration = e.iteration AND c.position = e.position
+              LEFT JOIN decisions d ON e.kind = 'decision' AND d.iteration = e.iteration AND d.position = e.position
+         WHERE j.id = ? AND e.number > ? ORDER BY e.number LIMIT ?",
+    )
+    .bind(job)
+    .bind(signed(after))
+    .bind(i64::from(limit))
+    .fetch_all(db)
+    .await?;
+    rows.into_iter().map(JobEvent::try_from).collect()
+}
+
+pub async fn last_event(db: &SqlitePool, job: Uuid) -> Outcome<u64> {
+    let last: Option<Whole<u64>> = sqlx::query_scalar(
+        "SELECT coalesce((SELECT max(number) FROM events WHERE job = j.seq), 0) FROM jobs j WHERE j.id = ?",
+    )
+    .bind(job)
+    .fetch_optional(db)
+    .await?;
+    Ok(last.ok_or(RepositoryError::NotFound(What::Job))?.0)
+}

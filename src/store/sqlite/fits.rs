@@ -1,0 +1,202 @@
+//! Fits of an iteration, and which of them stands.
+
+use futures_util::TryStreamExt as _;
+use sqlx::{FromRow, SqliteConnection, SqlitePool};
+use uuid::Uuid;
+
+use super::{
+    answers,
+    lists::{Counted, in_order},
+    locate::{self, IterationPlace, Keyed, iteration_seq},
+    time,
+};
+use crate::{
+    jobs::{
+        Choice, Cursor, FitRecord, FitSummary, MAX_LISTED, Page, PageRequest, RepositoryError, Stored, TracedFit, What,
+    },
+    store::shared::{ChoiceRow, Choose, FitRow, FitSummaryRow, InsertFit, Outcome, Run, TracedFitRow, figure_columns},
+};
+
+/// The row of the fit that stands, of the iteration that is the statement's first variable.
+macro_rules! chosen_fit {
+    () => {
+        "(SELECT fit FROM fit_choices WHERE iteration = ?1 ORDER BY position DESC LIMIT 1)"
+    };
+}
+
+/// The columns of a [`FitSummaryRow`].
+macro_rules! summary_columns {
+    () => {
+        concat!("id, reason, created_at, seq = ", chosen_fit!(), " AS chosen, ", figure_columns!())
+    };
+}
+
+/// The last fits of an iteration, and how many stand before them.
+pub async fn last(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<FitSummary>, u64)> {
+    let rows: Vec<Counted<FitSummaryRow>> = sqlx::query_as(concat!(
+        "SELECT (SELECT count(*) FROM fits WHERE iteration = ?1) AS total, ",
+        summary_columns!(),
+        " FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
+    ))
+    .bind(iteration)
+    .bind(MAX_LISTED)
+    .fetch_all(db)
+    .await?;
+    Ok(in_order(rows))
+}
+
+/// The last choices of an iteration, and how many stand before them.
+pub async fn last_choices(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<Choice>, u64)> {
+    let rows: Vec<Counted<ChoiceRow>> = sqlx::query_as(
+        "SELECT (SELECT count(*) FROM fit_choices WHERE iteration = ?1) AS total,
+                f.id AS fit_id, c.reason AS reason, c.created_at AS created_at
+         FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = ?1 ORDER BY c.position DESC LIMIT ?2",
+    )
+    .bind(iteration)
+    .bind(MAX_LISTED)
+    .fetch_all(db)
+    .await?;
+    Ok(in_order(rows))
+}
+
+/// The last fits of an iteration with their coefficients, as many as `text` holds the coefficients
+/// of and at least one; and how many stand before them.
+pub async fn last_with_coefficients(
+    db: &mut SqliteConnection,
+    iteration: i64,
+    text: usize,
+) -> Outcome<(Vec<TracedFit>, u64)> {
+    // of an answer, which may be long, only the coefficients leave the database, as they were
+    // answered
+    let mut rows = sqlx::query_as::<_, Counted<TracedFitRow>>(concat!(
+        "SELECT (SELECT count(*) FROM fits WHERE iteration = ?1) AS total, ",
+        summary_columns!(),
+        ", result -> '$.coefficients' AS coefficients FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
+    ))
+    .bind(iteration)
+    .bind(MAX_LISTED)
+    .fetch(db);
+    let (mut fits, mut length) = (Vec::new(), 0);
+    while let Some(fit) = rows.try_next().await? {
+        length += fit.row.coefficients.len();
+        if length > text && !fits.is_empty() {
+            break;
+        }
+        fits.push(fit);
+    }
+    Ok(in_order(fits))
+}
+
+/// Fits in the order in which they were made; one row more than asked for tells whether there is a
+/// next page.
+pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) -> Outcome<Page<FitSummary>> {
+    let mut db = db.begin().await?;
+    let iteration = iteration_seq(&mut db, job, number).await?;
+    let after = page.after.map_or(0, |cursor| locate::signed(cursor.number()));
+    let mut rows: Vec<Keyed<FitSummaryRow>> = sqlx::query_as(concat!(
+        "SELECT seq, ",
+        summary_columns!(),
+        " FROM fits WHERE iteration = ?1 AND seq > ?2 ORDER BY seq LIMIT ?3"
+    ))
+    .bind(iteration)
+    .bind(after)
+    .bind(i64::from(page.limit) + 1)
+    .fetch_all(&mut *db)
+    .await?;
+    let limit = usize::try_from(page.limit).unwrap_or(usize::MAX);
+    let more = rows.len() > limit;
+    rows.truncate(limit);
+    let last = rows.last().filter(|_| more).and_then(|row| u64::try_from(row.seq).ok());
+    let items = rows.into_iter().map(|row| row.row.into()).collect();
+    Ok(Page { items, next: last.map(Cursor::after_number) })
+}
+
+pub async fn fit(db: &SqlitePool, job: Uuid, number: u32, fit: Uuid) -> Outcome<FitRecord> {
+    let mut db = db.begin().await?;
+    let iteration = iteration_seq(&mut db, job, number).await?;
+    let row: Option<FitRow> = sqlx::query_as(concat!(
+        "SELECT id, reason, created_at, seq = ",
+        chosen_fit!(),
+        " AS chosen, spec, result FROM fits WHERE iteration = ?1 AND id = ?2"
+    ))
+    .bind(iteration)
+    .bind(fit)
+    .fetch_optional(&mut *db)
+    .await?;
+    Ok(row.ok_or(RepositoryError::NotFound(What::Fit))?.into())
+}
+
+impl Run<SqliteConnection> for InsertFit {
+    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let InsertFit { job, number, fit, receipt } = self;
+        let IterationPlace { seq, version } = locate::iteration(db, *job, *number).await?;
+        answers::refuse_taken(db, receipt.as_ref()).await?;
+        let figures = &fit.computed.figures;
+        sqlx::query(concat!(
+            "INSERT INTO fits (id, iteration, reason, created_at, ",
+            figure_columns!(),
+            ", spec, result) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        ))
+        .bind(fit.id)
+        .bind(seq)
+        .bind(fit.reason.as_deref())
+        .bind(time::to_text(fit.created_at))
+        .bind(figures.lambda_star)
+        .bind(figures.criterion)
+        .bind(figures.scheme)
+        .bind(figures.count)
+        .bind(figures.condition)
+        .bind(figures.regularized_condition)
+        .bind(figures.bias_norm)
+        .bind(figures.bias_sharp_bound)
+        .bind(figures.rms)
+        .bind(figures.max_abs)
+        .bind(fit.computed.spec.clone())
+        .bind(fit.computed.result.clone())
+        .execute(&mut *db)
+        .await?;
+        let stored = Stored { number: *number, version: version + 1 };
+        answers::keep(db, receipt.as_ref(), stored, fit.created_at).await?;
+        Ok(stored)
+    }
+}
+
+#[derive(FromRow)]
+struct LatestChoice {
+    position: i64,
+    fit: i64,
+    reason: Option<String>,
+}
+
+impl Run<SqliteConnection> for Choose {
+    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let Choose { job, number, choice, precondition } = self;
+        let IterationPlace { seq, version } = locate::iteration(db, *job, *number).await?;
+        precondition.check(version)?;
+        let fit: i64 = sqlx::query_scalar("SELECT seq FROM fits WHERE iteration = ? AND id = ?")
+            .bind(seq)
+            .bind(choice.fit_id)
+            .fetch_optional(&mut *db)
+            .await?
+            .ok_or(RepositoryError::ForeignFit(choice.fit_id))?;
+        let latest: Option<LatestChoice> = sqlx::query_as(
+            "SELECT position, fit, reason FROM fit_choices WHERE iteration = ? ORDER BY position DESC LIMIT 1",
+        )
+        .bind(seq)
+        .fetch_optional(&mut *db)
+        .await?;
+        let same = |latest: &LatestChoice| (latest.fit, &latest.reason) == (fit, &choice.event.reason);
+        if latest.as_ref().is_some_and(same) {
+            return Ok(Stored { number: *number, version });
+        }
+        sqlx::query("INSERT INTO fit_choices (iteration, position, fit, reason, created_at) VALUES (?, ?, ?, ?, ?)")
+            .bind(seq)
+            .bind(latest.map_or(0, |latest| latest.position) + 1)
+            .bind(fit)
+            .bind(choice.event.reason.as_deref())
+            .bind(time::to_text(choice.event.created_at))
+            .execute(db)
+            .await?;
+        Ok(Stored { number: *number, version: version + 1 })
+    }
+}

@@ -1,0 +1,143 @@
+//! Jobs.
+
+use sqlx::{FromRow, SqliteConnection, SqlitePool};
+use uuid::Uuid;
+
+use super::{
+    answers,
+    locate::{Keyed, signed},
+    streams, time,
+};
+use crate::{
+    jobs::{Cursor, Job, JobGear, Page, PageRequest, Receipt, RepositoryError, Stored, What, beyond},
+    store::shared::{DeleteJob, InsertJob, JobRow, Outcome, PatchJob, Run, Tags, Whole, job_columns},
+};
+
+/// A job with its row.
+pub async fn located(db: &mut SqliteConnection, id: Uuid) -> Outcome<(i64, Job)> {
+    let found: Option<Keyed<JobRow>> =
+        sqlx::query_as(concat!("SELECT seq, ", job_columns!(), " FROM jobs WHERE id = ?"))
+            .bind(id)
+            .fetch_optional(db)
+            .await?;
+    let Keyed { seq, row } = found.ok_or(RepositoryError::NotFound(What::Job))?;
+    Ok((seq, row.into()))
+}
+
+pub async fn job(db: &SqlitePool, id: Uuid) -> Outcome<Job> {
+    let mut db = db.acquire().await?;
+    Ok(located(&mut db, id).await?.1)
+}
+
+/// Newest first; one row more than asked for tells whether there is a next page.
+pub async fn jobs(db: &SqlitePool, page: PageRequest) -> Outcome<Page<Job>> {
+    let after = page.after.map_or([0xff; 16].to_vec(), |Cursor(id)| id.as_bytes().to_vec());
+    let rows: Vec<JobRow> =
+        sqlx::query_as(concat!("SELECT ", job_columns!(), " FROM jobs WHERE id < ? ORDER BY id DESC LIMIT ?"))
+            .bind(after)
+            .bind(i64::from(page.limit) + 1)
+            .fetch_all(db)
+            .await?;
+    Ok(Page::of(rows.into_iter().map(Job::from).collect(), page.limit, |job| job.id))
+}
+
+pub async fn insert(db: &mut SqliteConnection, job: &Job, receipt: Option<&Receipt>) -> Outcome<Stored> {
+    answers::refuse_taken(db, receipt).await?;
+    sqlx::query(
+        "INSERT INTO jobs (id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+    )
+    .bind(job.id)
+    .bind(job.name.as_str())
+    .bind(job.part_number.as_deref())
+    .bind(job.serial_number.as_deref())
+    .bind(job.machine.as_deref())
+    .bind(job.gear.as_deref())
+    .bind(Tags::write(&job.tags))
+    .bind(signed(job.version))
+    .bind(time::to_text(job.created_at))
+    .bind(time::to_text(job.updated_at))
+    .execute(&mut *db)
+    .await?;
+    let stored = Stored { number: 0, version: job.version };
+    answers::keep(db, receipt, stored, job.created_at).await?;
+    Ok(stored)
+}
+
+impl Run<SqliteConnection> for InsertJob {
+    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
+        insert(db, &self.job, self.receipt.as_ref()).await
+    }
+}
+
+impl Run<SqliteConnection> for PatchJob {
+    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Job> {
+        let (seq, before) = located(db, self.id).await?;
+        self.precondition.check(before.version)?;
+        let after = before.patched(self.patch.clone(), self.now);
+        if after.gear != before.gear {
+            refuse_fewer_teeth(db, seq, after.gear.as_ref()).await?;
+        }
+        if after.version != before.version {
+            sqlx::query(
+                "UPDATE jobs SET name = ?, part_number = ?, serial_number = ?, machine = ?, gear = ?, tags = ?,
+                 version = ?, updated_at = ? WHERE seq = ?",
+            )
+            .bind(after.name.as_str())
+            .bind(after.part_number.as_deref())
+            .bind(after.serial_number.as_deref())
+            .bind(after.machine.as_deref())
+            .bind(after.gear.as_deref())
+            .bind(Tags::write(&after.tags))
+            .bind(signed(after.version))
+            .bind(time::to_text(after.updated_at))
+            .bind(seq)
+            .execute(&mut *db)
+            .await?;
+        }
+        Ok(after)
+    }
+}
+
+/// A tooth that was measured, by an iteration or by a stream that may become one.
+#[derive(FromRow)]
+struct MeasuredTooth {
+    tooth: String,
+    iteration: Option<Whole<u32>>,
+}
+
+/// Refuses a gear without a tooth that the job's iterations, or streams that may become some, are
+/// of.
+async fn refuse_fewer_teeth(db: &mut SqliteConnection, job: i64, gear: Option<&JobGear>) -> Outcome<()> {
+    let Some(teeth) = gear.and_then(JobGear::teeth) else { return Ok(()) };
+    let measured: Vec<MeasuredTooth> = sqlx::query_as(
+        "SELECT tooth, min(number) AS iteration FROM iterations WHERE job = ?1 AND tooth IS NOT NULL GROUP BY tooth
+         UNION ALL
+         SELECT DISTINCT tooth, NULL FROM streams WHERE job = ?1 AND tooth IS NOT NULL AND iteration IS NULL",
+    )
+    .bind(job)
+    .fetch_all(db)
+    .await?;
+    match measured.into_iter().find(|measured| beyond(&measured.tooth, teeth)) {
+        None => Ok(()),
+        Some(MeasuredTooth { tooth, iteration }) => {
+            let iteration = iteration.map(|number| number.0);
+            Err(RepositoryError::ToothMeasured { tooth, teeth, iteration }.into())
+        }
+    }
+}
+
+impl Run<SqliteConnection> for DeleteJob {
+    async fn run(&self, db: &mut SqliteConnection) -> Outcome<()> {
+        let (seq, job) = located(db, self.id).await?;
+        self.precondition.check(job.version)?;
+        let iterations: Whole<u64> =
+            sqlx::query_scalar("SELECT count(*) FROM iterations WHERE job = ?").bind(seq).fetch_one(&mut *db).await?;
+        if iterations.0 > 0 {
+            return Err(RepositoryError::HasIterations(iterations.0).into());
+        }
+        streams::release_job(db, seq).await?;
+        sqlx::query("DELETE FROM jobs WHERE seq = ?").bind(seq).execute(db).await?;
+        Ok(())
+    }
+}

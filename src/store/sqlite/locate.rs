@@ -1,0 +1,77 @@
+//! Where jobs and iterations are: the rows of SQLite's own keys.
+
+use sqlx::{FromRow, SqliteConnection};
+use uuid::Uuid;
+
+use crate::{
+    jobs::{RepositoryError, What},
+    store::shared::{Outcome, StoreError, Whole},
+};
+
+/// A row with the key that SQLite gave it.
+#[derive(FromRow)]
+pub struct Keyed<T> {
+    pub seq: i64,
+    #[sqlx(flatten)]
+    pub row: T,
+}
+
+/// The row of an iteration.
+pub async fn iteration_seq(db: &mut SqliteConnection, job: Uuid, number: u32) -> Outcome<i64> {
+    let seq = sqlx::query_scalar(
+        "SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = ?",
+    )
+    .bind(job)
+    .bind(number)
+    .fetch_optional(&mut *db)
+    .await?;
+    match seq {
+        Some(seq) => Ok(seq),
+        None => Err(which_is_missing(db, job).await),
+    }
+}
+
+/// Whether the job or only its iteration does not exist.
+pub async fn which_is_missing(db: &mut SqliteConnection, job: Uuid) -> StoreError {
+    match sqlx::query("SELECT 1 FROM jobs WHERE id = ?").bind(job).fetch_optional(db).await {
+        Ok(Some(_)) => RepositoryError::NotFound(What::Iteration).into(),
+        Ok(None) => RepositoryError::NotFound(What::Job).into(),
+        Err(error) => error.into(),
+    }
+}
+
+/// The row of an iteration, and its version.
+pub struct IterationPlace {
+    pub seq: i64,
+    pub version: u64,
+}
+
+#[derive(FromRow)]
+struct IterationPlaceRow {
+    /// Of a job that has no iteration of this number there is none.
+    seq: Option<i64>,
+    version: Whole<i64>,
+}
+
+pub async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Outcome<IterationPlace> {
+    let row: IterationPlaceRow = sqlx::query_as(
+        "SELECT i.seq AS seq,
+                (SELECT count(*) FROM fits WHERE iteration = i.seq)
+                + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
+                + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1 AS version
+         FROM jobs j LEFT JOIN iterations i ON i.job = j.seq AND i.number = ? WHERE j.id = ?",
+    )
+    .bind(number)
+    .bind(job)
+    .fetch_optional(&mut *db)
+    .await?
+    .ok_or(RepositoryError::NotFound(What::Job))?;
+    let seq = row.seq.ok_or(RepositoryError::NotFound(What::Iteration))?;
+    // an iteration has a fit and a choice
+    Ok(IterationPlace { seq, version: u64::try_from(row.version.0).unwrap_or_default() })
+}
+
+/// SQLite's integers are signed; versions and counts are far below 2⁶³.
+pub fn signed(value: u64) -> i64 {
+    i64::try_from(value).unwrap_or(i64::MAX)
+}

@@ -1,0 +1,76 @@
+//! The trace of a job.
+
+use sqlx::{SqliteConnection, SqlitePool};
+use uuid::Uuid;
+
+use super::{
+    fits, jobs,
+    lists::{Counted, in_order},
+    locate::{self, Keyed},
+    records,
+};
+use crate::{
+    jobs::{Cursor, Earlier, MAX_LISTED, PageRequest, Ruling, Trace, TracedIteration},
+    store::shared::{Outcome, RulingRow, TracedIterationRow},
+};
+
+/// Text of coefficients on a page of the trace, beyond the first iteration.
+const MOST_TEXT: usize = 4 << 20;
+
+/// Iterations by number, each with four ordered lists: its fits, choices, rulings and records as
+/// they were made.
+pub async fn trace(db: &SqlitePool, id: Uuid, page: PageRequest) -> Outcome<Trace> {
+    let mut db = db.begin().await?;
+    let (seq, job) = jobs::located(&mut db, id).await?;
+    let after = page.after.map_or(0, |cursor| locate::signed(cursor.number()));
+    let rows: Vec<Keyed<TracedIterationRow>> = sqlx::query_as(
+        "SELECT seq, id, number, measured_at, created_at, flank, tooth, axes FROM iterations
+         WHERE job = ? AND number > ? ORDER BY number LIMIT ?",
+    )
+    .bind(seq)
+    .bind(after)
+    .bind(i64::from(page.limit) + 1)
+    .fetch_all(&mut *db)
+    .await?;
+    let (mut iterations, mut text) = (Vec::new(), 0);
+    let mut next = None;
+    for row in rows {
+        let last: Option<&TracedIteration> = iterations.last();
+        if let Some(last) = last.filter(|_| iterations.len() == page.limit as usize || text >= MOST_TEXT) {
+            next = Some(Cursor::after_number(last.number.into()));
+            break;
+        }
+        let iteration = iteration(&mut db, row, MOST_TEXT.saturating_sub(text)).await?;
+        text += iteration.fits.iter().map(|fit| fit.coefficients.len()).sum::<usize>();
+        iterations.push(iteration);
+    }
+    Ok(Trace { job, iterations, next })
+}
+
+/// `text` is what is left of the page for coefficients.
+async fn iteration(
+    db: &mut SqliteConnection,
+    Keyed { seq, row }: Keyed<TracedIterationRow>,
+    text: usize,
+) -> Outcome<TracedIteration> {
+    let (fits, earlier_fits) = fits::last_with_coefficients(db, seq, text).await?;
+    let (choices, earlier_choices) = fits::last_choices(db, seq).await?;
+    let (rulings, earlier_rulings) = last_rulings(db, seq).await?;
+    let (records, earlier_records) = records::last(db, seq).await?;
+    let earlier =
+        Earlier { fits: earlier_fits, choices: earlier_choices, rulings: earlier_rulings, records: earlier_records };
+    Ok(TracedIteration { fits, choices, rulings, records, earlier, ..row.into() })
+}
+
+/// The last rulings on an iteration, and how many stand before them.
+async fn last_rulings(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<Ruling>, u64)> {
+    let rows: Vec<Counted<RulingRow>> = sqlx::query_as(
+        "SELECT decision, reason, created_at, (SELECT count(*) FROM decisions WHERE iteration = ?1) AS total
+         FROM decisions WHERE iteration = ?1 ORDER BY position DESC LIMIT ?2",
+    )
+    .bind(iteration)
+    .bind(MAX_LISTED)
+    .fetch_all(db)
+    .await?;
+    Ok(in_order(rows))
+}

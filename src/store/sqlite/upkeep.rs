@@ -1,0 +1,24 @@
+//! Whether the database answers, and whether it can be written.
+
+use sqlx::{SqliteConnection, SqlitePool};
+
+use super::time;
+use crate::store::shared::{Outcome, Probe, Run};
+
+pub async fn ping(db: &SqlitePool) -> Outcome<()> {
+    let _tables: i64 = sqlx::query_scalar("SELECT count(*) FROM sqlite_schema").fetch_one(db).await?;
+    Ok(())
+}
+
+impl Run<SqliteConnection> for Probe {
+    async fn run(&self, db: &mut SqliteConnection) -> Outcome<()> {
+        sqlx::query(
+            "INSERT INTO probe (id, checked_at) VALUES (1, ?) ON CONFLICT (id) DO UPDATE SET checked_at = \
+             excluded.checked_at",
+        )
+        .bind(time::to_text(self.now))
+        .execute(db)
+        .await?;
+        Ok(())
+    }
+}
