@@ -4,9 +4,9 @@
 //! order, number spelling or explicit defaults. The form is the concatenation of
 //!
 //! 1. `flankfit-input-v1\n`;
-//! 2. the nodes in the binary form of [`crate::jobs::nodes_codec`] (which has lengths before everything),
-//!    in which every −0 is +0, every NaN is the one with bits `0x7ff8000000000000`, an all-ones
-//!    weight or all-true mask stands as posted;
+//! 2. the nodes in the binary form of [`crate::jobs::nodes_codec`] (which has lengths before
+//!    everything), in which every −0 is +0, every NaN is the one with bits `0x7ff8000000000000`, an
+//!    all-ones weight or all-true mask stands as posted;
 //! 3. the spec as the JSON text of [`super::spec::json::to_json`]: every default filled in, keys
 //!    in the contract's order, no white space, numbers in their shortest form, −0 as 0; without
 //!    `include`, which adds to the answer and changes nothing of it.
