@@ -1,5 +1,7 @@
 //! The program: see `flankfit --help`.
 
+mod processor;
+
 use std::{
     ffi::{c_int, c_long},
     process::ExitCode,
@@ -11,6 +13,21 @@ use std::{
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
+    let missing = processor::missing();
+    if !missing.is_empty() {
+        let missing = missing.join(", ");
+        eprintln!("flankfit: this program is built for x86-64-v3 processors; this one lacks {missing}");
+        return ExitCode::from(WRONG_PROCESSOR);
+    }
+    run()
+}
+
+/// The program is built for other processors (`EX_CONFIG` of sysexits.h).
+const WRONG_PROCESSOR: u8 = 78;
+
+/// Apart from `main`, so that nothing of it runs before the processor has been asked.
+#[inline(never)]
+fn run() -> ExitCode {
     give_back_freed_memory();
     flankfit::cli::main()
 }
