@@ -16,6 +16,7 @@ pub mod banded;
 pub mod cancel;
 pub mod condition;
 pub mod dd;
+mod dispatch;
 pub mod fisher;
 pub mod givens;
 mod inverse;
@@ -31,6 +32,8 @@ pub mod sums;
 pub mod triangular;
 mod vector;
 pub mod wide;
+
+pub(crate) use dispatch::with_fma;
 
 pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;

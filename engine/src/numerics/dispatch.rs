@@ -1,0 +1,69 @@
+//! Kernels compiled twice where the target may lack fused multiply-add.
+//!
+//! Everything here rests on `a · b + c` rounded once ([`f64::mul_add`]). A build for x86-64 without
+//! flags has no instruction for it and calls the C library for each, by which loops over columns
+//! get many times slower. The functions made by `with_fma!` are compiled a second time for
+//! processors with AVX2 and FMA (Intel since 2013, AMD since 2015), and ask once in a call which of
+//! both runs. The operations and their order are the same, and so are the results, bit by bit. Where
+//! the whole build may use the instructions, nothing is asked and nothing is compiled twice.
+
+/// Whether this processor has the instructions that the second version is compiled for.
+#[cfg(all(target_arch = "x86_64", not(all(target_feature = "avx2", target_feature = "fma"))))]
+#[inline(always)]
+pub(crate) fn has_fma() -> bool {
+    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+}
+
+/// Functions whose inner loops are multiplications with addition. Arguments are plain names.
+macro_rules! with_fma {
+    ($(
+        $(#[$attribute:meta])*
+        $visible:vis fn $name:ident $(<$($generic:ident: $bound:path),+>)?
+            ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block
+    )+) => {$(
+        $(#[$attribute])*
+        #[inline(always)]
+        $visible fn $name $(<$($generic: $bound),+>)? ($($argument: $type),*) $(-> $result)? {
+            #[inline(always)]
+            fn plain $(<$($generic: $bound),+>)? ($($argument: $type),*) $(-> $result)? $body
+
+            #[cfg(all(target_arch = "x86_64", not(all(target_feature = "avx2", target_feature = "fma"))))]
+            if $crate::numerics::dispatch::has_fma() {
+                #[target_feature(enable = "avx2,fma")]
+                fn fused $(<$($generic: $bound),+>)? ($($argument: $type),*) $(-> $result)? {
+                    plain $(::<$($generic),+>)? ($($argument),*)
+                }
+                #[expect(unsafe_code, reason = "the version for processors with FMA runs on those alone")]
+                // SAFETY: the processor has been asked for the instructions.
+                return unsafe { fused $(::<$($generic),+>)? ($($argument),*) };
+            }
+            plain $(::<$($generic),+>)? ($($argument),*)
+        }
+    )+};
+}
+
+pub(crate) use with_fma;
+
+#[cfg(test)]
+mod tests {
+    with_fma! {
+        /// Σ x y, rounded once for each term.
+        fn chain(x: &[f64], y: &[f64]) -> f64 {
+            x.iter().zip(y).fold(0.0, |sum: f64, (x, y)| x.mul_add(*y, sum))
+        }
+    }
+
+    /// Sums whose bits tell whether each term was rounded once.
+    #[test]
+    fn every_version_rounds_once() {
+        let x: Vec<f64> = (0..100).map(|i| 1.0 + f64::from(i) * 1e-9).collect();
+        let y: Vec<f64> = x.iter().rev().map(|x| -x).collect();
+        let (mut sum, mut twice) = (0.0f64, 0.0);
+        for (x, y) in x.iter().zip(&y) {
+            sum = x.mul_add(*y, sum);
+            twice += x * y;
+        }
+        assert_eq!(chain(&x, &y).to_bits(), sum.to_bits());
+        assert_ne!(sum.to_bits(), f64::to_bits(twice));
+    }
+}
