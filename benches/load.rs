@@ -16,10 +16,10 @@ pub struct Server {
 }
 
 impl Server {
-    /// With an empty database of that name.
-    pub fn start(name: &str) -> Self {
-        let database = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder for the database");
-        let database_url = format!("sqlite://{}", database.path().join(name).with_extension("db").display());
+    /// With an empty database on the disk that `folder` lies on.
+    pub fn start(folder: &str) -> Self {
+        let database = tempfile::tempdir_in(folder).expect("a folder for the database");
+        let database_url = format!("sqlite://{}", database.path().join("bench.db").display());
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().expect("threads can be made");
         let settings =
             ServeSettings { bind: SocketAddr::from(([127, 0, 0, 1], 0)), database_url, ..ServeSettings::default() };

@@ -14,7 +14,7 @@ use flankfit_engine::{
 };
 
 #[expect(dead_code, reason = "the tests' writer has more shapes than a benchmark needs")]
-#[path = "../../tests/formats/klingelnberg_file.rs"]
+#[path = "../../engine/tests/formats/klingelnberg_file.rs"]
 mod klingelnberg_file;
 
 use klingelnberg_file::{Lines, Style, Trace};

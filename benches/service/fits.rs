@@ -3,7 +3,7 @@
 use divan::{Bencher, counter::ItemsCount};
 use serde_json::{Value, json};
 
-use super::load::{self, Press, Server, post};
+use load::{Press, Server, post};
 
 const CONNECTIONS: usize = 8;
 /// Requests of a round, so many that its beginning and end do not count.
@@ -23,7 +23,7 @@ fn scattered_nodes(bencher: Bencher, (nu, nv): (usize, usize)) {
 }
 
 fn rounds(bencher: Bencher, body: &Value) {
-    let server = Server::start("fits");
+    let server = Server::start(env!("CARGO_TARGET_TMPDIR"));
     let request = post("/v1/fits", &body.to_string());
     let (status, answer) = load::once(server.address, &request);
     assert_eq!(status, 200, "{}", String::from_utf8_lossy(&answer));

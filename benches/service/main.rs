@@ -3,7 +3,6 @@
 //! the same cores.
 
 mod fits;
-mod load;
 mod store;
 
 /// The one of the program.

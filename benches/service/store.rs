@@ -4,7 +4,7 @@
 use divan::{Bencher, counter::ItemsCount};
 use serde_json::Value;
 
-use super::load::{self, Press, Server, post};
+use load::{Press, Server, post};
 
 /// 20 nodes, degree (2,2).
 const ITERATION: &str = include_str!("../../examples/requests/iteration.json");
@@ -25,7 +25,7 @@ fn iterations_of_135_nodes(bencher: Bencher, connections: usize) {
 }
 
 fn rounds(bencher: Bencher, body: &str, connections: usize) {
-    let server = Server::start("store");
+    let server = Server::start(env!("CARGO_TARGET_TMPDIR"));
     let (status, job) = load::once(server.address, &post("/v1/jobs", r#"{"name":"bench"}"#));
     assert_eq!(status, 201, "{}", String::from_utf8_lossy(&job));
     let job: Value = serde_json::from_slice(&job).expect("a job is JSON");

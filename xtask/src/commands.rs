@@ -58,7 +58,7 @@ fn bench(arguments: &[String]) -> Outcome {
         Some((first, rest)) if first == "service" => ("service", rest),
         _ => ("engine", arguments),
     };
-    run(cargo().args(["bench", "--locked", "--workspace", "--bench", bench, "--"]).args(arguments))
+    run(cargo().args(["bench", "--locked", "-p", "flankfit-benches", "--bench", bench, "--"]).args(arguments))
 }
 
 fn fuzz(arguments: &[String]) -> Outcome {
