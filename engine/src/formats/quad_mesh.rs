@@ -12,7 +12,7 @@ use super::{
 use crate::{
     geometry::{
         space::Vector,
-        surface::{Surface, differential::Local},
+        surface::{LocalGeometry, Surface},
     },
     numerics::cancel::Asking,
 };
@@ -98,7 +98,7 @@ impl Apart {
             sampling::check(&us, &vs)?;
             apart.sizes.push([us.len(), vs.len()]);
             for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))).asking(1000) {
-                let Local { point, normal, .. } = Local::at(*surface, u, v);
+                let LocalGeometry { point, normal, .. } = LocalGeometry::at(*surface, u, v);
                 if !point.iter().all(|x| x.is_finite()) {
                     return Err(ExportFault::NoPlace { at: [u, v] });
                 }

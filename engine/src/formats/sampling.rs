@@ -6,7 +6,7 @@ use super::fault::ExportFault;
 use crate::geometry::{
     curve::Curve,
     space::Vector,
-    surface::{Surface, differential::Local},
+    surface::{LocalGeometry, Surface},
 };
 use crate::numerics::cancel::{self, Asking};
 
@@ -41,7 +41,7 @@ impl SurfaceSample {
             curvatures: Vec::with_capacity(wanted),
         };
         for (u, v) in us.iter().flat_map(|u| vs.iter().map(move |v| (*u, *v))).asking(1000) {
-            let Local { point, normal, differential } = Local::at(surface, u, v);
+            let LocalGeometry { point, normal, differential } = LocalGeometry::at(surface, u, v);
             if !point.iter().all(|x| x.is_finite()) {
                 return Err(ExportFault::NoPlace { at: [u, v] });
             }

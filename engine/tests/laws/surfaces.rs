@@ -6,9 +6,8 @@ use flankfit_engine::geometry::{
     curve::{BSplineCurve, Curve, CurveShape},
     space::{Dimension, Vector},
     surface::{
-        BSplineSurface, BezierSurface, Border, Boundaries, CoonsPatch, Differential, GregoryPatch, Local, Surface,
-        boundaries::BoundaryFault, coons::Twists, differential::normal, gregory::GregoryNet,
-        triangle::degenerate_borders,
+        BSplineSurface, BezierSurface, Border, Boundaries, CoonsPatch, Differential, GregoryPatch, LocalGeometry,
+        Surface, boundaries::BoundaryFault, coons::Twists, gregory::GregoryNet, normal, triangle::degenerate_borders,
     },
 };
 use proptest::prelude::*;
@@ -262,7 +261,7 @@ fn the_tip_of_a_triangle_has_its_limits() {
     // the tip of a cone has a normal along each line, and no curvature that is finite
     let cone = revolved(&[[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]);
     assert!(Differential::at(&cone, 0.5, 1.0).is_none());
-    let local = Local::at(&cone, 0.5, 1.0);
+    let local = LocalGeometry::at(&cone, 0.5, 1.0);
     assert!(local.differential.is_none() && local.normal == normal(&cone, 0.5, 1.0) && local.normal.is_some());
     let tilt = (cone.value(0.5, 0.0) + Vector::z()).normalize();
     assert!((normal(&cone, 0.5, 1.0).unwrap() - tilt).norm() < 1e-12);

@@ -16,7 +16,7 @@ use crate::api::{
 };
 use flankfit_engine::{
     fault::words::counted,
-    geometry::surface::{Evaluator, Local, Surface, SurfaceJet, SurfaceShape, area},
+    geometry::surface::{Evaluator, LocalGeometry, Surface, SurfaceJet, SurfaceShape, area},
     numerics::cancel::Asking,
 };
 
@@ -101,7 +101,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         }
         for (index, (jet, (u, v))) in places.jets(&evaluator).into_iter().zip(places.pairs()).enumerate().asking(200) {
             let place = jet.placed(surface.dimension(), u, v);
-            geometry.add(index, &Local::of(&surface, &place, u, v));
+            geometry.add(index, &LocalGeometry::of(&surface, &place, u, v));
             let all = [jet.value, jet.u, jet.v, jet.uu, jet.uv, jet.vv];
             for (list, value) in lists.iter_mut().zip(all).take([1, 3, 6][derivatives]) {
                 list.extend_from_slice(&value.as_slice()[..width]);
@@ -192,7 +192,7 @@ impl Default for Geometry {
 }
 
 impl Geometry {
-    fn add(&mut self, index: usize, local: &Local) {
+    fn add(&mut self, index: usize, local: &LocalGeometry) {
         self.has_normals &= local.normal.is_some();
         self.normals.extend(local.normal.iter().flatten());
         let Some(told) = &local.differential else {

@@ -25,10 +25,7 @@ use std::f64::consts::PI;
 
 use super::Polar;
 use crate::geometry::{
-    curve::{
-        Curve,
-        cubic_spline::{Ends, cubic_spline},
-    },
+    curve::{Curve, Ends, cubic_spline},
     space::{Dimension, Vector},
 };
 use crate::numerics::cancel::Asking;

@@ -12,11 +12,11 @@ use nalgebra::DMatrix;
 
 use super::{
     barycentric::order_of_leja,
-    construct::{Method, Nodes},
+    figure::Absence,
     interpolate::{Collocation, chosen_knots},
+    method::{Method, Nodes},
     newton::Newton,
     spline_system::SlopeMatrix,
-    stability::Absence,
 };
 use crate::geometry::space::Vector;
 use crate::numerics::{Dd, cancel, condition::largest_singular_value};

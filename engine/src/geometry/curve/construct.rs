@@ -2,40 +2,10 @@
 //! said of its stability.
 
 use super::{
-    Curve, CurveFault, CurveShape, Ends, KnotChoice, Parametrization, Part, Polynomial, Tangents, cubic_hermite,
-    cubic_spline, interpolate,
+    Curve, CurveFault, CurveShape,
+    method::{Method, Nodes, Points, nodes, shape},
     stability::{Stability, stability},
 };
-use crate::geometry::space::{Dimension, Vector};
-
-/// What the curve has to pass through.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Points {
-    /// (x, y(x)): as many y as x. Polynomials take the x in any order, everything else ascending;
-    /// no order is ever changed.
-    Graph { x: Vec<f64>, y: Vec<f64> },
-    /// Points of plane or space, in the order in which the curve passes them.
-    Space { points: Vec<Vector>, dimension: Dimension, parametrization: Parametrization },
-}
-
-/// How the curve is made. Derivatives are by x for a graph, by the parameter (0 to 1) for points of
-/// plane or space.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Method {
-    /// One polynomial in the barycentric form (Eqs. 1 and 2).
-    Lagrange,
-    /// The same polynomial by divided differences.
-    Newton,
-    /// One polynomial that has also given derivatives: at node i those of order 1, 2, … in
-    /// `derivatives[i]` (Eqs. 3 and 4).
-    Hermite { derivatives: Vec<Vec<Vector>> },
-    /// Cubics between the nodes with common tangents (Eq. 5).
-    CubicHermite(Tangents),
-    /// Cubics with continuous second derivative.
-    CubicSpline(Ends),
-    /// A B-spline of a degree from 1 (Eqs. 6 to 8).
-    BSpline { degree: usize, knots: KnotChoice },
-}
 
 /// A curve through points.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,13 +15,6 @@ pub struct Constructed {
     pub parameters: Vec<f64>,
     /// How far the curve can be trusted between the points.
     pub stability: Stability,
-}
-
-/// Points as the methods take them: parameters and values.
-pub(super) struct Nodes {
-    pub dimension: Dimension,
-    pub parameters: Vec<f64>,
-    pub values: Vec<Vector>,
 }
 
 /// The curve through the points, with its stability.
@@ -109,54 +72,10 @@ pub fn shape_through(points: &Points, method: &Method) -> Result<(CurveShape, Ve
     Ok((shape, nodes.parameters))
 }
 
-fn nodes(points: &Points) -> Result<Nodes, CurveFault> {
-    match points {
-        Points::Graph { x, y } => {
-            if x.len() != y.len() {
-                return Err(CurveFault::Count { part: Part::Y, given: y.len(), wanted: x.len() });
-            }
-            let values = y.iter().map(|y| Vector::new(*y, 0.0, 0.0)).collect();
-            Ok(Nodes { dimension: Dimension::Graph, parameters: x.clone(), values })
-        }
-        Points::Space { points, dimension, parametrization } => {
-            let parameters = parametrization.parameters(points)?;
-            Ok(Nodes { dimension: *dimension, parameters, values: points.clone() })
-        }
-    }
-}
-
-pub(super) fn shape(nodes: &Nodes, method: &Method) -> Result<CurveShape, CurveFault> {
-    let Nodes { dimension, parameters, values } = nodes;
-    let dimension = *dimension;
-    Ok(match method {
-        Method::Lagrange => {
-            CurveShape::Polynomial(Polynomial::lagrange(dimension, parameters.clone(), values.clone())?)
-        }
-        Method::Newton => CurveShape::Polynomial(Polynomial::newton(dimension, parameters, values)?),
-        Method::Hermite { derivatives } => {
-            if derivatives.len() != values.len() {
-                let (given, wanted) = (derivatives.len(), values.len());
-                return Err(CurveFault::Count { part: Part::Derivatives, given, wanted });
-            }
-            let with_value = |(v, d): (&Vector, &Vec<Vector>)| [std::slice::from_ref(v), d.as_slice()].concat();
-            let data: Vec<Vec<Vector>> = values.iter().zip(derivatives).map(with_value).collect();
-            CurveShape::Polynomial(Polynomial::hermite(dimension, parameters, &data)?)
-        }
-        Method::CubicHermite(tangents) => {
-            CurveShape::PiecewisePolynomial(cubic_hermite(dimension, parameters, values, tangents)?)
-        }
-        Method::CubicSpline(ends) => {
-            CurveShape::PiecewisePolynomial(cubic_spline(dimension, parameters, values, ends)?)
-        }
-        Method::BSpline { degree, knots } => {
-            CurveShape::BSpline(interpolate(dimension, parameters, values, *degree, knots)?)
-        }
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::curve::{Ends, KnotChoice, Part, Tangents};
 
     /// Abscissae whose differences have no digits left: an error of 2 was told of this spline, and
     /// no fault.

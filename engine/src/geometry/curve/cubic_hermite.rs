@@ -10,42 +10,10 @@ use super::{
     fault::{CurveFault, Part, check_ascending, check_points},
     piecewise::PiecewisePolynomial,
     polynomial::values_part,
-    tangents::slopes,
+    tangents::{Tangents, secants, slopes},
 };
 use crate::geometry::space::{Dimension, Vector};
 use crate::numerics::Dd;
-
-/// Where the tangents at the nodes come from.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Tangents {
-    /// One derivative by the parameter per node.
-    Given(Vec<Vector>),
-    /// The mean of the two secants at a node; the one secant at an end.
-    FiniteDifference,
-    /// The secant between the two neighbours of a node; the one secant at an end.
-    CatmullRom,
-    /// The slope of the parabola through a node and its neighbours (Bessel); at an end of the
-    /// parabola through the last three.
-    Parabola,
-    /// Never an overshoot: 0 at local extremes of the data, else the weighted harmonic mean of the
-    /// secants (Fritsch and Butland 1984), which lies in the region of Fritsch and Carlson; at the
-    /// ends three points with their limiter.
-    Monotone,
-    /// Akima (1970): the mean of the secants, each weighted by how straight the data run on the
-    /// other side; two secants more at each end by extrapolation.
-    Akima,
-    /// The same with weights that also count the size of the secants, so that flat runs stay flat
-    /// without a jump of the rule.
-    ModifiedAkima,
-}
-
-impl Tangents {
-    /// Whether the curve is linear in the values, so that errors of measurement are amplified by a
-    /// fixed factor.
-    pub fn is_linear(&self) -> bool {
-        !matches!(self, Tangents::Monotone | Tangents::Akima | Tangents::ModifiedAkima)
-    }
-}
 
 /// The curve through `values` at the ascending `nodes`, at least two.
 ///
@@ -93,15 +61,6 @@ pub(super) fn check(dimension: Dimension, nodes: &[f64], values: &[Vector]) -> R
     }
     check_ascending(Part::X, nodes)?;
     check_points(part, values)
-}
-
-/// The secants between neighbouring nodes, coordinate by coordinate.
-pub(super) fn secants(nodes: &[f64], values: &[Vector]) -> Vec<[Dd; 3]> {
-    let secant = |i: usize| {
-        let width = Dd::diff(nodes[i + 1], nodes[i]);
-        [0, 1, 2].map(|k| Dd::diff(values[i + 1][k], values[i][k]) / width)
-    };
-    (0..nodes.len() - 1).map(secant).collect()
 }
 
 /// The cubics with these values and slopes at the nodes.

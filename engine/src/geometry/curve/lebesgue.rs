@@ -8,11 +8,11 @@
 use super::{
     BSplineCurve, Curve, CurveFault, CurveShape, Polynomial,
     barycentric::Barycentric,
-    construct::{Method, Nodes, shape},
-    cubic_hermite::Tangents,
+    figure::{Absence, ascending},
     interpolate::{Collocation, chosen_knots},
+    method::{Method, Nodes, shape},
     polynomial::Form,
-    stability::{Absence, ascending},
+    tangents::Tangents,
 };
 use crate::geometry::space::{Dimension, Vector};
 use crate::numerics::cancel;

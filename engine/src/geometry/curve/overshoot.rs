@@ -5,7 +5,7 @@
 //! derivative changes sign; that is looked for in `SAMPLES` parts of every smooth piece and then
 //! bisected, so that an extreme is found to rounding.
 
-use super::{Curve, CurveShape, stability::ascending};
+use super::{Curve, CurveShape, figure::ascending};
 use crate::geometry::space::Vector;
 
 /// Parts of a smooth piece between two nodes in which a change of sign is looked for.

@@ -5,7 +5,7 @@
 //! diagonal. The rows of the ends depend on [`Ends`]. Of a periodic spline the slope at node 0
 //! stands apart, as a border around a band.
 
-use super::cubic_spline::{End, Ends};
+use super::ends::{End, Ends};
 use crate::numerics::{Banded, BandedLu, Dd, cancel::Asking};
 
 pub(super) type Slopes = Vec<[Dd; 3]>;

@@ -11,8 +11,9 @@
 use super::{
     Curve, CurveShape,
     condition::condition,
-    construct::{Method, Nodes},
+    figure::Absence,
     lebesgue::{Lebesgue, lebesgue},
+    method::{Method, Nodes},
     overshoot::{Overshoot, overshoot},
 };
 
@@ -30,19 +31,6 @@ pub struct Stability {
     pub interpolation_error: f64,
 }
 
-/// Why a figure does not exist.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Absence {
-    #[error("the rule of the tangents is not linear in the values, so that no constant bounds the amplification")]
-    NotLinear,
-    #[error("the curve is made piece by piece; no equations are solved")]
-    NoEquations,
-    #[error("{nodes} conditions are more than the {most} for which the figure is computed")]
-    TooMany { nodes: usize, most: usize },
-    #[error("the figure is beyond the range of a double")]
-    NotFinite,
-}
-
 pub(super) fn stability(nodes: &Nodes, method: &Method, shape: &CurveShape) -> Stability {
     let misses = nodes.parameters.iter().zip(&nodes.values).map(|(t, v)| (shape.value(*t) - v).amax());
     Stability {
@@ -51,13 +39,6 @@ pub(super) fn stability(nodes: &Nodes, method: &Method, shape: &CurveShape) -> S
         condition: condition(nodes, method),
         interpolation_error: misses.fold(0.0, f64::max),
     }
-}
-
-/// Indices of the parameters in ascending order.
-pub(super) fn ascending(parameters: &[f64]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..parameters.len()).collect();
-    order.sort_by(|a, b| parameters[*a].total_cmp(&parameters[*b]));
-    order
 }
 
 #[cfg(test)]

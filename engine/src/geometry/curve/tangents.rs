@@ -3,13 +3,53 @@
 //! In one coordinate: `d[i]` is the secant from node i to node i + 1, `h[i]` its width. Two nodes
 //! have one secant, which is the slope at both.
 
-use super::cubic_hermite::{Tangents, secants};
 use crate::geometry::space::Vector;
 use crate::numerics::Dd;
+
+/// Where the tangents at the nodes come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tangents {
+    /// One derivative by the parameter per node.
+    Given(Vec<Vector>),
+    /// The mean of the two secants at a node; the one secant at an end.
+    FiniteDifference,
+    /// The secant between the two neighbours of a node; the one secant at an end.
+    CatmullRom,
+    /// The slope of the parabola through a node and its neighbours (Bessel); at an end of the
+    /// parabola through the last three.
+    Parabola,
+    /// Never an overshoot: 0 at local extremes of the data, else the weighted harmonic mean of the
+    /// secants (Fritsch and Butland 1984), which lies in the region of Fritsch and Carlson; at the
+    /// ends three points with their limiter.
+    Monotone,
+    /// Akima (1970): the mean of the secants, each weighted by how straight the data run on the
+    /// other side; two secants more at each end by extrapolation.
+    Akima,
+    /// The same with weights that also count the size of the secants, so that flat runs stay flat
+    /// without a jump of the rule.
+    ModifiedAkima,
+}
+
+impl Tangents {
+    /// Whether the curve is linear in the values, so that errors of measurement are amplified by a
+    /// fixed factor.
+    pub fn is_linear(&self) -> bool {
+        !matches!(self, Tangents::Monotone | Tangents::Akima | Tangents::ModifiedAkima)
+    }
+}
 
 /// A change of slope below this part of the slopes themselves is rounding of the data, for Akima's
 /// rule.
 const STRAIGHT: f64 = 16.0 * f64::EPSILON;
+
+/// The secants between neighbouring nodes, coordinate by coordinate.
+pub(super) fn secants(nodes: &[f64], values: &[Vector]) -> Vec<[Dd; 3]> {
+    let secant = |i: usize| {
+        let width = Dd::diff(nodes[i + 1], nodes[i]);
+        [0, 1, 2].map(|k| Dd::diff(values[i + 1][k], values[i][k]) / width)
+    };
+    (0..nodes.len() - 1).map(secant).collect()
+}
 
 /// One slope per node, coordinate by coordinate. Given tangents are not this function's: they count
 /// as [`Tangents::Parabola`].

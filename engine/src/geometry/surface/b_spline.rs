@@ -4,7 +4,7 @@
 //! Control point (i, j) belongs to function i along u and j along v, and stands at `i · (number
 //! along v) + j`.
 
-use super::{Surface, SurfaceJet, bends::bends};
+use super::{Surface, SurfaceJet};
 use crate::geometry::{
     BSplineBasis,
     space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector, check_controls},
@@ -132,7 +132,7 @@ impl Surface for BSplineSurface {
     }
 
     fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
-        bends(self, cuts)
+        self.second_derivative_bounds(cuts)
     }
 
     fn breaks(&self) -> [Vec<f64>; 2] {

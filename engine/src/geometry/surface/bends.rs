@@ -21,44 +21,46 @@ struct Net {
     points: Vec<(Vector, f64)>,
 }
 
-/// For every rectangle between neighbouring `cuts` (ascending, within the domain), v running
-/// fastest. `None` where a weight of 0 leaves the derivatives without bound.
-pub fn bends(surface: &BSplineSurface, cuts: [&[f64]; 2]) -> Option<Vec<Bends>> {
-    let mut fine = surface.clone();
-    for (axis, cuts) in cuts.into_iter().enumerate() {
-        let knots = surface.bases()[axis].distinct_knots();
-        let near = SAME * (knots[knots.len() - 1] - knots[0]);
-        let is_new = |cut: &&f64| {
-            let next = knots.partition_point(|knot| knot < cut);
-            let away = |k: usize| knots.get(k).is_none_or(|knot| (knot - **cut).abs() > near);
-            away(next) && away(next.wrapping_sub(1))
-        };
-        let inserted: Vec<f64> = cuts.iter().filter(is_new).copied().collect();
-        if !inserted.is_empty() {
-            fine = fine.refine(axis, &inserted).ok()?;
-        }
-    }
-    let [us, vs] = [0, 1].map(|axis| spans(&fine.bases()[axis], cuts[axis]));
-    let weight = |k: usize| fine.weights().map_or(1.0, |weights| weights[k]);
-    let lift = |(k, point): (usize, &Vector)| (point * weight(k), weight(k));
-    let columns = fine.bases()[1].size();
-    let net = Net { columns, points: fine.control_points().iter().enumerate().map(lift).collect() };
-    let (u, v) = (slopes(&net, &fine, 0, 0), slopes(&net, &fine, 1, 0));
-    let (uu, uv, vv) = (slopes(&u, &fine, 0, 1), slopes(&u, &fine, 1, 0), slopes(&v, &fine, 1, 1));
-    let nets = [net, u, v, uu, uv, vv];
-    let mut all = Vec::with_capacity(us.len() * vs.len());
-    for own_us in &us {
-        for own_vs in &vs {
-            cancel::checkpoint();
-            let mut bound = [0.0f64; 3];
-            for (i, j) in own_us.iter().flat_map(|i| own_vs.iter().map(move |j| (*i, *j))) {
-                let here = over_span(&fine, &nets, [i, j])?;
-                bound = std::array::from_fn(|k| bound[k].max(here[k]));
+impl BSplineSurface {
+    /// For every rectangle between neighbouring `cuts` (ascending, within the domain), v running
+    /// fastest. `None` where a weight of 0 leaves the derivatives without bound.
+    pub(super) fn second_derivative_bounds(&self, cuts: [&[f64]; 2]) -> Option<Vec<Bends>> {
+        let mut fine = self.clone();
+        for (axis, cuts) in cuts.into_iter().enumerate() {
+            let knots = self.bases()[axis].distinct_knots();
+            let near = SAME * (knots[knots.len() - 1] - knots[0]);
+            let is_new = |cut: &&f64| {
+                let next = knots.partition_point(|knot| knot < cut);
+                let away = |k: usize| knots.get(k).is_none_or(|knot| (knot - **cut).abs() > near);
+                away(next) && away(next.wrapping_sub(1))
+            };
+            let inserted: Vec<f64> = cuts.iter().filter(is_new).copied().collect();
+            if !inserted.is_empty() {
+                fine = fine.refine(axis, &inserted).ok()?;
             }
-            all.push(bound);
         }
+        let [us, vs] = [0, 1].map(|axis| spans(&fine.bases()[axis], cuts[axis]));
+        let weight = |k: usize| fine.weights().map_or(1.0, |weights| weights[k]);
+        let lift = |(k, point): (usize, &Vector)| (point * weight(k), weight(k));
+        let columns = fine.bases()[1].size();
+        let net = Net { columns, points: fine.control_points().iter().enumerate().map(lift).collect() };
+        let (u, v) = (slopes(&net, &fine, 0, 0), slopes(&net, &fine, 1, 0));
+        let (uu, uv, vv) = (slopes(&u, &fine, 0, 1), slopes(&u, &fine, 1, 0), slopes(&v, &fine, 1, 1));
+        let nets = [net, u, v, uu, uv, vv];
+        let mut all = Vec::with_capacity(us.len() * vs.len());
+        for own_us in &us {
+            for own_vs in &vs {
+                cancel::checkpoint();
+                let mut bound = [0.0f64; 3];
+                for (i, j) in own_us.iter().flat_map(|i| own_vs.iter().map(move |j| (*i, *j))) {
+                    let here = over_span(&fine, &nets, [i, j])?;
+                    bound = std::array::from_fn(|k| bound[k].max(here[k]));
+                }
+                all.push(bound);
+            }
+        }
+        Some(all)
     }
-    Some(all)
 }
 
 /// For every interval between cuts the knot spans with a width that share more than an end with it.
@@ -176,7 +178,7 @@ mod tests {
             let surface =
                 BSplineSurface::new(bases, Dimension::Space, points, rational.then_some(weights)).unwrap();
             let cuts = [0.0, 0.11, 0.5, 0.75, 1.3, 2.0];
-            let found = bends(&surface, [&cuts, &cuts]).unwrap();
+            let found = surface.second_derivative_bounds([&cuts, &cuts]).unwrap();
             for (k, bound) in found.iter().enumerate() {
                 let (i, j) = (k / 5, k % 5);
                 for n in 0..49 {

@@ -15,7 +15,7 @@ use super::{
     bends::sampled,
     closest_cell::Cell,
     descent::{Best, NOISE, Rectangle, descend, place_within},
-    differential::normal,
+    local::normal,
 };
 use crate::geometry::space::Vector;
 use crate::numerics::cancel;

@@ -6,7 +6,7 @@
 //! the first derivatives (C¹), of the second (C²) and of the principal curvatures (G², where G¹
 //! holds). Whoever knows what is small for him turns figures into classes: [`Joint::class`].
 
-use super::{Differential, Surface, SurfaceJet, differential::normal};
+use super::{Differential, Surface, SurfaceJet, local::normal};
 use crate::numerics::cancel;
 
 /// How far from the line either side is looked at, in roundings of the largest parameter.

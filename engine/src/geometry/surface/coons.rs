@@ -17,7 +17,6 @@ use super::{
     boundaries::{Border, Boundaries, BoundaryFault, CORNERS, breaks_over, jet_over, merged},
     corner::twist_share_at,
     jets::Blend,
-    to_b_spline,
 };
 use crate::geometry::{
     curve::{BSplineCurve, Curve, CurveShape},
@@ -166,7 +165,7 @@ impl Surface for CoonsPatch {
     }
 
     fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
-        to_b_spline::coons(self)?.bends(cuts)
+        self.to_b_spline()?.bends(cuts)
     }
 
     fn breaks(&self) -> [Vec<f64>; 2] {

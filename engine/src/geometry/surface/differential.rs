@@ -4,9 +4,9 @@
 //! The normal is S_u × S_v made unit; a curvature is above 0 where the surface bends towards it.
 //! Curvatures are eigenvalues of the shape operator in an orthonormal frame of the tangent plane,
 //! which keeps their digits where S_u and S_v are long or nearly parallel. Where S_u × S_v = 0, at
-//! the tip of a three-sided patch, everything is a limit: see [`super::triangle`].
+//! the tip of a three-sided patch, everything is a limit: see [`Differential::at`].
 
-use super::{Surface, SurfaceJet, triangle};
+use super::SurfaceJet;
 use crate::geometry::space::Vector;
 
 /// Sines of the angle between S_u and S_v, and lengths of either against the patch, below which
@@ -73,78 +73,12 @@ impl Differential {
         })
     }
 
-    /// At (u, v); by a limit where the parameters are singular, `None` where there is none either
-    /// (a cusp, a fold).
-    ///
-    /// ```
-    /// use flankfit_engine::geometry::{
-    ///     space::{Dimension, Vector},
-    ///     surface::{BezierSurface, Differential},
-    /// };
-    ///
-    /// // The saddle z = uv bends by +1 along one diagonal and by −1 along the other.
-    /// let heights = [1.0, -1.0, -1.0, 1.0].map(|z| Vector::new(z, 0.0, 0.0)).to_vec();
-    /// let around = [[-1.0, 1.0]; 2];
-    /// let saddle = BezierSurface::new([2, 2], around, Dimension::Graph, heights, None)?;
-    /// let at = Differential::at(&saddle, 0.0, 0.0).unwrap();
-    /// assert!((at.gaussian + 1.0).abs() < 1e-14 && at.mean.abs() < 1e-14);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn at(surface: &dyn Surface, u: f64, v: f64) -> Option<Self> {
-        Self::at_jet(surface, &surface.place(u, v), u, v)
-    }
-
-    /// The same where the jet of the place in space is known already.
-    pub fn at_jet(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Option<Self> {
-        if is_singular(jet, surface.domain()) { triangle::limit(surface, u, v) } else { Self::of(jet) }
-    }
-
     /// The curvature of the section by the plane of the normal and the tangent that leaves at
     /// `angle` (radians) from the first principal direction towards the second (Euler).
     pub fn normal_curvature(&self, angle: f64) -> f64 {
         let (sin, cos) = angle.sin_cos();
         self.principal[0] * cos * cos + self.principal[1] * sin * sin
     }
-}
-
-/// A place of a surface with whatever the derivatives tell there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Local {
-    pub point: Vector,
-    /// Unit normal along S_u × S_v; where the parameters are singular its limit from inside, which
-    /// may exist where curvatures have none (at the tip of a three-sided patch that ends as a cone
-    /// does).
-    pub normal: Option<Vector>,
-    /// `None` where there is no tangent plane, or no limit of the curvatures.
-    pub differential: Option<Differential>,
-}
-
-impl Local {
-    /// At (u, v).
-    pub fn at(surface: &dyn Surface, u: f64, v: f64) -> Self {
-        Self::of(surface, &surface.place(u, v), u, v)
-    }
-
-    /// The same where the jet of the place in space is known already.
-    pub fn of(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Self {
-        let finite = |normal: &Vector| normal.iter().all(|x| x.is_finite());
-        let differential = Differential::at_jet(surface, jet, u, v);
-        let normal = differential.map(|told| told.normal).or_else(|| normal_at(surface, jet, u, v));
-        Local { point: jet.value, normal: normal.filter(finite), differential }
-    }
-}
-
-/// The unit normal at (u, v), along S_u × S_v; by a limit where the parameters are singular. A tip
-/// without curvature may have one.
-pub fn normal(surface: &dyn Surface, u: f64, v: f64) -> Option<Vector> {
-    normal_at(surface, &surface.place(u, v), u, v)
-}
-
-fn normal_at(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Option<Vector> {
-    if is_singular(jet, surface.domain()) {
-        return triangle::normal_limit(surface, u, v);
-    }
-    jet.u.cross(&jet.v).try_normalize(0.0)
 }
 
 /// Whether S_u and S_v span no plane that could be trusted: one of them vanishes against its own

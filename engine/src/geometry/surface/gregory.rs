@@ -13,7 +13,6 @@ use super::{
     bezier::one_span,
     corner::twist_share_at,
     jets::{Blend, product},
-    to_b_spline,
 };
 use crate::{
     fault::words::Shown,
@@ -141,7 +140,7 @@ impl Surface for GregoryPatch {
     }
 
     fn bends(&self, cuts: [&[f64]; 2]) -> Option<Vec<[f64; 3]>> {
-        to_b_spline::gregory(self)?.bends(cuts)
+        self.to_b_spline()?.bends(cuts)
     }
 
     fn breaks(&self) -> [Vec<f64>; 2] {

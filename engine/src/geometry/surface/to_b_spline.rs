@@ -52,11 +52,11 @@ impl SurfaceShape {
         match self {
             SurfaceShape::BSpline(surface) => exact(surface.clone()),
             SurfaceShape::Bezier(patch) => exact(patch.as_b_spline().clone()),
-            SurfaceShape::Coons(patch) => match coons(patch) {
+            SurfaceShape::Coons(patch) => match patch.to_b_spline() {
                 Some(surface) => exact(surface),
                 None => approached(patch.as_ref(), !patch.has_one_twist_at_each_corner(), tolerance),
             },
-            SurfaceShape::Gregory(patch) => match gregory(patch) {
+            SurfaceShape::Gregory(patch) => match patch.to_b_spline() {
                 Some(surface) => exact(surface),
                 None => approached(patch.as_ref(), true, tolerance),
             },
@@ -67,14 +67,16 @@ impl SurfaceShape {
     }
 }
 
-/// A Gregory patch that is a Bézier patch.
-pub(super) fn gregory(patch: &GregoryPatch) -> Option<BSplineSurface> {
-    if !patch.is_polynomial() {
-        return None;
+impl GregoryPatch {
+    /// The same surface, where it is a Bézier patch.
+    pub(super) fn to_b_spline(&self) -> Option<BSplineSurface> {
+        if !self.is_polynomial() {
+            return None;
+        }
+        let [u, v] = self.domain();
+        let bases = [one_span(3, u).ok()?, one_span(3, v).ok()?];
+        BSplineSurface::new(bases, self.dimension(), self.points().net.concat(), None).ok()
     }
-    let [u, v] = patch.domain();
-    let bases = [one_span(3, u).ok()?, one_span(3, v).ok()?];
-    BSplineSurface::new(bases, patch.dimension(), patch.points().net.concat(), None).ok()
 }
 
 /// One axis of a Coons patch: the basis that all curves over it and all blends fit into.
@@ -88,41 +90,43 @@ struct Side {
     slopes: Option<[Vec<f64>; 2]>,
 }
 
-/// A Coons patch whose curves are polynomials and whose corners have one twist each.
-pub(super) fn coons(patch: &CoonsPatch) -> Option<BSplineSurface> {
-    if !patch.has_one_twist_at_each_corner() {
-        return None;
-    }
-    let [u, v] = [side(patch, 0)?, side(patch, 1)?];
-    let corner = |i: usize, j: usize| patch.boundaries().corner(i, j);
-    let mut points = Vec::with_capacity(u.basis.size() * v.basis.size());
-    for k in 0..u.basis.size() {
-        cancel::checkpoint();
-        for l in 0..v.basis.size() {
-            let mut sum = Vector::zeros();
-            for end in 0..2 {
-                sum += v.curves[end][l] * u.values[end][k] + u.curves[end][k] * v.values[end][l];
-            }
-            for (i, j) in CORNERS {
-                sum -= corner(i, j) * (u.values[i][k] * v.values[j][l]);
-            }
-            if let (Some(slopes_u), Some(slopes_v), Some(cross_u), Some(cross_v)) =
-                (&u.slopes, &v.slopes, &u.cross, &v.cross)
-            {
+impl CoonsPatch {
+    /// The same surface, where all curves are polynomials and each corner has one twist.
+    pub(super) fn to_b_spline(&self) -> Option<BSplineSurface> {
+        if !self.has_one_twist_at_each_corner() {
+            return None;
+        }
+        let [u, v] = [side(self, 0)?, side(self, 1)?];
+        let corner = |i: usize, j: usize| self.boundaries().corner(i, j);
+        let mut points = Vec::with_capacity(u.basis.size() * v.basis.size());
+        for k in 0..u.basis.size() {
+            cancel::checkpoint();
+            for l in 0..v.basis.size() {
+                let mut sum = Vector::zeros();
                 for end in 0..2 {
-                    sum += cross_v[end][l] * slopes_u[end][k] + cross_u[end][k] * slopes_v[end][l];
+                    sum += v.curves[end][l] * u.values[end][k] + u.curves[end][k] * v.values[end][l];
                 }
                 for (i, j) in CORNERS {
-                    let [along_u, along_v, twist] = patch.corner_derivatives(i, j)?;
-                    sum -= along_u * (slopes_u[i][k] * v.values[j][l]);
-                    sum -= along_v * (u.values[i][k] * slopes_v[j][l]);
-                    sum -= twist * (slopes_u[i][k] * slopes_v[j][l]);
+                    sum -= corner(i, j) * (u.values[i][k] * v.values[j][l]);
                 }
+                if let (Some(slopes_u), Some(slopes_v), Some(cross_u), Some(cross_v)) =
+                    (&u.slopes, &v.slopes, &u.cross, &v.cross)
+                {
+                    for end in 0..2 {
+                        sum += cross_v[end][l] * slopes_u[end][k] + cross_u[end][k] * slopes_v[end][l];
+                    }
+                    for (i, j) in CORNERS {
+                        let [along_u, along_v, twist] = self.corner_derivatives(i, j)?;
+                        sum -= along_u * (slopes_u[i][k] * v.values[j][l]);
+                        sum -= along_v * (u.values[i][k] * slopes_v[j][l]);
+                        sum -= twist * (slopes_u[i][k] * slopes_v[j][l]);
+                    }
+                }
+                points.push(sum);
             }
-            points.push(sum);
         }
+        BSplineSurface::new([u.basis, v.basis], self.dimension(), points, None).ok()
     }
-    BSplineSurface::new([u.basis, v.basis], patch.dimension(), points, None).ok()
 }
 
 fn side(patch: &CoonsPatch, axis: usize) -> Option<Side> {
