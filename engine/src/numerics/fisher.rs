@@ -3,6 +3,8 @@
 //! With a and b degrees of freedom `P(F > f) = I_x(b/2, a/2)`, `x = b / (b + a f)`. Student's t of
 //! b degrees of freedom is the square root of F with 1 and b.
 
+use super::root::boundary;
+
 /// f with `P(F > f) = tail` for F of `a` and `b` degrees of freedom, both at least 1 and 0 < tail <
 /// 1: by bisection.
 ///
@@ -13,16 +15,8 @@
 /// assert!((upper_quantile(0.05, 2.0, 10.0) - 4.103).abs() < 5e-4);
 /// ```
 pub fn upper_quantile(tail: f64, a: f64, b: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 1.0);
     // I grows with x, and f falls with it
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if incomplete_beta(middle, 0.5 * b, 0.5 * a) < tail {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
+    let [low, high] = boundary([0.0, 1.0], 0.0, |x| incomplete_beta(x, 0.5 * b, 0.5 * a) < tail);
     let x = 0.5 * (low + high);
     b * (1.0 - x) / (a * x)
 }

@@ -1,5 +1,7 @@
 //! The standard normal distribution: density, upper tail, quantile.
 
+use crate::numerics::root::boundary;
+
 /// Below this the tail follows from a power series, beyond it from a continued fraction.
 const SERIES: f64 = 2.5;
 
@@ -39,15 +41,7 @@ pub fn quantile(p: f64) -> f64 {
     if p >= 1.0 {
         return f64::INFINITY;
     }
-    let (mut low, mut high) = (-40.0, 40.0);
-    for _ in 0..200 {
-        let middle = 0.5 * (low + high);
-        if upper_tail(middle) > 1.0 - p {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
+    let [low, high] = boundary([-40.0, 40.0], 0.0, |x| upper_tail(x) > 1.0 - p);
     0.5 * (low + high)
 }
 

@@ -6,7 +6,10 @@
 //! r_b² = (r_f − ρ)²`.
 
 use super::Polar;
-use crate::gear::{Gear, Side, involute::Flank};
+use crate::{
+    gear::{Gear, Side, involute::Flank},
+    numerics::root::boundary,
+};
 
 /// Arc between involute and root circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,16 +29,8 @@ impl RootArc {
     pub fn new(gear: &Gear, asked: f64) -> Self {
         let middle = 0.5 * gear.pitch_angle();
         let fits = |radius: f64| Self::of(gear, radius).is_some_and(|arc| arc.centre.half_angle <= middle);
-        let (mut low, mut high) = (0.0, asked);
-        if !fits(asked) {
-            for _ in 0..100 {
-                let half = 0.5 * (low + high);
-                if fits(half) { low = half } else { high = half }
-            }
-        } else {
-            low = asked;
-        }
-        Self::of(gear, low).unwrap_or_else(|| Self::corner(gear))
+        let radius = if fits(asked) { asked } else { boundary([0.0, asked], 0.0, fits)[0] };
+        Self::of(gear, radius).unwrap_or_else(|| Self::corner(gear))
     }
 
     fn of(gear: &Gear, radius: f64) -> Option<Self> {

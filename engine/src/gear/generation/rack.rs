@@ -23,7 +23,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use super::Polar;
 use crate::gear::{Gear, Side, involute::Flank};
-use crate::numerics::cancel::Asking;
+use crate::numerics::{cancel::Asking, root::boundary};
 use crate::{estimation::Faults, fault::words::Shown};
 
 /// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal
@@ -171,28 +171,14 @@ impl RackFillet {
         let outside = |delta: f64| self.at(delta).half_angle >= flank.half_angle(roll(delta));
         // Beyond a right angle the rounding cuts nothing: its normal no longer reaches the pitch
         // line ahead of it.
-        let (mut low, mut high) = (from, self.last.min(FRAC_PI_2 - 1e-6).max(from));
-        for _ in 0..200 {
-            let middle = 0.5 * (low + high);
-            if !(low < middle && middle < high) {
-                break;
-            }
-            if outside(middle) { high = middle } else { low = middle }
-        }
-        (high, roll(high))
+        let [_, out] = boundary([from, self.last.min(FRAC_PI_2 - 1e-6).max(from)], 0.0, |delta| !outside(delta));
+        (out, roll(out))
     }
 
     /// δ at a radius between root and the end of the rounding; radii grow with δ.
     pub fn angle_at(&self, radius: f64) -> f64 {
-        let (mut low, mut high) = (0.0, self.last.min(FRAC_PI_2 - 1e-6));
-        for _ in 0..200 {
-            let middle = 0.5 * (low + high);
-            if !(low < middle && middle < high) {
-                break;
-            }
-            if self.at(middle).radius < radius { low = middle } else { high = middle }
-        }
-        high
+        let ends = [0.0, self.last.min(FRAC_PI_2 - 1e-6)];
+        boundary(ends, 0.0, |delta| self.at(delta).radius < radius)[1]
     }
 
     /// The overhang's δ of least radius: the radius falls from beyond all bounds at π/2, and may
@@ -216,15 +202,11 @@ impl RackFillet {
     fn overhang(&self, radius: f64) -> Option<f64> {
         let dip = self.dip?;
         let cut = |falling: f64, rising: f64| {
-            let (mut low, mut high) = (falling, rising);
-            if !(self.at(low).radius >= radius && radius >= self.at(high).radius) {
+            if !(self.at(falling).radius >= radius && radius >= self.at(rising).radius) {
                 return None;
             }
-            for _ in 0..100 {
-                let middle = 0.5 * (low + high);
-                if self.at(middle).radius >= radius { low = middle } else { high = middle }
-            }
-            Some(self.at(low).half_angle)
+            let [above, _] = boundary([falling, rising], 0.0, |delta| self.at(delta).radius >= radius);
+            Some(self.at(above).half_angle)
         };
         let (before, after) = (cut(FRAC_PI_2 + 1e-6, dip), cut(self.last, dip));
         before.into_iter().chain(after).reduce(f64::min)
@@ -241,12 +223,8 @@ impl RackFillet {
         };
         let radius = |k: usize| least + (most - least) * k as f64 / OVERHANG as f64;
         let last = (0..=OVERHANG).rev().find(|k| least < most && cuts(radius(*k)))?;
-        let (mut low, mut high) = (radius(last), radius((last + 1).min(OVERHANG)));
-        for _ in 0..100 {
-            let middle = 0.5 * (low + high);
-            if cuts(middle) { low = middle } else { high = middle }
-        }
-        gear.roll_length(2.0 * low)
+        let [cut, _] = boundary([radius(last), radius((last + 1).min(OVERHANG))], 0.0, cuts);
+        gear.roll_length(2.0 * cut)
     }
 
     /// The tool's transverse point (u, w) and the slope q = n_u/n_w of its normal at δ.

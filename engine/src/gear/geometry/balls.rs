@@ -9,9 +9,12 @@
 use std::f64::consts::PI;
 
 use super::Usable;
-use crate::gear::{
-    Gear,
-    involute::{inv_of_roll, roll_of_inv},
+use crate::{
+    gear::{
+        Gear,
+        involute::{inv_of_roll, roll_of_inv},
+    },
+    numerics::root::boundary,
 };
 
 /// A measure over or between balls.
@@ -92,10 +95,7 @@ impl Balls {
             }
             (low, high) = (high, 2.0 * high);
         }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if room(middle) > 0.0 { low = middle } else { high = middle }
-        }
+        let [_, high] = boundary([low, high], 0.0, |ball| room(ball) > 0.0);
         let digits = 1.0 - high.log10().floor();
         let round = if digits >= 0.0 {
             let per = 10f64.powf(digits);

@@ -6,7 +6,7 @@
 //! bisected, so that an extreme is found to rounding.
 
 use super::{Curve, CurveShape, figure::ascending};
-use crate::geometry::space::Vector;
+use crate::{geometry::space::Vector, numerics::root::boundary};
 
 /// Parts of a smooth piece between two nodes in which a change of sign is looked for.
 const SAMPLES: usize = 16;
@@ -80,7 +80,8 @@ fn extremes(shape: &CurveShape, breaks: &[f64], low: f64, high: f64, count: usiz
                 if slope[k] == 0.0 {
                     found.push((t, k));
                 } else if before.1[k] * slope[k] < 0.0 {
-                    found.push((bisect(shape, k, before.0, t, before.1[k]), k));
+                    let [_, turned] = boundary([before.0, t], 0.0, |t| shape.jet(t)[1][k] * before.1[k] > 0.0);
+                    found.push((turned, k));
                 }
             }
             before = (t, slope);
@@ -91,17 +92,6 @@ fn extremes(shape: &CurveShape, breaks: &[f64], low: f64, high: f64, count: usiz
         }
     }
     found
-}
-
-fn bisect(shape: &CurveShape, k: usize, mut low: f64, mut high: f64, slope: f64) -> f64 {
-    for _ in 0..60 {
-        let middle = 0.5 * low + 0.5 * high;
-        if !(low < middle && middle < high) {
-            break;
-        }
-        if shape.jet(middle)[1][k] * slope > 0.0 { low = middle } else { high = middle }
-    }
-    high
 }
 
 #[cfg(test)]
