@@ -6,7 +6,7 @@
 use divan::{Bencher, black_box};
 use flankfit_engine::estimation::{
     near::{
-        Adaptive, CurveAsked, CurvePoints, KnotPlacement, Parameters, SurfaceInclude, SurfacePoints, curve, surface,
+        Adaptive, CurvePoints, CurveSettings, KnotPlacement, Parameters, SurfaceInclude, SurfacePoints, curve, surface,
     },
     smoothing::{
         Smoothing, smoothing_spline,
@@ -90,7 +90,7 @@ fn knots_placed_by_residuals(bencher: Bencher) {
     let x: Vec<f64> = (0..500).map(|i| f64::from(i) / 499.0).collect();
     let y = [x.iter().map(|x| (30.0 * (x - 0.4)).tanh()).collect::<Vec<f64>>()];
     let adaptive = Adaptive { spans: 2, tolerance: 1e-4, most_controls: 100 };
-    let asked = CurveAsked {
+    let asked = CurveSettings {
         degree: 3,
         knots: KnotPlacement::Adaptive(adaptive),
         weights: None,

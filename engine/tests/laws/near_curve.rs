@@ -2,7 +2,7 @@
 //! residuals.
 
 use flankfit_engine::estimation::near::{
-    Adaptive, CurveAsked, CurveFit, CurvePoints, KnotPlacement, Parameters, Stop, curve,
+    Adaptive, CurveFit, CurvePoints, CurveSettings, KnotPlacement, Parameters, Stop, curve,
 };
 use flankfit_engine::estimation::spec::{Degree, Estimator, FitSpec, Include, Knots, Model, Regularization};
 use flankfit_engine::estimation::{FitError, Nodes, fit};
@@ -12,8 +12,8 @@ use proptest::prelude::*;
 use crate::near::plain;
 use crate::oracle::random::Random;
 
-fn asked(degree: usize, knots: KnotPlacement, weights: Option<Vec<f64>>) -> CurveAsked {
-    CurveAsked { degree, knots, weights, spec: plain(Model::Linear) }
+fn asked(degree: usize, knots: KnotPlacement, weights: Option<Vec<f64>>) -> CurveSettings {
+    CurveSettings { degree, knots, weights, spec: plain(Model::Linear) }
 }
 
 fn helix(count: usize) -> Vec<Vec<f64>> {
@@ -22,7 +22,7 @@ fn helix(count: usize) -> Vec<Vec<f64>> {
     (0..3).map(|c| points.iter().map(|p| p[c]).collect()).collect()
 }
 
-fn fitted(coordinates: &[Vec<f64>], parameters: Parameters, asked: &CurveAsked) -> CurveFit {
+fn fitted(coordinates: &[Vec<f64>], parameters: Parameters, asked: &CurveSettings) -> CurveFit {
     curve(&CurvePoints { coordinates, parameters, weight: None }, asked).unwrap()
 }
 
@@ -38,7 +38,7 @@ fn every_coordinate_is_a_fit_of_the_service() {
             ..FitSpec::new(Model::Linear)
         },
     ] {
-        let asked = CurveAsked { spec: spec.clone(), ..asked(3, KnotPlacement::Spans(6), None) };
+        let asked = CurveSettings { spec: spec.clone(), ..asked(3, KnotPlacement::Spans(6), None) };
         let found = fitted(&coordinates, Parameters::By(Parametrization::ChordLength), &asked);
         let knots = Knots::Curve(found.curve.basis().knots().to_vec());
         for (y, result) in coordinates.iter().zip(&found.results) {
@@ -189,7 +189,7 @@ fn averaged_knots_and_faults() {
     let found = fitted(&coordinates, by, &asked(3, KnotPlacement::Averaged { controls: 12 }, None));
     assert_eq!(found.curve.basis().size(), 12);
     assert!(found.max_error < 5e-3, "{}", found.max_error);
-    let pointer = |coordinates: &[Vec<f64>], parameters: Parameters, asked: &CurveAsked| match curve(
+    let pointer = |coordinates: &[Vec<f64>], parameters: Parameters, asked: &CurveSettings| match curve(
         &CurvePoints { coordinates, parameters, weight: None },
         asked,
     ) {

@@ -4,7 +4,7 @@
 use crate::answers::plain;
 use crate::folder::{number, numbers, reference, table};
 use flankfit_engine::estimation::near::{
-    CurveAsked, CurvePoints, KnotPlacement, Parameters, SurfaceInclude, SurfacePoints, curve, surface,
+    CurvePoints, CurveSettings, KnotPlacement, Parameters, SurfaceInclude, SurfacePoints, curve, surface,
 };
 use flankfit_engine::estimation::spec::{Degree, Knots, Model};
 use flankfit_engine::geometry::curve::Curve;
@@ -23,7 +23,7 @@ fn curves_with_given_knots() {
         let weight = (!file["weights"].is_null()).then(|| numbers(&file["weights"]));
         let points = CurvePoints { coordinates: &y, parameters: Parameters::Given(&x), weight: weight.as_deref() };
         let knots = KnotPlacement::Given(numbers(&file["knots"]));
-        let asked = CurveAsked { degree, knots, weights: None, spec: plain(Model::Linear) };
+        let asked = CurveSettings { degree, knots, weights: None, spec: plain(Model::Linear) };
         let found = curve(&points, &asked).expect("a curve");
         for (control, truth) in found.curve.control_points().iter().zip(numbers(&file["coef"])) {
             close(name, control.x, truth, 1.0);

@@ -17,7 +17,7 @@ use crate::api::{
 use flankfit_engine::{
     estimation::{
         FitSpec, Nodes,
-        near::{self, Adaptive, CurveAsked, CurveFit, CurvePoints, KnotPlacement, Parameters, Stop},
+        near::{self, Adaptive, CurveFit, CurvePoints, CurveSettings, KnotPlacement, Parameters, Stop},
         smoothing::{
             Smoothing, SmoothingFault, SmoothingSpline,
             choice::NoParameter,
@@ -57,12 +57,12 @@ pub fn build(given: &GivenPoints, method: NearBody, spec: FitSpec) -> Result<Vec
         NearBody::BSpline(method) => {
             let knots = placement(&method)?;
             let weight = method.weight.or_else(|| given.weight.clone());
-            least_squares(given, weight, CurveAsked { degree: method.degree, knots, weights: None, spec })
+            least_squares(given, weight, CurveSettings { degree: method.degree, knots, weights: None, spec })
         }
         NearBody::Nurbs(method) => {
             let (knots, weights) = (KnotPlacement::Given(method.knots), Some(method.weights));
             let weight = method.weight.or_else(|| given.weight.clone());
-            least_squares(given, weight, CurveAsked { degree: method.degree, knots, weights, spec })
+            least_squares(given, weight, CurveSettings { degree: method.degree, knots, weights, spec })
         }
         NearBody::Smoothing(method) => smoothed(given, &method),
     }
@@ -87,7 +87,7 @@ fn placement(method: &BSplineLeastSquaresCurveMethod) -> Result<KnotPlacement, P
     }
 }
 
-fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveAsked) -> Result<Vec<u8>, Problem> {
+fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveSettings) -> Result<Vec<u8>, Problem> {
     let columns = Columns::of(&given.points);
     let points = CurvePoints {
         coordinates: &columns.values,

@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use crate::{
     estimation::{
         design::{Axis, Basis, Design},
-        problem::{Evidence, Seen},
+        problem::{Evidence, SummaryStatistics},
     },
     geometry::polynomial::{self, Family},
     numerics::{Dd, cancel::Asking, triangular},
@@ -68,7 +68,7 @@ pub fn correct_digits(fit: &Fitted) -> f64 {
     let count = fit.evidence.count();
     let any_rounded = match fit.evidence {
         Evidence::Posted { sample, .. } => (0..count).any(|k| !exact(sample.z(k))),
-        Evidence::Summed(seen) => seen.rounded_heights,
+        Evidence::Summed(summary) => summary.rounded_heights,
     };
     let heights = if any_rounded { ROUNDING * fit.largest_height } else { 0.0 };
     let (moved, through_residuals) = abscissae(fit);
@@ -99,7 +99,7 @@ pub fn correct_digits(fit: &Fitted) -> f64 {
 fn abscissae(fit: &Fitted) -> (f64, f64) {
     let sample = match fit.evidence {
         Evidence::Posted { sample, .. } => sample,
-        Evidence::Summed(seen) => return abscissae_of_sums(fit, seen),
+        Evidence::Summed(summary) => return abscissae_of_sums(fit, summary),
     };
     let count = sample.count();
     let stride = count.div_ceil(LOOKED_AT);
@@ -144,20 +144,20 @@ fn of_product(
 
 /// The same where the nodes are gone: slopes on a lattice over their box, columns by their largest
 /// entries.
-fn abscissae_of_sums(fit: &Fitted, seen: &Seen) -> (f64, f64) {
+fn abscissae_of_sums(fit: &Fitted, summary: &SummaryStatistics) -> (f64, f64) {
     match &fit.design.basis {
         Basis::Columns { .. } => {
-            let square: f64 = seen.rounded_columns.iter().zip(fit.coefficients).map(|(x, a)| (x * a).powi(2)).sum();
+            let square: f64 = summary.rounded_columns.iter().zip(fit.coefficients).map(|(x, a)| (x * a).powi(2)).sum();
             (ROUNDING * square.sqrt(), if square > 0.0 { ROUNDING * fit.max_residual } else { 0.0 })
         }
         Basis::Product { u, v } => {
-            let [largest_u, largest_v] = seen.rounded_places;
+            let [largest_u, largest_v] = summary.rounded_places;
             if largest_u == 0.0 && largest_v == 0.0 {
                 return (0.0, 0.0);
             }
             let at = |[low, high]: [f64; 2], i: usize| low + (high - low) * (i as f64 / LATTICE as f64);
             let places = (0..=LATTICE).flat_map(|i| (0..=LATTICE).map(move |j| (i, j)));
-            let places = places.map(|(i, j)| (at(seen.bounds[0], i), at(seen.bounds[1], j)));
+            let places = places.map(|(i, j)| (at(summary.bounds[0], i), at(summary.bounds[1], j)));
             of_product(fit, (u, v), (largest_u, largest_v), places)
         }
     }

@@ -6,7 +6,7 @@ use super::least_squares::LeastSquares;
 use crate::{
     estimation::{
         factor::multiply_upper_vector,
-        problem::{Place, Residuals},
+        problem::{LinearProblem, Residuals},
         selection::Filtered,
         spec::FitSpec,
         spectrum::{ScaledColumns, Spectrum},
@@ -95,7 +95,7 @@ impl Estimate {
 
 /// Residuals of the regularised estimate; those of least squares where nothing was regularised.
 pub fn residuals(
-    place: &Place,
+    linear: &LinearProblem,
     spectrum: &Spectrum,
     filtered: &[Filtered],
     estimate: &Estimate,
@@ -106,20 +106,20 @@ pub fn residuals(
     let untouched = filtered.iter().all(|f| f.removed == 0.0);
     if untouched {
         // the figures are those of the least squares, whether each residual is asked for or not
-        let values = if keep { place.of_working(&least_squares.working, true).values } else { None };
+        let values = if keep { linear.of_working(&least_squares.working, true).values } else { None };
         return Residuals { rss: least_squares.rss, max_abs: least_squares.max_abs, values };
     }
-    if place.factor.working.is_none() {
+    if linear.factor.working.is_none() {
         let mut working: Vec<Dd> = estimate.coefficients.iter().map(|&x| Dd::from(x)).collect();
-        multiply_upper_vector(&place.factor.change, &mut working);
-        return place.of_working(&working, keep);
+        multiply_upper_vector(&linear.factor.change, &mut working);
+        return linear.of_working(&working, keep);
     }
-    let mut b = place.factor.qty.clone();
+    let mut b = linear.factor.qty.clone();
     for (i, f) in filtered.iter().enumerate().filter(|(_, f)| f.removed != 0.0) {
         let moved = f.removed * spectrum.a[i];
         for (b, image) in b.iter_mut().zip(spectrum.image.column(i).iter()) {
             *b -= Dd::product(moved, *image);
         }
     }
-    place.of_image(&b, keep)
+    linear.of_image(&b, keep)
 }

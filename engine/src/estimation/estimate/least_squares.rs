@@ -3,7 +3,7 @@
 use crate::{
     estimation::{
         factor::multiply_upper_vector,
-        problem::Place,
+        problem::LinearProblem,
         spectrum::{ScaledColumns, Spectrum},
     },
     numerics::{Dd, triangular},
@@ -19,8 +19,8 @@ pub struct LeastSquares {
 }
 
 impl LeastSquares {
-    pub fn new(place: &Place, columns: &ScaledColumns, spectrum: &Spectrum) -> Self {
-        let factor = place.factor;
+    pub fn new(linear: &LinearProblem, columns: &ScaledColumns, spectrum: &Spectrum) -> Self {
+        let factor = linear.factor;
         if let (Some(working), true) = (&factor.working, spectrum.full_rank()) {
             let mut coefficients = working.clone();
             triangular::solve_upper(&factor.change, &mut coefficients);
@@ -43,7 +43,7 @@ impl LeastSquares {
         }
         let coefficients = caller.iter().map(|x| x.to_f64()).collect();
         multiply_upper_vector(&factor.change, &mut caller);
-        let residuals = place.of_working(&caller, false);
+        let residuals = linear.of_working(&caller, false);
         LeastSquares { coefficients, working: caller, rss: residuals.rss, max_abs: residuals.max_abs }
     }
 }

@@ -8,4 +8,4 @@ mod plain;
 pub(crate) use columns::Frame;
 pub(crate) use filtered::{Estimate, directions, residuals};
 pub(crate) use least_squares::LeastSquares;
-pub(crate) use plain::Beside;
+pub(crate) use plain::PlainEstimate;

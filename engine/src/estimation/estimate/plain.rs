@@ -3,7 +3,7 @@
 use super::{columns::Frame, filtered::Estimate, least_squares::LeastSquares};
 use crate::{
     estimation::{
-        problem::Place,
+        problem::LinearProblem,
         selection::{Filtered, Rule},
         spectrum::Spectrum,
     },
@@ -11,23 +11,23 @@ use crate::{
 };
 
 /// Plain least squares beside another estimate, in the caller's terms.
-pub struct Beside {
+pub struct PlainEstimate {
     pub coefficients: Vec<f64>,
     /// √((XᵀX)⁻¹)ⱼⱼ.
     pub leverage: Vec<f64>,
     pub rss: f64,
 }
 
-impl Beside {
-    /// Of the posted nodes, `place` holding their factor and `frame` the analysis of its columns.
-    pub fn new(place: &Place, frame: &Frame) -> Self {
+impl PlainEstimate {
+    /// Of the posted nodes, `linear` holding their factor and `frame` the analysis of its columns.
+    pub fn new(linear: &LinearProblem, frame: &Frame) -> Self {
         let Frame { caller, columns, directions, .. } = frame;
-        let qty = &place.factor.qty;
+        let qty = &linear.factor.qty;
         let level = columns.constant.as_ref().map_or(Dd::ZERO, |constant| constant.level(caller, qty));
         let spectrum = Spectrum::new(directions.clone(), qty, level);
-        let least_squares = LeastSquares::new(place, columns, &spectrum);
+        let least_squares = LeastSquares::new(linear, columns, &spectrum);
         let filtered: Vec<Filtered> = spectrum.lambda.iter().map(|&lambda| Rule::None.at(0, lambda, 0.0)).collect();
         let Estimate { leverage, .. } = Estimate::new(columns, &spectrum, &filtered, &least_squares);
-        Beside { coefficients: least_squares.coefficients, leverage, rss: least_squares.rss }
+        PlainEstimate { coefficients: least_squares.coefficients, leverage, rss: least_squares.rss }
     }
 }

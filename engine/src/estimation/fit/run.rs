@@ -11,7 +11,7 @@ use crate::estimation::{
     error::FitError,
     estimate::Frame,
     factor::Factor,
-    problem::{Evidence, Place},
+    problem::{Evidence, LinearProblem},
     result::FitResult,
     robust::{Measured, estimate},
     spec::FitSpec,
@@ -33,21 +33,21 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
         within_range(nodes.heights_pointer(), &heights)?;
         let factor = plan.factor(grid)?;
         let frame = plan.frame(&factor, spec, heights.weight)?;
-        let place = Place { design: &plan.design, factor: &factor, heights: heights.about_zero, evidence };
-        return match estimate(&spec.estimator, &Measured { place: &place, sample: &sample, heights: &heights })? {
-            None => conclude(&place, &heights, spec, frame, None),
-            Some(robust) => conclude_robust(&place, &sample, nodes, &heights, spec, frame, &robust),
+        let linear = LinearProblem { design: &plan.design, factor: &factor, heights: heights.about_zero, evidence };
+        return match estimate(&spec.estimator, &Measured { linear: &linear, sample: &sample, heights: &heights })? {
+            None => conclude(&linear, &heights, spec, frame, None),
+            Some(robust) => conclude_robust(&linear, &sample, nodes, &heights, spec, frame, &robust),
         };
     }
     let design = Design::new(nodes, &sample, spec)?;
     within_range(nodes.heights_pointer(), &heights)?;
     let factor = Factor::new(&design, &sample)?;
-    let place = Place { design: &design, factor: &factor, heights: heights.about_zero, evidence };
-    match estimate(&spec.estimator, &Measured { place: &place, sample: &sample, heights: &heights })? {
-        None => report(&place, &heights, spec),
+    let linear = LinearProblem { design: &design, factor: &factor, heights: heights.about_zero, evidence };
+    match estimate(&spec.estimator, &Measured { linear: &linear, sample: &sample, heights: &heights })? {
+        None => report(&linear, &heights, spec),
         Some(robust) => {
             let frame = Frame::new(&design, &factor, spec, heights.weight)?;
-            conclude_robust(&place, &sample, nodes, &heights, spec, &frame, &robust)
+            conclude_robust(&linear, &sample, nodes, &heights, spec, &frame, &robust)
         }
     }
 }
@@ -74,11 +74,11 @@ pub fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitResult>, F
                 (design, frame)
             }
         };
-        let place = Place { design: &design, factor: &factor, heights: heights.about_zero, evidence };
-        let measured = Measured { place: &place, sample: &sample, heights: &heights };
+        let linear = LinearProblem { design: &design, factor: &factor, heights: heights.about_zero, evidence };
+        let measured = Measured { linear: &linear, sample: &sample, heights: &heights };
         results.push(match estimate(&spec.estimator, &measured)? {
-            None => conclude(&place, &heights, spec, &frame, None)?,
-            Some(robust) => conclude_robust(&place, &sample, nodes, &heights, spec, &frame, &robust)?,
+            None => conclude(&linear, &heights, spec, &frame, None)?,
+            Some(robust) => conclude_robust(&linear, &sample, nodes, &heights, spec, &frame, &robust)?,
         });
         analysed = Some((design, frame));
     }

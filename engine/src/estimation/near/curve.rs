@@ -67,7 +67,7 @@ pub enum KnotPlacement {
 
 /// What is fitted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CurveAsked {
+pub struct CurveSettings {
     pub degree: usize,
     pub knots: KnotPlacement,
     /// Weights of NURBS, one per control point; not with adaptive knots, whose number is not known.
@@ -117,7 +117,7 @@ impl CurvePoints<'_> {
 }
 
 /// Fits one curve of all coordinates.
-pub fn curve(points: &CurvePoints, asked: &CurveAsked) -> Result<CurveFit, FitError> {
+pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, FitError> {
     let dimension = check(points, asked)?;
     let parameters = parameters(points)?;
     let trial = Trial { points, asked, dimension, parameters: &parameters };
@@ -180,7 +180,7 @@ pub fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSp
 /// The points with everything but the knots.
 pub struct Trial<'a> {
     pub points: &'a CurvePoints<'a>,
-    pub asked: &'a CurveAsked,
+    pub asked: &'a CurveSettings,
     pub dimension: Dimension,
     pub parameters: &'a [f64],
 }
@@ -243,7 +243,7 @@ impl Trial<'_> {
     }
 }
 
-fn check(points: &CurvePoints, asked: &CurveAsked) -> Result<Dimension, Faults> {
+fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, Faults> {
     let Some(dimension) = Dimension::of(points.coordinates.len()) else {
         return Err(Faults::one("/points", "one, two or three coordinates make a curve"));
     };

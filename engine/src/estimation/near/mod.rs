@@ -16,7 +16,7 @@ mod surface_report;
 mod swing;
 
 pub use adaptive::{Adaptive, Step, Stop};
-pub use curve::{CurveAsked, CurveFit, CurvePoints, KnotPlacement, Parameters, curve};
+pub use curve::{CurveFit, CurvePoints, CurveSettings, KnotPlacement, Parameters, curve};
 pub use shape::{Shape, shape_of};
 pub use surface::{Coordinate, SurfaceFit, SurfaceInclude, SurfacePoints, Weight, surface};
 pub use swing::WILD;

@@ -1,6 +1,6 @@
 //! Residuals `Y − X Â_B` with the caller's X, formed in the well-conditioned working basis.
 
-use super::{observations::Evidence, summary::Seen};
+use super::{observations::Evidence, summary::SummaryStatistics};
 use crate::{
     estimation::{
         data::{Grid, Nodes},
@@ -23,7 +23,7 @@ pub struct Residuals {
 }
 
 /// Where coefficients stand in Q's coordinates and in the working basis.
-pub struct Place<'a> {
+pub struct LinearProblem<'a> {
     pub design: &'a Design,
     pub factor: &'a Factor,
     /// Σ w z².
@@ -31,7 +31,7 @@ pub struct Place<'a> {
     pub evidence: Evidence<'a>,
 }
 
-impl Place<'_> {
+impl LinearProblem<'_> {
     fn grid(&self) -> Option<&Grid> {
         match self.evidence {
             Evidence::Posted { nodes: Nodes::Grid(grid), .. } => Some(grid),
@@ -48,8 +48,8 @@ impl Place<'_> {
             };
             return self.sharpened(run);
         }
-        if let Evidence::Summed(seen) = self.evidence {
-            return self.of_sums(seen, b);
+        if let Evidence::Summed(summary) = self.evidence {
+            return self.of_sums(summary, b);
         }
         let mut working = b.to_vec();
         triangular::solve_upper(&self.factor.r, &mut working);
@@ -65,18 +65,18 @@ impl Place<'_> {
                 let values = keep.then_some(pass.values);
                 Residuals { rss: pass.rss.to_f64(), max_abs: Some(pass.max_abs), values }
             }),
-            Evidence::Summed(seen) => {
+            Evidence::Summed(summary) => {
                 let mut image = working.to_vec();
                 multiply_upper_vector(&self.factor.r, &mut image);
-                self.of_sums(seen, &image)
+                self.of_sums(summary, &image)
             }
         }
     }
 
     /// `‖√Ω(z − Wc)‖² = ‖Qᵀ√Ωz − Rc‖² + rss`: all that can be told without the nodes.
-    fn of_sums(&self, seen: &Seen, image: &[Dd]) -> Residuals {
+    fn of_sums(&self, summary: &SummaryStatistics, image: &[Dd]) -> Residuals {
         let moved = self.factor.qty.iter().zip(image).fold(Dd::ZERO, |sum, (&b, &x)| sum + (b - x) * (b - x));
-        Residuals { rss: (seen.rss + moved).to_f64(), max_abs: None, values: None }
+        Residuals { rss: (summary.rss + moved).to_f64(), max_abs: None, values: None }
     }
 
     /// In double precision first, and again in double-double where nothing but rounding would be

@@ -6,7 +6,7 @@ mod matrix_b;
 mod observations;
 mod summary;
 
-pub(crate) use linear::{Place, Residuals};
+pub(crate) use linear::{LinearProblem, Residuals};
 pub(crate) use matrix_b::matrix_b;
 pub(crate) use observations::Evidence;
-pub(crate) use summary::Seen;
+pub(crate) use summary::SummaryStatistics;

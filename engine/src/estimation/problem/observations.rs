@@ -1,7 +1,7 @@
 //! What is still known of the nodes once the factor stands: all of them for a fit of posted nodes,
 //! sums for a stream.
 
-use super::summary::Seen;
+use super::summary::SummaryStatistics;
 use crate::estimation::{
     data::{Nodes, Sample},
     design::{Design, slopes},
@@ -12,7 +12,7 @@ use crate::estimation::{
 #[derive(Clone, Copy)]
 pub enum Evidence<'a> {
     Posted { sample: &'a Sample<'a>, nodes: &'a Nodes },
-    Summed(&'a Seen),
+    Summed(&'a SummaryStatistics),
 }
 
 impl Evidence<'_> {
@@ -20,7 +20,7 @@ impl Evidence<'_> {
     pub fn count(&self) -> usize {
         match self {
             Evidence::Posted { sample, .. } => sample.count(),
-            Evidence::Summed(seen) => seen.count,
+            Evidence::Summed(summary) => summary.count,
         }
     }
 
@@ -36,7 +36,7 @@ impl Evidence<'_> {
     pub fn slopes(&self, design: &Design, columns: &ScaledColumns) -> f64 {
         match self {
             Evidence::Posted { sample, .. } => of_scaled(&slopes(design, sample), columns),
-            Evidence::Summed(seen) => of_scaled(&seen.slopes, columns),
+            Evidence::Summed(summary) => of_scaled(&summary.slopes, columns),
         }
     }
 }

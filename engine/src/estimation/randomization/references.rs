@@ -20,7 +20,7 @@ use crate::{
         error::FitError,
         factor::Factor,
         result::Warning,
-        selection::{Rule, Search, Spectral, choice},
+        selection::{Rule, Search, Spectral, filters},
         spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, FitSpec, Model, Parameter, Regularization, Scaling, Scheme},
         spectrum::{Directions, ScaledColumns, caller_columns},
     },
@@ -131,8 +131,8 @@ impl Base {
     }
 
     fn reference(&self, outcomes: &[Outcome], regularization: &Regularization) -> Reference {
-        let rule = choice::rule(regularization, self.lambda()).map_or(Rule::None, |(_, rule, _)| rule);
-        let (_, count) = choice::scheme_and_count(rule);
+        let rule = filters::rule(regularization, self.lambda()).map_or(Rule::None, |(_, rule, _)| rule);
+        let (_, count) = filters::scheme_and_count(rule);
         // what every criterion chooses in every repetition
         let chosen: Vec<Vec<Option<f64>>> = outcomes
             .iter()

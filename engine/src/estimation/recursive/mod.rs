@@ -14,11 +14,11 @@
 
 mod caller_row;
 mod growing;
-mod kept;
 mod opening;
+mod readout;
+mod snapshot;
 mod state;
 mod sums;
-mod telling;
 
 pub use opening::Taken;
 
@@ -28,7 +28,7 @@ use super::{
     diagnostics::within_range,
     error::{Faults, FitError},
     fit::report,
-    problem::{Evidence, Place},
+    problem::{Evidence, LinearProblem},
     result::{FitResult, Warning},
     spec::FitSpec,
 };
@@ -68,7 +68,7 @@ impl Recursive {
 
     /// Counted nodes so far.
     pub fn count(&self) -> usize {
-        self.sums.as_ref().map_or(0, |sums| sums.seen.count)
+        self.sums.as_ref().map_or(0, |sums| sums.summary.count)
     }
 
     /// n, once the first block has told it.
@@ -120,20 +120,20 @@ impl Recursive {
     /// What needs the nodes themselves is left out, which a warning says: `max_abs`, single
     /// residuals and B.
     pub fn result(&self) -> Result<Option<FitResult>, FitError> {
-        let Some(sums) = self.sums.as_ref().filter(|sums| sums.seen.count >= sums.design.size()) else {
+        let Some(sums) = self.sums.as_ref().filter(|sums| sums.summary.count >= sums.design.size()) else {
             return Ok(None);
         };
         let design = sums.told_design(&self.spec);
         let heights = sums.heights();
         within_range(if sums.form == Form::Surface { "/nodes/z" } else { "/nodes/y" }, &heights)?;
         let factor = sums.factor(&design, &heights)?;
-        let place = Place {
+        let linear = LinearProblem {
             design: &design,
             factor: &factor,
             heights: heights.about_zero,
-            evidence: Evidence::Summed(&sums.seen),
+            evidence: Evidence::Summed(&sums.summary),
         };
-        let mut result = report(&place, &heights, &self.spec)?;
+        let mut result = report(&linear, &heights, &self.spec)?;
         result.warnings.push(Warning {
             code: "nodes_not_kept",
             message:
@@ -149,7 +149,7 @@ impl Recursive {
                      1/σ², so \
                      sigma is that of the newest node, older ones counting as noisier",
                     Shown(self.forgetting),
-                    sums.seen.count,
+                    sums.summary.count,
                     heights.weight
                 ),
             });

@@ -7,7 +7,7 @@ use crate::{
         data::{Form, Nodes, Sample},
         design::{self, Boxes, Design, bounding_box, product_on},
         error::{Fault, Faults},
-        regularized::suited,
+        regularized::check_admissible,
         spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
     },
     fault::words::Shown,
@@ -60,7 +60,7 @@ pub fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(Form, De
         }
     };
     let place = if matches!(form, Form::Matrix { .. }) { "/nodes/x" } else { "/nodes/type" };
-    met_at(suited(&design, spec), place)?;
+    met_at(check_admissible(&design, spec), place)?;
     Ok((form, design, boxes))
 }
 
@@ -136,7 +136,7 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
     // the boxes only have to be some
     let domain = spec.domain.unwrap_or_default();
     let boxes = (domain.u.unwrap_or([-1.0, 1.0]), domain.v.unwrap_or([-1.0, 1.0]));
-    let check = |surface| suited(&product_on(surface, &spec.model, boxes, boxes)?, spec);
+    let check = |surface| check_admissible(&product_on(surface, &spec.model, boxes, boxes)?, spec);
     if let Some(surface) = is_surface(spec) {
         return check(surface);
     }

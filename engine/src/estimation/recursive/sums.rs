@@ -6,7 +6,7 @@ use crate::{
         data::{Form, Sample},
         design::{Boxes, Design, Row},
         diagnostics::correct_digits,
-        problem::Seen,
+        problem::SummaryStatistics,
         spec::FitSpec,
     },
     numerics::{Dd, Triangle, cancel::Asking},
@@ -29,7 +29,7 @@ pub struct Sums {
     /// For a measurement matrix: the first row, and which columns have not varied since.
     pub first: Vec<f64>,
     pub same: Vec<bool>,
-    pub seen: Seen,
+    pub summary: SummaryStatistics,
 }
 
 impl Sums {
@@ -45,7 +45,7 @@ impl Sums {
             largest: [0.0; 2],
             first: if matrix { sample.matrix_row(0).to_vec() } else { Vec::new() },
             same: if matrix { vec![true; n] } else { Vec::new() },
-            seen: Seen {
+            summary: SummaryStatistics {
                 count: 0,
                 rss: Dd::ZERO,
                 rounded_heights: false,
@@ -62,7 +62,7 @@ impl Sums {
     pub fn is_finite(&self) -> bool {
         self.triangle.is_finite()
             && self.ones.iter().chain(&self.moments).all(|x| x.is_finite())
-            && self.seen.slopes.iter().all(|x| x.is_finite())
+            && self.summary.slopes.iter().all(|x| x.is_finite())
     }
 
     pub fn add(&mut self, sample: &Sample, forgetting: f64, slopes: bool) {
@@ -76,7 +76,7 @@ impl Sums {
             if forgetting < 1.0 {
                 self.triangle.scale(root_fading, fading);
                 self.ones.iter_mut().chain(&mut self.moments).for_each(|sum| *sum *= fading);
-                self.seen.slopes.iter_mut().for_each(|sum| *sum *= forgetting);
+                self.summary.slopes.iter_mut().for_each(|sum| *sum *= forgetting);
             }
             let (weight, z) = (sample.w(k), sample.z(k));
             let root = if weight == 1.0 { Dd::ONE } else { Dd::from(weight).sqrt() };
@@ -94,30 +94,30 @@ impl Sums {
             self.largest[0] = self.largest[0].max(root.to_f64() * z.abs());
             self.largest[1] = self.largest[1].max(z.abs());
             if let Some(slope) = &mut slope {
-                slope.add_slopes(&self.design, sample, k, &mut self.seen.slopes);
+                slope.add_slopes(&self.design, sample, k, &mut self.summary.slopes);
             }
             self.look_at(sample, k, root.to_f64());
         }
-        self.seen.rss = self.triangle.rss();
+        self.summary.rss = self.triangle.rss();
     }
 
     /// What the estimate of correct digits and the report want to know of a node.
     fn look_at(&mut self, sample: &Sample, k: usize, root: f64) {
-        let seen = &mut self.seen;
-        seen.count += 1;
-        seen.rounded_heights |= !correct_digits::exact(sample.z(k));
+        let summary = &mut self.summary;
+        summary.count += 1;
+        summary.rounded_heights |= !correct_digits::exact(sample.z(k));
         let (u, v) = sample.place(k);
         for (axis, at) in [u, v].into_iter().enumerate() {
-            let [low, high] = &mut seen.bounds[axis];
+            let [low, high] = &mut summary.bounds[axis];
             (*low, *high) = (low.min(at), high.max(at));
             if !correct_digits::exact(at) {
-                seen.rounded_places[axis] = seen.rounded_places[axis].max(at.abs());
+                summary.rounded_places[axis] = summary.rounded_places[axis].max(at.abs());
             }
         }
         for (j, &x) in sample.matrix_row(k).iter().enumerate() {
             self.same[j] &= x == self.first[j];
             if !correct_digits::exact(x) {
-                seen.rounded_columns[j] = seen.rounded_columns[j].max(root * x.abs());
+                summary.rounded_columns[j] = summary.rounded_columns[j].max(root * x.abs());
             }
         }
     }

@@ -10,7 +10,7 @@ use crate::{
     estimation::{
         design::Design,
         error::Faults,
-        selection::choice::{checked_count, no_minimiser},
+        selection::{filters::checked_count, selector::no_minimiser},
         spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
         spectrum::scaled_size,
     },
@@ -19,7 +19,7 @@ use crate::{
 
 /// Refuses a scaling and regularisation of `spec` that `design` rules out, by pointer into the
 /// request for a fit.
-pub fn suited(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
+pub fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let size = scaled_size(design, spec.scaling)?;
     match &spec.regularization {
         Regularization::None => Ok(()),

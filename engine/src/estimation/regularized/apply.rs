@@ -1,7 +1,7 @@
 //! The regularisation that a spec asks for.
 
 use super::{
-    admissible::suited,
+    admissible::check_admissible,
     context::{Applied, Context},
     shrink, spectral, tikhonov, truncated,
 };
@@ -9,7 +9,7 @@ use crate::estimation::{error::FitError, result::Warning, spec::Regularization};
 
 /// Applies what the spec asks for.
 pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
-    suited(context.place.design, context.spec)?;
+    check_admissible(context.linear.design, context.spec)?;
     match &context.spec.regularization {
         Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. } => {
             spectral::apply(context, warnings)

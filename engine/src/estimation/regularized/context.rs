@@ -3,12 +3,12 @@
 use crate::estimation::{
     diagnostics::perturbation,
     estimate::{Estimate, LeastSquares},
-    problem::{Place, Residuals},
+    problem::{LinearProblem, Residuals},
     result::{
         BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationReport, RegularizedSpectrum,
         RidgeTracePoint, Warning,
     },
-    selection::choice,
+    selection::selector::warn_about,
     spec::{ExpectedSize, FitSpec},
     spectrum::{ScaledColumns, Spectrum},
 };
@@ -16,7 +16,7 @@ use crate::estimation::{
 /// Everything known of the fit before it is regularised.
 pub struct Context<'a> {
     pub spec: &'a FitSpec,
-    pub place: &'a Place<'a>,
+    pub linear: &'a LinearProblem<'a>,
     pub columns: &'a ScaledColumns,
     pub spectrum: &'a Spectrum,
     pub least_squares: &'a LeastSquares,
@@ -31,7 +31,7 @@ pub struct Context<'a> {
 impl Context<'_> {
     /// m.
     pub fn count(&self) -> usize {
-        self.place.evidence.count()
+        self.linear.evidence.count()
     }
 
     /// Coefficients that no filter acts on: the constant of standardised columns.
@@ -81,7 +81,7 @@ impl Context<'_> {
     /// stands.
     pub fn judge(&self, choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
         if self.spec.expected_size == ExpectedSize::Estimated {
-            choice::warn_about(choices, chosen, warnings);
+            warn_about(choices, chosen, warnings);
         }
     }
 

@@ -27,7 +27,7 @@ mod tikhonov;
 mod trace;
 mod truncated;
 
-pub(crate) use admissible::suited;
+pub(crate) use admissible::check_admissible;
 pub(crate) use apply::apply;
-pub(crate) use context::Context;
+pub(crate) use context::{Applied, Context};
 pub(crate) use report::regularized_spectrum;

@@ -14,7 +14,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::pair::product;
-use crate::numerics::{Dd, Real, jacobi};
+use crate::numerics::{Dd, Real, jacobi, root::boundary};
 
 /// The directions in the scaled columns.
 pub struct Oblique {
@@ -181,8 +181,6 @@ pub fn spectral_norm(matrix: &DMatrix<f64>) -> f64 {
 /// Steps of the iteration at most, and the residual at which it ends.
 const STEPS: usize = 60;
 const SETTLED: f64 = 1e-13;
-/// Halvings of an interval of doubles, and steps of inverse iteration from next to the eigenvalue.
-const HALVINGS: usize = 64;
 const INVERSE_STEPS: usize = 3;
 
 /// The largest eigenvalue of `M diag(d) Mᵀ`, d > 0, with `Mᵀx` for its eigenvector x of length 1.
@@ -236,7 +234,7 @@ fn top(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
     let reach = (0..n).map(|i| diagonal[i] + off(i) + if i > 0 { off(i - 1) } else { 0.0 });
     let mut above = reach.fold(f64::NEG_INFINITY, f64::max);
     above += above.abs() * 1e-15 + f64::MIN_POSITIVE;
-    let mut below = diagonal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let below = diagonal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let mut pivots = vec![0.0; n];
     let positive = |x: f64, pivots: &mut Vec<f64>| {
         let mut last = 1.0;
@@ -250,13 +248,7 @@ fn top(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
         }
         true
     };
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (below + above);
-        if middle <= below || middle >= above {
-            break;
-        }
-        if positive(middle, &mut pivots) { above = middle } else { below = middle }
-    }
+    let [_, above] = boundary([below, above], 0.0, |x| !positive(x, &mut pivots));
     let mut vector = vec![1.0; n];
     if positive(above, &mut pivots) {
         for _ in 0..INVERSE_STEPS {

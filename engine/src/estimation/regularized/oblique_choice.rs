@@ -9,19 +9,24 @@ use super::{context::Context, oblique::Oblique};
 use crate::estimation::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, Warning},
-    selection::{Rule, Search, Spectral, Unavailable, choice::no_minimiser, range, scan},
+    selection::{
+        Rule, Search, Spectral, Unavailable, range, scan,
+        selector::{Comparison, ParameterProblem, Selection, select},
+    },
     spec::{Criterion, Parameter},
 };
 
-/// The λ that stands.
-pub struct Decided {
-    /// `None` where the criterion has no answer: least squares stands.
-    pub lambda_star: Option<f64>,
-    pub criterion: Option<Criterion>,
-    pub fixed: bool,
-    pub choices: Vec<Choice>,
-    pub standing: Choice,
-    pub curve: Option<Vec<LambdaCurvePoint>>,
+/// The λ that is used, with its figures.
+pub struct SelectedPenalty {
+    pub selection: Selection<Lambda>,
+    pub figures: Choice,
+}
+
+/// λ, and whether a discrepancy was reached.
+#[derive(Clone, Copy)]
+pub struct Lambda {
+    pub value: f64,
+    reached: bool,
 }
 
 /// Decides for `oblique`.
@@ -30,7 +35,7 @@ pub fn decide(
     oblique: &Oblique,
     parameter: Parameter,
     warnings: &mut Vec<Warning>,
-) -> Result<Decided, FitError> {
+) -> Result<SelectedPenalty, FitError> {
     let size = oblique.delta.len();
     let penalised = (oblique.silent..size).filter(|&i| oblique.delta[i] > 0.0).collect::<Vec<_>>();
     let lambda: Vec<f64> = penalised.iter().map(|&i| 1.0 / oblique.delta[i]).collect();
@@ -39,94 +44,102 @@ pub fn decide(
     let free = size - oblique.silent - penalised.len() + context.unpenalised();
     let problem = Spectral::new(&lambda, &a, context.variance, rss, context.count(), free);
     let search = Search::new(&problem, Rule::Ridge);
-    let ends = range(&problem, Rule::Ridge);
-    let logarithms = ends.map(f64::ln);
-    let choose = |criterion: Criterion| -> Result<(f64, bool), Unavailable> {
+    let logarithms = range(&problem, Rule::Ridge).map(f64::ln);
+    let penalty = Penalised { context, oblique, problem: &problem, search, logarithms };
+    let selection = select(&penalty, parameter, context.spec.include.lambda_curve, warnings)?;
+    let figures = penalty.figures(selection.criterion.filter(|_| selection.answer.is_some()), selection.answer);
+    Ok(SelectedPenalty { selection, figures })
+}
+
+/// A penalty along oblique directions, and the same as ridge.
+struct Penalised<'a> {
+    context: &'a Context<'a>,
+    oblique: &'a Oblique,
+    problem: &'a Spectral<'a>,
+    search: Search<'a>,
+    /// ln λ is searched between these.
+    logarithms: [f64; 2],
+}
+
+impl ParameterProblem for Penalised<'_> {
+    type Answer = Lambda;
+    type Refusal = Unavailable;
+
+    fn fixed(&self, parameter: f64) -> Result<Lambda, Unavailable> {
+        Ok(Lambda { value: parameter, reached: true })
+    }
+
+    fn choose(&self, criterion: Criterion) -> Result<Lambda, Unavailable> {
+        let oblique = self.oblique;
         match criterion {
-            Criterion::MinMse if context.variance.is_none() => Err(Unavailable::NoSigma),
+            Criterion::MinMse if self.context.variance.is_none() => Err(Unavailable::NoSigma),
             Criterion::MinMse => {
                 let at = |x: f64| oblique.mse(x.exp()).unwrap_or((f64::INFINITY, 0.0));
-                Ok((scan::least(logarithms, at).exp(), true))
+                self.fixed(scan::least(self.logarithms, at).exp())
             }
             Criterion::MinCondition => {
-                scan::turning(logarithms, |x| oblique.condition(x.exp()).map_or(-1.0, |(_, slope)| slope))
-                    .map(|x| (x.exp(), true))
-                    .ok_or(Unavailable::NoMinimiser)
+                let slope = |x: f64| oblique.condition(x.exp()).map_or(-1.0, |(_, slope)| slope);
+                let x = scan::turning(self.logarithms, slope).ok_or(Unavailable::NoMinimiser)?;
+                self.fixed(x.exp())
             }
-            _ => search.choose(criterion).map(|chosen| (chosen.lambda_star, chosen.reached)),
-        }
-    };
-    let evaluate = |criterion: Option<Criterion>, lambda: f64| Choice {
-        criterion,
-        lambda_star: Some(lambda),
-        condition: oblique.condition(lambda).map(|(condition, _)| condition),
-        bias_norm: oblique.bias(lambda),
-        predicted_mse: oblique.mse(lambda).map(|(mse, _)| mse),
-        rms: ((rss + oblique.risen(lambda)) / context.weight).sqrt(),
-    };
-    let least_squares = Choice {
-        criterion: None,
-        lambda_star: None,
-        condition: super::report::condition(context.spectrum.lambda.iter().copied()),
-        bias_norm: 0.0,
-        predicted_mse: oblique.mse(0.0).map(|(mse, _)| mse),
-        rms: (rss / context.weight).sqrt(),
-    };
-    let mut choices = vec![least_squares.clone()];
-    let mut asked = None;
-    for criterion in Criterion::ALL {
-        let answer = choose(criterion);
-        if let Ok((lambda, _)) = answer {
-            choices.push(evaluate(Some(criterion), lambda));
-        }
-        if parameter == Parameter::Criterion(criterion) {
-            asked = Some(answer);
+            _ => {
+                let chosen = self.search.choose(criterion)?;
+                Ok(Lambda { value: chosen.lambda_star, reached: chosen.reached })
+            }
         }
     }
-    let (lambda_star, criterion, fixed) = match (parameter, asked) {
-        (Parameter::Fixed(lambda), _) => (Some(lambda), None, true),
-        (Parameter::Criterion(criterion), Some(Ok((lambda, reached)))) => {
-            if !reached {
-                warnings.push(Warning {
-                    code: "discrepancy_not_reached",
-                    message: "the residuals stay below the noise for every λ*: the largest one is answered".into(),
-                });
-            }
-            (Some(lambda), Some(criterion), false)
+}
+
+impl Comparison for Penalised<'_> {
+    const PARAMETER: &'static str = "λ*";
+
+    fn criteria(&self) -> impl Iterator<Item = Criterion> {
+        Criterion::ALL.into_iter()
+    }
+
+    fn reached(answer: &Lambda) -> bool {
+        answer.reached
+    }
+
+    fn figures(&self, criterion: Option<Criterion>, answer: Option<Lambda>) -> Choice {
+        let Penalised { context, oblique, .. } = self;
+        let rss = context.least_squares.rss;
+        match answer {
+            None => Choice {
+                criterion: None,
+                lambda_star: None,
+                condition: super::report::condition(context.spectrum.lambda.iter().copied()),
+                bias_norm: 0.0,
+                predicted_mse: oblique.mse(0.0).map(|(mse, _)| mse),
+                rms: (rss / context.weight).sqrt(),
+            },
+            Some(Lambda { value, .. }) => Choice {
+                criterion,
+                lambda_star: Some(value),
+                condition: oblique.condition(value).map(|(condition, _)| condition),
+                bias_norm: oblique.bias(value),
+                predicted_mse: oblique.mse(value).map(|(mse, _)| mse),
+                rms: ((rss + oblique.risen(value)) / context.weight).sqrt(),
+            },
         }
-        (Parameter::Criterion(criterion), Some(Err(Unavailable::NoSigma))) => {
-            warnings.push(Warning {
-                code: "criterion_unavailable",
-                message: format!(
-                    "{} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is \
-                     answered",
-                    criterion.name()
-                ),
-            });
-            (None, Some(criterion), false)
+    }
+
+    fn at_share(&self, share: f64) -> f64 {
+        let [low, high] = self.logarithms;
+        (low + (high - low) * share).exp()
+    }
+
+    fn curve_point(&self, lambda_star: f64) -> LambdaCurvePoint {
+        let gcv = self.search.gcv(&self.problem.sums(Rule::Ridge, lambda_star));
+        let figures = self.figures(None, Some(Lambda { value: lambda_star, reached: true }));
+        LambdaCurvePoint {
+            lambda_star,
+            condition: figures.condition,
+            bias_norm: figures.bias_norm,
+            predicted_mse: figures.predicted_mse,
+            rms: figures.rms,
+            gcv: gcv.is_finite().then_some(gcv),
+            coefficient_norm: self.oblique.norm(lambda_star),
         }
-        (Parameter::Criterion(criterion), _) => return Err(no_minimiser(criterion).into()),
-    };
-    let standing = lambda_star.map_or(least_squares, |lambda| evaluate(criterion, lambda));
-    let curve = context.spec.include.lambda_curve.then(|| {
-        const POINTS: usize = 60;
-        let [low, high] = logarithms;
-        (0..=POINTS)
-            .map(|i| {
-                let lambda_star = (low + (high - low) * (i as f64 / POINTS as f64)).exp();
-                let choice = evaluate(None, lambda_star);
-                let gcv = search.gcv(&problem.sums(Rule::Ridge, lambda_star));
-                LambdaCurvePoint {
-                    lambda_star,
-                    condition: choice.condition,
-                    bias_norm: choice.bias_norm,
-                    predicted_mse: choice.predicted_mse,
-                    rms: choice.rms,
-                    gcv: gcv.is_finite().then_some(gcv),
-                    coefficient_norm: oblique.norm(lambda_star),
-                }
-            })
-            .collect()
-    });
-    Ok(Decided { lambda_star, criterion, fixed, choices, standing, curve })
+    }
 }

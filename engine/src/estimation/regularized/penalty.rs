@@ -78,7 +78,7 @@ fn degree(axis: &Axis) -> usize {
 
 /// L: as many columns as working coefficients. `asked` has been checked.
 pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults> {
-    let design = context.place.design;
+    let design = context.linear.design;
     let order = asked.order;
     let weights = weights(asked, design);
     let l = match &design.basis {

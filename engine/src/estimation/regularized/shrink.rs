@@ -8,13 +8,17 @@
 
 use super::{
     context::{Applied, Context},
-    target::Aim,
+    report::report,
+    target::AttractionTarget,
 };
 use crate::estimation::{
     error::{Faults, FitError},
     result::{Choice, LambdaCurvePoint, RegularizationKind, RegularizationReport, Warning},
-    selection::{Rule, Search, Spectral, Unavailable, choice::no_minimiser, range},
-    spec::{Attraction, Criterion, JamesStein, Parameter, ShrinkageFactor},
+    selection::{
+        Rule, Search, Spectral, Unavailable, range,
+        selector::{Comparison, ParameterProblem, select, warn_of_missing_sigma},
+    },
+    spec::{Attraction, Criterion, JamesStein, ShrinkageFactor},
 };
 
 /// Refuses to shrink fewer directions than pay for their factor.
@@ -30,11 +34,11 @@ pub fn check_directions(p: usize) -> Result<(), Faults> {
 
 /// Shrinks by the factor that the data give.
 pub fn james_stein(context: &Context, asked: &JamesStein, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
-    let aim = match (asked.factor, &asked.target) {
-        (ShrinkageFactor::EfronMorris, None) => Aim::at_the_mean(context, warnings)?,
-        (_, target) => Aim::at(context, target.as_deref(), warnings),
+    let target = match (asked.factor, &asked.target) {
+        (ShrinkageFactor::EfronMorris, None) => AttractionTarget::at_the_mean(context, warnings)?,
+        (_, target) => AttractionTarget::at(context, target.as_deref(), warnings),
     };
-    let p = aim.directions();
+    let p = target.directions();
     check_directions(p)?;
     context.warn_of_missing("James–Stein", false, warnings);
     let variance = match (context.spec.noise_sigma, asked.factor) {
@@ -44,7 +48,7 @@ pub fn james_stein(context: &Context, asked: &JamesStein, warnings: &mut Vec<War
         _ => context.variance,
     };
     let factor = variance.map(|variance| {
-        let reach = aim.reach();
+        let reach = target.reach();
         // Â is T already: every factor gives the same
         if reach == 0.0 {
             return 1.0;
@@ -53,21 +57,12 @@ pub fn james_stein(context: &Context, asked: &JamesStein, warnings: &mut Vec<War
         if asked.positive_part { factor.max(0.0) } else { factor }
     });
     if factor.is_none() {
-        unavailable("James–Stein", warnings);
+        warn_of_missing_sigma("James–Stein", warnings);
     }
     let c = factor.unwrap_or(1.0);
-    let report = aim.report(RegularizationKind::JamesStein);
-    context.judge(&report.choices, &aim.choice(c), warnings);
-    Ok(aim.apply(c, RegularizationReport { shrinkage_factor: factor, ..report }, warnings))
-}
-
-fn unavailable(what: &str, warnings: &mut Vec<Warning>) {
-    warnings.push(Warning {
-        code: "criterion_unavailable",
-        message: format!(
-            "{what} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is answered"
-        ),
-    });
+    let report = target.report(RegularizationKind::JamesStein);
+    context.judge(&report.choices, &target.choice(c), warnings);
+    Ok(target.apply(c, RegularizationReport { shrinkage_factor: factor, ..report }, warnings))
 }
 
 /// A factor with the weight that it comes from; an infinite weight is none.
@@ -86,15 +81,15 @@ impl Drawn {
 
 /// Draws Â to the target with the weight asked for.
 pub fn attraction(context: &Context, asked: &Attraction, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
-    let aim = Aim::at(context, Some(&asked.target), warnings);
+    let target = AttractionTarget::at(context, Some(&asked.target), warnings);
     context.warn_of_missing("attraction", true, warnings);
     // seen from T, every direction of X(Â − T) is alike: the sums of ridge with eigenvalue 1
-    let lambda = vec![1.0; aim.directions()];
+    let lambda = vec![1.0; target.directions()];
     let away: Vec<f64> = context
         .spectrum
         .lambda
         .iter()
-        .zip(&aim.away)
+        .zip(&target.away)
         .filter(|(lambda, _)| **lambda > 0.0)
         .map(|(lambda, d)| lambda.sqrt() * d)
         .collect();
@@ -107,10 +102,53 @@ pub fn attraction(context: &Context, asked: &Attraction, warnings: &mut Vec<Warn
         context.unpenalised(),
     );
     let search = (!lambda.is_empty()).then(|| Search::new(&problem, Rule::Ridge));
-    let choose = |criterion: Criterion| -> Result<Drawn, Unavailable> {
-        match (criterion, &search) {
+    let want_curve = search.is_some() && context.spec.include.lambda_curve;
+    let attracted = Attracted { target: &target, problem: &problem, search };
+    let selection = select(&attracted, asked.parameter, want_curve, warnings)?;
+    let drawn = selection.answer;
+    if let Some(Drawn { weight: None, .. }) = drawn {
+        warnings.push(Warning {
+            code: "attracted_entirely",
+            message:
+                "nothing of the distance to the target stands out of the noise: the target itself is answered, and \
+                      the weight, which would be infinite, is left out"
+                    .into(),
+        });
+    }
+    let c = drawn.map_or(1.0, |drawn| drawn.factor);
+    context.judge(&selection.choices, &target.choice(c), warnings);
+    let report = RegularizationReport {
+        lambda_star: drawn.and_then(|drawn| drawn.weight),
+        shrinkage_factor: drawn.map(|drawn| drawn.factor),
+        criterion: selection.criterion,
+        fixed: selection.fixed,
+        choices: selection.choices,
+        ..report(RegularizationKind::Attraction)
+    };
+    Ok(Applied { curve: selection.curve, ..target.apply(c, report, warnings) })
+}
+
+/// Attraction to a target, and the same as ridge.
+struct Attracted<'a> {
+    target: &'a AttractionTarget<'a>,
+    problem: &'a Spectral<'a>,
+    /// `None` where no direction is numerically nonzero.
+    search: Option<Search<'a>>,
+}
+
+impl ParameterProblem for Attracted<'_> {
+    type Answer = Drawn;
+    type Refusal = Unavailable;
+
+    fn fixed(&self, parameter: f64) -> Result<Drawn, Unavailable> {
+        Ok(Drawn::by(parameter))
+    }
+
+    fn choose(&self, criterion: Criterion) -> Result<Drawn, Unavailable> {
+        match (criterion, &self.search) {
             (Criterion::Optimal | Criterion::MinMse, _) => {
-                let (signal, noise) = aim.signal_and_noise(context.variance.ok_or(Unavailable::NoSigma)?);
+                let variance = self.problem.variance.ok_or(Unavailable::NoSigma)?;
+                let (signal, noise) = self.target.signal_and_noise(variance);
                 Ok(match noise / signal {
                     weight if weight.is_finite() => Drawn::by(weight),
                     // neither signal nor noise: Â is T
@@ -123,74 +161,43 @@ pub fn attraction(context: &Context, asked: &Attraction, warnings: &mut Vec<Warn
                 .map(|chosen| Drawn { reached: chosen.reached, ..Drawn::by(chosen.lambda_star) }),
             _ => Err(Unavailable::NoMinimiser),
         }
-    };
-    let mut report = aim.report(RegularizationKind::Attraction);
-    for criterion in [Criterion::Optimal].into_iter().chain(Criterion::ALL) {
-        if let Ok(drawn) = choose(criterion) {
-            report.choices.push(Choice {
-                criterion: Some(criterion),
-                lambda_star: drawn.weight,
-                ..aim.choice(drawn.factor)
-            });
-        }
     }
-    let drawn = match asked.parameter {
-        Parameter::Fixed(weight) => Some(Drawn::by(weight)),
-        Parameter::Criterion(criterion) => match choose(criterion) {
-            Ok(drawn) => Some(drawn),
-            Err(Unavailable::NoMinimiser) => return Err(no_minimiser(criterion).into()),
-            Err(Unavailable::NoSigma) => {
-                unavailable(criterion.name(), warnings);
-                None
-            }
-        },
-    };
-    match drawn {
-        Some(Drawn { weight: None, .. }) => warnings.push(Warning {
-            code: "attracted_entirely",
-            message:
-                "nothing of the distance to the target stands out of the noise: the target itself is answered, and \
-                      the weight, which would be infinite, is left out"
-                    .into(),
-        }),
-        Some(Drawn { reached: false, .. }) => warnings.push(Warning {
-            code: "discrepancy_not_reached",
-            message: "the residuals stay below the noise for every weight: the largest one is answered".into(),
-        }),
-        _ => {}
-    }
-    let c = drawn.map_or(1.0, |drawn| drawn.factor);
-    context.judge(&report.choices, &aim.choice(c), warnings);
-    report.lambda_star = drawn.and_then(|drawn| drawn.weight);
-    report.shrinkage_factor = drawn.map(|drawn| drawn.factor);
-    (report.criterion, report.fixed) = match asked.parameter {
-        Parameter::Criterion(criterion) => (Some(criterion), false),
-        Parameter::Fixed(_) => (None, true),
-    };
-    let curve =
-        search.filter(|_| context.spec.include.lambda_curve).map(|search| curve(context, &aim, &problem, &search));
-    Ok(Applied { curve, ..aim.apply(c, report, warnings) })
 }
 
-/// About sixty points over the range of the search.
-fn curve(context: &Context, aim: &Aim, problem: &Spectral, search: &Search) -> Vec<LambdaCurvePoint> {
-    const POINTS: usize = 60;
-    let [low, high] = range(problem, Rule::Ridge);
-    (0..=POINTS)
-        .map(|i| {
-            let lambda_star = low * (high / low).powf(i as f64 / POINTS as f64);
-            let c = Drawn::by(lambda_star).factor;
-            let Choice { condition, bias_norm, predicted_mse, .. } = aim.choice(c);
-            let gcv = search.gcv(&problem.sums(Rule::Ridge, lambda_star));
-            LambdaCurvePoint {
-                lambda_star,
-                condition,
-                bias_norm,
-                predicted_mse,
-                rms: (aim.rss(c) / context.weight).sqrt(),
-                gcv: gcv.is_finite().then_some(gcv),
-                coefficient_norm: aim.norm(c),
-            }
-        })
-        .collect()
+impl Comparison for Attracted<'_> {
+    const PARAMETER: &'static str = "weight";
+
+    fn criteria(&self) -> impl Iterator<Item = Criterion> {
+        [Criterion::Optimal].into_iter().chain(Criterion::ALL)
+    }
+
+    fn reached(answer: &Drawn) -> bool {
+        answer.reached
+    }
+
+    fn figures(&self, criterion: Option<Criterion>, answer: Option<Drawn>) -> Choice {
+        let lambda_star = answer.and_then(|drawn| drawn.weight);
+        Choice { criterion, lambda_star, ..self.target.choice(answer.map_or(1.0, |drawn| drawn.factor)) }
+    }
+
+    fn at_share(&self, share: f64) -> f64 {
+        let [low, high] = range(self.problem, Rule::Ridge);
+        low * (high / low).powf(share)
+    }
+
+    fn curve_point(&self, lambda_star: f64) -> LambdaCurvePoint {
+        let c = Drawn::by(lambda_star).factor;
+        let Choice { condition, bias_norm, predicted_mse, rms, .. } = self.target.choice(c);
+        let sums = self.problem.sums(Rule::Ridge, lambda_star);
+        let gcv = self.search.as_ref().map(|search| search.gcv(&sums));
+        LambdaCurvePoint {
+            lambda_star,
+            condition,
+            bias_norm,
+            predicted_mse,
+            rms,
+            gcv: gcv.filter(|gcv| gcv.is_finite()),
+            coefficient_norm: self.target.norm(c),
+        }
+    }
 }

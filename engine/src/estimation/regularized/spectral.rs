@@ -17,7 +17,7 @@ use crate::estimation::{
     result::{BiasReport, Choice, RegularizationKind, RegularizationReport, Warning},
     selection::{
         Filtered, Rule, Spectral,
-        choice::{self, Decided},
+        filters::{self, SelectedFilter},
     },
     spectrum::Directions,
 };
@@ -27,7 +27,7 @@ const MOST_OF_B: usize = 1_000_000;
 
 /// Applies the rule asked for.
 pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
-    let Context { spec, spectrum, columns, least_squares, place, .. } = *context;
+    let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
     let problem = Spectral::new(
         &spectrum.lambda,
         &spectrum.a,
@@ -37,19 +37,19 @@ pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, 
         context.unpenalised(),
     );
     let include = spec.include;
-    let decided =
-        choice::decide(&spec.regularization, &problem, &spectrum.a, context.weight, include.lambda_curve, warnings)?;
-    let rule = if decided.chosen.is_some() { decided.rule } else { Rule::None };
+    let selected =
+        filters::decide(&spec.regularization, &problem, &spectrum.a, context.weight, include.lambda_curve, warnings)?;
+    let rule = if selected.selection.answer.is_some() { selected.rule } else { Rule::None };
     let filtered: Vec<Filtered> =
-        spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, decided.parameter())).collect();
+        spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, selected.parameter())).collect();
     let estimate = Estimate::new(columns, spectrum, &filtered, least_squares);
-    let residuals = residuals(place, spectrum, &filtered, &estimate, least_squares, spec);
-    let standing = Standing { context, decided: &decided, rule, filtered: &filtered };
-    let (bias, bounds) = standing.bias(&estimate.coefficients, &estimate.directions, warnings);
-    let regularization = standing.regularization(&problem, warnings);
-    let matrix_b = standing.matrix_b(warnings)?;
-    let trace = match decided.kind {
-        RegularizationKind::Ridge => include.ridge_trace.then(|| trace::points(context, decided.chosen)),
+    let residuals = residuals(linear, spectrum, &filtered, &estimate, least_squares, spec);
+    let applied = AppliedFilter { context, selected: &selected, rule, filtered: &filtered };
+    let (bias, bounds) = applied.bias(&estimate.coefficients, &estimate.directions, warnings);
+    let regularization = applied.regularization(&problem, warnings);
+    let matrix_b = applied.matrix_b(warnings)?;
+    let trace = match selected.kind {
+        RegularizationKind::Ridge => include.ridge_trace.then(|| trace::points(context, selected.selection.answer)),
         _ => {
             context.warn_of_trace(warnings);
             None
@@ -57,7 +57,7 @@ pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, 
     };
     let spectrum_after = regularized_spectrum(filtered.iter().map(|f| f.eigenvalue).collect());
     Ok(Applied {
-        rss: problem.sums(rule, decided.parameter()).rss[0],
+        rss: problem.sums(rule, selected.parameter()).rss[0],
         after: Some(perturbation::Estimate {
             condition: spectrum_after.condition,
             largest: filtered.iter().map(|f| f.eigenvalue).fold(0.0, f64::max),
@@ -69,21 +69,21 @@ pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, 
         regularization,
         bias,
         bounds,
-        curve: decided.curve.clone(),
+        curve: selected.selection.curve.clone(),
         trace,
         matrix_b,
     })
 }
 
 /// The filter that stands, on its way into the answer.
-struct Standing<'a> {
+struct AppliedFilter<'a> {
     context: &'a Context<'a>,
-    decided: &'a Decided,
+    selected: &'a SelectedFilter,
     rule: Rule,
     filtered: &'a [Filtered],
 }
 
-impl Standing<'_> {
+impl AppliedFilter<'_> {
     fn bias(
         &self,
         coefficients: &[f64],
@@ -91,54 +91,54 @@ impl Standing<'_> {
         warnings: &mut Vec<Warning>,
     ) -> (BiasReport, Vec<f64>) {
         let r = self.context.norm_limit(self.context.norm_of(coefficients), warnings);
-        let bias = bias::bias(self.context.spectrum, self.rule, self.decided.parameter(), self.filtered, r);
+        let bias = bias::bias(self.context.spectrum, self.rule, self.selected.parameter(), self.filtered, r);
         let report = BiasReport { paper_bound: bias.paper, e: bias.e, ..self.context.bias(bias.norm, bias.sharp, r) };
         (report, bias::per_coefficient(directions, self.filtered, r))
     }
 
     /// cᵢ of Eq. 40, 0 where there is none.
     fn c(&self, i: usize) -> f64 {
-        self.rule.coefficient(i, self.context.spectrum.lambda[i], self.decided.parameter()).unwrap_or(0.0)
+        self.rule.coefficient(i, self.context.spectrum.lambda[i], self.selected.parameter()).unwrap_or(0.0)
     }
 
     fn regularization(&self, problem: &Spectral, warnings: &mut Vec<Warning>) -> RegularizationReport {
-        let (scheme, count) = choice::scheme_and_count(self.decided.rule);
+        let (scheme, count) = filters::scheme_and_count(self.selected.rule);
         let lambda = &self.context.spectrum.lambda;
-        let parameter = self.decided.chosen.map(|c| c.lambda_star);
+        let parameter = self.selected.selection.answer.map(|c| c.lambda_star);
         let spectral = matches!(self.rule, Rule::Spectral { count: 1.., .. });
-        let sums = problem.sums(self.rule, self.decided.parameter());
-        let standing = Choice {
-            criterion: self.decided.criterion,
+        let sums = problem.sums(self.rule, self.selected.parameter());
+        let applied = Choice {
+            criterion: self.selected.selection.criterion,
             lambda_star: parameter,
             condition: None,
             bias_norm: sums.bias.sqrt(),
             predicted_mse: problem.variance.map(|_| sums.mse[0]),
             rms: (sums.rss[0] / self.context.weight).sqrt(),
         };
-        self.context.judge(&self.decided.choices, &standing, warnings);
+        self.context.judge(&self.selected.selection.choices, &applied, warnings);
         RegularizationReport {
             scheme,
             count,
             lambda_star: parameter,
-            lambda_star_interval: self.decided.chosen.and_then(|c| c.interval),
+            lambda_star_interval: self.selected.selection.answer.and_then(|c| c.interval),
             gamma: parameter.filter(|_| spectral).map(|p| p - lambda[0]),
-            criterion: self.decided.criterion,
-            fixed: self.decided.fixed,
+            criterion: self.selected.selection.criterion,
+            fixed: self.selected.selection.fixed,
             filter_factors: self.filtered.iter().map(|f| f.factor).collect(),
             matrix_norm_squared: scheme.map(|_| (0..lambda.len()).map(|i| self.c(i) * self.c(i) * lambda[i]).sum()),
             largest_eigenvalue_bound: scheme
                 .map(|_| self.context.spectrum.largest() + (self.filtered[0].eigenvalue - lambda[0])),
-            choices: self.decided.choices.clone(),
-            ..report(self.decided.kind)
+            choices: self.selected.selection.choices.clone(),
+            ..report(self.selected.kind)
         }
     }
 
     fn matrix_b(&self, warnings: &mut Vec<Warning>) -> Result<Option<Vec<Vec<f64>>>, FitError> {
-        let Context { spec, place, columns, .. } = *self.context;
+        let Context { spec, linear, columns, .. } = *self.context;
         if !spec.include.matrix_b {
             return Ok(None);
         }
-        let (_, Some(_)) = choice::scheme_and_count(self.decided.rule) else {
+        let (_, Some(_)) = filters::scheme_and_count(self.selected.rule) else {
             warnings
                 .push(Warning { code: "no_matrix_b", message: "only spectral regularisation has a matrix B".into() });
             return Ok(None);
@@ -150,11 +150,11 @@ impl Standing<'_> {
             });
             return Ok(None);
         }
-        let Evidence::Posted { sample, .. } = place.evidence else {
+        let Evidence::Posted { sample, .. } = linear.evidence else {
             warnings.push(Warning { code: "no_matrix_b", message: "the rows of B need the nodes themselves".into() });
             return Ok(None);
         };
-        let (m, n) = (sample.count(), place.design.size());
+        let (m, n) = (sample.count(), linear.design.size());
         if m * n > MOST_OF_B {
             return Err(Faults::one(
                 "/include",
@@ -165,6 +165,6 @@ impl Standing<'_> {
         let Directions { image, v, lambda, .. } = &self.context.spectrum.directions;
         let c: Vec<f64> = (0..lambda.len()).map(|i| self.c(i)).collect();
         let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();
-        Ok(Some(matrix_b(place.design, sample, place.factor, image, v, &c, &scale)))
+        Ok(Some(matrix_b(linear.design, sample, linear.factor, image, v, &c, &scale)))
     }
 }

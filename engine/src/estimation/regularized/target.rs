@@ -25,7 +25,7 @@ use crate::{
 };
 
 /// The target, in every coordinate that is needed.
-pub struct Aim<'a> {
+pub struct AttractionTarget<'a> {
     context: &'a Context<'a>,
     /// T in the caller's terms; of standardised columns the constant follows from the others.
     caller: Vec<Dd>,
@@ -45,10 +45,10 @@ struct Constant {
     along: Vec<f64>,
 }
 
-impl<'a> Aim<'a> {
+impl<'a> AttractionTarget<'a> {
     /// A vector of the caller (as long as there are coefficients), 0 where none is given.
     pub fn at(context: &'a Context<'a>, target: Option<&[f64]>, warnings: &mut Vec<Warning>) -> Self {
-        let n = context.place.design.size();
+        let n = context.linear.design.size();
         let given = |j: usize| target.map_or(0.0, |t| t[j]);
         if let Some(constant) = &context.columns.constant
             && given(constant.index) != 0.0
@@ -76,7 +76,7 @@ impl<'a> Aim<'a> {
             .into());
         };
         // 1ᵀΩz = (X̃κ̃)ᵀΩz, of which Qᵀ√Ωz knows all
-        let factor = context.place.factor;
+        let factor = context.linear.factor;
         let mut image: Vec<Dd> = constant.caller.iter().map(|&x| Dd::from(x)).collect();
         multiply_upper_vector(&factor.change, &mut image);
         multiply_upper_vector(&factor.r, &mut image);
@@ -95,7 +95,7 @@ impl<'a> Aim<'a> {
         let plain: Vec<f64> = caller.iter().map(|x| x.to_f64()).collect();
         let along = along(context, &plain);
         let away = context.spectrum.a.iter().zip(&along).map(|(a, t)| a - t).collect();
-        Aim { context, caller, along, away, mean }
+        AttractionTarget { context, caller, along, away, mean }
     }
 
     /// Directions told from 0 that are drawn to the target.
@@ -189,7 +189,7 @@ impl<'a> Aim<'a> {
     /// The estimate with factor `c`, `factors` standing for it in the answer.
     pub fn apply(&self, c: f64, regularization: RegularizationReport, warnings: &mut Vec<Warning>) -> Applied {
         let context = self.context;
-        let Context { spectrum, columns, least_squares, place, spec, .. } = *context;
+        let Context { spectrum, columns, least_squares, linear, spec, .. } = *context;
         let filtered: Vec<Filtered> =
             spectrum.lambda.iter().map(|&eigenvalue| Filtered { factor: c, removed: 1.0 - c, eigenvalue }).collect();
         let mut estimate = Estimate::new(columns, spectrum, &filtered, least_squares);
@@ -202,11 +202,11 @@ impl<'a> Aim<'a> {
             }
         }
         let mut working = self.caller.clone();
-        multiply_upper_vector(&place.factor.change, &mut working);
+        multiply_upper_vector(&linear.factor.change, &mut working);
         for (to, &whole) in working.iter_mut().zip(&least_squares.working) {
             *to = to.mul_f64(1.0 - c) + whole.mul_f64(c);
         }
-        let residuals = place.of_working(&working, spec.include.residuals);
+        let residuals = linear.of_working(&working, spec.include.residuals);
         let r = context.norm_limit(self.norm(c), warnings);
         let (sharp, bounds) = self.bounds(c, r, &estimate.directions);
         Applied {
@@ -242,29 +242,29 @@ fn along(context: &Context, caller: &[f64]) -> Vec<f64> {
 impl Constant {
     /// `None` where the columns cannot add up to 1.
     fn new(context: &Context) -> Option<Self> {
-        let Context { place, spectrum, columns, weight, .. } = *context;
-        let n = place.design.size();
-        let caller: Vec<f64> = match (&place.design.basis, place.design.constant) {
+        let Context { linear, spectrum, columns, weight, .. } = *context;
+        let n = linear.design.size();
+        let caller: Vec<f64> = match (&linear.design.basis, linear.design.constant) {
             (Basis::Product { u: Axis::Spline(_), .. } | Basis::Product { v: Axis::Spline(_), .. }, _) => vec![1.0; n],
             (Basis::Product { .. }, _) => (0..n).map(|j| if j == 0 { 1.0 } else { 0.0 }).collect(),
             (Basis::Columns { .. }, Some(constant)) => {
-                let value = match place.evidence {
+                let value = match linear.evidence {
                     Evidence::Posted { sample, .. } => sample.matrix_row(0)[constant],
                     Evidence::Summed(_) => {
-                        let sum = place.factor.ones.as_ref()?[constant];
-                        (place.factor.change[(constant, constant)] * sum).to_f64() / weight
+                        let sum = linear.factor.ones.as_ref()?[constant];
+                        (linear.factor.change[(constant, constant)] * sum).to_f64() / weight
                     }
                 };
                 (0..n).map(|j| if j == constant { 1.0 / value } else { 0.0 }).collect()
             }
             (Basis::Columns { .. }, None) => {
                 // X̃ᵀΩ1 along the directions, T being diagonal here
-                let ones = place.factor.ones.as_ref()?;
+                let ones = linear.factor.ones.as_ref()?;
                 let sums: Vec<f64> = columns
                     .kept
                     .iter()
                     .zip(&columns.scale)
-                    .map(|(&j, s)| (place.factor.change[(j, j)] * ones[j] / *s).to_f64())
+                    .map(|(&j, s)| (linear.factor.change[(j, j)] * ones[j] / *s).to_f64())
                     .collect();
                 let mut seen = 0.0;
                 let mut scaled = vec![0.0; columns.kept.len()];

@@ -19,7 +19,7 @@ use nalgebra::DMatrix;
 use super::{
     context::{Applied, Context},
     oblique::Oblique,
-    oblique_choice,
+    oblique_choice::{self, SelectedPenalty},
     pair::{Pair, PairFault, product},
     penalty,
     report::report,
@@ -41,8 +41,8 @@ const NOT_CONVERGED: FitError =
 
 /// Applies the penalty asked for.
 pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
-    let Context { spec, place, columns, spectrum, least_squares, .. } = *context;
-    let factor = place.factor;
+    let Context { spec, linear, columns, spectrum, least_squares, .. } = *context;
+    let factor = linear.factor;
     let n = factor.size();
     let l = penalty::factor(context, asked)?;
     let rank = spectrum.rank + context.unpenalised();
@@ -72,9 +72,10 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
         .collect();
     let oblique = scaled(context, &pair, &a);
     context.warn_of_missing("Tikhonov", true, warnings);
-    let decided = oblique_choice::decide(context, &oblique, asked.parameter, warnings)?;
-    let lambda = decided.lambda_star.unwrap_or(0.0);
-    let regularized = decided.lambda_star.is_some();
+    let SelectedPenalty { selection, figures } = oblique_choice::decide(context, &oblique, asked.parameter, warnings)?;
+    let chosen = selection.answer.map(|lambda| lambda.value);
+    let lambda = chosen.unwrap_or(0.0);
+    let regularized = chosen.is_some();
 
     // without a λ the answer is least squares, of minimum norm where it is not the only one
     let removed = |i: usize| if regularized { oblique.removed(i, lambda) } else { 0.0 };
@@ -100,12 +101,11 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
         }
         estimate.directions = along;
     }
-    let residuals = place.of_working(&working, spec.include.residuals);
+    let residuals = linear.of_working(&working, spec.include.residuals);
     let r = context.norm_limit(context.norm_of(&estimate.coefficients), warnings);
-    let (sharp, bounds) = bounds(context, &oblique, decided.lambda_star, r);
-    let standing = decided.standing;
-    context.judge(&decided.choices, &standing, warnings);
-    let eigenvalues = match decided.lambda_star {
+    let (sharp, bounds) = bounds(context, &oblique, chosen, r);
+    context.judge(&selection.choices, &figures, warnings);
+    let eigenvalues = match chosen {
         Some(lambda) if !oblique.within_range(lambda) => {
             return Err(Faults::one(
                 "/regularization/parameter",
@@ -117,20 +117,20 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
         None => spectrum.lambda.clone(),
     };
     Ok(Applied {
-        rss: least_squares.rss + decided.lambda_star.map_or(0.0, |lambda| oblique.risen(lambda)),
+        rss: least_squares.rss + chosen.map_or(0.0, |lambda| oblique.risen(lambda)),
         residuals,
         spectrum: RegularizedSpectrum { ..super::report::regularized_spectrum(eigenvalues) },
         regularization: RegularizationReport {
-            lambda_star: decided.lambda_star,
-            criterion: decided.criterion,
-            fixed: decided.fixed,
+            lambda_star: chosen,
+            criterion: selection.criterion,
+            fixed: selection.fixed,
             filter_factors: (0..size).map(|i| 1.0 - removed(i)).collect(),
-            choices: decided.choices,
+            choices: selection.choices,
             ..report(RegularizationKind::Tikhonov)
         },
-        bias: context.bias(standing.bias_norm, sharp, r),
+        bias: context.bias(figures.bias_norm, sharp, r),
         bounds,
-        curve: decided.curve,
+        curve: selection.curve,
         trace: None,
         matrix_b: None,
         after: None,
@@ -140,9 +140,9 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
 
 /// The directions in the scaled columns, without the unpenalised constant.
 fn scaled(context: &Context, pair: &Pair, a: &[Dd]) -> Oblique {
-    let Context { place, columns, .. } = *context;
-    let change = &place.factor.change;
-    let n = place.factor.size();
+    let Context { linear, columns, .. } = *context;
+    let change = &linear.factor.change;
+    let n = linear.factor.size();
     let size = columns.kept.len();
     // caller = T⁻¹ working, scaled = scale · caller
     let mut caller = pair.z.clone();
@@ -158,7 +158,7 @@ fn scaled(context: &Context, pair: &Pair, a: &[Dd]) -> Oblique {
 
 /// Sharp bounds on the bias for `‖A‖ ≤ r`: of the vector, and of each caller's coefficient.
 fn bounds(context: &Context, oblique: &Oblique, lambda: Option<f64>, r: f64) -> (f64, Vec<f64>) {
-    let n = context.place.design.size();
+    let n = context.linear.design.size();
     let Some(lambda) = lambda else { return (0.0, vec![0.0; n]) };
     let removal = oblique.removal(lambda);
     let each = directions(context.columns, &removal, n);

@@ -28,7 +28,7 @@ pub fn check_rank(rank: usize, there: usize, what: &str) -> Result<(), Faults> {
 
 /// Keeps the `rank` largest singular values.
 pub fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
-    let Context { spec, spectrum, columns, least_squares, place, .. } = *context;
+    let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
     let n = spectrum.lambda.len();
     check_rank(rank, spectrum.rank, "singular values told from 0")?;
     let dropped = n - rank;
@@ -67,7 +67,7 @@ pub fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Res
     context.judge(&choices, &standing, warnings);
     context.warn_of_missing("a truncated singular value decomposition", false, warnings);
     let estimate = Estimate::new(columns, spectrum, &filtered, least_squares);
-    let residuals = residuals(place, spectrum, &filtered, &estimate, least_squares, spec);
+    let residuals = residuals(linear, spectrum, &filtered, &estimate, least_squares, spec);
     let r = context.norm_limit(context.norm_of(&estimate.coefficients), warnings);
     let bounds = bias::per_coefficient(&estimate.directions, &filtered, r);
     let sharp = if dropped > 0 { r } else { 0.0 };

@@ -12,7 +12,7 @@ pub struct SpectrumReport {
     pub regularized: RegularizedSpectrum,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RegularizedSpectrum {
     pub eigenvalues: Vec<f64>,
     pub condition: Option<f64>,

@@ -11,7 +11,7 @@ use crate::{
         data::Sample,
         diagnostics::dependence,
         error::FitError,
-        estimate::Beside,
+        estimate::PlainEstimate,
         factor::{Factor, multiply_upper_vector},
         result::{RobustReport, Warning},
         spec::Estimator,
@@ -20,16 +20,16 @@ use crate::{
 };
 
 /// A robust estimate as a fit reports it.
-pub struct Joined<'a> {
-    pub robust: &'a Robust,
-    pub beside: Beside,
-    /// The nodes as posted: the place of the fit has the weights of the problem that was solved.
+pub struct RobustSolution<'a> {
+    pub estimate: &'a RobustEstimate,
+    pub plain: PlainEstimate,
+    /// The nodes as posted: the linear problem of the fit has the weights of the problem that was solved.
     pub posted: &'a Sample<'a>,
     /// Σ of those weights.
     pub weight: f64,
 }
 
-impl Joined<'_> {
+impl RobustSolution<'_> {
     /// Σ w r² and max |r| of residuals, with the posted weights.
     pub fn sums(&self, residuals: &[f64]) -> (f64, f64) {
         let (mut squares, mut largest) = (Dd::ZERO, 0.0f64);
@@ -42,7 +42,7 @@ impl Joined<'_> {
 }
 
 /// An estimate as the least-squares problem that it solves.
-pub struct Robust {
+pub struct RobustEstimate {
     /// Of `√(wω) X` (or `√w X`); `working` is the estimate, `rss` its weighted sum of squares.
     pub factor: Factor,
     /// wω by posted node; `None` where node weights stand.
@@ -55,12 +55,12 @@ pub struct Robust {
 }
 
 /// Estimates as asked; `None` for least squares, which `measured` already is.
-pub fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Option<Robust>, FitError> {
+pub fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Option<RobustEstimate>, FitError> {
     if *estimator == Estimator::LeastSquares {
         return Ok(None);
     }
-    if measured.place.factor.working.is_none() {
-        return Err(dependence(measured.place.design, measured.place.factor, measured.heights.weight));
+    if measured.linear.factor.working.is_none() {
+        return Err(dependence(measured.linear.design, measured.linear.factor, measured.heights.weight));
     }
     let outcome = match estimator {
         Estimator::LeastSquares => return Ok(None),
@@ -72,13 +72,13 @@ pub fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Option<Rob
         Estimator::LeastTrimmed { coverage, seed } => lts::estimate(*coverage, *seed, measured)?,
         Estimator::Rank => rank::estimate(measured)?,
     };
-    Ok(Some(joined(outcome, measured)))
+    Ok(Some(as_least_squares(outcome, measured)))
 }
 
 /// Brings an outcome into the form in which a fit goes on.
-fn joined(outcome: Outcome, measured: &Measured) -> Robust {
-    let Measured { place, sample, .. } = *measured;
-    let plain = place.factor;
+fn as_least_squares(outcome: Outcome, measured: &Measured) -> RobustEstimate {
+    let Measured { linear, sample, .. } = *measured;
+    let plain = linear.factor;
     let (mut factor, weights, omega) = match outcome.solved {
         Solved::Weighted(Weighting { factor, omega }) => (*factor, Some(measured.posted_weights(&omega)), Some(omega)),
         Solved::Step(step) => {
@@ -92,8 +92,8 @@ fn joined(outcome: Outcome, measured: &Measured) -> Robust {
         Solved::Working(working) => (with_working(plain, working), None, None),
     };
     if weights.is_none() {
-        let seen = place.of_working(factor.working.as_deref().unwrap_or(&[]), false);
-        (factor.rss, factor.max_abs) = (seen.rss, seen.max_abs);
+        let summary = linear.of_working(factor.working.as_deref().unwrap_or(&[]), false);
+        (factor.rss, factor.max_abs) = (summary.rss, summary.max_abs);
     }
     let spread = Spread::new(&factor, plain, outcome.dispersion, outcome.along, weights.is_some());
     let rejected = omega.map_or_else(Vec::new, |omega| {
@@ -116,7 +116,7 @@ fn joined(outcome: Outcome, measured: &Measured) -> Robust {
         solution: outcome.local,
         coefficients: Vec::new(),
     };
-    Robust { sigma: spread.sigma(), factor, weights, spread, report, warnings: outcome.warnings }
+    RobustEstimate { sigma: spread.sigma(), factor, weights, spread, report, warnings: outcome.warnings }
 }
 
 /// The plain factor with other coefficients.

@@ -126,8 +126,8 @@ fn approach(rows: &Rows, tilt: f64) -> Vec<f64> {
 
 /// The coefficients of the vertex in the working basis, from its nodes alone, in double-double.
 fn refined(measured: &Measured, vertex: &Vertex) -> Option<Vec<Dd>> {
-    let Measured { place, sample, .. } = *measured;
-    let design = place.design;
+    let Measured { linear, sample, .. } = *measured;
+    let design = linear.design;
     let n = design.size();
     let mut a = nalgebra::DMatrix::from_element(n, n, Dd::ZERO);
     let mut z = nalgebra::DVector::from_element(n, Dd::ZERO);

@@ -49,8 +49,8 @@ pub fn subset_size(coverage: f64, m: usize, n: usize) -> usize {
 }
 
 pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome, FitError> {
-    let Measured { place, sample, .. } = *measured;
-    let design = place.design;
+    let Measured { linear, sample, .. } = *measured;
+    let design = linear.design;
     let rows = Rows::new(measured)?;
     let (m, n) = (rows.count(), rows.n);
     if m <= n {

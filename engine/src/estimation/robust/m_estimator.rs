@@ -33,8 +33,8 @@ use crate::{
 };
 
 pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitError> {
-    let Measured { place, sample, heights } = *measured;
-    let design = place.design;
+    let Measured { linear, sample, heights } = *measured;
+    let design = linear.design;
     let (m, n) = (sample.count(), design.size());
     let roots: Vec<f64> = (0..m).map(|k| sample.w(k).sqrt()).collect();
     let precision = if m * n <= 200_000 { Precision::DoubleDouble } else { Precision::Double };
@@ -53,7 +53,7 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
         }
     };
     let mut residuals = match asked.start {
-        Start::LeastSquares => residuals_of(place.factor).ok_or_else(|| too_few(asked, &vec![1.0; m], n))?,
+        Start::LeastSquares => residuals_of(linear.factor).ok_or_else(|| too_few(asked, &vec![1.0; m], n))?,
         Start::LeastTrimmed => solve(&lts::start_weights(measured)?)?.1,
     };
     let rounding = 8.0 * f64::EPSILON * heights.largest;

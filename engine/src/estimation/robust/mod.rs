@@ -31,5 +31,5 @@ mod scale;
 mod spread;
 mod vertex;
 
-pub(crate) use estimate::{Joined, Robust, estimate};
+pub(crate) use estimate::{RobustEstimate, RobustSolution, estimate};
 pub(crate) use outcome::Measured;

@@ -4,7 +4,7 @@ use crate::{
     estimation::{
         data::{Heights, Sample},
         factor::Factor,
-        problem::Place,
+        problem::LinearProblem,
         result::{LocalSolution, Warning},
         spec::Start,
     },
@@ -14,7 +14,7 @@ use crate::{
 /// Nodes with their least-squares factor.
 #[derive(Clone, Copy)]
 pub struct Measured<'a> {
-    pub place: &'a Place<'a>,
+    pub linear: &'a LinearProblem<'a>,
     pub sample: &'a Sample<'a>,
     pub heights: &'a Heights,
 }

@@ -30,8 +30,8 @@ pub struct Rows {
 impl Rows {
     /// The rows of all counted nodes; refuses more numbers than memory should hold.
     pub fn new(measured: &Measured) -> Result<Self, FitError> {
-        let Measured { place, sample, .. } = *measured;
-        let (design, factor) = (place.design, place.factor);
+        let Measured { linear, sample, .. } = *measured;
+        let (design, factor) = (linear.design, linear.factor);
         let (m, n) = (sample.count(), design.size());
         if m * n > MOST {
             return Err(Faults::one(
@@ -78,8 +78,8 @@ impl Rows {
 }
 
 fn orthonormal<T: Real>(measured: &Measured, r: &nalgebra::DMatrix<T>) -> Vec<f64> {
-    let Measured { place, sample, .. } = *measured;
-    let design = place.design;
+    let Measured { linear, sample, .. } = *measured;
+    let design = linear.design;
     let (m, n) = (sample.count(), design.size());
     let mut out = Vec::with_capacity(m * n);
     let mut row = Row::<T>::new(design);

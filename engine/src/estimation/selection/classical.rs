@@ -8,8 +8,8 @@
 //!   the same under both.
 
 use super::{
-    filter::Spectral,
-    lambda_star::{Chosen, Unavailable},
+    search::{Chosen, Unavailable},
+    spectral::Spectral,
 };
 use crate::estimation::spec::Criterion;
 
@@ -33,7 +33,7 @@ pub fn ridge_parameter(criterion: Criterion, problem: &Spectral, a: &[f64]) -> R
     } else if variance == 0.0 {
         // no noise: nothing to shrink, as the other criteria answer with the low end of their
         // search
-        let low = super::lambda_star::range(problem, super::filter::Rule::Ridge)[0];
+        let low = super::search::range(problem, super::spectral::Rule::Ridge)[0];
         Ok(Chosen { lambda_star: low, interval: None, reached: true })
     } else {
         Err(Unavailable::NoMinimiser)

@@ -1,10 +1,11 @@
 //! The parameter of a regularisation: filters on the spectrum, criteria, and the search for λ*.
 
-pub mod choice;
 mod classical;
-mod filter;
-mod lambda_star;
+pub mod filters;
 pub mod scan;
+mod search;
+pub mod selector;
+mod spectral;
 
-pub(crate) use filter::{Filtered, Rule, Spectral};
-pub(crate) use lambda_star::{Chosen, Search, Unavailable, range};
+pub(crate) use search::{Chosen, Search, Unavailable, range};
+pub(crate) use spectral::{Filtered, Rule, Spectral};

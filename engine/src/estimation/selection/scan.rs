@@ -1,11 +1,11 @@
 //! Minima of a function of ln λ: all of them on a grid, each refined by the sign of the slope.
 
+use crate::numerics::root::boundary;
+
 /// Grid points for each factor of e.
 const DENSITY: f64 = 2.5;
 /// Most cells.
 const MOST: f64 = 400.0;
-/// Halvings of a cell; a cell is shorter than 1, and a double has 53 bits.
-const HALVINGS: usize = 56;
 
 /// The place of the least value of `at(x)` → (value, slope) for x in `[low, high]`; of equal ones
 /// the first.
@@ -31,11 +31,7 @@ pub fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> f64 {
             && grid[i].2 < 0.0
             && rising > 0.0
         {
-            let (mut falls, mut rises) = (x, next);
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (falls + rises);
-                if at(middle).1 < 0.0 { falls = middle } else { rises = middle }
-            }
+            let [_, rises] = boundary([x, next], 0.0, |x| at(x).1 < 0.0);
             offer(rises, at(rises).0);
         }
     }
@@ -51,14 +47,7 @@ pub fn turning([low, high]: [f64; 2], slope: impl Fn(f64) -> f64) -> Option<f64>
     if slope(high) <= 0.0 {
         return None;
     }
-    let (mut falls, mut rises) = (low, high);
-    for _ in 0..HALVINGS {
-        if rises - falls <= 1e-9 * rises.abs().max(1.0) {
-            break;
-        }
-        let middle = 0.5 * (falls + rises);
-        if slope(middle) < 0.0 { falls = middle } else { rises = middle }
-    }
+    let [_, rises] = boundary([low, high], 1e-9, |x| slope(x) < 0.0);
     Some(rises)
 }
 

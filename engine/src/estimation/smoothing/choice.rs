@@ -14,8 +14,13 @@
 
 use rayon::prelude::*;
 
-use crate::estimation::spec::{Criterion, Parameter};
-use crate::numerics::cancel;
+use crate::{
+    estimation::{
+        selection::selector::ParameterProblem,
+        spec::{Criterion, Parameter},
+    },
+    numerics::{cancel, minimize, root},
+};
 
 /// What one λ gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,8 +84,6 @@ pub enum NoParameter {
 /// Grid cells over the range of ln λ: none longer than this, and so many at most.
 const CELL: f64 = 2.4;
 const MOST_CELLS: f64 = 64.0;
-/// Refinements of a bracket.
-const STEPS: usize = 60;
 /// Accuracy of ln λ for minima (where a criterion is flat) and for roots.
 const FLAT: f64 = 1e-6;
 const SHARP: f64 = 1e-12;
@@ -91,53 +94,78 @@ pub fn find(
     problem: &Problem,
     at: impl Fn(f64) -> Option<Figures> + Sync,
 ) -> Result<Found, NoParameter> {
-    let m = problem.count as f64;
-    let criterion = match asked {
-        Smoothing::Parameter(Parameter::Fixed(lambda)) if lambda >= 0.0 && lambda.is_finite() => {
-            return Ok(Found { lambda, criterion: None, reached: true });
+    let penalised = Penalised { problem, at };
+    match asked {
+        Smoothing::Parameter(parameter) => penalised.answer(parameter),
+        Smoothing::EffectiveDegrees(degrees) => penalised.with_degrees(degrees),
+    }
+}
+
+/// A penalty whose λ is sought.
+struct Penalised<'a, F> {
+    problem: &'a Problem,
+    at: F,
+}
+
+impl<F: Fn(f64) -> Option<Figures> + Sync> ParameterProblem for Penalised<'_, F> {
+    type Answer = Found;
+    type Refusal = NoParameter;
+
+    fn fixed(&self, lambda: f64) -> Result<Found, NoParameter> {
+        if lambda >= 0.0 && lambda.is_finite() {
+            Ok(Found { lambda, criterion: None, reached: true })
+        } else {
+            Err(NoParameter::Negative(lambda))
         }
-        Smoothing::Parameter(Parameter::Fixed(lambda)) => return Err(NoParameter::Negative(lambda)),
-        Smoothing::Parameter(Parameter::Criterion(criterion)) => Some(criterion),
-        Smoothing::EffectiveDegrees(_) => None,
-    };
-    if let Some(wanted @ (Criterion::Discrepancy | Criterion::MinMse)) = criterion
-        && problem.variance.is_none()
-    {
-        return Err(NoParameter::NoSigma(wanted));
     }
-    let variance = problem.variance.unwrap_or(0.0);
-    let grid = grid(problem.range, &at);
-    if grid.is_empty() {
-        return Err(NoParameter::Unsolved);
-    }
-    let found = |(x, reached): (f64, bool)| Ok(Found { lambda: x.exp(), criterion, reached });
-    let gcv = |f: &Figures| {
-        let left = 1.0 - f.effective / m;
-        if left > 0.0 { f.rss / (left * left) } else { f64::INFINITY }
-    };
-    match criterion {
-        None => {
-            let Smoothing::EffectiveDegrees(asked) = asked else { return Err(NoParameter::Unsolved) };
-            let (most, least) = (grid[0].1.effective, grid[grid.len() - 1].1.effective);
-            if !(asked > least && asked < most) {
-                return Err(NoParameter::Degrees { asked, least, most });
+
+    fn choose(&self, criterion: Criterion) -> Result<Found, NoParameter> {
+        let Penalised { problem, at } = self;
+        let found = |(x, reached): (f64, bool)| Ok(Found { lambda: x.exp(), criterion: Some(criterion), reached });
+        let variance = problem.variance.ok_or(NoParameter::NoSigma(criterion));
+        let coordinates = problem.coordinates as f64;
+        match criterion {
+            Criterion::Gcv => found((minimum(&self.grid()?, at, |f| problem.gcv(f)), true)),
+            Criterion::MinMse => {
+                let variance = variance?;
+                let score = |f: &Figures| f.rss + 2.0 * variance * coordinates * f.effective;
+                found((minimum(&self.grid()?, at, score), true))
             }
-            found(root(&grid, &at, |f| (asked / f.effective).ln()))
+            Criterion::Discrepancy => {
+                let aim = problem.count as f64 * coordinates * variance?;
+                found(root(&self.grid()?, at, |f| (f.rss / aim).ln()))
+            }
+            Criterion::LCurve => {
+                let bend = |x: f64, f: &Figures| -curvature(x.exp(), f);
+                found((minimum_of(&self.grid()?, at, bend), true))
+            }
+            // an unsolvable problem is told first, as of the other criteria
+            other => self.grid().and(Err(NoParameter::NotHere(other))),
         }
-        Some(Criterion::Gcv) => found((minimum(&grid, &at, gcv), true)),
-        Some(Criterion::MinMse) => {
-            let coordinates = problem.coordinates as f64;
-            found((minimum(&grid, &at, |f| f.rss + 2.0 * variance * coordinates * f.effective), true))
+    }
+}
+
+impl<F: Fn(f64) -> Option<Figures> + Sync> Penalised<'_, F> {
+    fn grid(&self) -> Result<Grid, NoParameter> {
+        Some(grid(self.problem.range, &self.at)).filter(|grid| !grid.is_empty()).ok_or(NoParameter::Unsolved)
+    }
+
+    /// λ by the effective degrees of freedom of one coordinate.
+    fn with_degrees(&self, asked: f64) -> Result<Found, NoParameter> {
+        let grid = self.grid()?;
+        let (most, least) = (grid[0].1.effective, grid[grid.len() - 1].1.effective);
+        if !(asked > least && asked < most) {
+            return Err(NoParameter::Degrees { asked, least, most });
         }
-        Some(Criterion::Discrepancy) => {
-            let aim = m * problem.coordinates as f64 * variance;
-            found(root(&grid, &at, |f| (f.rss / aim).ln()))
-        }
-        Some(Criterion::LCurve) => {
-            let bend = |x: f64, f: &Figures| -curvature(x.exp(), f);
-            found((minimum_of(&grid, &at, bend), true))
-        }
-        Some(other) => Err(NoParameter::NotHere(other)),
+        let (x, reached) = root(&grid, &self.at, |f| (asked / f.effective).ln());
+        Ok(Found { lambda: x.exp(), criterion: None, reached })
+    }
+}
+
+impl Problem {
+    fn gcv(&self, f: &Figures) -> f64 {
+        let left = 1.0 - f.effective / self.count as f64;
+        if left > 0.0 { f.rss / (left * left) } else { f64::INFINITY }
     }
 }
 
@@ -171,72 +199,23 @@ fn minimum(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(&Fi
 fn minimum_of(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(f64, &Figures) -> f64) -> f64 {
     let scores: Vec<f64> = grid.iter().map(|(x, f)| score(*x, f)).collect();
     let (mut place, mut best) = (grid[0].0, scores[0]);
-    let at = |x: f64| at(x.exp()).map_or(f64::INFINITY, |f| score(x, &f));
+    let at = |x: f64| {
+        cancel::checkpoint();
+        at(x.exp()).map_or(f64::INFINITY, |f| score(x, &f))
+    };
     for i in 0..grid.len() {
         if scores[i] < best {
             (place, best) = (grid[i].0, scores[i]);
         }
         let dips = i > 0 && i + 1 < grid.len() && scores[i] < scores[i - 1] && scores[i] <= scores[i + 1];
         if dips {
-            let (x, value) = brent([grid[i - 1].0, grid[i].0, grid[i + 1].0], scores[i], &at);
+            let (x, value) = minimize::minimum([grid[i - 1].0, grid[i + 1].0], (grid[i].0, scores[i]), FLAT, at);
             if value < best {
                 (place, best) = (x, value);
             }
         }
     }
     place
-}
-
-/// Brent's minimiser between `low` and `high`, started at `middle`, whose value is given.
-fn brent([mut low, middle, mut high]: [f64; 3], value: f64, at: &impl Fn(f64) -> f64) -> (f64, f64) {
-    const GOLDEN: f64 = 0.381_966_011_250_105_1;
-    // the best place so far, the second best, and the one before that
-    let ((mut x, mut fx), (mut w, mut fw), (mut v, mut fv)) = ((middle, value), (middle, value), (middle, value));
-    let (mut step, mut before) = (0.0f64, 0.0f64);
-    for _ in 0..STEPS {
-        cancel::checkpoint();
-        let center = 0.5 * (low + high);
-        if (x - center).abs() + 0.5 * (high - low) <= 2.0 * FLAT {
-            break;
-        }
-        let (r, q) = ((x - w) * (fx - fv), (x - v) * (fx - fw));
-        let mut p = (x - v) * q - (x - w) * r;
-        let mut q = 2.0 * (q - r);
-        if q > 0.0 {
-            p = -p;
-        }
-        q = q.abs();
-        let parabola = p.abs() < (0.5 * q * before).abs() && p > q * (low - x) && p < q * (high - x);
-        if parabola {
-            (before, step) = (step, p / q);
-        } else {
-            before = if x < center { high - x } else { low - x };
-            step = GOLDEN * before;
-        }
-        let moved = if step.abs() >= FLAT { step } else { FLAT.copysign(step) };
-        let u = x + moved;
-        let fu = at(u);
-        if fu <= fx {
-            if u < x {
-                high = x
-            } else {
-                low = x
-            }
-            ((v, fv), (w, fw), (x, fx)) = ((w, fw), (x, fx), (u, fu));
-        } else {
-            if u < x {
-                low = u
-            } else {
-                high = u
-            }
-            if fu <= fw || w == x {
-                ((v, fv), (w, fw)) = ((w, fw), (u, fu));
-            } else if fu <= fv || v == x || v == w {
-                (v, fv) = (u, fu);
-            }
-        }
-    }
-    (x, fx)
 }
 
 /// Where the rising `value` passes 0: its place, and whether it does within the grid.
@@ -246,21 +225,12 @@ fn root(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, value: impl Fn(&Figur
         return (first.0, value(&first.1) == 0.0);
     }
     let Some(i) = grid.iter().position(|(_, f)| value(f) >= 0.0) else { return (last.0, false) };
-    let (mut a, mut fa) = (grid[i - 1].0, value(&grid[i - 1].1));
-    let (mut b, mut fb) = (grid[i].0, value(&grid[i].1));
-    for step in 0..STEPS {
+    let end = |i: usize| (grid[i].0, value(&grid[i].1));
+    let at = |x: f64| {
         cancel::checkpoint();
-        if b - a <= SHARP * b.abs().max(1.0) || fb == 0.0 {
-            break;
-        }
-        // the secant, and every third time the middle
-        let secant = b - fb * (b - a) / (fb - fa);
-        let x = if step % 3 == 2 || !(secant > a && secant < b) { 0.5 * (a + b) } else { secant };
-        let Some(f) = at(x.exp()) else { break };
-        let fx = value(&f);
-        if fx < 0.0 { (a, fa) = (x, fx) } else { (b, fb) = (x, fx) }
-    }
-    (if fa.abs() < fb.abs() { a } else { b }, true)
+        at(x.exp()).map_or(f64::NAN, |f| value(&f))
+    };
+    (root::root([end(i - 1), end(i)], |x| SHARP * x.abs().max(1.0), at).unwrap_or(grid[i].0), true)
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ impl Sums {
             }
             form => {
                 let given = spec.domain.unwrap_or_default();
-                let [u, v] = self.seen.bounds;
+                let [u, v] = self.summary.bounds;
                 let v = (*form == Form::Surface).then(|| given.v.unwrap_or(v));
                 Design { domain: Some(Domain { u: Some(given.u.unwrap_or(u)), v }), ..self.design.clone() }
             }
@@ -74,7 +74,7 @@ impl Sums {
             return Err(Faults::one("/nodes", "powers of these numbers leave the range of double precision").into());
         }
         // rounding of so many updates adds up like a random walk
-        let rounded = (self.seen.count as f64).sqrt();
+        let rounded = (self.summary.count as f64).sqrt();
         let rss = self.triangle.rss().to_f64();
         let (working, relative_error) = match scaled_condition(&r) {
             Some((_, condition)) => {

@@ -7,10 +7,10 @@
 
 use std::ops::Range;
 
-use super::filter::{Rule, Spectral, Sums};
+use super::spectral::{Rule, Spectral, Sums};
 use crate::{
     estimation::spec::{Criterion, Scheme},
-    numerics::wide::LANES,
+    numerics::{minimize::minimum, root::root, wide::LANES},
 };
 
 /// Grid points for each factor of e between the ends of the search.
@@ -19,8 +19,6 @@ const DENSITY: f64 = 2.5;
 const MOST: f64 = 400.0;
 /// Further grid points, at these distances in ln λ* behind the place where a direction joins.
 const JOINING: [f64; 3] = [1e-4, 3e-3, 6e-2];
-/// Refinements end here at the latest.
-const STEPS: usize = 80;
 /// Relative accuracy of λ* where a derivative changes sign, and where only heights are compared.
 const ROOT: f64 = 1e-14;
 const PEAK: f64 = 1e-8;
@@ -168,7 +166,7 @@ impl<'a> Search<'a> {
             heights.extend(stretch.grid.iter().map(|(_, sums)| value(sums)));
             for (k, bracket) in peaks(&heights, |here, there| here <= there) {
                 let end = |k: usize| (stretch.grid[k].0, slope(&stretch.grid[k].1));
-                let refined = sign_change((end(bracket.0), end(bracket.1)), |x| slope(&self.sums(stretch, x)));
+                let refined = sign_change(end(bracket.0), end(bracket.1), |x| slope(&self.sums(stretch, x)));
                 let there = refined.map(|x| (x, value(&self.sums(stretch, x))));
                 for (x, height) in std::iter::once((stretch.grid[k].0, heights[k])).chain(there) {
                     // a gain below rounding is no gain: prefer the smaller λ*
@@ -195,7 +193,7 @@ impl<'a> Search<'a> {
                 let place = |k: usize| stretch.grid[k].0;
                 let middle = (place(k), -heights[k]);
                 let (x, height) =
-                    least((place(bracket.0), place(bracket.1)), middle, |x| -curvature(&self.sums(stretch, x)));
+                    minimum([place(bracket.0), place(bracket.1)], middle, PEAK, |x| -curvature(&self.sums(stretch, x)));
                 if -height > best {
                     (best, at) = (-height, x);
                 }
@@ -213,8 +211,7 @@ impl<'a> Search<'a> {
         for stretch in &self.stretches {
             if let Some(pair) = stretch.grid.windows(2).find(|pair| pair[1].1.rss[0] >= target) {
                 let end = |(x, sums): &(f64, Sums)| (*x, sums.rss[0] - target);
-                let ends = (end(&pair[0]), end(&pair[1]));
-                let x = sign_change(ends, |x| self.sums(stretch, x).rss[0] - target);
+                let x = sign_change(end(&pair[0]), end(&pair[1]), |x| self.sums(stretch, x).rss[0] - target);
                 return answer(x.unwrap_or(pair[1].0), true);
             }
         }
@@ -243,95 +240,12 @@ fn curvature(sums: &Sums) -> f64 {
 }
 
 /// Where `f` turns from negative to positive between the ends (places with their values), if it
-/// does: Chandrupatla's method, inverse quadratic interpolation where that is safe, else bisection.
-fn sign_change(((mut b, mut fb), (mut a, mut fa)): ((f64, f64), (f64, f64)), f: impl Fn(f64) -> f64) -> Option<f64> {
-    if !(fb < 0.0 && fa > 0.0) {
+/// does.
+fn sign_change(falls: (f64, f64), rises: (f64, f64), f: impl Fn(f64) -> f64) -> Option<f64> {
+    if !(falls.1 < 0.0 && rises.1 > 0.0) {
         return None;
     }
-    let mut t = 0.5;
-    for _ in 0..STEPS {
-        let x = a + t * (b - a);
-        let fx = f(x);
-        let (c, fc);
-        if (fx < 0.0) == (fa < 0.0) {
-            (c, fc) = (a, fa);
-        } else {
-            (c, fc) = (b, fb);
-            (b, fb) = (a, fa);
-        }
-        (a, fa) = (x, fx);
-        let nearest = if fa.abs() < fb.abs() { a } else { b };
-        let limit = (ROOT * nearest.abs().max(1.0)) / (b - a).abs();
-        if limit > 0.5 || fa == 0.0 {
-            return Some(nearest);
-        }
-        let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
-        t = if phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi {
-            fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-        } else {
-            0.5
-        };
-        t = t.clamp(limit, 1.0 - limit);
-    }
-    Some(a)
-}
-
-/// The place and height of the least value between the ends, `middle` being a place inside with its
-/// height: golden sections, quickened by parabolas (Brent).
-fn least((mut low, mut high): (f64, f64), middle: (f64, f64), f: impl Fn(f64) -> f64) -> (f64, f64) {
-    const GOLDEN: f64 = 0.381_966_011_250_105_1;
-    let (mut x, mut fx) = middle;
-    let ((mut w, mut fw), (mut v, mut fv)) = (middle, middle);
-    let (mut step, mut before) = (0.0f64, 0.0f64);
-    for _ in 0..STEPS {
-        let centre = 0.5 * (low + high);
-        if (x - centre).abs() + 0.5 * (high - low) <= 2.0 * PEAK {
-            break;
-        }
-        let mut parabolic = false;
-        if before.abs() > PEAK {
-            let (r, q) = ((x - w) * (fx - fv), (x - v) * (fx - fw));
-            let (mut p, mut q2) = ((x - v) * q - (x - w) * r, 2.0 * (q - r));
-            if q2 > 0.0 {
-                p = -p
-            } else {
-                q2 = -q2
-            }
-            if p.abs() < (0.5 * q2 * before).abs() && p > q2 * (low - x) && p < q2 * (high - x) {
-                (before, step) = (step, p / q2);
-                parabolic = true;
-            }
-        }
-        if !parabolic {
-            before = if x < centre { high - x } else { low - x };
-            step = GOLDEN * before;
-        }
-        let trial = if step.abs() >= PEAK { x + step } else { x + PEAK.copysign(step) };
-        if trial <= low || trial >= high {
-            break;
-        }
-        let ft = f(trial);
-        if ft <= fx {
-            if trial < x {
-                high = x
-            } else {
-                low = x
-            }
-            (v, fv, w, fw, x, fx) = (w, fw, x, fx, trial, ft);
-        } else {
-            if trial < x {
-                low = trial
-            } else {
-                high = trial
-            }
-            if ft <= fw || w == x {
-                (v, fv, w, fw) = (w, fw, trial, ft);
-            } else if ft <= fv || v == x || v == w {
-                (v, fv) = (trial, ft);
-            }
-        }
-    }
-    (x, fx)
+    root([falls, rises], |x| ROOT * x.abs().max(1.0), f)
 }
 
 #[cfg(test)]
@@ -370,17 +284,6 @@ mod tests {
                 let at = first * (last / first).powf(s as f64 / 2000.0);
                 prop_assert!(condition(&lambda, scheme, count, at) >= best * (1.0 - 1e-9));
             }
-        }
-
-        #[test]
-        fn sign_changes_are_found(root in -5.0f64..5.0) {
-            let between = |f: &dyn Fn(f64) -> f64| sign_change(((-6.0, f(-6.0)), (6.0, f(6.0))), f);
-            prop_assert!((between(&|x| (x - root).powi(3)).unwrap() - root).abs() < 1e-4);
-            prop_assert!((between(&|x| (x - root).exp() - 1.0).unwrap() - root).abs() < 1e-12);
-            prop_assert_eq!(between(&|x| 1.0 - (x - root).tanh()), None);
-            let start = (0.5, (0.5 - root).powi(2));
-            let (x, _) = least((-6.0, 6.0), start, |x| (x - root).powi(2));
-            prop_assert!((x - root).abs() < 1e-6);
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::{
     estimation::{
         data::Form,
         design::{Basis, Boxes, MOST_COEFFICIENTS, of_columns, product_on},
-        problem::Seen,
+        problem::SummaryStatistics,
         spec::FitSpec,
     },
     numerics::Triangle,
@@ -22,19 +22,19 @@ impl Sums {
             Form::Surface => (1.0, None),
             Form::Matrix { names, .. } => (2.0, names.clone()),
         };
-        numbers.extend([form, self.design.size() as f64, self.seen.count as f64]);
+        numbers.extend([form, self.design.size() as f64, self.summary.count as f64]);
         numbers.extend(self.boxes.0.into_iter().chain(self.boxes.1));
         numbers.extend(self.largest);
-        numbers.extend(self.seen.bounds.as_flattened());
-        numbers.extend(self.seen.rounded_places);
-        numbers.push(f64::from(u8::from(self.seen.rounded_heights)));
+        numbers.extend(self.summary.bounds.as_flattened());
+        numbers.extend(self.summary.rounded_places);
+        numbers.push(f64::from(u8::from(self.summary.rounded_heights)));
         let triangle = self.triangle.rows().iter().chain(self.triangle.qty());
-        for x in triangle.chain([&self.seen.rss]).chain(&self.moments).chain(&self.ones) {
+        for x in triangle.chain([&self.summary.rss]).chain(&self.moments).chain(&self.ones) {
             numbers.extend([x.hi, x.lo]);
         }
-        numbers.extend(&self.seen.slopes);
+        numbers.extend(&self.summary.slopes);
         if let Basis::Columns { scale } = &self.design.basis {
-            numbers.extend(scale.iter().chain(&self.first).chain(&self.seen.rounded_columns));
+            numbers.extend(scale.iter().chain(&self.first).chain(&self.summary.rounded_columns));
             numbers.extend(self.same.iter().map(|&same| f64::from(u8::from(same))));
         }
         State { numbers, names }
@@ -70,7 +70,7 @@ impl Sums {
             let form = if surface { Form::Surface } else { Form::Curve };
             (form, product_on(surface, &spec.model, boxes, boxes).ok()?)
         };
-        let seen = Seen {
+        let summary = SummaryStatistics {
             count,
             rss,
             rounded_heights: rounded_heights != 0.0,
@@ -89,7 +89,7 @@ impl Sums {
             largest,
             first,
             same,
-            seen,
+            summary,
         })
     }
 }

@@ -1,0 +1,198 @@
+//! Filters on the eigenvectors: the rule asked for and its parameter.
+
+use super::{
+    classical::ridge_parameter,
+    search::{Chosen, Search, Unavailable, range},
+    selector::{Comparison, ParameterProblem, Selection, select},
+    spectral::{Rule, Spectral},
+};
+use crate::estimation::{
+    error::{Faults, FitError},
+    result::{Choice, LambdaCurvePoint, RegularizationKind, Warning},
+    spec::{Count, Criterion, Parameter, Regularization, Scheme},
+};
+
+/// The rule that is applied, and its parameter.
+pub struct SelectedFilter {
+    pub kind: RegularizationKind,
+    pub rule: Rule,
+    /// λ* or k; no answer where nothing is regularised.
+    pub selection: Selection<Chosen>,
+}
+
+impl SelectedFilter {
+    /// The parameter to evaluate the rule at.
+    pub fn parameter(&self) -> f64 {
+        self.selection.answer.map_or(0.0, |chosen| chosen.lambda_star)
+    }
+}
+
+/// The rule asked for, with its parameter; `auto` counts the eigenvalues beyond the condition
+/// limit.
+pub fn rule(
+    regularization: &Regularization,
+    lambda: &[f64],
+) -> Result<(RegularizationKind, Rule, Option<Parameter>), FitError> {
+    match regularization {
+        // the other kinds decide beside their own mathematics, in `regularized`
+        Regularization::None
+        | Regularization::Tikhonov(_)
+        | Regularization::TruncatedSvd { .. }
+        | Regularization::JamesStein(_)
+        | Regularization::Attraction(_) => Ok((RegularizationKind::None, Rule::None, None)),
+        Regularization::Ridge { parameter } => Ok((RegularizationKind::Ridge, Rule::Ridge, Some(*parameter))),
+        Regularization::Spectral { scheme, count, condition_limit, lambda_star } => {
+            let largest = lambda[lambda.len() - 1];
+            let count = match count {
+                Count::Auto => lambda.iter().filter(|l| largest / **l > *condition_limit).count().min(lambda.len() - 1),
+                Count::Given(count) => checked_count(*count, lambda.len())?,
+            };
+            Ok((RegularizationKind::Spectral, Rule::Spectral { scheme: *scheme, count }, Some(*lambda_star)))
+        }
+    }
+}
+
+/// A number of eigenvalues to be regularised, out of `all`.
+pub fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
+    if count < all {
+        return Ok(count);
+    }
+    Err(Faults::one(
+        "/regularization/count",
+        format!(
+            "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {}",
+            all.saturating_sub(1)
+        ),
+    ))
+}
+
+/// Decides for `problem` with coefficients `a` along its directions; `weight` is Σw, for the root
+/// mean squares.
+pub fn decide(
+    regularization: &Regularization,
+    problem: &Spectral,
+    a: &[f64],
+    weight: f64,
+    want_curve: bool,
+    warnings: &mut Vec<Warning>,
+) -> Result<SelectedFilter, FitError> {
+    let (kind, rule, parameter) = rule(regularization, problem.lambda)?;
+    let Some(parameter) = parameter else {
+        if want_curve {
+            warnings
+                .push(Warning { code: "no_lambda_curve", message: "there is no λ* without regularisation".into() });
+        }
+        let choices = vec![figures(problem, Rule::None, weight, None, None)];
+        let selection = Selection { answer: None, criterion: None, fixed: false, choices, curve: None };
+        return Ok(SelectedFilter { kind, rule: Rule::None, selection });
+    };
+    if let Rule::Spectral { count: 0, .. } = rule {
+        // nothing to regularise: every criterion answers least squares
+        let least_squares = figures(problem, rule, weight, None, None);
+        let same = Criterion::ALL.map(|criterion| Choice { criterion: Some(criterion), ..least_squares.clone() });
+        let choices = std::iter::once(least_squares).chain(same).collect();
+        let (criterion, fixed) = match parameter {
+            Parameter::Criterion(criterion) => (Some(criterion), false),
+            Parameter::Fixed(_) => (None, true),
+        };
+        let selection = Selection { answer: None, criterion, fixed, choices, curve: want_curve.then(Vec::new) };
+        return Ok(SelectedFilter { kind, rule, selection });
+    }
+    let filters = Filters { problem, rule, a, weight, search: Search::new(problem, rule) };
+    Ok(SelectedFilter { kind, rule, selection: select(&filters, parameter, want_curve, warnings)? })
+}
+
+/// Filters on the eigenvectors by one rule.
+struct Filters<'a> {
+    problem: &'a Spectral<'a>,
+    rule: Rule,
+    /// Coefficients along the directions.
+    a: &'a [f64],
+    /// Σw.
+    weight: f64,
+    search: Search<'a>,
+}
+
+impl ParameterProblem for Filters<'_> {
+    type Answer = Chosen;
+    type Refusal = Unavailable;
+
+    fn fixed(&self, parameter: f64) -> Result<Chosen, Unavailable> {
+        Ok(Chosen { lambda_star: parameter, interval: None, reached: true })
+    }
+
+    fn choose(&self, criterion: Criterion) -> Result<Chosen, Unavailable> {
+        match criterion {
+            Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang if self.rule == Rule::Ridge => {
+                ridge_parameter(criterion, self.problem, self.a)
+            }
+            _ => self.search.choose(criterion),
+        }
+    }
+}
+
+impl Comparison for Filters<'_> {
+    const PARAMETER: &'static str = "λ*";
+
+    fn criteria(&self) -> impl Iterator<Item = Criterion> {
+        let closed = if self.rule == Rule::Ridge { &Criterion::RIDGE[..] } else { &[] };
+        Criterion::ALL.into_iter().chain(closed.iter().copied())
+    }
+
+    fn reached(answer: &Chosen) -> bool {
+        answer.reached
+    }
+
+    fn figures(&self, criterion: Option<Criterion>, answer: Option<Chosen>) -> Choice {
+        figures(self.problem, self.rule, self.weight, criterion, answer.map(|chosen| chosen.lambda_star))
+    }
+
+    fn at_share(&self, share: f64) -> f64 {
+        let [low, high] = range(self.problem, self.rule);
+        low * (high / low).powf(share)
+    }
+
+    fn curve_point(&self, lambda_star: f64) -> LambdaCurvePoint {
+        let Filters { problem, rule, weight, search, .. } = self;
+        let sums = problem.sums(*rule, lambda_star);
+        let gcv = search.gcv(&sums);
+        LambdaCurvePoint {
+            lambda_star,
+            condition: problem.condition(*rule, lambda_star),
+            bias_norm: sums.bias.sqrt(),
+            predicted_mse: problem.variance.map(|_| sums.mse[0]),
+            rms: (sums.rss[0].max(0.0) / weight).sqrt(),
+            gcv: gcv.is_finite().then_some(gcv),
+            coefficient_norm: sums.norm[0].sqrt(),
+        }
+    }
+}
+
+/// The figures at λ*, or of least squares.
+fn figures(
+    problem: &Spectral,
+    rule: Rule,
+    weight: f64,
+    criterion: Option<Criterion>,
+    lambda_star: Option<f64>,
+) -> Choice {
+    let rule = if lambda_star.is_some() { rule } else { Rule::None };
+    let at = lambda_star.unwrap_or(0.0);
+    let sums = problem.sums(rule, at);
+    Choice {
+        criterion,
+        lambda_star,
+        condition: problem.condition(rule, at),
+        bias_norm: sums.bias.sqrt(),
+        predicted_mse: problem.variance.map(|_| sums.mse[0]),
+        rms: (sums.rss[0].max(0.0) / weight).sqrt(),
+    }
+}
+
+/// The scheme and L, where there are any.
+pub fn scheme_and_count(rule: Rule) -> (Option<Scheme>, Option<usize>) {
+    match rule {
+        Rule::Spectral { scheme, count } => (Some(scheme), Some(count)),
+        Rule::None | Rule::Ridge => (None, None),
+    }
+}

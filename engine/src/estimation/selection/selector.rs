@@ -1,0 +1,161 @@
+//! One selector of a parameter of regularisation: from what was asked for to the parameter that is
+//! used, with every criterion's choice beside it.
+//!
+//! A kind of regularisation says how its criteria are answered and what a parameter gives; which
+//! criteria are walked, what is refused, which warnings follow and where the curve is evaluated is
+//! the same for all of them.
+
+use super::search::Unavailable;
+use crate::estimation::{
+    error::{Faults, FitError},
+    result::{Choice, LambdaCurvePoint, Warning},
+    spec::{Criterion, Parameter},
+};
+
+/// Points of a curve, less one.
+const POINTS: usize = 60;
+
+/// A problem with one parameter that a caller fixes or a criterion chooses.
+pub trait ParameterProblem {
+    /// A parameter, with what is known of how it was found.
+    type Answer: Copy;
+    /// Why there is none.
+    type Refusal;
+
+    /// The parameter of a caller.
+    fn fixed(&self, parameter: f64) -> Result<Self::Answer, Self::Refusal>;
+    /// What `criterion` chooses.
+    fn choose(&self, criterion: Criterion) -> Result<Self::Answer, Self::Refusal>;
+
+    /// The answer to what was asked for.
+    fn answer(&self, parameter: Parameter) -> Result<Self::Answer, Self::Refusal> {
+        match parameter {
+            Parameter::Fixed(value) => self.fixed(value),
+            Parameter::Criterion(criterion) => self.choose(criterion),
+        }
+    }
+}
+
+/// A problem cheap enough for every criterion to be answered beside the one asked for.
+pub trait Comparison: ParameterProblem<Refusal = Unavailable> {
+    /// What messages call the parameter.
+    const PARAMETER: &'static str;
+
+    /// The criteria whose choices are reported, in this order.
+    fn criteria(&self) -> impl Iterator<Item = Criterion>;
+    /// False only where a discrepancy cannot be reached.
+    fn reached(answer: &Self::Answer) -> bool;
+    /// The figures of an answer; of `None` those of least squares.
+    fn figures(&self, criterion: Option<Criterion>, answer: Option<Self::Answer>) -> Choice;
+    /// The parameter at a share (0 to 1) of the range of the search.
+    fn at_share(&self, share: f64) -> f64;
+    /// The curve at a parameter.
+    fn curve_point(&self, parameter: f64) -> LambdaCurvePoint;
+}
+
+/// The parameter that is used, and what else could have been.
+pub struct Selection<A> {
+    /// `None` where the criterion has no answer: least squares is answered.
+    pub answer: Option<A>,
+    pub criterion: Option<Criterion>,
+    pub fixed: bool,
+    /// Least squares first.
+    pub choices: Vec<Choice>,
+    pub curve: Option<Vec<LambdaCurvePoint>>,
+}
+
+/// Selects the parameter for `problem`.
+pub fn select<P: Comparison>(
+    problem: &P,
+    parameter: Parameter,
+    want_curve: bool,
+    warnings: &mut Vec<Warning>,
+) -> Result<Selection<P::Answer>, FitError> {
+    let mut choices = vec![problem.figures(None, None)];
+    let mut asked = None;
+    for criterion in problem.criteria() {
+        let answer = problem.choose(criterion);
+        if let Ok(answer) = answer {
+            choices.push(problem.figures(Some(criterion), Some(answer)));
+        }
+        if parameter == Parameter::Criterion(criterion) {
+            asked = Some(answer);
+        }
+    }
+    let (criterion, fixed) = match parameter {
+        Parameter::Criterion(criterion) => (Some(criterion), false),
+        Parameter::Fixed(_) => (None, true),
+    };
+    let answer = match (asked.unwrap_or_else(|| problem.answer(parameter)), criterion) {
+        (Ok(answer), _) => Some(answer),
+        (Err(Unavailable::NoSigma), Some(criterion)) => {
+            warn_of_missing_sigma(criterion.name(), warnings);
+            None
+        }
+        (Err(_), Some(criterion)) => return Err(no_minimiser(criterion).into()),
+        (Err(_), None) => None,
+    };
+    if answer.is_some_and(|answer| !P::reached(&answer)) {
+        warnings.push(Warning {
+            code: "discrepancy_not_reached",
+            message: format!(
+                "the residuals stay below the noise for every {}: the largest one is answered",
+                P::PARAMETER
+            ),
+        });
+    }
+    let curve = want_curve
+        .then(|| (0..=POINTS).map(|i| problem.curve_point(problem.at_share(i as f64 / POINTS as f64))).collect());
+    Ok(Selection { answer, criterion, fixed, choices, curve })
+}
+
+/// Says that `what` needs σ, and that least squares is answered without it.
+pub fn warn_of_missing_sigma(what: &str, warnings: &mut Vec<Warning>) {
+    warnings.push(Warning {
+        code: "criterion_unavailable",
+        message: format!(
+            "{what} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is answered"
+        ),
+    });
+}
+
+/// Why a criterion cannot be had of a regularisation at all.
+pub fn no_minimiser(wanted: Criterion) -> Faults {
+    let pointer = "/regularization/parameter/criterion";
+    match wanted {
+        Criterion::MinCondition => Faults::one(
+            pointer,
+            "there is no parameter of least condition: the condition falls for ever, or does not change at all",
+        ),
+        Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang => Faults::one(
+            pointer,
+            format!(
+                "`{}` is for ridge, and needs coefficients that are not all 0 (`hkb_1975` one, the others three)",
+                wanted.name()
+            ),
+        ),
+        _ => Faults::one(pointer, format!("`{}` is not for this regularisation", wanted.name())),
+    }
+}
+
+/// What the caller should hear about the choice that stands.
+pub fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
+    let [least_squares, ..] = choices else { return };
+    if let (Some(here), Some(there)) = (chosen.predicted_mse, least_squares.predicted_mse)
+        && here > there * (1.0 + 1e-9)
+    {
+        let factor = here / there;
+        let factor = match factor {
+            _ if factor < 1e4 => format!("{factor:.2} times"),
+            _ if factor.is_finite() => format!("{factor:.1e} times"),
+            _ => "infinitely many times".to_owned(),
+        };
+        warnings.push(Warning {
+            code: "worse_than_least_squares",
+            message: format!(
+                "this choice is predicted to have {factor} the mean squared coefficient error of plain least squares: \
+                 the surface has a real component along the regularised directions; see regularization.choices"
+            ),
+        });
+    }
+}
