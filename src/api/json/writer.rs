@@ -5,7 +5,7 @@
 //! numbers go from the domain types to their text at once. The text is the one that serde writes:
 //! no white space, shortest numbers that read back as the same double.
 
-use std::{io, sync::OnceLock};
+use std::io;
 
 use serde::Serialize;
 use serde_json::ser::{Formatter, Serializer};
@@ -306,27 +306,24 @@ impl Object<'_> {
         self
     }
 
-    /// A field that holds an object whose text is kept in `place`, or taken from there.
-    pub fn kept_object(
+    /// A field that holds an object whose text may be known; where it is not, it is written, and
+    /// answered if every number in it is finite.
+    pub fn known_object(
         &mut self,
         name: &'static str,
-        place: &OnceLock<Box<[u8]>>,
+        known: Option<&[u8]>,
         write: impl FnOnce(&mut Object<'_>),
-    ) -> &mut Self {
+    ) -> Option<&[u8]> {
         let out = self.key(name);
-        if let Some(text) = place.get() {
+        if let Some(text) = known {
             out.text.extend_from_slice(text);
-            return self;
+            return None;
         }
         let begin = out.text.len();
         let mut object = out.object();
         write(&mut object);
         object.end();
-        if out.finite {
-            // Whoever was first wrote the same.
-            let _kept = place.set(out.text[begin..].into());
-        }
-        self
+        out.finite.then(|| &out.text[begin..])
     }
 
     /// A field that holds a list of objects.

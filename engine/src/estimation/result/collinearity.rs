@@ -1,11 +1,7 @@
 //! How the columns depend on each other.
 
-use std::sync::OnceLock;
-
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollinearityReport {
-    /// Its text, once somebody has written it: a report may be shared by many results.
-    pub written: Written,
     pub columns: Vec<ColumnCollinearity>,
     /// Pearson correlation of the columns, in coefficient order; `None` beyond the size limit
     /// unless included.
@@ -36,28 +32,4 @@ pub struct NearDependency {
     /// R² of the leading term on the others, where there are more than two.
     pub r_squared: Option<f64>,
     pub sentence: String,
-}
-
-/// A place for the text of a part, so that it is written once. Parts that are equal may differ in
-/// whether they were written.
-#[derive(Default)]
-pub struct Written(pub OnceLock<Box<[u8]>>);
-
-impl Clone for Written {
-    /// The copy may be changed, so it has not been written yet.
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
-impl PartialEq for Written {
-    fn eq(&self, _other: &Self) -> bool {
-        true
-    }
-}
-
-impl std::fmt::Debug for Written {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_tuple("Written").field(&self.0.get().map(|text| text.len())).finish()
-    }
 }

@@ -13,7 +13,7 @@ mod term;
 mod warning;
 
 pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
-pub use collinearity::{CollinearityReport, ColumnCollinearity, NearDependency, Written};
+pub use collinearity::{CollinearityReport, ColumnCollinearity, NearDependency};
 pub use filtering::{ColumnFigures, FilterReport, FilteringReport, IterationReport};
 pub use fit_result::FitResult;
 pub use regularization::{

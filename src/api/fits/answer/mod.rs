@@ -4,4 +4,5 @@ pub mod parts;
 pub mod regularization;
 pub mod result;
 pub mod robust;
+mod shared_text;
 pub mod text;

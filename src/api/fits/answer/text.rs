@@ -1,6 +1,6 @@
 //! A fit's answer as JSON text, written from the domain's result at once.
 //!
-//! What is written is what [`FitResultBody`](super::fit_result::FitResultBody) documents, field for
+//! What is written is what [`FitResultBody`](super::result::FitResultBody) documents, field for
 //! field and in its order; the tests read every text into it and write it again to the same bytes.
 //! Each record is taken apart completely, so a field that is added to the domain's result and not
 //! written here does not compile.
@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use super::robust;
+use super::{robust, shared_text};
 use crate::{
     api::{
         fits::spec::filters,
@@ -84,10 +84,14 @@ pub fn write(
         .object("regularization", |object| write_regularization(object, regularization))
         .object("bias", |object| write_bias(object, bias));
     if Arc::strong_count(collinearity) > 1 {
-        // A plan keeps the report for the next flank of the same `include`, and its text with it.
-        object.kept_object("collinearity", &collinearity.written.0, |object| {
+        // A plan keeps the report for the next flank.
+        let known = shared_text::find(collinearity, include.collinearity);
+        let written = object.known_object("collinearity", known.as_deref(), |object| {
             write_collinearity(object, collinearity, include.collinearity);
         });
+        if let Some(text) = written {
+            shared_text::keep(collinearity, include.collinearity, text);
+        }
     } else {
         object.object("collinearity", |object| write_collinearity(object, collinearity, include.collinearity));
     }
@@ -246,7 +250,7 @@ fn write_bias(object: &mut Object<'_>, bias: &BiasReport) {
 }
 
 fn write_collinearity(object: &mut Object<'_>, collinearity: &CollinearityReport, squares: bool) {
-    let CollinearityReport { written: _, columns, correlation, variance_proportions, near_dependencies } = collinearity;
+    let CollinearityReport { columns, correlation, variance_proportions, near_dependencies } = collinearity;
     object.list("columns", columns, |object, ColumnCollinearity { term, vif }| {
         object.string("term", term).maybe_number("vif", *vif);
     });

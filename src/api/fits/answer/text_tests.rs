@@ -13,7 +13,6 @@ use flankfit_engine::estimation::{
     self, FitSpec, Nodes,
     result::{
         ColumnFigures, FilterReport, FilteringReport, IterationReport, LocalSolution, NormLimitSource, RobustReport,
-        Written,
     },
     spec::{
         Action, Count, Criterion, Filter, Hampel, NodeUncertainty, Parameter, Regularization, Scaling, Scheme, Start,
@@ -226,7 +225,6 @@ impl Maker {
                 e: self.maybe(),
             },
             collinearity: Arc::new(CollinearityReport {
-                written: Written::default(),
                 columns: self.list(|m| ColumnCollinearity { term: m.text(), vif: m.maybe() }),
                 correlation: self.there().then(|| self.rows()),
                 variance_proportions: self.there().then(|| self.rows()),
@@ -335,10 +333,11 @@ fn checked(mut result: FitResult) -> Result<FitResult, estimation::FitError> {
 fn a_shared_report_is_written_once_and_always_the_same() {
     let result = Maker { full: true, ..Maker::new(7) }.result();
     let alone = write(&result, None, "digest", ALL).unwrap();
-    assert!(result.collinearity.written.0.get().is_none(), "nobody else will ask for it");
+    assert!(shared_text::find(&result.collinearity, true).is_none(), "nobody else will ask for it");
     let _plan = Arc::clone(&result.collinearity);
     let first = write(&result, None, "digest", ALL).unwrap();
-    assert!(result.collinearity.written.0.get().is_some());
+    assert!(shared_text::find(&result.collinearity, true).is_some());
+    assert!(shared_text::find(&result.collinearity, false).is_none(), "without the matrices it is another text");
     assert_eq!((write(&result, None, "digest", ALL).unwrap(), first), (alone.clone(), alone));
 }
 

@@ -19,7 +19,7 @@ use crate::{
     estimation::{
         design::Design,
         factor::Factor,
-        result::{CollinearityReport, ColumnCollinearity, Warning, Written},
+        result::{CollinearityReport, ColumnCollinearity, Warning},
         spectrum::Directions,
     },
     numerics::Dd,
@@ -78,7 +78,6 @@ pub fn report(
         });
     }
     CollinearityReport {
-        written: Written::default(),
         columns,
         correlation,
         variance_proportions: matrices.then(|| shares.proportions(unit)),
