@@ -3,7 +3,9 @@
 //! The engine names its faults by typed fields; the table of each feature says which pointer and
 //! which sentence these become.
 
-use std::fmt;
+use std::fmt::{self, Display};
+
+use flankfit_engine::fault;
 
 /// One fault, by its place in the request.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -98,6 +100,37 @@ impl Faults {
     /// `Ok(value)` when there are none.
     pub fn into_result<T>(self, value: T) -> Result<T, Faults> {
         if self.is_empty() { Ok(value) } else { Err(self) }
+    }
+}
+
+/// A field of the engine as the contract names it: one line of a feature's table.
+pub trait Field<R: Display> {
+    /// JSON Pointer from what holds the field; empty for the whole of it.
+    fn pointer(&self) -> String;
+
+    /// What is said there: the engine's words, unless the contract has others.
+    fn detail(&self, reason: &R) -> String {
+        reason.to_string()
+    }
+}
+
+impl Faults {
+    /// The engine's faults in what stands at `base`, by the table of their fields.
+    pub fn at<F: Field<R>, R: Display>(base: &str, found: &fault::Faults<F, R>) -> Self {
+        Self::by(found, |field| format!("{base}{}", field.pointer()))
+    }
+
+    /// The engine's faults where a request has other places than the table.
+    pub fn by<F: Field<R>, R: Display>(found: &fault::Faults<F, R>, place: impl Fn(&F) -> String) -> Self {
+        let each = found.list().iter();
+        let faults = each.map(|one| Fault { pointer: place(&one.field), detail: one.field.detail(&one.reason) });
+        Faults { faults: faults.collect(), count: found.count(), settled: Vec::new() }
+    }
+}
+
+impl<F: Field<R>, R: Display> From<fault::Faults<F, R>> for Faults {
+    fn from(found: fault::Faults<F, R>) -> Self {
+        Faults::at("", &found)
     }
 }
 

@@ -19,10 +19,8 @@ use crate::{
                 request::EvaluationSettingsBody,
             },
             files::{
-                content::{self, FileRead},
                 gears::{self, GearsOfFileBody},
-                read::read,
-                spec::ImportSpecBody,
+                read::{self, FileRead, ImportSpecBody},
             },
             gear::GearBody,
             trace::KindName,
@@ -122,7 +120,7 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
     };
     let component = arguments.component.clone();
     let spec = ImportSpecBody { gear, evaluation, component, ..ImportSpecBody::default() };
-    let read = read(&content, name.as_deref(), &spec, None).map_err(said)?;
+    let read = read::read(&content, name.as_deref(), &spec, None).map_err(said)?;
     for warning in &read.warnings {
         eprintln!("{}: {}", warning.code, warning.message);
     }
@@ -201,7 +199,7 @@ fn flanks(read: &FileRead) -> Result<String, std::fmt::Error> {
         let number = |x: f64| format!("{x:.2}");
         table.row([
             flank.tooth.clone(),
-            content::word(flank.side).to_owned(),
+            read::word(flank.side).to_owned(),
             flank.places.len().to_string(),
             number(deviations().sum::<f64>() / count),
             number((deviations().map(|d| d * d).sum::<f64>() / count).sqrt()),

@@ -21,10 +21,9 @@ use crate::{
             correction::{
                 self, csv,
                 include::{CorrectionInclude, KeptIncludeName},
-                kept::{self, After, KeptCorrectionBody},
+                kept::{self, After, KeptCorrectionBody, Measured},
                 request::CorrectionRequestBody,
                 result::CorrectionBody,
-                same_nodes::Measured,
             },
             deviations::{self, request::DeviationsRequestBody},
             evaluation::{self, request::EvaluateBody},

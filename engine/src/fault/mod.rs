@@ -2,9 +2,12 @@
 //! with its numbers. A room that hands out faults has an enum of fields and one of reasons beside
 //! its checks; whoever shows them to a caller has the table from fields to the caller's names.
 
+pub mod common;
 pub mod words;
 
 use std::fmt;
+
+pub use common::Common;
 
 /// One fault.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +56,13 @@ impl<F, R> Faults<F, R> {
         let room = Self::MOST - self.faults.len();
         let each = other.faults.into_iter().take(room);
         self.faults.extend(each.map(|fault| Fault { field: fault.field.into(), reason: fault.reason.into() }));
+    }
+
+    /// The same faults among those of a wider room.
+    pub fn widened<G: From<F>, S: From<R>>(self) -> Faults<G, S> {
+        let mut faults = Faults::default();
+        faults.append(self);
+        faults
     }
 
     /// The same faults of other fields.

@@ -2,10 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::{generation::rack, involute::Flank};
-use crate::{
-    estimation::Faults,
-    fault::words::{Shown, counted},
+use super::{
+    fault::{GearFaults, GearField, GearReason},
+    generation::rack,
+    involute::Flank,
 };
 
 /// Most teeth of a gear.
@@ -14,6 +14,10 @@ pub const MOST_TEETH: u32 = 10_000;
 pub const LEAST_LENGTH: f64 = 1e-3;
 /// No length is larger, mm: a kilometre.
 pub const MOST_LENGTH: f64 = 1e6;
+/// α_n, degrees; the upper end is outside.
+pub const PRESSURE_ANGLES: [f64; 2] = [0.1, 80.0];
+/// β, degrees; the upper end is outside.
+pub const HELIX_ANGLES: [f64; 2] = [0.0, 89.0];
 /// Tip diameter without data: this addendum (in modules) above the shifted reference circle.
 pub const ADDENDUM: f64 = 1.0;
 /// Dedendum without data, the addendum of the standard rack tool (ISO 53, profile A).
@@ -108,8 +112,8 @@ pub struct Gear {
 }
 
 impl Gear {
-    /// Checks the data; faults point into the gear (`/helix_angle_deg` …).
-    pub fn new(data: GearData) -> Result<Self, Faults> {
+    /// Checks the data.
+    pub fn new(data: GearData) -> Result<Self, GearFaults> {
         check(&data)?;
         let module = data.normal_module / data.helix_angle.cos();
         let reference = 0.5 * f64::from(data.teeth) * module;
@@ -134,7 +138,7 @@ impl Gear {
     }
 
     /// Between root and tip there must be a tooth, and a space beside it.
-    fn check_tooth(&self) -> Result<(), Faults> {
+    fn check_tooth(&self) -> Result<(), GearFaults> {
         let flank = Flank::new(self, Side::Left);
         let half_tooth = |radius: f64| flank.half_angle(self.roll_length(2.0 * radius).unwrap_or(0.0));
         // Teeth get thinner outwards on external gears and inwards on internal ones, the spaces the
@@ -142,62 +146,42 @@ impl Gear {
         let inner = if self.data.internal { self.tip_radius } else { self.root_radius };
         let outer = if self.data.internal { self.root_radius } else { self.tip_radius };
         let (thick, wide) = if self.data.internal { (outer, inner) } else { (inner, outer) };
-        let mut faults = Faults::default();
+        let mut faults = GearFaults::default();
         if !(half_tooth(thick) > 0.0) {
-            faults.push(
-                "/profile_shift_coefficient",
-                format!("the flanks of a tooth meet before the root: no tooth is left on {} mm", Shown(2.0 * thick)),
-            );
+            faults.push(GearField::ProfileShift, GearReason::NoTooth(2.0 * thick));
         }
         if !(half_tooth(wide) < PI / self.teeth()) {
-            faults.push(
-                "/profile_shift_coefficient",
-                format!("the teeth leave no space between them on {} mm", Shown(2.0 * wide)),
-            );
+            faults.push(GearField::ProfileShift, GearReason::NoSpace(2.0 * wide));
         }
         faults.into_result(())
     }
 
     /// Circles that leave no involute between them.
-    fn check_circles(&self) -> Result<(), Faults> {
+    fn check_circles(&self) -> Result<(), GearFaults> {
         let (tip, root, base) = (self.tip_radius, self.root_radius, self.base_radius);
-        let mut faults = Faults::default();
-        let diameters = |a: f64, b: f64| (Shown(2.0 * a).to_string(), Shown(2.0 * b).to_string());
-        let (shown_tip, shown_root) = diameters(tip, root);
-        let crossed = if self.data.internal { tip >= root } else { tip <= root };
+        let mut faults = GearFaults::default();
+        let internal = self.data.internal;
+        let crossed = if internal { tip >= root } else { tip <= root };
+        let (tip, root_diameter, base) = (2.0 * tip, 2.0 * root, 2.0 * base);
         if crossed {
-            let word = if self.data.internal { "smaller" } else { "greater" };
-            let detail =
-                format!("the tip diameter {shown_tip} mm is not {word} than the root diameter {shown_root} mm");
-            faults.push(self.given_circle(), detail);
-        } else if !self.data.internal && tip <= base {
-            let detail = format!(
-                "the tip diameter {shown_tip} mm is not above the base circle of {} mm: no involute is left",
-                Shown(2.0 * base)
-            );
-            faults.push(self.given_circle(), detail);
-        } else if self.data.internal && root <= base {
-            let detail = format!(
-                "the root diameter {shown_root} mm is not above the base circle of {} mm: no involute is left",
-                Shown(2.0 * base)
-            );
-            faults.push(self.given_circle(), detail);
+            faults.push(self.given_circle(), GearReason::TipAndRoot { tip, root: root_diameter, internal });
+        } else if !internal && tip <= base {
+            faults.push(self.given_circle(), GearReason::TipWithinBase { tip, base });
+        } else if internal && root_diameter <= base {
+            faults.push(self.given_circle(), GearReason::RootWithinBase { root: root_diameter, base });
         }
         if !(root > 0.0) && self.data.root_diameter.is_none() {
-            faults.push(
-                "/profile_shift_coefficient",
-                "the root circle that follows is not above 0; give `root_diameter_mm`",
-            );
+            faults.push(GearField::ProfileShift, GearReason::NoRoot);
         }
         faults.into_result(())
     }
 
     /// The datum that circles hang on.
-    pub(in crate::gear) fn given_circle(&self) -> &'static str {
+    pub(in crate::gear) fn given_circle(&self) -> GearField {
         match (self.data.tip_diameter, self.data.root_diameter) {
-            (Some(_), _) => "/tip_diameter_mm",
-            (None, Some(_)) => "/root_diameter_mm",
-            (None, None) => "/profile_shift_coefficient",
+            (Some(_), _) => GearField::TipDiameter,
+            (None, Some(_)) => GearField::RootDiameter,
+            (None, None) => GearField::ProfileShift,
         }
     }
 
@@ -302,45 +286,43 @@ impl Gear {
     }
 }
 
-fn check(data: &GearData) -> Result<(), Faults> {
-    let mut faults = Faults::default();
+fn check(data: &GearData) -> Result<(), GearFaults> {
+    let mut faults = GearFaults::default();
     if !(1..=MOST_TEETH).contains(&data.teeth) {
-        let teeth = counted(data.teeth as usize, "tooth", "teeth");
-        faults.push("/teeth", format!("{teeth}; a gear has 1 to {MOST_TEETH}"));
+        faults.push(GearField::Teeth, GearReason::Teeth(data.teeth));
     }
     let lengths = [
-        ("/normal_module_mm", Some(data.normal_module)),
-        ("/face_width_mm", data.face_width),
-        ("/tip_diameter_mm", data.tip_diameter),
-        ("/root_diameter_mm", data.root_diameter),
+        (GearField::NormalModule, Some(data.normal_module)),
+        (GearField::FaceWidth, data.face_width),
+        (GearField::TipDiameter, data.tip_diameter),
+        (GearField::RootDiameter, data.root_diameter),
     ];
-    for (pointer, length) in lengths {
-        if let Some(length) = length
-            && !(LEAST_LENGTH..=MOST_LENGTH).contains(&length)
-        {
-            faults.push(pointer, format!("{} mm is not a length of a µm to a kilometre", Shown(length)));
+    for (field, length) in lengths {
+        if let Some(length) = length.filter(|length| !(LEAST_LENGTH..=MOST_LENGTH).contains(length)) {
+            faults.push(field, GearReason::Length(length));
         }
     }
-    if !(data.pressure_angle >= 0.1f64.to_radians() && data.pressure_angle < 80f64.to_radians()) {
-        let detail = format!("{}° is not within 0.1° and 80°", Shown(data.pressure_angle.to_degrees()));
-        faults.push("/normal_pressure_angle_deg", detail);
-    }
-    if !(data.helix_angle >= 0.0 && data.helix_angle < 89f64.to_radians()) {
-        let detail = format!("{}° is not within 0° and 89°", Shown(data.helix_angle.to_degrees()));
-        faults.push("/helix_angle_deg", detail);
+    for (field, value, [low, high]) in [
+        (GearField::PressureAngle, data.pressure_angle, PRESSURE_ANGLES),
+        (GearField::HelixAngle, data.helix_angle, HELIX_ANGLES),
+    ] {
+        let [low, high] = [low.to_radians(), high.to_radians()];
+        if !(low..high).contains(&value) {
+            faults.push(field, GearReason::Angle { value, low, high });
+        }
     }
     if !(data.profile_shift.abs() <= 100.0) {
-        faults.push("/profile_shift_coefficient", format!("{} is not within −100 and 100", Shown(data.profile_shift)));
+        faults.push(GearField::ProfileShift, GearReason::ProfileShift(data.profile_shift));
     }
     if let Some(tool) = &data.tool {
         let parts = [
-            ("/tool/tip_radius_mm", tool.tip_radius),
-            ("/tool/addendum_factor", tool.addendum_factor),
-            ("/tool/protuberance_mm", tool.protuberance),
+            (GearField::ToolTipRadius, tool.tip_radius),
+            (GearField::ToolAddendum, tool.addendum_factor),
+            (GearField::ToolProtuberance, tool.protuberance),
         ];
-        for (pointer, part) in parts {
+        for (field, part) in parts {
             if !(0.0..=MOST_LENGTH).contains(&part) {
-                faults.push(pointer, format!("{} is not a finite number of at least 0", Shown(part)));
+                faults.push(field, GearReason::Negative(part));
             }
         }
     }

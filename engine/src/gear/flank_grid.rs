@@ -20,21 +20,67 @@ use std::fmt;
 use rayon::prelude::*;
 
 use super::{
-    Gear, Geometry, Modifications, ProfileAxis, Side,
+    Gear, Geometry, Modifications, NoInvolute, ProfileAxis, Side,
+    fault::NoSuchTooth,
     involute::Flank,
     modification::{Column, Relief},
 };
-use crate::numerics::cancel;
-use crate::{
-    estimation::Faults,
-    fault::words::{Shown, counted},
+use crate::fault::{
+    Faults,
+    words::{Shown, counted},
 };
+use crate::numerics::cancel;
 
 /// Most nodes of one grid.
 pub const MOST_NODES: usize = 2_000_000;
 
 /// Nodes that one thread takes at a time; fewer are not shared out.
 const CHUNK: usize = 4096;
+
+/// A part of what is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GridField {
+    /// Places along the profile.
+    Profile,
+    /// One of them.
+    ProfileValue {
+        /// From 0.
+        index: usize,
+    },
+    /// Places along the axis.
+    Positions,
+    /// One of them.
+    Position {
+        /// From 0.
+        index: usize,
+    },
+    /// Of which tooth.
+    Tooth,
+}
+
+/// Why there is no such grid.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GridReason {
+    /// An axis without a place.
+    #[error("at least one place is needed")]
+    Empty,
+    /// So many nodes are too many.
+    #[error("{}; a grid has at most {MOST_NODES}", counted(*.0, "node", "nodes"))]
+    TooMany(usize),
+    /// No z.
+    #[error("{} is not a place on the axis", Shown(*.0))]
+    NotOnAxis(f64),
+    /// A tooth that the gear has not got.
+    #[error(transparent)]
+    Tooth(#[from] NoSuchTooth),
+    /// A place without an involute.
+    #[error(transparent)]
+    NoInvolute(#[from] NoInvolute),
+}
+
+/// Faults of a grid.
+pub type GridFaults = Faults<GridField, GridReason>;
 
 /// Which nodes are wanted.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,8 +155,7 @@ pub struct FlankGrid {
 }
 
 impl FlankGrid {
-    /// The nodes of `spec`, modified or not. Faults point at `/profile/values/…`,
-    /// `/face_width_positions_mm/…` and `/tooth`.
+    /// The nodes of `spec`, modified or not.
     ///
     /// ```
     /// use flankfit_engine::gear::{FlankGrid, Gear, GearData, GridSpec, ProfileAxis, Side};
@@ -129,34 +174,29 @@ impl FlankGrid {
     /// assert!((x.hypot(y) - 26.5).abs() < 1e-12 && z == 10.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn new(gear: &Gear, spec: &GridSpec, modifications: Option<&Modifications>) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
+    pub fn new(gear: &Gear, spec: &GridSpec, modifications: Option<&Modifications>) -> Result<Self, GridFaults> {
+        let mut faults = GridFaults::default();
         let (rows, columns) = (spec.values.len(), spec.positions.len());
-        for (pointer, count) in [("/profile/values", rows), ("/face_width_positions_mm", columns)] {
+        for (field, count) in [(GridField::Profile, rows), (GridField::Positions, columns)] {
             if count == 0 {
-                faults.push(pointer, "at least one place is needed");
+                faults.push(field, GridReason::Empty);
             }
         }
         if rows.saturating_mul(columns) > MOST_NODES {
-            let nodes = counted(rows.saturating_mul(columns), "node", "nodes");
-            faults.push("/profile/values", format!("{nodes}; a grid has at most {MOST_NODES}"));
+            faults.push(GridField::Profile, GridReason::TooMany(rows.saturating_mul(columns)));
         }
-        if !(1..=gear.data().teeth).contains(&spec.tooth) {
-            faults.push(
-                "/tooth",
-                format!("{} is not within 1 and {}, the number of teeth", spec.tooth, gear.data().teeth),
-            );
+        let (tooth, teeth) = (spec.tooth, gear.data().teeth);
+        if !(1..=teeth).contains(&tooth) {
+            faults.push(GridField::Tooth, NoSuchTooth { tooth, teeth });
         }
         for (index, z) in spec.positions.iter().enumerate() {
             if !(z.abs() <= 1e6) {
-                faults.push(
-                    format!("/face_width_positions_mm/{index}"),
-                    format!("{} is not a place on the axis", Shown(*z)),
-                );
+                faults.push(GridField::Position { index }, GridReason::NotOnAxis(*z));
             }
         }
         faults.into_result(())?;
-        let roll_lengths = spec.axis.roll_lengths(gear, &spec.values, "/profile/values")?;
+        let rolls = spec.axis.roll_lengths(gear, &spec.values);
+        let roll_lengths = rolls.map_err(|found| found.placed(|index| GridField::ProfileValue { index }).widened())?;
         let warnings = warnings(gear, &roll_lengths, &spec.positions);
         let mut grid = FlankGrid {
             points: vec![[0.0; 3]; rows * columns],

@@ -13,6 +13,7 @@ pub mod correction;
 pub mod data;
 pub mod deviation;
 pub mod evaluation;
+pub mod fault;
 pub mod flank_grid;
 pub mod generation;
 pub mod geometry;
@@ -26,6 +27,7 @@ pub mod tooth;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
+pub use fault::{GearField, GearReason, NoInvolute, Refused};
 pub use flank_grid::{FlankGrid, GridSpec};
 pub use geometry::Geometry;
 pub use modification::Modifications;

@@ -1,7 +1,7 @@
 //! Coordinates along the profile.
 
-use super::Gear;
-use crate::{estimation::Faults, fault::words::Shown};
+use super::{Gear, NoInvolute};
+use crate::fault::Faults;
 
 /// What profile values are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -38,28 +38,19 @@ impl ProfileAxis {
         (0.0..=MOST_ROLL_LENGTH).contains(&roll).then_some(roll)
     }
 
-    /// Roll lengths of `values`; faults point at `{at}/0`, `{at}/1` ….
-    pub fn roll_lengths(self, gear: &Gear, values: &[f64], at: &str) -> Result<Vec<f64>, Faults> {
+    /// Roll lengths of `values`; faults by their indices.
+    pub fn roll_lengths(self, gear: &Gear, values: &[f64]) -> Result<Vec<f64>, Faults<usize, NoInvolute>> {
         let mut faults = Faults::default();
         let mut rolls = Vec::with_capacity(values.len());
         for (index, &value) in values.iter().enumerate() {
             match self.roll_length(gear, value) {
                 Some(roll) => rolls.push(roll),
-                None => faults.push(format!("{at}/{index}"), format!("{} has no involute", self.named(gear, value))),
+                None => {
+                    let base_diameter = 2.0 * gear.base_radius();
+                    faults.push(index, NoInvolute { axis: self, value, base_diameter });
+                }
             }
         }
         faults.into_result(rolls)
-    }
-
-    fn named(self, gear: &Gear, value: f64) -> String {
-        match self {
-            ProfileAxis::RollLength => format!("a roll length of {} mm", Shown(value)),
-            ProfileAxis::RollAngle => format!("a roll angle of {}°", Shown(value.to_degrees())),
-            ProfileAxis::Diameter => format!(
-                "a diameter of {} mm, where the base circle has {} mm,",
-                Shown(value),
-                Shown(2.0 * gear.base_radius())
-            ),
-        }
     }
 }

@@ -3,6 +3,7 @@
 use flankfit_engine::estimation::FitError;
 use flankfit_engine::estimation::result::NormLimitSource;
 use flankfit_engine::estimation::spec::{Count, Parameter, Regularization, Scheme};
+use flankfit_engine::gear::correction::fault::{CorrectionField, LimitField};
 use flankfit_engine::gear::correction::{Asked, Correction, Damping, Limit, Setting, Solution};
 use flankfit_engine::gear::simulation::case;
 use proptest::prelude::*;
@@ -23,8 +24,8 @@ fn changes(solution: &Solution) -> Vec<f64> {
     solution.settings.iter().map(|s| s.change).collect()
 }
 
-fn pointers(asked: Asked) -> Vec<String> {
-    Correction::new(asked).unwrap_err().list().iter().map(|f| f.pointer.clone()).collect()
+fn fields(asked: Asked) -> Vec<CorrectionField> {
+    Correction::new(asked).unwrap_err().list().iter().map(|f| f.field.clone()).collect()
 }
 
 fn times(j: &[f64], x: &[f64]) -> Vec<f64> {
@@ -368,45 +369,55 @@ fn all_settings_may_be_at_their_limits() {
 fn faults_are_named_by_their_place() {
     let j = vec![1.0; 8];
     let good = Asked::new(vec![1.0; 4], j, settings(2));
-    assert_eq!(pointers(Asked { sensitivity: vec![1.0; 7], ..good.clone() }), ["/sensitivity/matrix"]);
-    assert_eq!(pointers(Asked { weight: Some(vec![1.0, -1.0, 1.0, 1.0]), ..good.clone() }), ["/weight/1"]);
-    assert_eq!(pointers(Asked { target: Some(vec![1.0]), ..good.clone() }), ["/target_um"]);
-    assert_eq!(pointers(Asked { noise_sigma: Some(0.0), ..good.clone() }), ["/noise_sigma_um"]);
-    assert_eq!(pointers(Asked { coefficient_norm_limit: Some(-1.0), ..good.clone() }), ["/coefficient_norm_limit"]);
-    assert_eq!(pointers(Asked { response_uncertainty: f64::NAN, ..good.clone() }), ["/response_uncertainty"]);
-    assert_eq!(pointers(Asked { deviation: vec![f64::NAN; 4], ..good.clone() }), ["/deviation_um"]);
+    assert_eq!(fields(Asked { sensitivity: vec![1.0; 7], ..good.clone() }), [CorrectionField::Matrix]);
+    assert_eq!(
+        fields(Asked { weight: Some(vec![1.0, -1.0, 1.0, 1.0]), ..good.clone() }),
+        [CorrectionField::Weight { index: 1 }]
+    );
+    assert_eq!(fields(Asked { target: Some(vec![1.0]), ..good.clone() }), [CorrectionField::Targets]);
+    assert_eq!(fields(Asked { noise_sigma: Some(0.0), ..good.clone() }), [CorrectionField::NoiseSigma]);
+    assert_eq!(
+        fields(Asked { coefficient_norm_limit: Some(-1.0), ..good.clone() }),
+        [CorrectionField::CoefficientNormLimit]
+    );
+    assert_eq!(
+        fields(Asked { response_uncertainty: f64::NAN, ..good.clone() }),
+        [CorrectionField::ResponseUncertainty]
+    );
+    assert_eq!(fields(Asked { deviation: vec![f64::NAN; 4], ..good.clone() }), [CorrectionField::Deviations]);
     // too few nodes: by what leaves them
     let undefined = vec![1.0, f64::NAN, f64::NAN, f64::NAN];
-    assert_eq!(pointers(Asked { deviation: undefined, ..good.clone() }), ["/sensitivity/settings"]);
-    assert_eq!(pointers(Asked { weight: Some(vec![0.0; 4]), ..good.clone() }), ["/weight"]);
-    assert_eq!(pointers(Asked { weight: Some(vec![0.0, 0.0, 0.0, 1.0]), ..good.clone() }), ["/weight"]);
+    assert_eq!(fields(Asked { deviation: undefined, ..good.clone() }), [CorrectionField::Settings]);
+    assert_eq!(fields(Asked { weight: Some(vec![0.0; 4]), ..good.clone() }), [CorrectionField::Weights]);
+    assert_eq!(fields(Asked { weight: Some(vec![0.0, 0.0, 0.0, 1.0]), ..good.clone() }), [CorrectionField::Weights]);
     let mut twice = good.clone();
     twice.settings[1].name = "s0".into();
-    assert_eq!(pointers(twice), ["/sensitivity/settings/1"]);
+    assert_eq!(fields(twice), [CorrectionField::Setting { index: 1 }]);
     let mut crossed = good.clone();
     (crossed.settings[0].min, crossed.settings[0].max) = (Some(1.0), Some(0.0));
-    assert_eq!(pointers(crossed), ["/limits/s0/min"]);
+    assert_eq!(fields(crossed), [CorrectionField::Limit { setting: "s0".into(), limit: LimitField::Min }]);
+    let limit = |limit| CorrectionField::Limit { setting: "a/b~".into(), limit };
     let setting = |change: fn(&mut Setting)| {
         let mut asked = good.clone();
         asked.settings[1].name = "a/b~".into();
         change(&mut asked.settings[1]);
-        pointers(asked)
+        fields(asked)
     };
-    assert_eq!(setting(|s| s.increment = Some(0.0)), ["/limits/a~1b~0/increment"]);
-    assert_eq!(setting(|s| s.increment = Some(f64::INFINITY)), ["/limits/a~1b~0/increment"]);
+    assert_eq!(setting(|s| s.increment = Some(0.0)), [limit(LimitField::Increment)]);
+    assert_eq!(setting(|s| s.increment = Some(f64::INFINITY)), [limit(LimitField::Increment)]);
     assert_eq!(
         setting(|s| (s.min, s.max, s.increment) = (Some(0.1), Some(0.9), Some(1.0))),
-        ["/limits/a~1b~0/increment"]
+        [limit(LimitField::Increment)]
     );
-    assert_eq!(setting(|s| (s.fixed, s.min) = (true, Some(0.0))), ["/limits/a~1b~0/min"]);
+    assert_eq!(setting(|s| (s.fixed, s.min) = (true, Some(0.0))), [limit(LimitField::Min)]);
     let mut still = good.clone();
     still.settings.iter_mut().for_each(|setting| setting.fixed = true);
-    assert_eq!(pointers(still), ["/limits"]);
-    assert_eq!(pointers(Asked { absolute: false, ..good.clone() }), ["/absolute"]);
+    assert_eq!(fields(still), [CorrectionField::Limits]);
+    assert_eq!(fields(Asked { absolute: false, ..good.clone() }), [CorrectionField::Absolute]);
     let idle = Asked { sensitivity: [1.0, 0.0].repeat(4), ..good.clone() };
-    assert_eq!(pointers(idle), ["/sensitivity/settings/1"]);
+    assert_eq!(fields(idle), [CorrectionField::Setting { index: 1 }]);
     let infinite = Asked { sensitivity: [1.0, f64::INFINITY].repeat(4), ..good };
-    assert_eq!(pointers(infinite)[0], "/sensitivity/matrix/0/1");
+    assert_eq!(fields(infinite)[0], CorrectionField::Entry { row: 0, column: 1 });
 }
 
 /// A regularisation that the service refuses is refused here.

@@ -2,6 +2,10 @@
 
 use flankfit_engine::gear::correction::{Answer, Asked, Comparison, Correction, Noise, Verdict, compare};
 use flankfit_engine::gear::simulation::{Simulation, Strategy, case, run};
+use flankfit_engine::gear::{
+    Refused,
+    correction::fault::{ComparisonField, NodeList},
+};
 
 /// A machine of the ill-conditioned case whose response is `factor` times the one that it was drawn
 /// with.
@@ -221,16 +225,31 @@ fn nothing_predicted_has_no_ratio_and_faults_have_their_places() {
     };
     let told = compare(&still).unwrap();
     assert_eq!((told.verdict, told.response_ratio), (Verdict::Different, None));
-    let pointer = |wrong: Comparison| match compare(&wrong) {
-        Err(flankfit_engine::estimation::FitError::Invalid(faults)) => faults.list()[0].pointer.clone(),
+    let field = |wrong: Comparison| match compare(&wrong) {
+        Err(Refused::Invalid(faults)) => faults.list()[0].field,
         other => panic!("{other:?}"),
     };
-    assert_eq!(pointer(Comparison { measured: vec![0.0; 4], ..still.clone() }), "/measured");
-    assert_eq!(pointer(Comparison { noise: Noise { sigma: -1.0, freedom: None }, ..still.clone() }), "/noise_sigma_um");
-    assert_eq!(pointer(Comparison { measured: vec![f64::NAN; 5], ..still.clone() }), "/measured");
-    assert_eq!(pointer(Comparison { leverage: Some(vec![-1.0; 5]), ..still.clone() }), "/leverage/0");
-    assert_eq!(pointer(Comparison { contributions: vec![f64::INFINITY; 5], ..still.clone() }), "/contributions/0");
-    assert_eq!(pointer(Comparison { settings: 2, ..still }), "/contributions");
+    assert_eq!(
+        field(Comparison { measured: vec![0.0; 4], ..still.clone() }),
+        ComparisonField::List(NodeList::Measured)
+    );
+    assert_eq!(
+        field(Comparison { noise: Noise { sigma: -1.0, freedom: None }, ..still.clone() }),
+        ComparisonField::NoiseSigma
+    );
+    assert_eq!(
+        field(Comparison { measured: vec![f64::NAN; 5], ..still.clone() }),
+        ComparisonField::List(NodeList::Measured)
+    );
+    assert_eq!(
+        field(Comparison { leverage: Some(vec![-1.0; 5]), ..still.clone() }),
+        ComparisonField::Entry { list: NodeList::Leverage, index: 0 }
+    );
+    assert_eq!(
+        field(Comparison { contributions: vec![f64::INFINITY; 5], ..still.clone() }),
+        ComparisonField::Contribution { index: 0 }
+    );
+    assert_eq!(field(Comparison { settings: 2, ..still }), ComparisonField::Contributions);
 }
 
 /// Without a datum both measurements may have any mean of their own.

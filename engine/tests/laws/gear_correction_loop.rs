@@ -2,6 +2,7 @@
 
 use flankfit_engine::gear::correction::machine::{FlankNode, Machine, Ranges};
 use flankfit_engine::gear::correction::{DEFAULT_RESPONSE_UNCERTAINTY, Setting, Verdict};
+use flankfit_engine::gear::simulation::fault::MachineField;
 use flankfit_engine::gear::simulation::{Asked, Run, Simulation, Strategy, case, run};
 use flankfit_engine::gear::{Gear, GearData, Hand, Side};
 
@@ -190,28 +191,31 @@ fn steps_and_runs_agree() {
     }
     assert!(machine.apply(&[1.0]).is_err() && machine.apply(&[f64::NAN; 6]).is_err());
     let refused = Simulation::new(Asked { missing: 1.0, setting_error: vec![-1.0; 6], ..case::ill_conditioned(0) });
-    let pointers: Vec<String> = refused.unwrap_err().list().iter().map(|f| f.pointer.clone()).collect();
-    assert_eq!((pointers[0].as_str(), pointers.last().unwrap().as_str()), ("/setting_error/0", "/missing"));
+    let fields: Vec<MachineField> = refused.unwrap_err().list().iter().map(|f| f.field.clone()).collect();
+    assert_eq!((fields[0], fields[fields.len() - 1]), (MachineField::SettingError { index: 0 }, MachineField::Missing));
 }
 
 /// What no probe or machine is like is refused at its own place, before anything overflows.
 #[test]
 fn machines_out_of_range_are_refused_by_their_place() {
     let good = case::ill_conditioned(0);
-    for (machine, pointer) in [
-        (Asked { missing: 0.95, ..good.clone() }, "/missing"),
-        (Asked { response_noise: 1e300, ..good.clone() }, "/response_noise"),
-        (Asked { response_noise: f64::NAN, ..good.clone() }, "/response_noise"),
-        (Asked { probe_noise: 1e200, ..good.clone() }, "/probe_noise_um"),
-        (Asked { setting_error: vec![12.0, 12.0, 1e200, 12.0, 12.0, 12.0], ..good.clone() }, "/setting_error/2"),
+    for (machine, field) in [
+        (Asked { missing: 0.95, ..good.clone() }, MachineField::Missing),
+        (Asked { response_noise: 1e300, ..good.clone() }, MachineField::ResponseNoise),
+        (Asked { response_noise: f64::NAN, ..good.clone() }, MachineField::ResponseNoise),
+        (Asked { probe_noise: 1e200, ..good.clone() }, MachineField::ProbeNoise),
+        (
+            Asked { setting_error: vec![12.0, 12.0, 1e200, 12.0, 12.0, 12.0], ..good.clone() },
+            MachineField::SettingError { index: 2 },
+        ),
         (
             Asked { setting_error: vec![12.0, 12.0, 12.0, 12.0, 12.0, f64::INFINITY], ..good.clone() },
-            "/setting_error/5",
+            MachineField::SettingError { index: 5 },
         ),
     ] {
         let faults = Simulation::new(machine).unwrap_err();
-        let pointers: Vec<&str> = faults.list().iter().map(|f| f.pointer.as_str()).collect();
-        assert_eq!(pointers, [pointer]);
+        let fields: Vec<MachineField> = faults.list().iter().map(|f| f.field.clone()).collect();
+        assert_eq!(fields, [field]);
     }
     // 45 nodes, of which 39 are missed, tell six settings
     assert!(Simulation::new(Asked { missing: 39.0 / 45.0, ..good }).is_ok());

@@ -2,6 +2,7 @@
 
 use crate::oracle::random::Random;
 use flankfit_engine::estimation::spec::Regularization;
+use flankfit_engine::gear::correction::fault::CorrectionField;
 use flankfit_engine::gear::correction::machine::{FlankNode, Machine, Ranges};
 use flankfit_engine::gear::correction::{
     Answer, Asked, Correction, Damping, Noise, Setting, Solution, Verdict, compare,
@@ -166,17 +167,17 @@ fn zeros_of_traces_are_no_answer_of_the_machine() {
 
 #[test]
 fn traces_are_checked() {
-    let pointers = |asked: Asked| -> Vec<String> {
-        Correction::new(asked).unwrap_err().list().iter().map(|fault| fault.pointer.clone()).collect()
+    let fields = |asked: Asked| -> Vec<CorrectionField> {
+        Correction::new(asked).unwrap_err().list().iter().map(|fault| fault.field.clone()).collect()
     };
     let j: Vec<f64> = (0..8).flat_map(|k| [f64::from(k), f64::from(k * k)]).collect();
     let asked = |traces: Vec<usize>| {
         let deviation = (0..8).map(f64::from).collect();
         Asked { absolute: false, traces: Some(traces), ..plain(deviation, j.clone(), settings(2)) }
     };
-    assert_eq!(pointers(asked(vec![0; 7])), ["/trace"]);
-    assert_eq!(pointers(Asked { absolute: true, ..asked(vec![0; 8]) }), ["/absolute"]);
+    assert_eq!(fields(asked(vec![0; 7])), [CorrectionField::Traces]);
+    assert_eq!(fields(Asked { absolute: true, ..asked(vec![0; 8]) }), [CorrectionField::Absolute]);
     // a zero for each node leaves nothing to tell two settings from
-    assert_eq!(pointers(asked((0..8).collect())), ["/sensitivity/settings"]);
+    assert_eq!(fields(asked((0..8).collect())), [CorrectionField::Settings]);
     assert!(Correction::new(asked(vec![0, 0, 0, 0, 1, 1, 1, 1])).is_ok());
 }

@@ -2,6 +2,7 @@
 
 use crate::gear_evaluation::{gear, near, range, settings, trace};
 use crate::oracle::random::Random;
+use flankfit_engine::gear::evaluation::fault::TraceField;
 use flankfit_engine::gear::{
     Kind, Side, Trace,
     evaluation::{Evaluation, Posted, evaluate},
@@ -48,7 +49,7 @@ fn gaps_below_a_hole_count_together() {
         assert!(crests.traces[0].values.is_none() && crests.traces[0].classes.is_none(), "{share} of {count}");
         assert_eq!(codes(&crests), ["samples_missing"], "{share} of {count}");
         let notice = crests.notices.iter().find(|notice| notice.code == "samples_missing").expect("a notice");
-        assert_eq!(notice.pointer.as_deref(), Some("/traces/0/deviation_um"));
+        assert_eq!(notice.field, Some(TraceField::Deviations { trace: 0 }));
         assert!(notice.message.contains("are covered, less than 75 %"), "{}", notice.message);
     }
 }

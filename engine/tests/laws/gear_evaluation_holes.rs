@@ -3,6 +3,7 @@
 
 use crate::gear_evaluation::{gear, near, one, settings, trace};
 use crate::oracle::random::Random;
+use flankfit_engine::gear::evaluation::fault::TraceField;
 use flankfit_engine::gear::{
     Gear, Kind, Side, Trace,
     evaluation::{
@@ -196,7 +197,7 @@ fn a_slope_that_the_hole_leaves_open_has_no_class() {
     let answer = all(&gear, &trace, &settings());
     assert!(answer.traces[0].values.is_some() && answer.traces[0].classes.is_none());
     let notice = answer.notices.iter().find(|notice| notice.code == "slope_class_open").expect("a notice");
-    assert_eq!(notice.pointer.as_deref(), Some("/traces/0/deviation_um"));
+    assert_eq!(notice.field, Some(TraceField::Deviations { trace: 0 }));
     assert!(notice.message.contains("leaves it open"), "{}", notice.message);
 }
 

@@ -1,5 +1,6 @@
 //! Laws of the second-order flank surface.
 
+use flankfit_engine::gear::{Refused, evaluation::fault::SurfaceField};
 use flankfit_engine::{
     estimation::{
         FitSpec,
@@ -219,29 +220,30 @@ fn internal_gears_and_diameters() {
 fn impossible_requests_name_their_place() {
     let gear = gear();
     let full = grid(6, 5, |_, _| 0.0);
-    let places = |nodes: &FlankNodes, settings: &SurfaceSettings| -> Vec<String> {
+    let places = |nodes: &FlankNodes, settings: &SurfaceSettings| -> Vec<SurfaceField> {
         match flank_surface(&gear, nodes, settings).expect_err("impossible") {
-            flankfit_engine::estimation::FitError::Invalid(faults) => {
-                faults.list().iter().map(|f| f.pointer.clone()).collect()
-            }
+            Refused::Invalid(faults) => faults.list().iter().map(|f| f.field.clone()).collect(),
             other => panic!("{other}"),
         }
     };
     let border = Border { root: 60.0, tip: 40.0, toe: -1.0, heel: f64::NAN };
     assert_eq!(
         places(&full.nodes(), &SurfaceSettings { border, ..settings() }),
-        ["/border_percent/toe", "/border_percent/heel", "/border_percent"]
+        [SurfaceField::BorderToe, SurfaceField::BorderHeel, SurfaceField::Border]
     );
-    assert_eq!(places(&FlankNodes { z: &full.z[..4], ..full.nodes() }, &settings()), ["/deviation_um"]);
+    assert_eq!(places(&FlankNodes { z: &full.z[..4], ..full.nodes() }, &settings()), [SurfaceField::Deviations]);
     let by_diameter = FlankNodes { axis: ProfileAxis::Diameter, ..full.nodes() };
-    assert_eq!(places(&by_diameter, &settings())[0], "/profile/0");
+    assert_eq!(places(&by_diameter, &settings())[0], SurfaceField::ProfileAt { index: 0 });
     let mut turned = full.profile.clone();
     turned.swap(0, 1);
-    assert_eq!(places(&FlankNodes { profile: &turned, ..full.nodes() }, &settings()), ["/profile/1"]);
+    assert_eq!(
+        places(&FlankNodes { profile: &turned, ..full.nodes() }, &settings()),
+        [SurfaceField::ProfileAt { index: 1 }]
+    );
     let nothing = vec![f64::NAN; 30];
-    assert_eq!(places(&FlankNodes { deviation: &nothing, ..full.nodes() }, &settings()), ["/deviation_um"]);
+    assert_eq!(places(&FlankNodes { deviation: &nothing, ..full.nodes() }, &settings()), [SurfaceField::Deviations]);
     let beside = SurfaceSettings { helix_range: Some([30.0, 40.0]), ..settings() };
-    assert_eq!(places(&full.nodes(), &beside), ["/border_percent"]);
+    assert_eq!(places(&full.nodes(), &beside), [SurfaceField::Border]);
 }
 
 /// The figures by name are those of the surface; a cross of a profile and a lead tells all but the

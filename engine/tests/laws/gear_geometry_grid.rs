@@ -6,6 +6,10 @@ use flankfit_engine::gear::{
     involute::Flank,
     modification::{End, Flanks, Growth, Interpolation, Law, Modification, Range, Topography},
 };
+use flankfit_engine::gear::{
+    flank_grid::GridField,
+    modification::fault::{LawField, RangeField, TopographyField},
+};
 use proptest::prelude::*;
 
 use super::gear_geometry::{any_gear, data, miss, side_of};
@@ -35,7 +39,7 @@ fn laws(gear: &Gear, range: &Range) -> Vec<Modification> {
         (0..4).map(|i| (0..5).map(|j| f64::from(i * i - j + 2 * (i * j % 3))).collect()).collect();
     let [low, high] = range.helix();
     let positions: Vec<f64> = (0..5).map(|j| low + (high - low) * f64::from(j) / 4.0).collect();
-    let topography = |interpolation| Topography::new("", &rolls, &positions, &relief, interpolation).unwrap();
+    let topography = |interpolation| Topography::new(&rolls, &positions, &relief, interpolation).unwrap();
     vec![
         both(Law::ProfileCrowning { amount: 7.0 }),
         both(Law::ProfileSlope { amount: -5.0 }),
@@ -207,7 +211,7 @@ fn a_topography_goes_through_its_nodes_and_on_beyond_them() {
     let (rolls, z) = ([10.0, 11.0, 13.0, 14.0], [0.0, 4.0, 9.0, 15.0, 20.0]);
     let relief: Vec<Vec<f64>> = (0..4).map(|i| (0..5).map(|j| f64::from(3 * i - j * j)).collect()).collect();
     for interpolation in [Interpolation::Bilinear, Interpolation::BSpline] {
-        let topography = Topography::new("", &rolls, &z, &relief, interpolation).unwrap();
+        let topography = Topography::new(&rolls, &z, &relief, interpolation).unwrap();
         let modifications = Modifications::new(&gear, range, vec![both(Law::Topography(topography))]).unwrap();
         for (i, roll) in rolls.iter().enumerate() {
             for (j, z) in z.iter().enumerate() {
@@ -218,13 +222,13 @@ fn a_topography_goes_through_its_nodes_and_on_beyond_them() {
         assert!((beyond.value - relief[3][0]).abs() < 1e-11 && beyond.by_roll == 0.0 && beyond.by_z == 0.0);
     }
     // Bilinear in the middle of a cell.
-    let topography = Topography::new("", &rolls, &z, &relief, Interpolation::Bilinear).unwrap();
+    let topography = Topography::new(&rolls, &z, &relief, Interpolation::Bilinear).unwrap();
     let modifications = Modifications::new(&gear, range, vec![both(Law::Topography(topography))]).unwrap();
     let mean = 0.25 * (relief[1][1] + relief[1][2] + relief[2][1] + relief[2][2]);
     assert!((modifications.relief(Side::Right, 12.0, 6.5).value - mean).abs() < 1e-12);
     // A single column is the same at every z.
     let column: Vec<Vec<f64>> = relief.iter().map(|row| vec![row[2]]).collect();
-    let topography = Topography::new("", &rolls, &[7.0], &column, Interpolation::BSpline).unwrap();
+    let topography = Topography::new(&rolls, &[7.0], &column, Interpolation::BSpline).unwrap();
     let modifications = Modifications::new(&gear, range, vec![both(Law::Topography(topography))]).unwrap();
     for z in [-3.0, 7.0, 30.0] {
         assert!((modifications.relief(Side::Left, 13.0, z).value - relief[2][2]).abs() < 1e-12);
@@ -232,27 +236,30 @@ fn a_topography_goes_through_its_nodes_and_on_beyond_them() {
 }
 
 #[test]
-fn faults_have_pointers() {
+fn faults_have_fields() {
     let gear = gear();
     let base = 2.0 * gear.base_radius();
-    let pointers = |spec: &GridSpec| -> Vec<String> {
-        FlankGrid::new(&gear, spec, None).unwrap_err().list().iter().map(|f| f.pointer.clone()).collect()
+    let fields = |spec: &GridSpec| -> Vec<GridField> {
+        FlankGrid::new(&gear, spec, None).unwrap_err().list().iter().map(|f| f.field.clone()).collect()
     };
     let good = spec(Side::Left, vec![10.0, 12.0], vec![0.0, 5.0]);
-    assert_eq!(pointers(&GridSpec { values: vec![10.0, 11.0, 12.0, -1.0], ..good.clone() }), ["/profile/values/3"]);
+    assert_eq!(
+        fields(&GridSpec { values: vec![10.0, 11.0, 12.0, -1.0], ..good.clone() }),
+        [GridField::ProfileValue { index: 3 }]
+    );
     let below = GridSpec { axis: ProfileAxis::Diameter, values: vec![base + 1.0, base - 1.0], ..good.clone() };
-    assert_eq!(pointers(&below), ["/profile/values/1"]);
-    assert_eq!(pointers(&GridSpec { positions: vec![f64::NAN], ..good.clone() }), ["/face_width_positions_mm/0"]);
-    assert_eq!(pointers(&GridSpec { values: vec![], ..good.clone() }), ["/profile/values"]);
-    assert_eq!(pointers(&GridSpec { tooth: 41, ..good.clone() }), ["/tooth"]);
+    assert_eq!(fields(&below), [GridField::ProfileValue { index: 1 }]);
+    assert_eq!(fields(&GridSpec { positions: vec![f64::NAN], ..good.clone() }), [GridField::Position { index: 0 }]);
+    assert_eq!(fields(&GridSpec { values: vec![], ..good.clone() }), [GridField::Profile]);
+    assert_eq!(fields(&GridSpec { tooth: 41, ..good.clone() }), [GridField::Tooth]);
     let many = GridSpec { values: vec![10.0; MOST_NODES / 2], positions: vec![0.0; 3], ..good };
-    assert_eq!(pointers(&many), ["/profile/values"]);
+    assert_eq!(fields(&many), [GridField::Profile]);
 
     let range = Range::whole(&gear).unwrap();
-    let refused = |laws: Vec<Law>| -> Vec<String> {
+    let refused = |laws: Vec<Law>| -> Vec<LawField> {
         let list = laws.into_iter().map(both).collect();
         let faults = Modifications::new(&gear, range, list).unwrap_err();
-        faults.list().iter().map(|f| f.pointer.clone()).collect()
+        faults.list().iter().map(|f| f.field.clone()).collect()
     };
     let growth = Growth::Linear;
     let tip = gear.diameter(range.profile()[1]);
@@ -264,15 +271,20 @@ fn faults_have_pointers() {
             Law::EndRelief { end: End::Low, amount: 1.0, length: 21.0, growth },
             Law::TipRelief { amount: 5.0, start_diameter: tip, growth },
         ]),
-        ["/0/start_diameter_mm", "/1/amount_um", "/2/start_diameter_mm", "/3/length_mm", "/4/start_diameter_mm"]
+        [
+            LawField::StartDiameter { number: 0 },
+            LawField::Amount { number: 1 },
+            LawField::StartDiameter { number: 2 },
+            LawField::Length { number: 3 },
+            LawField::StartDiameter { number: 4 }
+        ]
     );
     let faults = Range::new(&gear, [1.0, 82.0], [3.0, 3.0]).unwrap_err();
-    let found: Vec<&str> = faults.list().iter().map(|f| f.pointer.as_str()).collect();
-    assert_eq!(found, ["/profile_diameter_range_mm/0", "/helix_range_mm"]);
-    let ragged =
-        Topography::new("/2", &[10.0, 9.0], &[0.0, 1.0], &[vec![1.0, 2.0], vec![1.0]], Interpolation::Bilinear);
-    let found: Vec<String> = ragged.unwrap_err().list().iter().map(|f| f.pointer.clone()).collect();
-    assert_eq!(found, ["/2/profile/values/1", "/2/relief_um/1"]);
+    let found: Vec<RangeField> = faults.list().iter().map(|f| f.field.clone()).collect();
+    assert_eq!(found, [RangeField::Diameter { index: 0 }, RangeField::Helix]);
+    let ragged = Topography::new(&[10.0, 9.0], &[0.0, 1.0], &[vec![1.0, 2.0], vec![1.0]], Interpolation::Bilinear);
+    let found: Vec<TopographyField> = ragged.unwrap_err().list().iter().map(|f| f.field.clone()).collect();
+    assert_eq!(found, [TopographyField::ProfileValue { index: 1 }, TopographyField::ReliefRow { row: 1 }]);
 }
 
 #[test]

@@ -5,13 +5,11 @@ use crate::gear_registration::{above, gear, helical, rolls, side};
 use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit_engine::estimation::spec::{Estimator, FitSpec, Model, Parameter, Regularization, Scaling};
-use flankfit_engine::estimation::{
-    FitError,
-    spec::{Loss, MEstimator},
-};
+use flankfit_engine::estimation::spec::{Loss, MEstimator};
 use flankfit_engine::gear::deviation::{Deviations, Measurement, Reference, Touch, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, columns::SCREW, register};
 use flankfit_engine::gear::{Gear, Hand, Side};
+use flankfit_engine::gear::{Refused, registration::fault::RegistrationField};
 use flankfit_engine::geometry::space::Vector;
 use proptest::prelude::*;
 
@@ -185,8 +183,8 @@ fn a_spur_gear_tells_no_axial_shift() {
     assert!(answer.indistinguishable.iter().any(|near| near.motions == [Motion::AxialShift]));
     let spec = plain();
     let asked = Registering { motions: &[Motion::AxialShift], pivot: None, weight: None, spec: &spec };
-    let Err(FitError::Invalid(faults)) = register(&reference, &deviations, &asked) else { panic!("faults") };
-    assert_eq!(faults.list()[0].pointer, "/motions/0");
+    let Err(Refused::Invalid(faults)) = register(&reference, &deviations, &asked) else { panic!("faults") };
+    assert_eq!(faults.list()[0].field, RegistrationField::Motion { index: 0 });
 }
 
 #[test]
@@ -309,17 +307,26 @@ fn impossible_registrations_are_refused() {
     let deviations = measured(&reference, &places(&gear, 1, &[Side::Left], |_, _, _| 0.0, 0.0)[..3], 0.0);
     let spec = plain();
     let refused = |asked: Registering| match register(&reference, &deviations, &asked) {
-        Err(FitError::Invalid(faults)) => faults.list()[0].pointer.clone(),
+        Err(Refused::Invalid(faults)) => faults.list()[0].field,
         other => panic!("{other:?}"),
     };
     let asked = Registering { motions: &FIVE, pivot: None, weight: None, spec: &spec };
-    assert_eq!(refused(asked.clone()), "/points");
-    assert_eq!(refused(Registering { motions: &[], ..asked.clone() }), "/motions");
+    assert_eq!(refused(asked.clone()), RegistrationField::Points);
+    assert_eq!(refused(Registering { motions: &[], ..asked.clone() }), RegistrationField::Motions);
     let twice = [Motion::XShift, Motion::XShift];
-    assert_eq!(refused(Registering { motions: &twice, ..asked.clone() }), "/motions/1");
+    assert_eq!(refused(Registering { motions: &twice, ..asked.clone() }), RegistrationField::Motion { index: 1 });
     let one = [Motion::XShift];
-    assert_eq!(refused(Registering { motions: &one, pivot: Some(f64::NAN), ..asked.clone() }), "/pivot_z_mm");
-    assert_eq!(refused(Registering { motions: &one, weight: Some(&[1.0]), ..asked.clone() }), "/weight");
+    assert_eq!(
+        refused(Registering { motions: &one, pivot: Some(f64::NAN), ..asked.clone() }),
+        RegistrationField::Pivot
+    );
+    assert_eq!(
+        refused(Registering { motions: &one, weight: Some(&[1.0]), ..asked.clone() }),
+        RegistrationField::Weights
+    );
     let weight = [1.0, -1.0, 1.0];
-    assert_eq!(refused(Registering { motions: &one, weight: Some(&weight), ..asked }), "/weight/1");
+    assert_eq!(
+        refused(Registering { motions: &one, weight: Some(&weight), ..asked }),
+        RegistrationField::Weight { index: 1 }
+    );
 }

@@ -5,10 +5,13 @@ use crate::gear_registration::{gear, helical};
 use crate::gear_registration_motion::{moved, places, plain};
 use crate::oracle::random::Random;
 use crate::problems::config;
-use flankfit_engine::estimation::FitError;
 use flankfit_engine::gear::deviation::{Measurement, Reference, Touch, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, register_from, start};
 use flankfit_engine::gear::{Gear, Hand, Side};
+use flankfit_engine::gear::{
+    Refused,
+    registration::fault::{RegistrationField, RegistrationRefused},
+};
 use flankfit_engine::geometry::space::Vector;
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -18,12 +21,12 @@ const DOUBTS: [&str; 5] =
     ["poor_fit", "points_misfit", "flanks_ambiguous", "registration_not_converged", "axial_shift_for_rotation"];
 const FIVE: [Motion; 5] = [Motion::XShift, Motion::YShift, Motion::XTilt, Motion::YTilt, Motion::Rotation];
 
-/// As the service does it: strays refuse the measurement.
-fn laid(gear: &Gear, touches: &[Touch], motions: &[Motion]) -> Result<Registration, FitError> {
+/// As the service does it.
+fn laid(gear: &Gear, touches: &[Touch], motions: &[Motion]) -> Result<Registration, RegistrationRefused> {
     let (reference, spec) = (Reference::new(gear), plain());
     let asked = Registering { motions, pivot: Some(22.0), weight: None, spec: &spec };
     let begun = start(gear, touches, 0.0, &asked)?;
-    let deviations = measure(&reference, &begun.touches, &Measurement::default())?;
+    let deviations = measure(&reference, &begun.touches, &Measurement::default()).expect("no strays");
     register_from(&reference, &deviations, &asked, &begun)
 }
 
@@ -146,10 +149,10 @@ fn without_a_majority_of_names_there_is_no_place() {
         if !sides {
             touches.iter_mut().for_each(|touch| touch.side = None);
         }
-        let Err(FitError::Invalid(faults)) = laid(&gear, &touches, &FIVE) else { panic!("refused") };
+        let Err(Refused::Invalid(faults)) = laid(&gear, &touches, &FIVE) else { panic!("refused") };
         let [fault] = faults.list() else { panic!("one fault: {faults:?}") };
-        assert_eq!(fault.pointer, "/teeth");
-        assert!(fault.detail.contains("at most 25 %"), "{}", fault.detail);
+        assert_eq!(fault.field, RegistrationField::Teeth);
+        assert!(fault.reason.to_string().contains("at most 25 %"), "{}", fault.reason.to_string());
     }
     // all of them one on: the part is turned, and where it may not be, that is said
     let mut touches = part(&gear, 4, &Pose { pivot: 22.0, ..Pose::default() }, &mut random);
@@ -157,11 +160,11 @@ fn without_a_majority_of_names_there_is_no_place() {
     let turned = laid(&gear, &touches, &FIVE).expect("a rotation by a pitch");
     assert!((turned.pose.get(Motion::Rotation).abs() - 1e6 * gear.pitch_angle()).abs() < 5.0);
     assert_eq!(codes(&turned), Vec::<&str>::new());
-    let Err(FitError::Invalid(faults)) = laid(&gear, &touches, &[Motion::XShift, Motion::YShift]) else {
+    let Err(Refused::Invalid(faults)) = laid(&gear, &touches, &[Motion::XShift, Motion::YShift]) else {
         panic!("refused")
     };
-    assert_eq!(faults.list()[0].pointer, "/teeth");
-    assert!(faults.list()[0].detail.contains("1 pitch "), "{}", faults.list()[0].detail);
+    assert_eq!(faults.list()[0].field, RegistrationField::Teeth);
+    assert!(faults.list()[0].reason.to_string().contains("1 pitch "), "{}", faults.list()[0].reason.to_string());
 }
 
 /// A part that is turned, with only the axial shift free: the screw that does the same is answered,

@@ -106,7 +106,7 @@ impl GearBody {
                 protuberance: tool.protuberance_mm.unwrap_or(0.0),
             }),
         };
-        Gear::new(data).map_err(|faults| Faults::from(faults).moved(|pointer| format!("{at}{pointer}")))
+        Gear::new(data).map_err(|faults| Faults::at(at, &faults))
     }
 }
 

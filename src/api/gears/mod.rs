@@ -4,6 +4,7 @@ pub mod correction;
 pub mod design;
 pub mod deviations;
 pub mod evaluation;
+pub mod faults;
 pub mod files;
 pub mod gear;
 pub mod notice;

@@ -8,11 +8,7 @@ use utoipa::ToSchema;
 
 use crate::{
     api::{
-        fits::{
-            answer::text,
-            canonical, reader,
-            spec::{include, json},
-        },
+        fits::{answer::text, canonical, spec::json},
         json::merge,
         problem::Problem,
     },
@@ -74,8 +70,8 @@ pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed,
 /// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and
 /// added; what is stored stays as it is. Processor work.
 pub fn with_include(nodes: &Nodes, stored: &FitRecord, asked: Include, plans: &Plans) -> Result<Arc<str>, Problem> {
-    let mut spec = reader::read_stored(&stored.spec).map_err(Problem::internal)?;
-    let include = include::both(spec.include, asked);
+    let mut spec = json::from_json(&stored.spec).map_err(Problem::internal)?;
+    let include = json::both(spec.include, asked);
     if include == spec.include {
         return Ok(stored.result.clone());
     }
@@ -86,7 +82,7 @@ pub fn with_include(nodes: &Nodes, stored: &FitRecord, asked: Include, plans: &P
 
 /// Computes a stored fit again and compares. Processor work.
 pub fn replay(nodes: &Nodes, stored: &FitRecord) -> Result<Replay, Problem> {
-    let spec = reader::read_stored(&stored.spec).map_err(Problem::internal)?;
+    let spec = json::from_json(&stored.spec).map_err(Problem::internal)?;
     // all of it anew, plans too
     let computed = compute(nodes, &spec, &Plans::default())?;
     Ok(Replay::of(&stored.result, &computed.result, difference))

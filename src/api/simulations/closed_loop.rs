@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use super::faults;
 use crate::{
     api::{
         built::Built,
@@ -27,7 +28,7 @@ use flankfit_engine::{
     fault::words::entries,
     gear::{
         correction as gear_correction,
-        correction::{Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Setting},
+        correction::{Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Setting, fault::CorrectionField},
         simulation::{Asked, Simulation, Strategy, case, closed_loop},
     },
 };
@@ -171,7 +172,7 @@ pub fn simulate(text: &[u8], plans: &Plans) -> Result<Simulated, Problem> {
         return Err(Problem::invalid(Faults::one("/corrections", detail)));
     }
     let uncertainty = body.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY);
-    let drawn = Simulation::new(machine.clone()).map_err(placed)?;
+    let drawn = Simulation::new(machine.clone()).map_err(Problem::invalid)?;
     let condition = condition(&machine)?;
     let runs = strategies
         .iter()
@@ -258,14 +259,9 @@ fn condition(machine: &Asked) -> Result<Option<f64>, Problem> {
         damping: Damping::Asked(Regularization::None),
         ..gear_correction::Asked::new(vec![0.0; rows], machine.sensitivity.clone(), machine.settings.clone())
     };
-    let all = Correction::new(asked).map_err(placed)?;
+    let all = Correction::new(asked).map_err(|found| Problem::invalid(Faults::by(&found, faults::correction)))?;
     let solution = all.solve().map_err(|error| Problem::of_fit(error, |_| "/matrix".to_owned()))?;
     Ok(solution.fit.spectrum.condition)
-}
-
-/// Faults of a machine, by places in the request.
-fn placed(faults: impl Into<Faults>) -> Problem {
-    Problem::invalid(faults.into().moved(|pointer| pointer.strip_prefix("/sensitivity").unwrap_or(pointer).to_owned()))
 }
 
 /// What a run cannot go on with, by places in the request; `number` is how often the machine was
@@ -277,7 +273,7 @@ fn place(number: usize) -> impl Fn(&str) -> String {
         pointer if pointer.starts_with("/model") => "/missing".to_owned(),
         // numbers within their limits are out of range only when settings have run away
         _ if number > 0 => "/corrections".to_owned(),
-        pointer => pointer.strip_prefix("/sensitivity").unwrap_or(pointer).to_owned(),
+        pointer => pointer.to_owned(),
     }
 }
 
@@ -309,12 +305,16 @@ fn tell(
             let asked = closed_loop::asked(&simulation, measured, strategy, uncertainty);
             let request = request(&machine, uncertainty, strategy);
             let refused = |error| Problem::of_fit(error, place(number));
-            let correction = Correction::new(asked).map_err(|faults| refused(faults.into()))?;
+            let correction = Correction::new(asked).map_err(|found| {
+                let place = |field: &CorrectionField| match number {
+                    0 => faults::correction(field),
+                    _ => "/corrections".to_owned(),
+                };
+                Problem::invalid(Faults::by(&found, place))
+            })?;
             let solution = correction.solve().map_err(refused)?;
             let changes: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
-            simulation
-                .apply(&changes)
-                .map_err(|faults| Problem::invalid(Faults::from(faults).moved(place(number + 1))))?;
+            simulation.apply(&changes).map_err(Problem::invalid)?;
             round.rms_predicted_um = Some(solution.predicted.rms);
             round.changes = Some(changes);
             if store {

@@ -1,3 +1,4 @@
 //! Simulated corrections.
 
 pub mod closed_loop;
+mod faults;

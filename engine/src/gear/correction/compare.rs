@@ -39,12 +39,12 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::{problem::Correction, solution::Noise};
-use crate::{
-    estimation::{Faults, FitError},
-    fault::words::{Shown, counted, entries},
-    numerics::fisher,
+use super::{
+    fault::{ComparisonFaults, ComparisonField, ComparisonReason, ComparisonRefused, NodeList},
+    problem::Correction,
+    solution::Noise,
 };
+use crate::{estimation::FitError, fault::Common, numerics::fisher};
 
 /// 0.999 quantile of the standard normal distribution, one-sided (of χ²), and two-sided (of β).
 const ONE_SIDED: f64 = 3.090_232_306_167_813;
@@ -144,13 +144,13 @@ pub struct Answer {
     pub sentence: String,
 }
 
-/// Compares. Faults point into `{before, measured, weight, contributions, leverage, noise_sigma_um,
-/// response_uncertainty}`.
-pub fn compare(comparison: &Comparison) -> Result<Answer, FitError> {
+/// Compares.
+pub fn compare(comparison: &Comparison) -> Result<Answer, ComparisonRefused> {
     check(comparison)?;
     let nodes = Counted::of(comparison);
     if nodes.before.is_empty() {
-        return Err(Faults::one("/measured", "no node is defined before, predicted and measured").into());
+        let field = ComparisonField::List(NodeList::Measured);
+        return Err(ComparisonFaults::one(field, ComparisonReason::NoNodes).into());
     }
     let m = nodes.before.len();
     let freedom = comparison.noise.freedom;
@@ -395,43 +395,45 @@ fn sentence(answer: &Answer) -> String {
     }
 }
 
-fn check(comparison: &Comparison) -> Result<(), Faults> {
-    let mut faults = Faults::default();
+fn check(comparison: &Comparison) -> Result<(), ComparisonFaults> {
+    let mut faults = ComparisonFaults::default();
     let nodes = comparison.before.len();
     let lists = [
-        ("/measured", Some(&comparison.measured), true),
-        ("/weight", comparison.weight.as_ref(), false),
-        ("/leverage", comparison.leverage.as_ref(), false),
+        (NodeList::Measured, Some(&comparison.measured), true),
+        (NodeList::Weight, comparison.weight.as_ref(), false),
+        (NodeList::Leverage, comparison.leverage.as_ref(), false),
+        (NodeList::Before, Some(&comparison.before), true),
     ];
     if let Some(traces) = comparison.traces.as_ref().filter(|traces| traces.len() != nodes) {
-        faults.push("/trace", format!("{} for {}", entries(traces.len()), counted(nodes, "node", "nodes")));
+        faults.push(ComparisonField::Traces, Common::PerNode { given: traces.len(), nodes });
     }
-    for (pointer, list, signed) in lists.into_iter().chain([("/before", Some(&comparison.before), true)]) {
-        let Some(list) = list else { continue };
-        if list.len() != nodes {
-            faults.push(pointer, format!("{} for {}", entries(list.len()), counted(nodes, "node", "nodes")));
+    for (list, values, signed) in lists {
+        let Some(values) = values else { continue };
+        if values.len() != nodes {
+            faults.push(ComparisonField::List(list), Common::PerNode { given: values.len(), nodes });
         }
-        for (k, value) in list.iter().enumerate() {
+        for (index, value) in values.iter().enumerate() {
             if value.is_infinite() {
-                faults.push(format!("{pointer}/{k}"), "the number is infinite");
+                faults.push(ComparisonField::Entry { list, index }, ComparisonReason::Infinite);
             } else if !(signed || *value >= 0.0) {
-                faults.push(format!("{pointer}/{k}"), format!("{} is not a number of at least 0", Shown(*value)));
+                faults.push(ComparisonField::Entry { list, index }, ComparisonReason::Negative(*value));
             }
         }
     }
     let wanted = nodes.saturating_mul(comparison.settings);
     if comparison.contributions.len() != wanted {
-        let given = entries(comparison.contributions.len());
-        faults.push("/contributions", format!("{given}; nodes and settings ask for {wanted}"));
+        let given = comparison.contributions.len();
+        faults.push(ComparisonField::Contributions, ComparisonReason::Contributions { given, wanted });
     }
-    if let Some(at) = comparison.contributions.iter().position(|c| !c.is_finite()) {
-        faults.push(format!("/contributions/{at}"), "it is not a finite number");
+    if let Some(index) = comparison.contributions.iter().position(|c| !c.is_finite()) {
+        faults.push(ComparisonField::Contribution { index }, ComparisonReason::Contribution);
     }
-    for (pointer, value) in
-        [("/noise_sigma_um", comparison.noise.sigma), ("/response_uncertainty", comparison.response_uncertainty)]
-    {
+    for (field, value) in [
+        (ComparisonField::NoiseSigma, comparison.noise.sigma),
+        (ComparisonField::ResponseUncertainty, comparison.response_uncertainty),
+    ] {
         if !(value.is_finite() && value >= 0.0) {
-            faults.push(pointer, format!("{} is not a finite number of at least 0", Shown(value)));
+            faults.push(field, Common::Negative { value });
         }
     }
     faults.into_result(())

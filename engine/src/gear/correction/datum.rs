@@ -7,8 +7,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::problem::{Asked, Correction};
-use crate::estimation::Faults;
+use super::{
+    fault::{CorrectionFaults, CorrectionField, CorrectionReason},
+    problem::{Asked, Correction},
+};
 
 /// A column of which less than this is left when its mean is taken off moves the flank as a whole,
 /// by what nobody measures: using the rest of it would shift the flank by a multiple of what it
@@ -20,7 +22,7 @@ const NOTHING: f64 = 1e-3;
 impl Correction {
     /// The same for deviations of which nobody knows what they (or those of a trace) have in
     /// common.
-    pub(super) fn without_datum(self) -> Result<Self, Faults> {
+    pub(super) fn without_datum(self) -> Result<Self, CorrectionFaults> {
         let columns = self.asked.settings.len();
         let groups = Groups::of(&self);
         let means: Vec<Vec<f64>> = (0..columns).map(|j| groups.means(&self, |k| self.row(k)[j])).collect();
@@ -43,11 +45,8 @@ impl Correction {
         };
         let (undetermined, open): (Vec<usize>, Vec<usize>) = self.open.iter().copied().partition(|j| constant(j));
         if open.is_empty() {
-            let alike = if self.asked.traces.is_some() { "all nodes of a trace" } else { "all nodes" };
-            let detail = format!(
-                "the deviations have no datum, and every setting changes {alike} nearly alike: nothing can be told"
-            );
-            return Err(Faults::one("/absolute", detail));
+            let traces = self.asked.traces.is_some();
+            return Err(CorrectionFaults::one(CorrectionField::Absolute, CorrectionReason::NoDatum { traces }));
         }
         let levels = Some(groups.of_node.iter().map(|&group| levels[group]).collect());
         Ok(Correction { centred: Some(centred), levels, open, undetermined, ..self })

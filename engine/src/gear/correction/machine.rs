@@ -38,11 +38,12 @@
 //! right flanks. The contact of wheel and gap is taken to lie in one transverse section, so a
 //! crowning over z has no natural twist and there is no setting that makes twist alone.
 
-use super::problem::Setting;
+use super::{
+    fault::{MachineFaults, MachineField, MachineReason},
+    problem::Setting,
+};
 use crate::numerics::cancel::Asking;
 use crate::{
-    estimation::Faults,
-    fault::words::{Shown, counted},
     gear::{Gear, Side, involute::Flank},
     geometry::space::Vector,
 };
@@ -142,8 +143,7 @@ impl Machine {
         self.kinds().map(Kind::setting).to_vec()
     }
 
-    /// J at the nodes. Faults point into `{gear, nodes, ranges}`: ranges without length, nodes that
-    /// are no places on an involute.
+    /// J at the nodes. Refuses ranges without length and nodes that are no places on an involute.
     ///
     /// ```
     /// use flankfit_engine::gear::{
@@ -160,7 +160,7 @@ impl Machine {
     /// assert_eq!(found.matrix.len(), nodes.len() * found.settings.len());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn sensitivity(self, gear: &Gear, nodes: &[FlankNode], ranges: Ranges) -> Result<Sensitivity, Faults> {
+    pub fn sensitivity(self, gear: &Gear, nodes: &[FlankNode], ranges: Ranges) -> Result<Sensitivity, MachineFaults> {
         check(nodes, ranges)?;
         let made = Made { machine: self, gear, ranges };
         let kinds = self.kinds();
@@ -245,26 +245,25 @@ impl Made<'_> {
     }
 }
 
-fn check(nodes: &[FlankNode], ranges: Ranges) -> Result<(), Faults> {
-    let mut faults = Faults::default();
+fn check(nodes: &[FlankNode], ranges: Ranges) -> Result<(), MachineFaults> {
+    let mut faults = MachineFaults::default();
     let [from, to] = ranges.profile;
     if !(from.is_finite() && to.is_finite() && from != to) {
-        faults.push("/ranges/profile", format!("{} to {} mm is not a range of roll lengths", Shown(from), Shown(to)));
+        faults.push(MachineField::ProfileRange, MachineReason::ProfileRange(ranges.profile));
     }
     let [from, to] = ranges.helix;
     if !(from.is_finite() && to.is_finite() && from < to) {
-        faults.push("/ranges/helix", format!("{} to {} mm is not an ascending range of z", Shown(from), Shown(to)));
+        faults.push(MachineField::HelixRange, MachineReason::HelixRange(ranges.helix));
     }
     if nodes.is_empty() {
-        faults.push("/nodes", format!("{}; at least one is needed", counted(0, "node", "nodes")));
+        faults.push(MachineField::Nodes, MachineReason::NoNodes);
     }
-    for (k, node) in nodes.iter().enumerate().asking(1000) {
-        if !(0.0..=1e6).contains(&node.roll_length) {
-            let detail = format!("{} is not a roll length of at least 0 mm", Shown(node.roll_length));
-            faults.push(format!("/nodes/{k}/roll_length"), detail);
+    for (k, place) in nodes.iter().enumerate().asking(1000) {
+        if !(0.0..=1e6).contains(&place.roll_length) {
+            faults.push(MachineField::RollLength { node: k }, MachineReason::RollLength(place.roll_length));
         }
-        if !(node.z.abs() <= 1e6) {
-            faults.push(format!("/nodes/{k}/z"), format!("{} is not a place on a gear, mm", Shown(node.z)));
+        if !(place.z.abs() <= 1e6) {
+            faults.push(MachineField::Position { node: k }, MachineReason::Position(place.z));
         }
     }
     faults.into_result(())

@@ -20,6 +20,7 @@
 pub mod compare;
 pub mod damping;
 mod datum;
+pub mod fault;
 mod gain;
 mod limits;
 pub mod machine;

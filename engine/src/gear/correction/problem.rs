@@ -3,13 +3,11 @@
 use super::{
     damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping},
     datum::lost,
+    fault::{CorrectionFaults, CorrectionField, CorrectionReason, Left, LimitField},
 };
 use crate::{
-    estimation::{
-        Faults,
-        spec::{Include, Scaling},
-    },
-    fault::words::{Shown, counted, entries},
+    estimation::spec::{Include, Scaling},
+    fault::Common,
 };
 
 /// Most settings of a machine.
@@ -147,61 +145,44 @@ pub struct Correction {
 }
 
 impl Correction {
-    /// Checks everything. Faults point into an object `{deviation_um, weight, target_um,
-    /// sensitivity: {settings, matrix}, limits (by names), noise_sigma_um, coefficient_norm_limit,
-    /// response_uncertainty, absolute, trace}`.
-    pub fn new(asked: Asked) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
+    /// Checks everything.
+    pub fn new(asked: Asked) -> Result<Self, CorrectionFaults> {
+        let mut faults = CorrectionFaults::default();
         check_settings(&asked.settings, &mut faults);
         let (rows, columns) = (asked.deviation.len(), asked.settings.len());
         if columns == 0 || columns > MOST_SETTINGS || rows == 0 {
             if rows == 0 {
-                faults.push("/deviation_um", "there are no nodes");
+                faults.push(CorrectionField::Deviations, CorrectionReason::NoNodes);
             }
             return Err(faults);
         }
         if asked.sensitivity.len() != rows * columns || asked.sensitivity.len() > MOST_ENTRIES {
-            faults.push(
-                "/sensitivity/matrix",
-                format!(
-                    "{}; {} and {} ask for {} (at most {MOST_ENTRIES})",
-                    entries(asked.sensitivity.len()),
-                    counted(rows, "node", "nodes"),
-                    counted(columns, "setting", "settings"),
-                    rows * columns
-                ),
-            );
+            let given = asked.sensitivity.len();
+            let reason = CorrectionReason::Matrix { given, nodes: rows, settings: columns };
+            faults.push(CorrectionField::Matrix, reason);
         }
         for (at, value) in asked.sensitivity.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-            let pointer = format!("/sensitivity/matrix/{}/{}", at / columns, at % columns);
-            faults.push(pointer, format!("{value} is not a finite number"));
+            let field = CorrectionField::Entry { row: at / columns, column: at % columns };
+            faults.push(field, CorrectionReason::NotFinite(*value));
         }
-        for (k, _) in asked.deviation.iter().enumerate().filter(|(_, d)| d.is_infinite()) {
-            faults.push(format!("/deviation_um/{k}"), "the deviation is infinite; an undefined one is null");
+        for (index, _) in asked.deviation.iter().enumerate().filter(|(_, d)| d.is_infinite()) {
+            faults.push(CorrectionField::Deviation { index }, CorrectionReason::Infinite);
         }
-        check_list("/target_um", asked.target.as_deref(), rows, f64::is_finite, "a finite number", &mut faults);
-        let usable = |w: f64| w.is_finite() && w >= 0.0;
-        check_list("/weight", asked.weight.as_deref(), rows, usable, "a finite weight of at least 0", &mut faults);
-        if let Some(traces) = asked.traces.as_ref().filter(|traces| traces.len() != rows) {
-            let detail = format!("{} for {}", entries(traces.len()), counted(rows, "node", "nodes"));
-            faults.push("/trace", detail);
-        }
+        check_lists(&asked, rows, &mut faults);
         if asked.traces.is_some() && asked.absolute {
-            faults.push("/absolute", "traces that have a zero each have no common one: leave it out, or `trace`");
+            faults.push(CorrectionField::Absolute, CorrectionReason::TracesWithDatum);
         }
-        if let Some(sigma) = asked.noise_sigma
-            && !(sigma.is_finite() && sigma > 0.0)
-        {
-            faults.push("/noise_sigma_um", format!("{} is not a finite number above 0", Shown(sigma)));
-        }
-        if let Some(limit) = asked.coefficient_norm_limit
-            && !(limit.is_finite() && limit > 0.0)
-        {
-            faults.push("/coefficient_norm_limit", format!("{} is not a finite number above 0", Shown(limit)));
+        for (field, value) in [
+            (CorrectionField::NoiseSigma, asked.noise_sigma),
+            (CorrectionField::CoefficientNormLimit, asked.coefficient_norm_limit),
+        ] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                faults.push(field, Common::NotPositive { value });
+            }
         }
         if !(0.0..=1.0).contains(&asked.response_uncertainty) {
-            let detail = format!("{} is not a share between 0 and 1", Shown(asked.response_uncertainty));
-            faults.push("/response_uncertainty", detail);
+            let reason = CorrectionReason::Share(asked.response_uncertainty);
+            faults.push(CorrectionField::ResponseUncertainty, reason);
         }
         if !faults.is_empty() {
             return Err(faults);
@@ -211,30 +192,27 @@ impl Correction {
         let counted_nodes: Vec<usize> = defined.iter().copied().filter(weighs).collect();
         let open: Vec<usize> = (0..columns).filter(|&j| !asked.settings[j].fixed).collect();
         if open.is_empty() {
-            return Err(Faults::one("/limits", "every setting is fixed: there is nothing to correct"));
+            return Err(CorrectionFaults::one(CorrectionField::Limits, CorrectionReason::AllFixed));
         }
         let lost = lost(&asked, &counted_nodes);
         let columns_open = open.len() + lost;
         if counted_nodes.len() < columns_open {
             // at the place that can be changed: what leaves too few nodes, or asks too much of
             // those that there are
-            let (pointer, left) = match defined.len() {
-                0 => ("/deviation_um", "defined"),
-                there if there >= columns_open => ("/weight", "with a weight above 0"),
-                _ => ("/sensitivity/settings", "defined"),
+            let (field, left) = match defined.len() {
+                0 => (CorrectionField::Deviations, Left::Defined),
+                there if there >= columns_open => (CorrectionField::Weights, Left::Weighted),
+                _ => (CorrectionField::Settings, Left::Defined),
             };
-            let settings = counted(open.len(), "setting", "settings");
-            let nodes = counted(counted_nodes.len(), "node", "nodes");
-            let zeros = match asked.traces {
-                Some(_) => format!(" of {} with a zero each", counted(lost, "trace", "traces")),
-                None => String::new(),
-            };
-            return Err(Faults::one(pointer, format!("{settings} cannot be told from {nodes} {left}{zeros}")));
+            let (settings, nodes) = (open.len(), counted_nodes.len());
+            let traces = asked.traces.as_ref().map(|_| lost);
+            let reason = CorrectionReason::TooFew { settings, nodes, left, traces };
+            return Err(CorrectionFaults::one(field, reason));
         }
         for (j, setting) in asked.settings.iter().enumerate() {
             if !setting.fixed && counted_nodes.iter().all(|&k| asked.sensitivity[k * columns + j] == 0.0) {
-                let detail = format!("`{}` changes none of the defined nodes: leave it out", setting.name);
-                faults.push(format!("/sensitivity/settings/{j}"), detail);
+                let reason = CorrectionReason::NoEffect(setting.name.clone());
+                faults.push(CorrectionField::Setting { index: j }, reason);
             }
         }
         if !faults.is_empty() {
@@ -282,69 +260,64 @@ impl Correction {
     }
 }
 
-fn check_settings(settings: &[Setting], faults: &mut Faults) {
+fn check_settings(settings: &[Setting], faults: &mut CorrectionFaults) {
     if settings.is_empty() || settings.len() > MOST_SETTINGS {
-        let given = counted(settings.len(), "setting", "settings");
-        faults.push("/sensitivity/settings", format!("{given}; a correction has 1 to {MOST_SETTINGS}"));
+        faults.push(CorrectionField::Settings, CorrectionReason::SettingCount(settings.len()));
     }
-    for (j, setting) in settings.iter().enumerate().take(MOST_SETTINGS) {
+    for (index, setting) in settings.iter().enumerate().take(MOST_SETTINGS) {
         if setting.name.trim().is_empty() {
-            faults.push(format!("/sensitivity/settings/{j}"), "a setting needs a name");
-        } else if settings[..j].iter().any(|other| other.name == setting.name) {
-            faults.push(format!("/sensitivity/settings/{j}"), format!("`{}` is there twice", setting.name));
+            faults.push(CorrectionField::Setting { index }, CorrectionReason::NoName);
+        } else if settings[..index].iter().any(|other| other.name == setting.name) {
+            faults.push(CorrectionField::Setting { index }, CorrectionReason::Twice(setting.name.clone()));
         }
         check_limits(setting, faults);
     }
 }
 
-/// Faults stand at the setting's name.
-fn check_limits(setting: &Setting, faults: &mut Faults) {
+fn check_limits(setting: &Setting, faults: &mut CorrectionFaults) {
     let Setting { min, max, fixed, increment, .. } = setting;
-    let at = format!("/limits/{}", setting.name.replace('~', "~0").replace('/', "~1"));
-    let ends = [("min", min), ("max", max), ("increment", increment)];
+    let at = |limit| CorrectionField::Limit { setting: setting.name.clone(), limit };
+    let ends = [(LimitField::Min, min), (LimitField::Max, max), (LimitField::Increment, increment)];
     for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some_and(|limit| !limit.is_finite())) {
-        faults.push(format!("{at}/{end}"), "the number is not finite; leave it out for none");
+        faults.push(at(*end), CorrectionReason::LimitNotFinite);
     }
     if *fixed {
         for (end, _) in ends.iter().filter(|(_, limit)| limit.is_some()) {
-            faults.push(
-                format!("{at}/{end}"),
-                "a setting that is fixed is not changed: it has no limits and no increment",
-            );
+            faults.push(at(*end), CorrectionReason::Fixed);
         }
         return;
     }
-    if let (Some(min), Some(max)) = (min, max)
+    if let (Some(min), Some(max)) = (*min, *max)
         && min > max
     {
-        let detail = format!("the least change {} is above the greatest, {}", Shown(*min), Shown(*max));
-        faults.push(format!("{at}/min"), detail);
+        faults.push(at(LimitField::Min), CorrectionReason::Crossed { min, max });
         return;
     }
     let Some(increment) = increment.filter(|increment| increment.is_finite()) else { return };
     if !(increment > 0.0) {
-        faults.push(format!("{at}/increment"), format!("{} is not a step above 0", Shown(increment)));
+        faults.push(at(LimitField::Increment), CorrectionReason::Step(increment));
     } else if let Some([least, most]) = setting.steps()
         && least > most
     {
-        let detail = format!("no multiple of {} lies within the limits", Shown(increment));
-        faults.push(format!("{at}/increment"), detail);
+        faults.push(at(LimitField::Increment), CorrectionReason::NoMultiple(increment));
     }
 }
 
-fn check_list(
-    pointer: &str,
-    list: Option<&[f64]>,
-    wanted: usize,
-    good: impl Fn(f64) -> bool,
-    what: &str,
-    faults: &mut Faults,
-) {
-    let Some(list) = list else { return };
-    if list.len() != wanted {
-        faults.push(pointer, format!("{} for {}", entries(list.len()), counted(wanted, "node", "nodes")));
+/// Lists with an entry for each of so many nodes.
+fn check_lists(asked: &Asked, nodes: usize, faults: &mut CorrectionFaults) {
+    let count = |given: Option<usize>, field: CorrectionField, faults: &mut CorrectionFaults| {
+        if let Some(given) = given.filter(|given| *given != nodes) {
+            faults.push(field, Common::PerNode { given, nodes });
+        }
+    };
+    count(asked.target.as_ref().map(Vec::len), CorrectionField::Targets, faults);
+    for (index, target) in asked.target.iter().flatten().enumerate().filter(|(_, x)| !x.is_finite()) {
+        faults.push(CorrectionField::Target { index }, CorrectionReason::NotFinite(*target));
     }
-    for (k, value) in list.iter().enumerate().filter(|(_, x)| !good(**x)) {
-        faults.push(format!("{pointer}/{k}"), format!("{value} is not {what}"));
+    count(asked.weight.as_ref().map(Vec::len), CorrectionField::Weights, faults);
+    let usable = |weight: f64| weight.is_finite() && weight >= 0.0;
+    for (index, weight) in asked.weight.iter().flatten().enumerate().filter(|(_, w)| !usable(**w)) {
+        faults.push(CorrectionField::Weight { index }, CorrectionReason::Weight(*weight));
     }
+    count(asked.traces.as_ref().map(Vec::len), CorrectionField::Traces, faults);
 }

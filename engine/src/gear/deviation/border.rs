@@ -1,10 +1,13 @@
 //! Borders of a measured flank: what lies near its edges (chamfers, tip breaks, burr) does not take
 //! part.
 //!
-//! *Toe* is the end of the smaller z, *heel* the other. Faults point into the borders themselves.
+//! *Toe* is the end of the smaller z, *heel* the other.
 
-use super::{Deviations, Node};
-use crate::{estimation::Faults, fault::words::Shown, gear::Gear};
+use super::{
+    Deviations, Node,
+    fault::{BorderFaults, BorderField, BorderReason},
+};
+use crate::{fault::Common, gear::Gear};
 
 /// What part of an axis takes part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,18 +38,15 @@ impl Borders {
 
 impl Border {
     /// The range over nodes at `at`; `None`: everything.
-    fn range(&self, pointer: &str, at: impl Iterator<Item = f64>) -> Result<Option<[f64; 2]>, Faults> {
+    fn range(&self, at: impl Iterator<Item = f64>) -> Result<Option<[f64; 2]>, BorderReason> {
         match *self {
             Border::Whole => Ok(None),
             Border::Range { from, to } if from <= to && from.is_finite() && to.is_finite() => Ok(Some([from, to])),
-            Border::Range { from, to } => {
-                Err(Faults::one(pointer, format!("{} to {} mm is not an ascending range", Shown(from), Shown(to))))
-            }
+            Border::Range { from, to } => Err(Common::Range { range: [from, to] }.into()),
             Border::Trimmed { low, high } => {
                 let share = |x: f64| (0.0..=100.0).contains(&x);
                 if !(share(low) && share(high) && low + high < 100.0) {
-                    let detail = format!("{} % and {} % leave nothing between the edges", Shown(low), Shown(high));
-                    return Err(Faults::one(pointer, detail));
+                    return Err(BorderReason::Nothing { low, high });
                 }
                 let [least, most] =
                     at.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| [least.min(x), most.max(x)]);
@@ -62,15 +62,19 @@ impl Border {
 impl Deviations {
     /// Marks the nodes inside `borders`; earlier borders no longer hold. Refuses borders that leave
     /// no node.
-    pub fn set_borders(&mut self, borders: &Borders) -> Result<(), Faults> {
+    pub fn set_borders(&mut self, borders: &Borders) -> Result<(), BorderFaults> {
         let at = |place: fn(&Node) -> f64| self.nodes.iter().filter(|n| n.deviation.is_finite()).map(place);
-        let profile = borders.profile.range("/profile", at(|node| node.roll_length));
-        let face = borders.face.range("/face", at(|node| node.z));
+        let profile = borders.profile.range(at(|node| node.roll_length));
+        let face = borders.face.range(at(|node| node.z));
         let (profile, face) = match (profile, face) {
             (Ok(profile), Ok(face)) => (profile, face),
             (profile, face) => {
-                let mut faults = Faults::default();
-                [profile.err(), face.err()].into_iter().flatten().for_each(|more| faults.append(more));
+                let mut faults = BorderFaults::default();
+                for (field, range) in [(BorderField::Profile, profile), (BorderField::Face, face)] {
+                    if let Err(reason) = range {
+                        faults.push(field, reason);
+                    }
+                }
                 return Err(faults);
             }
         };
@@ -82,7 +86,7 @@ impl Deviations {
             .collect();
         let left = |(node, within): (&Node, &bool)| *within && node.deviation.is_finite();
         if self.undefined() < self.nodes.len() && !self.nodes.iter().zip(&within).any(left) {
-            return Err(Faults::one("", "no measured node lies inside these borders"));
+            return Err(BorderFaults::one(BorderField::Whole, BorderReason::NoNode));
         }
         self.nodes.iter_mut().zip(within).for_each(|(node, within)| node.within = within);
         Ok(())

@@ -70,7 +70,7 @@ fn short(length: f64) -> Shown {
 }
 
 /// As messages call it.
-pub(super) fn word(side: Side) -> &'static str {
+pub(in crate::gear) fn word(side: Side) -> &'static str {
     match side {
         Side::Left => "left",
         Side::Right => "right",

@@ -1,13 +1,13 @@
 //! A topography that is given as deviations from the unmodified involute, on a grid of roll lengths
 //! and axial positions; like a measured point's, they get the relief of the reference added.
-//!
-//! Faults point into the object that holds `roll_length_mm`, `z_mm` and `deviation_um`.
 
-use super::{Deviations, Direction, Node, Reference, measure::no_tooth};
+use super::{
+    Deviations, Direction, Node, Reference,
+    fault::{TopographyFaults, TopographyField, TopographyReason},
+};
 use crate::{
-    estimation::Faults,
-    fault::words::{Shown, counted, entries},
-    gear::{Side, trace::MOST_DEVIATION},
+    fault::Common,
+    gear::{Side, fault::NoSuchTooth, trace::MOST_DEVIATION},
 };
 
 /// Deviations at the crossings of two strictly ascending axes.
@@ -27,34 +27,30 @@ pub struct Topography {
 }
 
 /// The topography as nodes, row by row.
-pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations, Faults> {
+pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations, TopographyFaults> {
     let Topography { tooth, side, roll_length, z, deviation, direction } = topography;
-    let mut faults = Faults::default();
+    let mut faults = TopographyFaults::default();
     let teeth = reference.gear.data().teeth;
     if !(1..=teeth).contains(tooth) {
-        faults.push("/tooth", no_tooth(*tooth, teeth));
+        faults.push(TopographyField::Tooth, NoSuchTooth { tooth: *tooth, teeth });
     }
-    check_axis(&mut faults, "/roll_length_mm", roll_length);
-    check_axis(&mut faults, "/z_mm", z);
+    check_axis(&mut faults, TopographyField::RollLengths, |index| TopographyField::RollLength { index }, roll_length);
+    check_axis(&mut faults, TopographyField::Positions, |index| TopographyField::Position { index }, z);
     if let Some(least) = roll_length.first().filter(|least| **least < 0.0) {
-        faults.push("/roll_length_mm/0", format!("{} mm is below 0, the start of the involute", Shown(*least)));
+        faults.push(TopographyField::RollLength { index: 0 }, TopographyReason::BelowBase(*least));
     }
     if deviation.len() != roll_length.len() {
-        let detail = format!(
-            "{}, but {} would match roll_length_mm",
-            counted(deviation.len(), "row", "rows"),
-            roll_length.len()
-        );
-        faults.push("/deviation_um", detail);
+        let reason = TopographyReason::Rows { rows: deviation.len(), roll_lengths: roll_length.len() };
+        faults.push(TopographyField::Deviations, reason);
     }
     for (i, row) in deviation.iter().enumerate() {
         if row.len() != z.len() {
-            let detail = format!("{}, but {} would match z_mm", entries(row.len()), z.len());
-            faults.push(format!("/deviation_um/{i}"), detail);
+            let reason = TopographyReason::Columns { given: row.len(), positions: z.len() };
+            faults.push(TopographyField::Row { row: i }, reason);
         }
         for (j, value) in row.iter().enumerate().filter(|(_, value)| value.abs() > MOST_DEVIATION) {
-            let detail = format!("{} is beyond {} µm", Shown(*value), Shown(MOST_DEVIATION));
-            faults.push(format!("/deviation_um/{i}/{j}"), detail);
+            let reason = Common::DeviationBeyond { value: *value, most: MOST_DEVIATION };
+            faults.push(TopographyField::Deviation { row: i, column: j }, reason);
         }
     }
     faults.into_result(())?;
@@ -78,16 +74,20 @@ pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations
     Ok(Deviations { direction: *direction, ball_radius: 0.0, nodes, strays: Vec::new() })
 }
 
-fn check_axis(faults: &mut Faults, pointer: &str, axis: &[f64]) {
+fn check_axis(
+    faults: &mut TopographyFaults,
+    whole: TopographyField,
+    place: fn(usize) -> TopographyField,
+    axis: &[f64],
+) {
     if axis.is_empty() {
-        faults.push(pointer, "the axis has no positions");
+        faults.push(whole, TopographyReason::EmptyAxis);
     }
     for (i, x) in axis.iter().enumerate() {
         if !x.is_finite() {
-            faults.push(format!("{pointer}/{i}"), "the number is not finite in double precision");
+            faults.push(place(i), Common::NotFinite);
         } else if i > 0 && *x <= axis[i - 1] {
-            let detail = format!("{} does not ascend: it follows {}", Shown(*x), Shown(axis[i - 1]));
-            faults.push(format!("{pointer}/{i}"), detail);
+            faults.push(place(i), Common::NotAscending { value: *x, before: axis[i - 1] });
         }
     }
 }

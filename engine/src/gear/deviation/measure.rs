@@ -1,15 +1,18 @@
 //! Measured points, or centres of a probe ball, become deviations.
 //!
 //! The centre of a ball that touches the flank stands one radius along the normal above the
-//! touching point, so compensation is a subtraction from the normal distance. Faults point into the
-//! object that holds `points`, `teeth` (one for each point), `probe_radius_mm` and `reach_mm`.
+//! touching point, so compensation is a subtraction from the normal distance.
 
 use super::{
     Deviations, Direction, Foot, Node, Reference, Stray,
-    foot::{foot, normal, word},
+    fault::{MeasureFaults, MeasureField, MeasureReason},
+    foot::{foot, normal},
 };
 use crate::numerics::cancel::Asking;
-use crate::{estimation::Faults, fault::words::Shown, gear::Side, geometry::space::Vector};
+use crate::{
+    gear::{Side, fault::NoSuchTooth},
+    geometry::space::Vector,
+};
 
 /// No coordinate is larger, mm.
 const MOST_COORDINATE: f64 = 1e7;
@@ -73,17 +76,15 @@ impl Measurement {
         self.reach.unwrap_or_else(|| Self::MOST_REACH.min(0.25 * normal_base_pitch(reference)))
     }
 
-    fn check(&self, reference: &Reference) -> Result<(), Faults> {
-        let mut faults = Faults::default();
+    fn check(&self, reference: &Reference) -> Result<(), MeasureFaults> {
+        let mut faults = MeasureFaults::default();
         if !(self.ball_radius >= 0.0 && self.ball_radius <= 1e3) {
-            let detail = format!("{} is not a radius of 0 to 1000 mm", Shown(self.ball_radius));
-            faults.push("/probe_radius_mm", detail);
+            faults.push(MeasureField::BallRadius, MeasureReason::BallRadius(self.ball_radius));
         }
         if let Some(reach) = self.reach {
             let most = 0.5 * normal_base_pitch(reference);
             if !(reach > 0.0 && reach <= most) {
-                let detail = format!("{} is not above 0 and up to half the base pitch, {most:.4} mm", Shown(reach));
-                faults.push("/reach_mm", detail);
+                faults.push(MeasureField::Reach, MeasureReason::Reach { reach, most });
             }
         }
         faults.into_result(())
@@ -114,11 +115,15 @@ fn normal_base_pitch(reference: &Reference) -> f64 {
 /// assert!((found.nodes[0].roll_length - 9.0).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measurement) -> Result<Deviations, Faults> {
+pub fn measure(
+    reference: &Reference,
+    touches: &[Touch],
+    measurement: &Measurement,
+) -> Result<Deviations, MeasureFaults> {
     measurement.check(reference)?;
     let reach = measurement.reach(reference);
     let teeth = reference.gear.data().teeth;
-    let mut faults = Faults::default();
+    let mut faults = MeasureFaults::default();
     let mut strays = Vec::new();
     let mut nodes = Vec::with_capacity(touches.len());
     for (index, touch) in touches.iter().enumerate().asking(5000) {
@@ -131,10 +136,9 @@ pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measureme
             within: true,
         };
         if let Some(tooth) = touch.tooth.filter(|tooth| !(1..=teeth).contains(tooth)) {
-            faults.push(format!("/teeth/{index}"), no_tooth(tooth, teeth));
+            faults.push(MeasureField::Tooth { index }, NoSuchTooth { tooth, teeth });
         } else if touch.point.iter().any(|x| x.abs() > MOST_COORDINATE) {
-            let detail = format!("a coordinate is beyond {} mm", Shown(MOST_COORDINATE));
-            faults.push(format!("/points/{index}"), detail);
+            faults.push(MeasureField::Point { index }, MeasureReason::Coordinate(MOST_COORDINATE));
         } else if !touch.point.iter().any(|x| x.is_nan()) {
             let found = nearest(reference, touch, measurement.ball_radius, reach)
                 .and_then(|foot| reference.node(&foot, measurement.direction));
@@ -143,7 +147,7 @@ pub fn measure(reference: &Reference, touches: &[Touch], measurement: &Measureme
                     nodes.push(node);
                     continue;
                 }
-                (Err(stray), Strays::Refuse) => faults.push(format!("/points/{index}"), stray.to_string()),
+                (Err(stray), Strays::Refuse) => faults.push(MeasureField::Point { index }, stray),
                 (Err(stray), Strays::Undefined) => strays.push((index, stray)),
             }
         }
@@ -203,14 +207,4 @@ fn within_reach(reference: &Reference, foot: Foot, reach: f64) -> Result<Foot, S
         }
     }
     Ok(foot)
-}
-
-/// A gear has no such tooth.
-pub(super) fn no_tooth(tooth: u32, teeth: u32) -> String {
-    format!("{tooth} is not within 1 and {teeth}, the number of teeth")
-}
-
-/// A flank as messages name it.
-pub(in crate::gear) fn named((tooth, side): (u32, Side)) -> String {
-    format!("the {} flank of tooth {tooth}", word(side))
 }

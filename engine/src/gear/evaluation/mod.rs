@@ -10,6 +10,7 @@ mod classes;
 mod contradiction;
 mod coverage;
 mod design;
+pub mod fault;
 pub mod flank_surface;
 mod flank_traces;
 mod gap;
@@ -30,6 +31,7 @@ mod trace_surface;
 pub use classes::Classes;
 use classes::Classified;
 pub use design::design;
+use fault::{SettingFaults, SettingField, SettingReason, TraceFaults, TraceField, TraceReason};
 pub use flank_traces::{FlankTraces, flank_traces};
 pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
 pub use samples::Samples;
@@ -48,11 +50,8 @@ use super::{
     tolerance::{Class, OutOfScope, Tolerances},
     trace::MOST_DEVIATION,
 };
+use crate::fault::{Common, Faults, words::Shown};
 use crate::numerics::cancel;
-use crate::{
-    estimation::Faults,
-    fault::words::{Shown, entries},
-};
 
 /// A trace and, where the flank is modified by design, its design line: µm per sample in the sign
 /// and direction of the deviations, taken away from them.
@@ -64,10 +63,10 @@ pub struct Posted<'a> {
 
 /// Something that the reader must know, with a stable code.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Notice {
+pub struct Notice<F = TraceField> {
     pub code: &'static str,
-    /// JSON Pointer into the request, where it belongs to a place there.
-    pub pointer: Option<String>,
+    /// What it speaks of, where it is one thing.
+    pub field: Option<F>,
     pub message: String,
 }
 
@@ -107,9 +106,8 @@ pub struct Evaluation {
     pub notices: Vec<Notice>,
 }
 
-/// Evaluates traces. Faults point into the request: `/traces/3/deviation_um`,
-/// `/evaluation/helix_range_mm`. A trace that is sound but cannot be evaluated has no values and a
-/// notice; the others are evaluated.
+/// Evaluates traces. A trace that is sound but cannot be evaluated has no values and a notice; the
+/// others are evaluated.
 ///
 /// ```
 /// use flankfit_engine::gear::{
@@ -130,16 +128,16 @@ pub struct Evaluation {
 /// assert!((values.slope.abs() - 8.0).abs() < 1e-9 && values.form < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<Evaluation, Faults> {
+pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<Evaluation, TraceFaults> {
     check(posted)?;
-    let [profile, helix] = windows(gear, posted, settings)?;
+    let [profile, helix] = windows(gear, posted, settings).map_err(Faults::widened)?;
     let tolerances = Tolerances::new(gear);
     let mut notices = Vec::new();
     if let Err(out) = &tolerances {
-        notices.push(Notice { code: "outside_the_standard", pointer: None, message: format!("no classes: {out}") });
+        notices.push(Notice { code: "outside_the_standard", field: None, message: format!("no classes: {out}") });
     } else if helix.is_some() && gear.data().face_width.is_none() {
         let message = "no classes of the helix: tolerances need the face width of the gear".into();
-        notices.push(Notice { code: "no_face_width", pointer: Some("/gear/face_width_mm".into()), message });
+        notices.push(Notice { code: "no_face_width", field: Some(TraceField::FaceWidth), message });
     }
     let foreign = [(Kind::Profile, profile.as_ref()), (Kind::Helix, helix.as_ref())]
         .map(|(kind, window)| window.and_then(|window| foreign_reference(gear, kind, window)));
@@ -154,7 +152,7 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             Kind::Helix => &helix,
         };
         let Some(window) = window else { continue };
-        let subject = Subject { gear, trace, design: posted.design, settings, window, pointer: format!("/traces/{i}") };
+        let subject = Subject { gear, trace, design: posted.design, settings, window, number: i };
         let Outcome { samples, values, told, suspects } = subject.evaluate(&mut notices);
         let classes = match (&tolerances, &values) {
             (Ok(tolerances), Some(values)) if foreign[usize::from(trace.kind == Kind::Helix)].is_none() => {
@@ -201,13 +199,13 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
 /// Slopes over a length that the gear has not got are extrapolated: tolerances say nothing about
 /// them.
 fn foreign_reference(gear: &Gear, kind: Kind, window: &Window) -> Option<Notice> {
-    let (longest, name) = match kind {
-        Kind::Profile => (gear.roll_length(2.0 * gear.tip_radius().max(gear.root_radius()))?, "profile"),
-        Kind::Helix => (gear.data().face_width?.max(window.length()), "helix"),
+    let longest = match kind {
+        Kind::Profile => gear.roll_length(2.0 * gear.tip_radius().max(gear.root_radius()))?,
+        Kind::Helix => gear.data().face_width?.max(window.length()),
     };
     (window.reference > longest * (1.0 + 1e-9)).then(|| Notice {
         code: "foreign_reference_length",
-        pointer: Some(format!("/evaluation/{name}_reference_length_mm")),
+        field: Some(SettingField::reference_length(kind).into()),
         message: format!(
             "slopes are extended to {} mm, more than the {} mm of the gear: no classes",
             Shown(window.reference),
@@ -242,7 +240,7 @@ fn near_base_circle(gear: &Gear, window: &Window) -> Option<Notice> {
              length, and the involute itself ends",
             Shown((roll.to_degrees() * 100.0).round() / 100.0)
         );
-        Notice { code: "near_base_circle", pointer: Some("/evaluation/profile_diameter_range_mm".into()), message }
+        Notice { code: "near_base_circle", field: Some(SettingField::ProfileRange.into()), message }
     })
 }
 
@@ -251,75 +249,75 @@ fn near_base_circle(gear: &Gear, window: &Window) -> Option<Notice> {
 pub const NEAR_BASE_ROLL: f64 = 0.087_266_462_599_716_48;
 
 /// What profiles and helices are evaluated with, where there are any.
-fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Option<Window>; 2], Faults> {
+fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Option<Window>; 2], SettingFaults> {
     let first = |kind| posted.iter().position(|posted| posted.trace.kind == kind);
-    let mut faults = Faults::default();
-    let mut window = |kind, pointer: &str, made: Option<Result<Window, Faults>>| match (first(kind), made) {
+    let mut faults = SettingFaults::default();
+    let mut window = |kind, made: Option<Result<Window, SettingFaults>>| match (first(kind), made) {
         (_, Some(Ok(window))) => Some(window),
         (_, Some(Err(more))) => {
             faults.append(more);
             None
         }
         (Some(i), None) => {
-            faults.push(pointer, format!("trace {i} needs an evaluation range, and none is given"));
+            faults.push(SettingField::range(kind), SettingReason::NoRange(i));
             None
         }
         (None, None) => None,
     };
     let asked = settings.profile.as_ref().filter(|_| first(Kind::Profile).is_some());
     let made = asked.map(|asked| Window::of_profile(gear, asked));
-    let profile = window(Kind::Profile, "/evaluation/profile_diameter_range_mm", made);
+    let profile = window(Kind::Profile, made);
     let asked = settings.helix.as_ref().filter(|_| first(Kind::Helix).is_some());
     let made = asked.map(|asked| Window::of_helix(gear, asked));
-    let helix = window(Kind::Helix, "/evaluation/helix_range_mm", made);
+    let helix = window(Kind::Helix, made);
     faults.into_result([profile, helix])
 }
 
 /// The most samples of all traces together.
 pub const MOST_SAMPLES: usize = 20_000_000;
 
-fn too_large(deviation: f64) -> String {
-    format!("{} is beyond {} µm", Shown(deviation), Shown(MOST_DEVIATION))
+fn too_large(deviation: f64) -> Common {
+    Common::DeviationBeyond { value: deviation, most: MOST_DEVIATION }
 }
 
-fn check(posted: &[Posted]) -> Result<(), Faults> {
-    let mut faults = Faults::default();
+fn check(posted: &[Posted]) -> Result<(), TraceFaults> {
+    let mut faults = TraceFaults::default();
     if posted.is_empty() {
-        faults.push("/traces", "there are no traces");
+        faults.push(TraceField::Traces, TraceReason::None);
     }
     let mut samples = 0;
     for (i, Posted { trace, design }) in posted.iter().enumerate() {
         cancel::checkpoint();
         samples += trace.at.len();
-        let positions = match trace.kind {
-            Kind::Profile => format!("/traces/{i}/roll_length_mm"),
-            Kind::Helix => format!("/traces/{i}/z_mm"),
-        };
-        let lengths = [("deviation_um", Some(trace.deviation.len())), ("design_um", design.map(<[f64]>::len))];
-        for (name, length) in lengths {
-            if let Some(length) = length.filter(|&length| length != trace.at.len()) {
-                let detail = format!("{}, but {} would match the positions", entries(length), trace.at.len());
-                faults.push(format!("/traces/{i}/{name}"), detail);
+        let positions = trace.at.len();
+        let lengths = [
+            (TraceField::Deviations { trace: i }, Some(trace.deviation.len())),
+            (TraceField::Design { trace: i }, design.map(<[f64]>::len)),
+        ];
+        for (field, length) in lengths {
+            if let Some(given) = length.filter(|&length| length != positions) {
+                faults.push(field, Common::PerPosition { given, positions });
             }
         }
-        for (k, at) in trace.at.iter().enumerate() {
+        for (index, at) in trace.at.iter().enumerate() {
             if !(at.abs() <= MOST_LENGTH) {
-                faults.push(format!("{positions}/{k}"), format!("{} is beyond {} mm", Shown(*at), Shown(MOST_LENGTH)));
+                let field = TraceField::Position { trace: i, kind: trace.kind, index };
+                faults.push(field, Common::LengthBeyond { value: *at, most: MOST_LENGTH });
             }
         }
-        for (k, deviation) in trace.deviation.iter().enumerate() {
+        for (index, deviation) in trace.deviation.iter().enumerate() {
             if deviation.abs() > MOST_DEVIATION {
-                faults.push(format!("/traces/{i}/deviation_um/{k}"), too_large(*deviation));
+                faults.push(TraceField::Deviation { trace: i, index }, too_large(*deviation));
             }
         }
-        for (k, line) in design.iter().flat_map(|design| design.iter()).enumerate() {
+        for (index, line) in design.iter().flat_map(|design| design.iter()).enumerate() {
             if !(line.abs() <= MOST_DEVIATION) {
-                faults.push(format!("/traces/{i}/design_um/{k}"), too_large(*line));
+                faults.push(TraceField::DesignAt { trace: i, index }, too_large(*line));
             }
         }
     }
     if samples > MOST_SAMPLES {
-        faults.push("/traces", format!("{samples} samples; at most {MOST_SAMPLES} are evaluated at once"));
+        faults.push(TraceField::Traces, TraceReason::TooMany(samples));
     }
     faults.into_result(())
 }

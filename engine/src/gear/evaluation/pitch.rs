@@ -11,10 +11,12 @@
 
 use std::f64::consts::TAU;
 
-use super::Notice;
+use super::{
+    Notice,
+    fault::{PitchFaults, PitchField, PitchReason},
+};
 use crate::{
-    estimation::Faults,
-    fault::words::{Shown, counted, entries},
+    fault::words::{Shown, counted},
     gear::{
         Gear, Side,
         data::MOST_LENGTH,
@@ -83,11 +85,10 @@ pub struct Pitch {
     pub complete: bool,
     pub single_class: Option<Class>,
     pub cumulative_class: Option<Class>,
-    pub notices: Vec<Notice>,
+    pub notices: Vec<Notice<PitchField>>,
 }
 
-/// Evaluates pitch deviations. Faults point to `/deviations` (the numbers of the teeth),
-/// `/diameter_mm` and `/sector`.
+/// Evaluates pitch deviations.
 ///
 /// ```
 /// use flankfit_engine::gear::{
@@ -107,7 +108,7 @@ pub struct Pitch {
 /// assert_eq!(found.single_pitch.unwrap().value.abs(), 3.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) -> Result<Pitch, Faults> {
+pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) -> Result<Pitch, PitchFaults> {
     let teeth = gear.data().teeth as usize;
     let diameter = settings.diameter.unwrap_or(2.0 * gear.reference_radius());
     let sector = settings.sector.or_else(|| (teeth > 1).then(|| ((teeth as f64 / 8.0).round() as usize).max(1)));
@@ -121,12 +122,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
             let arcs = arcs(given, diameter);
             let half = 5e2 * std::f64::consts::PI * diameter / teeth as f64;
             if let Some(i) = arcs.iter().position(|arc| arc.abs() > half) {
-                let detail = format!(
-                    "the flank is {} µm from its place, more than half a pitch: angles run in the direction in which \
-                     teeth are counted",
-                    Shown(arcs[i])
-                );
-                return Err(Faults::one(format!("/deviations/{i}"), detail));
+                return Err(PitchFaults::one(PitchField::Deviation { index: i }, PitchReason::OtherTooth(arcs[i])));
             }
             of_index(arcs)
         }
@@ -141,7 +137,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
             "the single pitch deviations add up to {} µm around the gear instead of 0; that was taken off evenly",
             Shown(sum)
         );
-        notices.push(Notice { code: "pitches_do_not_close", pointer: Some("/deviations".into()), message });
+        notices.push(Notice { code: "pitches_do_not_close", field: Some(PitchField::Deviations), message });
     }
     if missing > 0 {
         let message = format!(
@@ -149,7 +145,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
              class is given",
             counted(missing, "tooth", "teeth")
         );
-        notices.push(Notice { code: "missing_teeth", pointer: Some("/deviations".into()), message });
+        notices.push(Notice { code: "missing_teeth", field: Some(PitchField::Deviations), message });
     }
     let complete = missing == 0;
     let single_pitch = greatest(single.iter().enumerate().filter_map(|(i, f)| Some((i, (*f)?))));
@@ -164,7 +160,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
             ]
         }
         (true, Err(out)) => {
-            notices.push(Notice { code: "outside_the_standard", pointer: None, message: format!("no classes: {out}") });
+            notices.push(Notice { code: "outside_the_standard", field: None, message: format!("no classes: {out}") });
             [None; 2]
         }
     };
@@ -251,31 +247,29 @@ fn range(values: &[Option<f64>]) -> Option<f64> {
     ends.map(|[least, most]| most - least)
 }
 
-fn check(teeth: usize, diameter: f64, sector: Option<usize>, measured: &PitchMeasured) -> Result<&[f64], Faults> {
+fn check(teeth: usize, diameter: f64, sector: Option<usize>, measured: &PitchMeasured) -> Result<&[f64], PitchFaults> {
     let (PitchMeasured::Index(given) | PitchMeasured::Angles(given) | PitchMeasured::Single(given)) = measured;
-    let mut faults = Faults::default();
+    let mut faults = PitchFaults::default();
     if given.len() != teeth {
-        faults.push("/deviations", format!("{}, but the gear has {teeth} teeth", entries(given.len())));
+        faults.push(PitchField::Deviations, PitchReason::Count { given: given.len(), teeth });
     }
-    for (i, value) in given.iter().enumerate() {
-        let most = match measured {
-            PitchMeasured::Angles(_) => MOST_ANGLE,
-            _ => MOST_DEVIATION,
-        };
+    let angles = matches!(measured, PitchMeasured::Angles(_));
+    for (index, &value) in given.iter().enumerate() {
+        let most = if angles { MOST_ANGLE } else { MOST_DEVIATION };
         if value.abs() > most {
-            let unit = if matches!(measured, PitchMeasured::Angles(_)) { "rad" } else { "µm" };
-            faults.push(format!("/deviations/{i}"), format!("{} {unit}: beyond {} {unit}", Shown(*value), Shown(most)));
+            let reason =
+                if angles { PitchReason::Angle { value, most } } else { PitchReason::Deviation { value, most } };
+            faults.push(PitchField::Deviation { index }, reason);
         }
     }
     if !given.is_empty() && given.iter().all(|d| d.is_nan()) {
-        faults.push("/deviations", "no tooth was measured");
+        faults.push(PitchField::Deviations, PitchReason::NotMeasured);
     }
     if !(diameter > 0.0 && diameter <= MOST_LENGTH) {
-        let detail = format!("{} is not a diameter above 0 mm (and up to a kilometre)", Shown(diameter));
-        faults.push("/diameter_mm", detail);
+        faults.push(PitchField::Diameter, PitchReason::Diameter(diameter));
     }
     if let Some(k) = sector.filter(|k| !(1..teeth).contains(k)) {
-        faults.push("/sector", format!("{k} pitches; a sector has 1 to {}", teeth.saturating_sub(1)));
+        faults.push(PitchField::Sector, PitchReason::Sector { pitches: k, most: teeth.saturating_sub(1) });
     }
     faults.into_result(given.as_slice())
 }

@@ -11,13 +11,17 @@
 //! measuring circle. So a gear that is shifted by e has a run-out of 2e. Whether the answer was
 //! derived so is said.
 
-use super::{Notice, pitch::Pitch};
+use super::{
+    Notice,
+    fault::{PitchReason, RunoutFaults, RunoutField, RunoutReason},
+    pitch::Pitch,
+};
 use crate::{
     estimation::{
-        self, Faults, FitError, FitSpec, Nodes,
+        self, FitError, FitSpec, Nodes,
         spec::{Model, Regularization},
     },
-    fault::words::{Shown, counted, entries},
+    fault::words::counted,
     gear::{
         Gear, Side,
         involute::Flank,
@@ -59,60 +63,53 @@ pub struct Runout {
     pub missing: usize,
     /// Only where no space is missing.
     pub class: Option<Class>,
-    pub notices: Vec<Notice>,
+    pub notices: Vec<Notice<RunoutField>>,
 }
 
 /// Run-out from radial readings, µm (outwards positive), one per tooth space, NaN where there is
-/// none. Faults point to `/readings_um`.
-pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Result<Runout, Faults> {
+/// none.
+pub fn from_readings(gear: &Gear, readings: &[f64], rounding: Rounding) -> Result<Runout, RunoutFaults> {
     let teeth = gear.data().teeth as usize;
-    let mut faults = Faults::default();
+    let mut faults = RunoutFaults::default();
     if readings.len() != teeth {
-        faults.push("/readings_um", format!("{}, but the gear has {teeth} tooth spaces", entries(readings.len())));
+        faults.push(RunoutField::Readings, RunoutReason::Readings { given: readings.len(), teeth });
     }
-    for (i, reading) in readings.iter().enumerate() {
-        if reading.abs() > MOST_DEVIATION {
-            let detail = format!("{} µm: beyond {} µm", Shown(*reading), Shown(MOST_DEVIATION));
-            faults.push(format!("/readings_um/{i}"), detail);
+    for (index, &value) in readings.iter().enumerate() {
+        if value.abs() > MOST_DEVIATION {
+            let reason = PitchReason::Deviation { value, most: MOST_DEVIATION };
+            faults.push(RunoutField::Reading { index }, reason);
         }
     }
     if !readings.is_empty() && readings.iter().all(|r| r.is_nan()) {
-        faults.push("/readings_um", "no space was measured");
+        faults.push(RunoutField::Readings, RunoutReason::NotMeasured);
     }
     faults.into_result(())?;
     Ok(evaluate(gear, readings, rounding, false))
 }
 
 /// Run-out from the index deviations of both flanks, measured on one circle and counted in the same
-/// direction. Reading i is that of the space between tooth i and the next one. Faults point to
-/// `/left` and `/right`.
+/// direction. Reading i is that of the space between tooth i and the next one.
 pub fn from_pitches(
     gear: &Gear,
     left: &Pitch,
     right: &Pitch,
     counting: Counting,
     rounding: Rounding,
-) -> Result<Runout, Faults> {
+) -> Result<Runout, RunoutFaults> {
     let teeth = gear.data().teeth as usize;
-    let mut faults = Faults::default();
-    for (pointer, pitch) in [("/left", left), ("/right", right)] {
+    let mut faults = RunoutFaults::default();
+    for (field, pitch) in [(RunoutField::Left, left), (RunoutField::Right, right)] {
         if pitch.index.len() != teeth {
-            faults.push(pointer, format!("{}, but the gear has {teeth} teeth", entries(pitch.index.len())));
+            faults.push(field, PitchReason::Count { given: pitch.index.len(), teeth });
         }
     }
     let diameter = left.diameter;
     if diameter != right.diameter {
-        let detail = format!("measured on {} mm, the left flank on {} mm", Shown(right.diameter), Shown(diameter));
-        faults.push("/right", detail);
+        faults.push(RunoutField::Right, RunoutReason::Circles { right: right.diameter, left: diameter });
     }
     let base = 2.0 * gear.base_radius();
     if !(diameter > base) {
-        let detail = format!(
-            "the measuring circle of {} mm is not above the base circle of {} mm",
-            Shown(diameter),
-            Shown(base)
-        );
-        faults.push("/left", detail);
+        faults.push(RunoutField::Left, RunoutReason::WithinBase { diameter, base });
     }
     faults.into_result(())?;
     // the left flank lies counterclockwise of its tooth: it is the one that bounds the next space
@@ -126,13 +123,13 @@ pub fn from_pitches(
     let half_space = 0.5 * gear.pitch_angle() - Flank::new(gear, Side::Left).half_angle(roll_length);
     let at_centre = alpha + gear.outward() * half_space;
     if !(at_centre > 0.0) {
-        return Err(Faults::one("/left", "no ball touches both flanks of a space on the measuring circle"));
+        return Err(RunoutFaults::one(RunoutField::Left, RunoutReason::NoBall));
     }
     let depth = gear.outward() * alpha.cos() / (2.0 * at_centre.sin());
     let reading = |i: usize| Some((near.index[i]? - far.index[(i + 1) % teeth]?) * depth);
     let readings: Vec<f64> = (0..teeth).map(|i| reading(i).unwrap_or(f64::NAN)).collect();
     if readings.iter().all(|r| r.is_nan()) {
-        return Err(Faults::one("/left", "no space has index deviations of both of its flanks"));
+        return Err(RunoutFaults::one(RunoutField::Left, RunoutReason::NoSpace));
     }
     Ok(evaluate(gear, &readings, rounding, true))
 }
@@ -151,19 +148,19 @@ fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) ->
             counted(missing, "tooth space", "tooth spaces"),
             readings.len()
         );
-        notices.push(Notice { code: "missing_teeth", pointer: None, message });
+        notices.push(Notice { code: "missing_teeth", field: None, message });
     }
     let class = match Tolerances::new(gear) {
         _ if missing > 0 => None,
         Ok(tolerances) => tolerances.class(Characteristic::Runout, runout, rounding),
         Err(out) => {
-            notices.push(Notice { code: "outside_the_standard", pointer: None, message: format!("no class: {out}") });
+            notices.push(Notice { code: "outside_the_standard", field: None, message: format!("no class: {out}") });
             None
         }
     };
     let eccentricity = eccentricity(readings).unwrap_or_else(|error| {
         let message = format!("no eccentricity: {error}");
-        notices.push(Notice { code: "no_eccentricity", pointer: None, message });
+        notices.push(Notice { code: "no_eccentricity", field: None, message });
         None
     });
     let readings = readings.iter().map(|r| (!r.is_nan()).then_some(*r)).collect();

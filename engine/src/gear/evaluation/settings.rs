@@ -6,7 +6,7 @@ use super::super::{
     data::{LEAST_LENGTH, MOST_LENGTH},
     trace::{Direction, Kind},
 };
-use crate::{estimation::Faults, fault::words::Shown};
+use super::fault::{SettingFaults, SettingField, SettingReason};
 
 /// Which way a posted deviation counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -167,7 +167,7 @@ impl HelixSettings {
     }
 }
 
-/// Everything about an evaluation but gear and traces. Faults point into `/evaluation`.
+/// Everything about an evaluation but gear and traces.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Settings {
     /// Needed when there are profiles.
@@ -208,38 +208,30 @@ impl Window {
     }
 
     /// Of profiles.
-    pub fn of_profile(gear: &Gear, asked: &ProfileSettings) -> Result<Self, Faults> {
-        const RANGE: &str = "/evaluation/profile_diameter_range_mm";
-        const LENGTH: &str = "/evaluation/profile_reference_length_mm";
-        let mut faults = Faults::default();
+    pub fn of_profile(gear: &Gear, asked: &ProfileSettings) -> Result<Self, SettingFaults> {
+        let mut faults = SettingFaults::default();
         let mut ends = [0.0; 2];
         for (k, &diameter) in asked.diameters.iter().enumerate() {
             match gear.roll_length(diameter).filter(|l| l.is_finite()) {
                 Some(length) => ends[k] = length,
                 None => {
-                    let base = Shown(2.0 * gear.base_radius());
-                    let detail =
-                        format!("{} mm is not a diameter on the involute, which starts at {base} mm", Shown(diameter));
-                    faults.push(format!("{RANGE}/{k}"), detail);
+                    let reason = SettingReason::NotOnInvolute { diameter, base: 2.0 * gear.base_radius() };
+                    faults.push(SettingField::ProfileRangeEnd { index: k }, reason);
                 }
             }
         }
         let [low, high] = faults.into_result(ends)?;
-        ascending(RANGE, asked.diameters, high - low)?;
+        ascending(Kind::Profile, asked.diameters, high - low)?;
         let tip = gear.roll_length(2.0 * gear.tip_radius());
         let internal = gear.outward() < 0.0;
         let reference = match asked.reference {
             ProfileReference::EvaluationRange => high - low,
-            ProfileReference::Given(length) => given(LENGTH, length)?,
+            ProfileReference::Given(length) => given(Kind::Profile, length)?,
             ProfileReference::ToTip => {
                 let length = tip.map_or(f64::NAN, |tip| if internal { high - tip } else { tip - low });
                 if !(length > 0.0) {
-                    let detail = format!(
-                        "the tip circle of {} mm has no roll length beyond the start of the evaluation range",
-                        Shown(2.0 * gear.tip_radius())
-                    );
-                    let field = if tip.is_some() { RANGE } else { "/evaluation/profile_reference" };
-                    return Err(Faults::one(field, detail));
+                    let field = if tip.is_some() { SettingField::ProfileRange } else { SettingField::ProfileReference };
+                    return Err(SettingFaults::one(field, SettingReason::NoWayToTip(2.0 * gear.tip_radius())));
                 }
                 length
             }
@@ -257,20 +249,16 @@ impl Window {
     }
 
     /// Of helices.
-    pub fn of_helix(gear: &Gear, asked: &HelixSettings) -> Result<Self, Faults> {
-        const RANGE: &str = "/evaluation/helix_range_mm";
-        const LENGTH: &str = "/evaluation/helix_reference_length_mm";
+    pub fn of_helix(gear: &Gear, asked: &HelixSettings) -> Result<Self, SettingFaults> {
         let [low, high] = asked.range;
-        ascending(RANGE, asked.range, high - low)?;
+        ascending(Kind::Helix, asked.range, high - low)?;
         let reference = match asked.reference {
             HelixReference::EvaluationRange => high - low,
-            HelixReference::Given(length) => given(LENGTH, length)?,
-            HelixReference::FaceWidth => gear.data().face_width.ok_or_else(|| {
-                Faults::one(
-                    LENGTH,
-                    "the gear has no face width that slopes could be extended to; give one, or the length",
-                )
-            })?,
+            HelixReference::Given(length) => given(Kind::Helix, length)?,
+            HelixReference::FaceWidth => gear
+                .data()
+                .face_width
+                .ok_or_else(|| SettingFaults::one(SettingField::HelixReferenceLength, SettingReason::NoFaceWidth))?,
         };
         let zone = [f64::NEG_INFINITY, f64::INFINITY];
         let (mean, plus_material) = (asked.mean, asked.plus_material);
@@ -279,21 +267,16 @@ impl Window {
 }
 
 /// `length` is that of the range in the coordinate of the samples.
-fn ascending(pointer: &str, range: [f64; 2], length: f64) -> Result<(), Faults> {
+fn ascending(kind: Kind, range: [f64; 2], length: f64) -> Result<(), SettingFaults> {
     if length >= LEAST_LENGTH && range.iter().all(|end| end.abs() <= MOST_LENGTH) {
         return Ok(());
     }
-    let detail = format!(
-        "{} to {} mm is not an ascending range (of a µm at least, and within a kilometre)",
-        Shown(range[0]),
-        Shown(range[1])
-    );
-    Err(Faults::one(pointer, detail))
+    Err(SettingFaults::one(SettingField::range(kind), SettingReason::Range(range)))
 }
 
-fn given(pointer: &str, length: f64) -> Result<f64, Faults> {
+fn given(kind: Kind, length: f64) -> Result<f64, SettingFaults> {
     if length > 0.0 && length <= MOST_LENGTH {
         return Ok(length);
     }
-    Err(Faults::one(pointer, format!("{} is not a length above 0 mm (and up to a kilometre)", Shown(length))))
+    Err(SettingFaults::one(SettingField::reference_length(kind), SettingReason::Length(length)))
 }

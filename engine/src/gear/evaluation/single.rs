@@ -18,6 +18,7 @@
 
 use super::{
     Notice, coverage,
+    fault::TraceField,
     gap::mean_curves,
     noise::noise,
     samples::{self, Samples, Taken},
@@ -84,8 +85,8 @@ pub(super) struct Subject<'a> {
     pub design: Option<&'a [f64]>,
     pub settings: &'a Settings,
     pub window: &'a Window,
-    /// Where the trace stands in the request: `/traces/3`.
-    pub pointer: String,
+    /// Of the trace, from 0.
+    pub number: usize,
 }
 
 impl Subject<'_> {
@@ -127,7 +128,7 @@ impl Subject<'_> {
 
     /// A notice about the deviations of the trace.
     pub(super) fn notice(&self, code: &'static str, message: String) -> Notice {
-        Notice { code, pointer: Some(format!("{}/deviation_um", self.pointer)), message }
+        Notice { code, field: Some(TraceField::Deviations { trace: self.number }), message }
     }
 
     pub(super) fn note(&self, notices: &mut Vec<Notice>, code: &'static str, message: String) {

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use super::{
     Notice, Position, Posted,
     contradiction::{Contradiction, contradiction},
+    fault::SettingField,
     flank_surface::{Figure, FlankFigures, Remainder, Sample, TERMS, through},
     flank_traces::{FlankTraces, flank_traces, ranges},
     settings::Settings,
@@ -263,7 +264,7 @@ fn notices(found: &[Found], settings: &Settings) -> Vec<Notice> {
         .into_iter()
         .map(|(names, flanks)| Notice {
             code: "figures_not_told",
-            pointer: None,
+            field: None,
             message: format!(
                 "the traces do not tell {} of the surface: {why}; slopes without a twist are those in the sections \
                  of the traces ({})",
@@ -277,7 +278,7 @@ fn notices(found: &[Found], settings: &Settings) -> Vec<Notice> {
         let of = name(surface);
         notices.push(Notice {
             code: "surface_misfit",
-            pointer: None,
+            field: None,
             message: format!(
                 "{of}: the traces contradict a common surface of second order by {apart:.2} µm rms, while each \
                  leaves {own:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces before \
@@ -287,7 +288,7 @@ fn notices(found: &[Found], settings: &Settings) -> Vec<Notice> {
         if let Some(turned) = turned {
             notices.push(Notice {
                 code: "helix_sign_doubtful",
-                pointer: Some("/evaluation/deviation_sign".to_owned()),
+                field: Some(SettingField::DeviationSign.into()),
                 message: format!(
                     "{of}: with the helices turned the contradiction falls from {apart:.2} to {turned:.2} µm rms; \
                      check `deviation_sign`, which says what a positive deviation of a helix means"

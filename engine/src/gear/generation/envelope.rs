@@ -23,16 +23,15 @@
 
 use std::f64::consts::PI;
 
-use super::Polar;
+use super::{
+    Polar,
+    fault::{ToolFaults, ToolField, ToolReason},
+};
 use crate::geometry::{
     curve::{Curve, Ends, cubic_spline},
     space::{Dimension, Vector},
 };
 use crate::numerics::cancel::Asking;
-use crate::{
-    estimation::Faults,
-    fault::words::{Shown, counted},
-};
 
 /// Most points of a profile, those of its steps and corners with them.
 pub const MOST_POINTS: usize = 200_000;
@@ -81,9 +80,7 @@ impl ToolProfile {
 
     /// Straight from point to point, each part taken in `parts` steps; corners are rounded by
     /// nothing, their normals turn.
-    ///
-    /// Faults point at `/{index}` of the points.
-    pub fn polyline(points: &[[f64; 2]], parts: usize) -> Result<Self, Faults> {
+    pub fn polyline(points: &[[f64; 2]], parts: usize) -> Result<Self, ToolFaults> {
         check(points, parts)?;
         let mut made: Vec<ToolPoint> = Vec::with_capacity((points.len() - 1) * (parts + 1));
         let mut before: Option<f64> = None;
@@ -94,12 +91,7 @@ impl ToolProfile {
                 let turn = (direction - before + PI).rem_euclid(2.0 * PI) - PI;
                 let steps = (turn.abs() / CORNER_STEP).ceil();
                 if made.len() + steps as usize + parts > MOST_POINTS {
-                    let detail = format!(
-                        "with the normals at their corners these points in {parts} parts each are more than \
-                         {MOST_POINTS}: \
-                         give fewer points or parts, or join them by a spline"
-                    );
-                    return Err(Faults::one("", detail));
+                    return Err(ToolFaults::one(ToolField::Points, ToolReason::Corners(parts)));
                 }
                 made.extend((1..steps as usize).map(|k| {
                     let (sin, cos) = (before + turn * k as f64 / steps).sin_cos();
@@ -118,9 +110,7 @@ impl ToolProfile {
 
     /// Smoothly through the points by a cubic spline over the chord length, each interval taken in
     /// `parts` steps.
-    ///
-    /// Faults point at `/{index}` of the points.
-    pub fn spline(points: &[[f64; 2]], parts: usize) -> Result<Self, Faults> {
+    pub fn spline(points: &[[f64; 2]], parts: usize) -> Result<Self, ToolFaults> {
         check(points, parts)?;
         let mut along = vec![0.0; points.len()];
         for k in 1..points.len() {
@@ -128,7 +118,7 @@ impl ToolProfile {
         }
         let values: Vec<Vector> = points.iter().map(|[x, y]| Vector::new(*x, *y, 0.0)).collect();
         let curve = cubic_spline(Dimension::Plane, &along, &values, &Ends::not_a_knot())
-            .map_err(|fault| Faults::one("", fault.to_string()))?;
+            .map_err(|fault| ToolFaults::one(ToolField::Points, fault))?;
         let made = along.windows(2).enumerate().flat_map(|(k, pair)| {
             let (curve, first) = (&curve, usize::from(k > 0));
             let at = move |i: usize| pair[0] + (pair[1] - pair[0]) * i as f64 / parts as f64;
@@ -140,16 +130,16 @@ impl ToolProfile {
         Ok(ToolProfile { points: made.collect() })
     }
 
-    /// Points with normals of the caller's own. Faults point at `/{index}`.
-    pub fn with_normals(points: Vec<ToolPoint>) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
+    /// Points with normals of the caller's own.
+    pub fn with_normals(points: Vec<ToolPoint>) -> Result<Self, ToolFaults> {
+        let mut faults = ToolFaults::default();
         if points.len() > MOST_POINTS {
-            faults.push("", format!("{} points; at most {MOST_POINTS} are taken", points.len()));
+            faults.push(ToolField::Points, ToolReason::TooMany(points.len()));
         }
         for (index, tool) in points.iter().enumerate() {
             let finite = tool.point.iter().chain(&tool.normal).all(|x| x.abs() <= 1e6);
             if !finite || tool.normal == [0.0; 2] {
-                faults.push(format!("/{index}"), "a point and a direction other than 0 are needed, in mm");
+                faults.push(ToolField::Point { index }, ToolReason::NoDirection);
             }
         }
         faults.into_result(ToolProfile { points })
@@ -161,20 +151,19 @@ impl ToolProfile {
     }
 }
 
-fn check(points: &[[f64; 2]], parts: usize) -> Result<(), Faults> {
-    let mut faults = Faults::default();
+fn check(points: &[[f64; 2]], parts: usize) -> Result<(), ToolFaults> {
+    let mut faults = ToolFaults::default();
     if points.len() < 2 || parts == 0 {
-        faults.push("", format!("{}; a profile has at least 2", counted(points.len(), "point", "points")));
+        faults.push(ToolField::Points, ToolReason::TooFew(points.len()));
     }
     if points.len().saturating_mul(parts) > MOST_POINTS {
-        let detail = format!("{} in {parts} parts each; at most {MOST_POINTS} in all", points.len());
-        faults.push("", detail);
+        faults.push(ToolField::Points, ToolReason::TooManyParts { points: points.len(), parts });
     }
     for (index, point) in points.iter().enumerate() {
         if let Some(x) = point.iter().find(|x| !(x.abs() <= 1e6)) {
-            faults.push(format!("/{index}"), format!("{} is not a place on a tool, in mm", Shown(*x)));
+            faults.push(ToolField::Point { index }, ToolReason::NoPlace(*x));
         } else if index > 0 && *point == points[index - 1] {
-            faults.push(format!("/{index}"), "the same point as the one before it");
+            faults.push(ToolField::Point { index }, ToolReason::Repeated);
         }
     }
     faults.into_result(())

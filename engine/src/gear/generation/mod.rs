@@ -11,6 +11,7 @@
 
 pub mod arc;
 pub mod envelope;
+pub mod fault;
 pub mod rack;
 pub mod root;
 pub mod tooth;

@@ -22,9 +22,9 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use super::Polar;
+use crate::gear::fault::{GearFaults, GearField, GearReason};
 use crate::gear::{Gear, Side, involute::Flank};
 use crate::numerics::{cancel::Asking, root::boundary};
-use crate::{estimation::Faults, fault::words::Shown};
 
 /// Tip radius where no tool is given: the fillet radius ρ_fP* of ISO 53, profile A, in normal
 /// modules.
@@ -76,33 +76,24 @@ fn full_radius(gear: &Gear, addendum: f64, protuberance: f64) -> f64 {
     (FRAC_PI_4 * data.normal_module * cos - addendum * sin + protuberance) / (1.0 - sin)
 }
 
-/// Refuses tools that cannot exist. Faults point into the gear (`/tool/tip_radius_mm` …).
-pub fn check(gear: &Gear) -> Result<(), Faults> {
-    let mut faults = Faults::default();
+/// Refuses tools that cannot exist.
+pub fn check(gear: &Gear) -> Result<(), GearFaults> {
+    let mut faults = GearFaults::default();
     let Some(tool) = RackTool::of(gear).filter(|tool| tool.given) else { return Ok(()) };
     let full = full_radius(gear, tool.addendum, tool.protuberance);
     if tool.protuberance > tool.tip_radius {
-        let detail = format!(
-            "{} mm is more than the tip radius of {} mm: the rounding would not reach the straight flank",
-            Shown(tool.protuberance),
-            Shown(tool.tip_radius)
-        );
-        faults.push("/tool/protuberance_mm", detail);
+        let RackTool { protuberance, tip_radius, .. } = tool;
+        faults.push(GearField::ToolProtuberance, GearReason::Protuberance { protuberance, tip_radius });
     } else if full < 0.0 {
-        let detail = format!(
-            "the flanks of the tool meet before its tip, an addendum of {} mm at a pressure angle of {}°",
-            Shown(tool.addendum),
-            Shown(gear.data().pressure_angle.to_degrees())
-        );
-        faults.push("/tool/addendum_factor", detail);
+        let pressure_angle = gear.data().pressure_angle;
+        faults.push(GearField::ToolAddendum, GearReason::PointedTool { addendum: tool.addendum, pressure_angle });
     } else if tool.tip_radius > full {
-        let detail =
-            format!("{} mm does not fit into the tool's tip, which takes {} mm", Shown(tool.tip_radius), Shown(full));
-        faults.push("/tool/tip_radius_mm", detail);
+        let reason = GearReason::ToolTipRadius { tip_radius: tool.tip_radius, most: full };
+        faults.push(GearField::ToolTipRadius, reason);
     }
     let depth = tool.addendum - gear.data().profile_shift * gear.data().normal_module;
     if !(depth < gear.reference_radius()) {
-        faults.push("/tool/addendum_factor", "the tool cuts through the gear's axis");
+        faults.push(GearField::ToolAddendum, GearReason::ThroughAxis);
     }
     faults.into_result(())
 }

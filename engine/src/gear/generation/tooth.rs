@@ -5,13 +5,11 @@
 //! flanks meet. A gear of which the tool leaves no involute, or whose fillets meet within the
 //! tooth, has no profile.
 
+use super::fault::{ToothFaults, ToothField, ToothReason};
 use super::{Polar, Root};
+use crate::gear::fault::{GearField, GearReason};
 use crate::gear::{Gear, Side, geometry::pointed_diameter, involute::Flank};
 use crate::numerics::cancel;
-use crate::{
-    estimation::Faults,
-    fault::words::{Shown, counted},
-};
 
 /// Most points of a profile.
 pub const MOST_POINTS: usize = 2_000_000;
@@ -52,16 +50,12 @@ pub struct Tooth {
 }
 
 impl Tooth {
-    /// The tooth that root, flank and tip of `gear` make. Faults point into the gear, or at
-    /// `/steps`.
-    pub fn new(gear: &Gear, steps: Steps) -> Result<Self, Faults> {
+    /// The tooth that root, flank and tip of `gear` make.
+    pub fn new(gear: &Gear, steps: Steps) -> Result<Self, ToothFaults> {
         let parts = [steps.involute, steps.fillet, steps.tip, steps.root];
         let sum = steps.points();
         if parts.contains(&0) || sum.saturating_mul(gear.data().teeth as usize) > MOST_POINTS {
-            let points = counted(sum, "point", "points");
-            let detail =
-                format!("{points} for each tooth; every part has a step, and a gear {MOST_POINTS} points at most");
-            return Err(Faults::one("/steps", detail));
+            return Err(ToothFaults::one(ToothField::Steps, ToothReason::Steps(sum)));
         }
         let root = Root::of(gear);
         let flank = Flank::new(gear, Side::Left);
@@ -72,12 +66,8 @@ impl Tooth {
         let tip_roll = gear.roll_length(2.0 * reached).unwrap_or(0.0);
         let form_roll = root.form_roll();
         if !(gear.outward() * (tip_roll - form_roll) > 0.0) {
-            let detail = format!(
-                "no involute is left: it would start on {} mm, beyond the end of the tooth on {} mm",
-                Shown(gear.diameter(form_roll)),
-                Shown(2.0 * reached)
-            );
-            return Err(Faults::one(gear.given_circle(), detail));
+            let reason = GearReason::NoInvolute { from: gear.diameter(form_roll), end: 2.0 * reached };
+            return Err(ToothFaults::one(ToothField::Gear(gear.given_circle()), reason));
         }
         points.extend((1..=steps.involute).map(|k| {
             // Equal steps of the roll angle's square, which is the arc length: the involute starts
@@ -105,18 +95,17 @@ impl Tooth {
     }
 
     /// A tooth has material everywhere but in its very tip, and leaves a space.
-    fn check(&self, gear: &Gear) -> Result<(), Faults> {
+    fn check(&self, gear: &Gear) -> Result<(), ToothFaults> {
         let inner = self.flank.len().saturating_sub(1);
         let cut_off = |(k, p): &(usize, &Polar)| !(p.half_angle > 0.0 || (*k == inner && p.half_angle == 0.0));
         if let Some((_, cut)) = self.flank.iter().enumerate().find(cut_off) {
-            let detail = format!("the tool cuts the teeth off on {} mm", Shown(2.0 * cut.radius));
-            let pointer = if gear.data().tool.is_some() { "/tool" } else { "/profile_shift_coefficient" };
-            return Err(Faults::one(pointer, detail));
+            let field = if gear.data().tool.is_some() { GearField::Tool } else { GearField::ProfileShift };
+            return Err(ToothFaults::one(ToothField::Gear(field), GearReason::CutOff(2.0 * cut.radius)));
         }
         let wide = |p: &&Polar| !(p.half_angle <= 0.5 * self.pitch_angle * (1.0 + 1e-12));
         if let Some(closed) = self.flank.iter().find(wide) {
-            let detail = format!("the teeth leave no space between them on {} mm", Shown(2.0 * closed.radius));
-            return Err(Faults::one("/profile_shift_coefficient", detail));
+            let field = ToothField::Gear(GearField::ProfileShift);
+            return Err(ToothFaults::one(field, GearReason::NoSpace(2.0 * closed.radius)));
         }
         Ok(())
     }

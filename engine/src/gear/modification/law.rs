@@ -1,9 +1,11 @@
 //! The analytic modifications. Each depends on the profile alone or on the face width alone, but
 //! for the twist, which is their product.
 
-use super::{LEAST_LENGTH, Range, Topography};
+use super::{
+    LEAST_LENGTH, Range, Topography,
+    fault::{LawFaults, LawField, LawReason},
+};
 use crate::gear::Gear;
-use crate::{estimation::Faults, fault::words::Shown};
 
 /// How a relief grows from its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,14 +101,13 @@ fn grown(amount: f64, start: f64, end: f64, growth: Growth, x: f64) -> (f64, f64
 }
 
 impl Part {
-    /// Checks `law`; `at` is its pointer. A topography is checked where it is made.
-    pub(super) fn new(gear: &Gear, range: &Range, law: &Law, at: &str) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
+    /// Checks `law`, the one of this number. A topography is checked where it is made.
+    pub(super) fn new(gear: &Gear, range: &Range, law: &Law, number: usize) -> Result<Self, LawFaults> {
+        let mut faults = LawFaults::default();
         let most = 1000.0 * gear.data().normal_module;
         let mut amount_of = |amount: f64| {
             if !(amount.abs() <= most) {
-                let detail = format!("{} is not within ±{} µm, one normal module", Shown(amount), Shown(most));
-                faults.push(format!("{at}/amount_um"), detail);
+                faults.push(LawField::Amount { number }, LawReason::Amount { amount, most });
             }
             amount
         };
@@ -125,13 +126,9 @@ impl Part {
                 // Within the range, and not at the end that the relief runs to.
                 let share = (start - end) / (other - end);
                 if !(share > 0.0 && share <= 1.0 && (start - end).abs() >= LEAST_LENGTH) {
-                    let detail = format!(
-                        "{} mm does not lie between {} mm and {} mm, or leaves no way to the end of the relief",
-                        Shown(start_diameter),
-                        Shown(gear.diameter(root)),
-                        Shown(gear.diameter(tip))
-                    );
-                    faults.push(format!("{at}/start_diameter_mm"), detail);
+                    let range = [gear.diameter(root), gear.diameter(tip)];
+                    let reason = LawReason::StartDiameter { diameter: start_diameter, range };
+                    faults.push(LawField::StartDiameter { number }, reason);
                 }
                 Part::Profile { amount, start, end, growth }
             }
@@ -139,12 +136,7 @@ impl Part {
                 let amount = amount_of(amount);
                 let [low, high] = range.helix();
                 if !(length >= LEAST_LENGTH && length <= high - low) {
-                    let detail = format!(
-                        "{} mm is not within {LEAST_LENGTH} mm and {} mm, the range's length",
-                        Shown(length),
-                        Shown(high - low)
-                    );
-                    faults.push(format!("{at}/length_mm"), detail);
+                    faults.push(LawField::Length { number }, LawReason::Length { length, most: high - low });
                 }
                 match end {
                     End::Low => Part::Helix { amount, start: low + length, end: low, growth },

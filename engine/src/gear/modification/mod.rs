@@ -26,6 +26,7 @@
 //! carries the slopes, and the node grid answers the true normal of the modified surface. Where a
 //! linear relief starts, the side of the relief counts.
 
+pub mod fault;
 pub mod law;
 pub mod range;
 pub mod topography;
@@ -35,7 +36,7 @@ pub use range::Range;
 pub use topography::{Interpolation, Topography};
 
 use super::{Gear, Side};
-use crate::estimation::Faults;
+use fault::{LawFaults, LawField, LawReason};
 use law::Part;
 use topography::{Columns, Contracted};
 
@@ -87,18 +88,18 @@ pub struct Modifications {
 }
 
 impl Modifications {
-    /// Checks every modification; faults point into the list (`/0/start_diameter_mm`).
-    pub fn new(gear: &Gear, range: Range, list: Vec<Modification>) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
+    /// Checks every modification.
+    pub fn new(gear: &Gear, range: Range, list: Vec<Modification>) -> Result<Self, LawFaults> {
+        let mut faults = LawFaults::default();
         if list.len() > MOST {
-            faults.push("", format!("{} modifications; at most {MOST} are superposed", list.len()));
+            faults.push(LawField::List, LawReason::TooMany(list.len()));
             return Err(faults);
         }
         let mut made = Modifications { range, parts: Vec::new(), topographies: Vec::new() };
         for (number, modification) in list.into_iter().enumerate() {
             match modification.law {
                 Law::Topography(topography) => made.topographies.push((modification.flanks, topography)),
-                law => match Part::new(gear, &range, &law, &format!("/{number}")) {
+                law => match Part::new(gear, &range, &law, number) {
                     Ok(part) => made.parts.push((modification.flanks, part)),
                     Err(found) => faults.append(found),
                 },

@@ -1,8 +1,10 @@
 //! The part of the flank that amounts of modifications refer to.
 
-use super::LEAST_LENGTH;
+use super::{
+    LEAST_LENGTH,
+    fault::{RangeFaults, RangeField, RangeReason},
+};
 use crate::gear::{Gear, Geometry};
-use crate::{estimation::Faults, fault::words::Shown};
 
 /// Ends of profile and face width, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,35 +17,26 @@ pub struct Range {
 }
 
 impl Range {
-    /// From two diameters (in any order) and two z (in any order). Faults point at
-    /// `/profile_diameter_range_mm` and `/helix_range_mm`.
-    pub fn new(gear: &Gear, diameters: [f64; 2], helix: [f64; 2]) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
+    /// From two diameters (in any order) and two z (in any order).
+    pub fn new(gear: &Gear, diameters: [f64; 2], helix: [f64; 2]) -> Result<Self, RangeFaults> {
+        let mut faults = RangeFaults::default();
         let mut profile = [0.0; 2];
         for (index, diameter) in diameters.into_iter().enumerate() {
             match gear.roll_length(diameter).filter(|roll| roll.is_finite()) {
                 Some(roll) => profile[index] = roll,
-                None => faults.push(
-                    format!("/profile_diameter_range_mm/{index}"),
-                    format!(
-                        "{} mm has no involute; the base diameter is {} mm",
-                        Shown(diameter),
-                        Shown(2.0 * gear.base_radius())
-                    ),
-                ),
+                None => {
+                    let base = 2.0 * gear.base_radius();
+                    faults.push(RangeField::Diameter { index }, RangeReason::NoInvolute { diameter, base });
+                }
             }
         }
         if faults.is_empty() && !((profile[0] - profile[1]).abs() >= LEAST_LENGTH) {
-            let detail = format!("their roll lengths are less than {LEAST_LENGTH} mm apart");
-            faults.push("/profile_diameter_range_mm", detail);
+            faults.push(RangeField::Diameters, RangeReason::ShortProfile);
         }
         if let Some(index) = helix.iter().position(|z| !(z.abs() <= 1e6)) {
-            faults.push(
-                format!("/helix_range_mm/{index}"),
-                format!("{} is not a place on the axis", Shown(helix[index])),
-            );
+            faults.push(RangeField::HelixEnd { index }, RangeReason::NotOnAxis(helix[index]));
         } else if !((helix[0] - helix[1]).abs() >= LEAST_LENGTH) {
-            faults.push("/helix_range_mm", format!("the two ends are less than {LEAST_LENGTH} mm apart"));
+            faults.push(RangeField::Helix, RangeReason::ShortHelix);
         }
         if (profile[1] - profile[0]) * gear.outward() < 0.0 {
             profile.reverse();

@@ -4,16 +4,15 @@
 //! them; an axis of fewer nodes has the degree that they allow, and an axis of a single one is
 //! constant. Beyond the border the value of the nearest border place goes on.
 
-use super::{LEAST_LENGTH, Relief};
+use super::{
+    LEAST_LENGTH, Relief,
+    fault::{TopographyFaults, TopographyField, TopographyReason},
+};
 use crate::geometry::{
     BSplineBasis,
-    surface::{BSplineSurface, NodeGrid, grid::GridFault, interpolate::interpolate},
+    surface::{BSplineSurface, NodeGrid, interpolate::interpolate},
 };
 use crate::numerics::cancel::Asking;
-use crate::{
-    estimation::Faults,
-    fault::words::{Shown, counted},
-};
 
 /// Most nodes of one topography.
 pub const MOST_NODES: usize = 1_000_000;
@@ -44,49 +43,42 @@ pub struct Topography {
 impl Topography {
     /// `relief` in µm has a row for each roll length and in it a value for each z; both axes ascend
     /// strictly (mm).
-    ///
-    /// Faults point at `{at}/profile/values/…`, `{at}/face_width_positions_mm/…` and
-    /// `{at}/relief_um/…`.
     pub fn new(
-        at: &str,
         roll_lengths: &[f64],
         positions: &[f64],
         relief: &[Vec<f64>],
         interpolation: Interpolation,
-    ) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
-        let names = [format!("{at}/profile/values"), format!("{at}/face_width_positions_mm")];
-        for (name, axis) in names.iter().zip([roll_lengths, positions]) {
+    ) -> Result<Self, TopographyFaults> {
+        let mut faults = TopographyFaults::default();
+        let value = |index| TopographyField::ProfileValue { index };
+        let position = |index| TopographyField::Position { index };
+        let axes: [(&[f64], TopographyField, &dyn Fn(usize) -> TopographyField); 2] =
+            [(roll_lengths, TopographyField::Profile, &value), (positions, TopographyField::Positions, &position)];
+        for (axis, whole, place) in axes {
             if axis.is_empty() {
-                faults.push(name.clone(), "a grid has at least one place on every axis");
+                faults.push(whole, TopographyReason::EmptyAxis);
             }
             if let Some(index) = axis.iter().position(|x| !(x.abs() <= 1e6)) {
-                faults.push(format!("{name}/{index}"), format!("{} is not within ±1000000 mm", Shown(axis[index])));
+                faults.push(place(index), TopographyReason::Place(axis[index]));
             } else if let Some(index) = axis.windows(2).position(|pair| !(pair[1] - pair[0] >= LEAST_LENGTH)) {
-                let detail = format!(
-                    "{} does not lie above the place before it by {LEAST_LENGTH} mm or more",
-                    Shown(axis[index + 1])
-                );
-                faults.push(format!("{name}/{}", index + 1), detail);
+                faults.push(place(index + 1), TopographyReason::NotAscending(axis[index + 1]));
             }
         }
         let count = roll_lengths.len().saturating_mul(positions.len());
         if count > MOST_NODES {
-            faults.push(at, format!("{count} nodes; a topography has at most {MOST_NODES}"));
+            faults.push(TopographyField::Whole, TopographyReason::TooMany(count));
         }
         if relief.len() != roll_lengths.len() {
-            let rows = counted(relief.len(), "row", "rows");
-            let detail = format!("{rows} for {}", counted(roll_lengths.len(), "profile value", "profile values"));
-            faults.push(format!("{at}/relief_um"), detail);
+            let reason = TopographyReason::Rows { rows: relief.len(), wanted: roll_lengths.len() };
+            faults.push(TopographyField::Relief, reason);
         }
         for (row, values) in relief.iter().enumerate() {
             if values.len() != positions.len() {
-                let detail = format!("{} for {}", counted(values.len(), "value", "values"), positions.len());
-                faults.push(format!("{at}/relief_um/{row}"), detail);
+                let reason = TopographyReason::Columns { values: values.len(), wanted: positions.len() };
+                faults.push(TopographyField::ReliefRow { row }, reason);
             }
             if let Some(column) = values.iter().position(|x| !(x.abs() <= 1e6)) {
-                let detail = format!("{} is not within ±1000000 µm", Shown(values[column]));
-                faults.push(format!("{at}/relief_um/{row}/{column}"), detail);
+                faults.push(TopographyField::ReliefValue { row, column }, TopographyReason::Relief(values[column]));
             }
         }
         faults.into_result(())?;
@@ -96,7 +88,7 @@ impl Topography {
         NodeGrid::heights(u, v, &heights)
             .and_then(|grid| interpolate(&grid, degrees, [None, None]))
             .map(|surface| Topography { surface })
-            .map_err(|fault| pointed(at, &fault))
+            .map_err(|fault| TopographyFaults::one(TopographyField::Whole, fault))
     }
 
     /// Where the surface along `axis` is asked for a place, with 0 or 1 for what a derivative there
@@ -147,10 +139,6 @@ fn widened(u: &[f64], v: &[f64], relief: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Ve
     let heights = (0..wide_u.len()).flat_map(|i| (0..wide_v.len()).map(move |j| (i, j)));
     let heights = heights.map(|(i, j)| value(i, j)).collect();
     (wide_u, wide_v, heights)
-}
-
-fn pointed(at: &str, fault: &GridFault) -> Faults {
-    Faults::one(at, fault.to_string())
 }
 
 /// Functions of one axis that are not 0 at a place, and their slopes.

@@ -4,6 +4,7 @@
 use super::{
     Indistinguishable, Moved, Registering, Registration,
     columns::{Column, SCREW},
+    fault::RegistrationRefused,
     misfit,
     part::{Part, State},
     pose::{Motion, Pose},
@@ -11,7 +12,7 @@ use super::{
 };
 use crate::{
     estimation::{
-        FitError, FitResult, FitSpec, fit,
+        FitResult, FitSpec, fit,
         result::Warning,
         spec::{Estimator, Include, Regularization},
     },
@@ -40,7 +41,7 @@ impl Part<'_> {
         Found { pose, begun, iterations, converged }: Found,
         last: FitResult,
         asked: &Registering,
-    ) -> Result<Registration, FitError> {
+    ) -> Result<Registration, RegistrationRefused> {
         let mut warnings = Vec::new();
         if !converged {
             warnings.push(Warning {
@@ -124,7 +125,7 @@ impl Part<'_> {
     }
 
     /// Least squares with a column for every motion.
-    fn every_motion(&self, pose: &Pose, spec: &FitSpec) -> Result<FitResult, FitError> {
+    fn every_motion(&self, pose: &Pose, spec: &FitSpec) -> Result<FitResult, RegistrationRefused> {
         let columns: Vec<Column> = self.freedom.motions.iter().map(|motion| Column::Motion(*motion)).collect();
         let State { x, d } = self.with_columns(pose, &columns)?;
         let values: Vec<f64> = self.freedom.motions.iter().map(|motion| pose.get(*motion)).collect();
@@ -135,7 +136,7 @@ impl Part<'_> {
             include: Include::default(),
             ..spec.clone()
         };
-        fit(&self.nodes(x, heights, &columns)?, &plain)
+        Ok(fit(&self.nodes(x, heights, &columns)?, &plain)?)
     }
 
     fn undetermined(&self) -> Warning {

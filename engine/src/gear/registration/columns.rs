@@ -16,11 +16,11 @@
 //! slide by c adds `c ∂relief/∂z`. Where that is significant it is a column of its own
 //! ([`Column::Slide`]).
 
-use super::pose::{Motion, Pose};
-use crate::{
-    estimation::Faults,
-    gear::{Gear, Side},
+use super::{
+    fault::{RegistrationFaults, RegistrationField, RegistrationReason},
+    pose::{Motion, Pose},
 };
+use crate::gear::{Gear, Side};
 
 /// Name of the column of rotation and axial shift together.
 pub const SCREW: &str = "rotation_with_axial_shift";
@@ -60,26 +60,22 @@ pub struct Freedom {
 }
 
 impl Freedom {
-    /// Refuses none, a motion that stands twice, and what no point can tell; faults point into
-    /// `/motions`.
-    pub fn new(gear: &Gear, asked: &[Motion]) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
+    /// Refuses none, a motion that stands twice, and what no point can tell.
+    pub fn new(gear: &Gear, asked: &[Motion]) -> Result<Self, RegistrationFaults> {
+        let mut faults = RegistrationFaults::default();
         if asked.is_empty() {
-            faults.push("/motions", "no motion is free");
+            faults.push(RegistrationField::Motions, RegistrationReason::NoMotion);
         }
-        for (i, motion) in asked.iter().enumerate() {
-            if asked[..i].contains(motion) {
-                faults.push(format!("/motions/{i}"), format!("`{}` stands twice", motion.name()));
+        for (index, motion) in asked.iter().enumerate() {
+            if asked[..index].contains(motion) {
+                faults.push(RegistrationField::Motion { index }, RegistrationReason::Twice(*motion));
             }
         }
         let (sin_b, cos_b) = gear.base_helix_angle().sin_cos();
         // + 0 makes no difference between left- and right-handed spur gears
         let (axial, rotation) = (0.0 - gear.hand() * sin_b, 1e-3 * gear.base_radius() * cos_b);
         if axial == 0.0 && asked == [Motion::AxialShift] {
-            faults.push(
-                "/motions/0",
-                "the flanks of a spur gear are the same along the axis: no point tells an axial shift",
-            );
+            faults.push(RegistrationField::Motion { index: 0 }, RegistrationReason::SpurAxialShift);
         }
         faults.into_result(())?;
         let motions: Vec<Motion> = Motion::ALL.into_iter().filter(|motion| asked.contains(motion)).collect();

@@ -13,6 +13,7 @@
 
 mod answer;
 pub mod columns;
+pub mod fault;
 mod misfit;
 mod part;
 pub mod pose;

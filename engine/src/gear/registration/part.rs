@@ -4,18 +4,18 @@
 use super::{
     Registering,
     columns::{Column, Freedom},
+    fault::{RegistrationFaults, RegistrationField, RegistrationReason},
     pose::Pose,
     start::{Start, nearest},
 };
 use crate::{
-    estimation::{Faults, FitError, Nodes},
-    fault::words::{Shown, counted},
+    estimation::{FitError, Nodes},
+    fault::Common,
     gear::{
         Side,
         deviation::{
             Deviations, Direction, Node, Reference, Stray, Touch,
             foot::{foot, normal},
-            measure::named,
         },
     },
     geometry::space::Vector,
@@ -51,19 +51,19 @@ impl<'a> Part<'a> {
         asked: &Registering,
         freedom: Freedom,
         start: Option<&'a Start>,
-    ) -> Result<Self, FitError> {
+    ) -> Result<Self, RegistrationFaults> {
         let nodes = &deviations.nodes;
         if let Some(weight) = asked.weight.filter(|weight| weight.len() != nodes.len()) {
-            let detail = format!("{}, but {} would match the points", weight.len(), nodes.len());
-            return Err(Faults::one("/weight", detail).into());
+            let reason = RegistrationReason::Weights { given: weight.len(), points: nodes.len() };
+            return Err(RegistrationFaults::one(RegistrationField::Weights, reason));
         }
-        let mut faults = Faults::default();
+        let mut faults = RegistrationFaults::default();
         let mut rows = Vec::with_capacity(nodes.len());
         let mut weights = asked.weight.map(|_| Vec::with_capacity(nodes.len()));
         for (i, _) in nodes.iter().enumerate().filter(|(_, node)| node.counts()).asking(500) {
             let weight = asked.weight.map_or(1.0, |weight| weight[i]);
             if !(weight >= 0.0 && weight.is_finite()) {
-                faults.push(format!("/weight/{i}"), format!("{} is not a finite number of at least 0", Shown(weight)));
+                faults.push(RegistrationField::Weight { index: i }, Common::Negative { value: weight });
             }
             if weight > 0.0
                 && let Some(point) = deviations.point(reference, i)
@@ -72,15 +72,13 @@ impl<'a> Part<'a> {
                     rows.push((i, start.map_or(point, |start| start.pose.apply(&point))));
                     weights.iter_mut().for_each(|weights| weights.push(weight));
                 } else {
-                    faults.push(format!("/points/{i}"), "the modification has no value here");
+                    faults.push(RegistrationField::Point { index: i }, RegistrationReason::NoRelief);
                 }
             }
         }
         if faults.is_empty() && rows.len() < freedom.columns.len() {
-            let (points, motions) = (rows.len(), freedom.columns.len());
-            let points = counted(points, "measured point takes", "measured points take");
-            let motions = counted(motions, "motion", "motions");
-            faults.push("/points", format!("{points} part, too few for {motions}"));
+            let reason = RegistrationReason::TooFew { points: rows.len(), motions: freedom.columns.len() };
+            faults.push(RegistrationField::Points, reason);
         }
         faults.into_result(())?;
         let flank = rows.iter().map(|(i, _)| (nodes[*i].tooth, nodes[*i].side)).collect();
@@ -88,10 +86,10 @@ impl<'a> Part<'a> {
     }
 
     /// z of the pivot, mm.
-    pub(super) fn pivot(&self, asked: &Registering) -> Result<f64, Faults> {
+    pub(super) fn pivot(&self, asked: &Registering) -> Result<f64, RegistrationFaults> {
         match asked.pivot {
             Some(z) if z.is_finite() => Ok(z),
-            Some(_) => Err(Faults::one("/pivot_z_mm", "the number is not finite in double precision")),
+            Some(_) => Err(RegistrationFaults::one(RegistrationField::Pivot, Common::NotFinite)),
             None => {
                 let z = self.rows.iter().map(|(i, _)| self.deviations.nodes[*i].z);
                 let [low, high] = z.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], z| [a.min(z), b.max(z)]);
@@ -133,14 +131,14 @@ impl<'a> Part<'a> {
         changed
     }
 
-    pub(super) fn at(&self, pose: &Pose) -> Result<State, Faults> {
+    pub(super) fn at(&self, pose: &Pose) -> Result<State, RegistrationFaults> {
         self.with_columns(pose, &self.freedom.columns)
     }
 
-    pub(super) fn with_columns(&self, pose: &Pose, columns: &[Column]) -> Result<State, Faults> {
+    pub(super) fn with_columns(&self, pose: &Pose, columns: &[Column]) -> Result<State, RegistrationFaults> {
         let undoing = pose.undoing();
         let slides = columns.contains(&Column::Slide);
-        let mut faults = Faults::default();
+        let mut faults = RegistrationFaults::default();
         let mut state =
             State { x: Vec::with_capacity(self.rows.len() * columns.len()), d: Vec::with_capacity(self.rows.len()) };
         for ((i, point), flank) in self.rows.iter().zip(&self.flank).asking(500) {
@@ -154,8 +152,9 @@ impl<'a> Part<'a> {
                     state.d.push(carried.deviation);
                 }
                 Err(stray) => {
-                    let detail = format!("carried back to {} it is lost: {stray}", named(*flank));
-                    faults.push(format!("/points/{i}"), detail);
+                    let (tooth, side) = *flank;
+                    let reason = RegistrationReason::Lost { tooth, side, stray };
+                    faults.push(RegistrationField::Point { index: *i }, reason);
                 }
             }
         }
@@ -169,8 +168,8 @@ impl<'a> Part<'a> {
         if slope.is_finite() { slope } else { 0.0 }
     }
 
-    pub(super) fn nodes(&self, x: Vec<f64>, heights: Vec<f64>, columns: &[Column]) -> Result<Nodes, Faults> {
+    pub(super) fn nodes(&self, x: Vec<f64>, heights: Vec<f64>, columns: &[Column]) -> Result<Nodes, FitError> {
         let names = columns.iter().map(|column| column.name().to_owned()).collect();
-        Nodes::matrix(x, columns.len(), heights, Some(names), self.weight.clone())
+        Ok(Nodes::matrix(x, columns.len(), heights, Some(names), self.weight.clone())?)
     }
 }

@@ -4,6 +4,7 @@ use super::{
     Motion, Registering, Registration,
     answer::Found,
     columns::{Column, Freedom},
+    fault::RegistrationRefused,
     part::{Part, State},
     pose::Pose,
     search::SHIFTS,
@@ -34,9 +35,8 @@ const LEAST_EFFECT: f64 = 1e-3;
 /// How far points may go to other flanks than before; later ones stay, lest they go to and fro.
 const REASSIGNING: usize = 25;
 
-/// How the part lies. Only the nodes that take part decide; all are carried back. Faults point to
-/// `/motions`, `/pivot_z_mm`, `/weight`, to `/points/i` for node i, and where a fit has them.
-/// Points stay on the flanks that they are on.
+/// How the part lies. Only the nodes that take part decide; all are carried back. Points stay on
+/// the flanks that they are on.
 ///
 /// ```
 /// use flankfit_engine::{
@@ -66,7 +66,11 @@ const REASSIGNING: usize = 25;
 /// assert!((found.motions[0].value - 7.0).abs() < 0.05 && found.rms_after < 0.05);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn register(reference: &Reference, deviations: &Deviations, asked: &Registering) -> Result<Registration, FitError> {
+pub fn register(
+    reference: &Reference,
+    deviations: &Deviations,
+    asked: &Registering,
+) -> Result<Registration, RegistrationRefused> {
     registered(reference, deviations, asked, None)
 }
 
@@ -78,7 +82,7 @@ pub fn register_from(
     deviations: &Deviations,
     asked: &Registering,
     start: &Start,
-) -> Result<Registration, FitError> {
+) -> Result<Registration, RegistrationRefused> {
     registered(reference, deviations, asked, Some(start))
 }
 
@@ -87,7 +91,7 @@ fn registered(
     deviations: &Deviations,
     asked: &Registering,
     start: Option<&Start>,
-) -> Result<Registration, FitError> {
+) -> Result<Registration, RegistrationRefused> {
     let freedom = Freedom::new(reference.gear, asked.motions)?;
     let mut part = Part::new(reference, deviations, asked, freedom, start)?;
     let pivot = part.pivot(asked)?;
@@ -103,7 +107,11 @@ fn registered(
 
 /// The same with the slide along the helices, where the modifications tell it; `None`, and the part
 /// as it was, where they do not.
-fn slid(part: &mut Part, alone: &Found, asked: &Registering) -> Result<Option<(Found, FitResult)>, FitError> {
+fn slid(
+    part: &mut Part,
+    alone: &Found,
+    asked: &Registering,
+) -> Result<Option<(Found, FitResult)>, RegistrationRefused> {
     if part.freedom.is_whole() || part.reference.relief.is_none() || !part.tells_slide(&alone.pose, asked.spec)? {
         return Ok(None);
     }
@@ -126,7 +134,7 @@ fn slid(part: &mut Part, alone: &Found, asked: &Registering) -> Result<Option<(F
 impl Part<'_> {
     /// Whether the slope of the modifications along z, at a place that was found without it, speaks
     /// for a slide.
-    fn tells_slide(&self, pose: &Pose, spec: &FitSpec) -> Result<bool, FitError> {
+    fn tells_slide(&self, pose: &Pose, spec: &FitSpec) -> Result<bool, RegistrationRefused> {
         let columns = self.freedom.with_slide().columns;
         if self.rows.len() <= columns.len() {
             return Ok(false);
@@ -154,7 +162,7 @@ impl Part<'_> {
         mut pose: Pose,
         begun: Vec<f64>,
         asked: &Registering,
-    ) -> Result<(Found, FitResult), FitError> {
+    ) -> Result<(Found, FitResult), RegistrationRefused> {
         let mut p = self.freedom.coefficients(&pose);
         let (mut iterations, mut converged) = (0, false);
         let last = loop {
@@ -173,7 +181,8 @@ impl Part<'_> {
             if !pose.is_sane() {
                 return Err(FitError::NotConverged(
                     "the registration ran away to tilts beyond 0.1 rad: free fewer motions, or regularise",
-                ));
+                )
+                .into());
             }
             // doubles tell a coefficient of this size no finer
             let finest =

@@ -19,12 +19,12 @@
 use super::{
     Registering,
     columns::Freedom,
+    fault::{RegistrationFaults, RegistrationField, RegistrationReason},
     pose::{Pose, Undoing},
     search::{Place, Search},
     teeth::Agreement,
 };
 use crate::{
-    estimation::Faults,
     gear::{
         Gear, Side,
         deviation::{
@@ -75,7 +75,7 @@ impl Start {
 }
 
 /// Finds where to begin. Faults are those of [`Freedom::new`].
-pub fn start(gear: &Gear, touches: &[Touch], ball: f64, asked: &Registering) -> Result<Start, Faults> {
+pub fn start(gear: &Gear, touches: &[Touch], ball: f64, asked: &Registering) -> Result<Start, RegistrationFaults> {
     let freedom = Freedom::new(gear, asked.motions)?;
     let defined: Vec<&Touch> = touches.iter().filter(|touch| touch.point.iter().all(|x| x.is_finite())).collect();
     let z = defined.iter().map(|touch| touch.point.z);
@@ -138,7 +138,7 @@ struct Found {
 
 /// The place by the told teeth where these agree, else by the flanks that are nearest, turned by
 /// what most teeth say.
-fn begun(search: &Search) -> Result<Found, Faults> {
+fn begun(search: &Search) -> Result<Found, RegistrationFaults> {
     let open = search.open();
     // tilts and shifts may bring a wrong name's points within half a pitch of its tooth, but not
     // onto its flanks
@@ -163,9 +163,13 @@ fn begun(search: &Search) -> Result<Found, Faults> {
     }
     let agreement = search.agreement(&best.p).map(|said| Agreement { is_sure: sure, ..said });
     match agreement.filter(|said| said.is_sure) {
-        Some(said) if said.share <= LEAST_AGREE => return Err(Faults::one("/teeth", said.contradiction())),
+        Some(said) if said.share <= LEAST_AGREE => {
+            let reason = RegistrationReason::TeethContradict(said.share);
+            return Err(RegistrationFaults::one(RegistrationField::Teeth, reason));
+        }
         Some(said) if said.pitches > 0 && !search.may_turn() => {
-            return Err(Faults::one("/teeth", said.turned_on(search.gear.data().teeth)));
+            let reason = RegistrationReason::TurnedOn(said.turned_on(search.gear.data().teeth));
+            return Err(RegistrationFaults::one(RegistrationField::Teeth, reason));
         }
         _ => {}
     }

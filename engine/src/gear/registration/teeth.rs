@@ -11,10 +11,7 @@ use super::{
     search::{Place, Search},
     start::nearest,
 };
-use crate::{
-    fault::words::{Shown, counted},
-    gear::deviation::{Touch, foot::phase},
-};
+use crate::gear::deviation::{Touch, foot::phase};
 
 /// Root mean square of capped distances below which points lie on the flanks of a place, whatever
 /// their teeth are called, modules.
@@ -40,23 +37,10 @@ impl Agreement {
         self.pitches == 0 && self.share == 1.0
     }
 
-    /// Why there is no place.
-    pub(super) fn contradiction(&self) -> String {
-        format!(
-            "the teeth contradict each other: however the part is turned, at most {} % of the points lie on the teeth \
-             that they are told to be of. Count teeth clockwise from 1, or leave `teeth` out",
-            Shown((100.0 * self.share).round())
-        )
-    }
-
-    /// The same where no rotation is free.
-    pub(super) fn turned_on(&self, teeth: u32) -> String {
-        let pitches = if 2 * self.pitches > teeth { teeth - self.pitches } else { self.pitches };
-        let pitches = counted(pitches as usize, "pitch", "pitches");
-        format!(
-            "the points lie {pitches} from the teeth that they are told to be of, and `rotation` is not among the \
-             motions: free it, or correct the teeth"
-        )
+    /// By how many pitches the points lie from the teeth that they are told to be of, the short way
+    /// round.
+    pub(super) fn turned_on(&self, teeth: u32) -> u32 {
+        if 2 * self.pitches > teeth { teeth - self.pitches } else { self.pitches }
     }
 }
 

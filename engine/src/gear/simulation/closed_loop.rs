@@ -1,12 +1,13 @@
 //! Whole runs: measure, fit, correct, machine again.
 
-use super::{Asked, Simulation, rms};
+use super::{
+    Asked, Simulation,
+    fault::{MachineFaults, MachineField, MachineReason, RunError},
+    rms,
+};
 use crate::numerics::cancel;
 use crate::{
-    estimation::{
-        Faults, FitError,
-        spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme},
-    },
+    estimation::spec::{Count, Criterion, DEFAULT_CONDITION_LIMIT, Parameter, Regularization, Scheme},
     gear::correction::{self, Answer, Correction, Damping, Noise, Solution, compare},
 };
 
@@ -102,17 +103,17 @@ fn changes(solution: &Solution) -> Vec<f64> {
 /// Most corrections of a run: settings that run away are still numbers then.
 pub const MOST_CORRECTIONS: usize = 20;
 
-/// Corrects a machine `corrections` times. Refuses more than [`MOST_CORRECTIONS`] (`/corrections`)
-/// and what [`Simulation::new`] refuses.
+/// Corrects a machine `corrections` times. Refuses more than [`MOST_CORRECTIONS`] and what
+/// [`Simulation::new`] refuses.
 pub fn run(
     machine: &Asked,
     strategy: &Strategy,
     response_uncertainty: f64,
     corrections: usize,
-) -> Result<Run, FitError> {
+) -> Result<Run, RunError> {
     if corrections > MOST_CORRECTIONS {
-        let detail = format!("{corrections} corrections; at most {MOST_CORRECTIONS}");
-        return Err(Faults::one("/corrections", detail).into());
+        let reason = MachineReason::TooManyCorrections(corrections);
+        return Err(MachineFaults::one(MachineField::Corrections, reason).into());
     }
     let mut simulation = Simulation::new(machine.clone())?;
     let mut rounds: Vec<Round> = Vec::with_capacity(corrections + 1);

@@ -16,11 +16,11 @@
 
 pub mod case;
 pub mod closed_loop;
+pub mod fault;
 
-use crate::{
-    estimation::{Faults, randomization::normal::Normals},
-    fault::words::{Shown, counted, entries},
-};
+use fault::{MachineFaults, MachineField, MachineReason};
+
+use crate::estimation::randomization::normal::Normals;
 
 pub use closed_loop::{Round, Run, Strategy, run};
 
@@ -71,10 +71,8 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Draws the machine. Faults point into an object with the fields of [`Asked`]
-    /// (`/sensitivity/matrix`, `/sensitivity/settings`, `/setting_error`, `/response_noise`,
-    /// `/probe_noise_um`, `/missing`).
-    pub fn new(asked: Asked) -> Result<Self, Faults> {
+    /// Draws the machine.
+    pub fn new(asked: Asked) -> Result<Self, MachineFaults> {
         check(&asked)?;
         let mut normals = Normals::new(asked.seed, 0);
         let off = asked.setting_error.iter().map(|error| error * normals.draw()).collect();
@@ -141,14 +139,14 @@ impl Simulation {
     }
 
     /// Changes the settings and machines again. Refuses a list of another length and changes that
-    /// are not finite (`/change`).
-    pub fn apply(&mut self, change: &[f64]) -> Result<(), Faults> {
+    /// are not finite.
+    pub fn apply(&mut self, change: &[f64]) -> Result<(), MachineFaults> {
         if change.len() != self.off.len() {
-            let wanted = counted(self.off.len(), "setting", "settings");
-            return Err(Faults::one("/change", format!("{} for {wanted}", entries(change.len()))));
+            let reason = MachineReason::PerSetting { given: change.len(), settings: self.off.len() };
+            return Err(MachineFaults::one(MachineField::Changes, reason));
         }
-        if let Some(j) = change.iter().zip(&self.off).position(|(c, e)| !(c + e).is_finite()) {
-            return Err(Faults::one(format!("/change/{j}"), "the setting would no longer be a finite number"));
+        if let Some(index) = change.iter().zip(&self.off).position(|(c, e)| !(c + e).is_finite()) {
+            return Err(MachineFaults::one(MachineField::Change { index }, MachineReason::RanAway));
         }
         self.off.iter_mut().zip(change).for_each(|(e, c)| *e += c);
         self.corrections += 1;
@@ -163,52 +161,47 @@ pub(super) fn rms(deviation: &[f64]) -> f64 {
     f64::sqrt(sum / count)
 }
 
-fn check(asked: &Asked) -> Result<(), Faults> {
-    let mut faults = Faults::default();
+fn check(asked: &Asked) -> Result<(), MachineFaults> {
+    let mut faults = MachineFaults::default();
     let columns = asked.settings.len();
     if columns == 0 || columns > MOST_SETTINGS {
-        let given = counted(columns, "setting", "settings");
-        return Err(Faults::one("/sensitivity/settings", format!("{given}; a machine has 1 to {MOST_SETTINGS}")));
+        return Err(MachineFaults::one(MachineField::Settings, MachineReason::SettingCount(columns)));
     }
     let numbers = asked.sensitivity.len();
     if numbers == 0 || !numbers.is_multiple_of(columns) || numbers > MOST_ENTRIES {
-        let detail = format!("{} are not rows of {columns} (at most {MOST_ENTRIES})", entries(numbers));
-        faults.push("/sensitivity/matrix", detail);
+        faults.push(MachineField::Matrix, MachineReason::Matrix { given: numbers, columns });
     }
     for (at, value) in asked.sensitivity.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-        let pointer = format!("/sensitivity/matrix/{}/{}", at / columns, at % columns);
-        faults.push(pointer, format!("{value} is not a finite number"));
+        let field = MachineField::Entry { row: at / columns, column: at % columns };
+        faults.push(field, MachineReason::NotFinite(*value));
     }
     if asked.setting_error.len() != columns {
-        let wanted = counted(columns, "setting", "settings");
-        faults.push("/setting_error", format!("{} for {wanted}", entries(asked.setting_error.len())));
+        let reason = MachineReason::PerSetting { given: asked.setting_error.len(), settings: columns };
+        faults.push(MachineField::SettingErrors, reason);
     }
-    for (j, error) in asked.setting_error.iter().enumerate() {
+    for (index, error) in asked.setting_error.iter().enumerate() {
         let effect =
-            asked.sensitivity.iter().skip(j).step_by(columns).fold(0.0f64, |most, x| most.max((x * error).abs()));
+            asked.sensitivity.iter().skip(index).step_by(columns).fold(0.0f64, |most, x| most.max((x * error).abs()));
         if !(error.is_finite() && *error >= 0.0) {
-            let detail = format!("{} is not a finite deviation of at least 0", Shown(*error));
-            faults.push(format!("/setting_error/{j}"), detail);
+            faults.push(MachineField::SettingError { index }, MachineReason::Deviation(*error));
         } else if effect > MOST_DEVIATION {
-            let detail = format!("it moves a node by {} µm; at most {MOST_DEVIATION:e} µm", Shown(effect));
-            faults.push(format!("/setting_error/{j}"), detail);
+            faults.push(MachineField::SettingError { index }, MachineReason::Effect(effect));
         }
     }
-    for (pointer, value, most) in [
-        ("/response_noise", asked.response_noise, MOST_RESPONSE_NOISE),
-        ("/probe_noise_um", asked.probe_noise, MOST_PROBE_NOISE),
+    for (field, value, most) in [
+        (MachineField::ResponseNoise, asked.response_noise, MOST_RESPONSE_NOISE),
+        (MachineField::ProbeNoise, asked.probe_noise, MOST_PROBE_NOISE),
     ] {
         if !(0.0..=most).contains(&value) {
-            faults.push(pointer, format!("{} is not a deviation between 0 and {most:e}", Shown(value)));
+            faults.push(field, MachineReason::Beyond { value, most });
         }
     }
     let nodes = numbers / columns;
     if !(0.0..1.0).contains(&asked.missing) {
-        faults.push("/missing", format!("{} is not a share of at least 0 and below 1", Shown(asked.missing)));
+        faults.push(MachineField::Missing, MachineReason::Share(asked.missing));
     } else if nodes >= columns && nodes - asked.missed() < columns {
-        let left = counted(nodes - asked.missed(), "node", "nodes");
-        let settings = counted(columns, "setting", "settings");
-        faults.push("/missing", format!("it leaves {left}, from which {settings} cannot be told"));
+        let reason = MachineReason::TooFew { nodes: nodes - asked.missed(), settings: columns };
+        faults.push(MachineField::Missing, reason);
     }
     faults.into_result(())
 }

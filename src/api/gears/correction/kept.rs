@@ -9,7 +9,7 @@ use super::{
     include::CorrectionInclude,
     request,
     result::{CorrectionBody, FlankFiguresBody},
-    same_nodes::{Measured, same_nodes},
+    same_nodes::same_nodes,
 };
 use crate::{
     api::{
@@ -18,12 +18,12 @@ use crate::{
         json::{text::Moment, writer},
         problem::Problem,
     },
-    jobs::Record,
+    jobs::{Measurand, Record},
 };
 use flankfit_engine::{
-    estimation::FitError,
+    estimation::{FitError, Nodes},
     gear::{
-        Gear,
+        Gear, Refused,
         correction::{Answer, Correction, Verdict, compare},
     },
 };
@@ -159,6 +159,12 @@ struct Written<'a> {
     not_compared: Option<String>,
 }
 
+/// Nodes with what they are of.
+pub struct Measured {
+    pub nodes: Nodes,
+    pub measurand: Measurand,
+}
+
 /// What was measured after the corrected iteration.
 pub enum After {
     Nothing,
@@ -243,11 +249,11 @@ fn answer(
     // deviations
     let of_gear = earlier.flank.is_some();
     let again = Correction::new(earlier.asked)
-        .map_err(FitError::Invalid)
-        .and_then(|correction| Ok((correction.solve()?, correction)));
+        .map_err(|faults| first(&faults.into()))
+        .and_then(|correction| Ok((correction.solve().map_err(why)?, correction)));
     let (solution, correction) = match again {
         Ok(again) => again,
-        Err(error) => return Ok(Err(why(error))),
+        Err(why) => return Ok(Err(why)),
     };
     let changes = solution.settings.iter().map(|setting| setting.change);
     if change.len() != changes.len() || (of_gear && kept.is_none() && !same_changes(&change, changes)) {
@@ -266,7 +272,10 @@ fn answer(
             let body = MachineAnswerBody::new(answer, number, &predicted, &measured);
             Ok(Ok(MachineAnswerBody { figures: figures.map(Into::into), ..body }))
         }
-        Err(error) => Ok(Err(why(error))),
+        Err(Refused::Invalid(faults)) => {
+            Ok(Err(faults.list().first().map_or_else(String::new, |fault| fault.reason.to_string())))
+        }
+        Err(Refused::Fit(error)) => Ok(Err(why(error))),
     }
 }
 

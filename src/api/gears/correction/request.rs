@@ -30,11 +30,12 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{Nodes, spec::Scaling},
-    fault::words::entries,
+    fault::{Fault, words::entries},
     gear::{
         Gear, Side,
         correction::{
             Asked, DEFAULT_RESPONSE_UNCERTAINTY, Damping, ResponseErrors, Setting,
+            fault::{MachineFaults, MachineField},
             machine::{Machine, Ranges},
         },
     },
@@ -428,7 +429,7 @@ fn of_machine(
     }
     ranges.helix = helix.unwrap_or(ranges.helix);
     let asked = [diameters.is_some(), helix.is_some()];
-    let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more.into(), asked)));
+    let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, asked)));
     let flank = Some(Flank { gear: gear.clone(), side, places, ranges, traces: None });
     let found = found.ok()?;
     Some(Known { name: machine.name(), settings: found.settings, matrix: found.matrix, flank, flank_assumed })
@@ -452,25 +453,25 @@ fn coordinates(asked: Option<ProfileAxisName>, axes: &AxesBody, faults: &mut Fau
 
 /// Faults of a machine's sensitivity by places in the request, one for each place; `asked` says
 /// which ranges are in it.
-fn placed(found: &Faults, [profile, helix]: [bool; 2]) -> Faults {
+fn placed(found: &MachineFaults, [profile, helix]: [bool; 2]) -> Faults {
     let mut faults = Faults::default();
-    let nodes = found.list().iter().filter(|fault| fault.pointer.starts_with("/nodes")).count();
-    for fault in found.list() {
-        let pointer = match fault.pointer.as_str() {
-            "/ranges/profile" if profile => "/sensitivity/profile_diameter_range_mm",
-            "/ranges/helix" if helix => "/sensitivity/helix_range_mm",
-            pointer if pointer.starts_with("/nodes") => "/sensitivity/profile_axis",
+    let nodes = found.list().iter().filter(|fault| fault.field.is_of_nodes()).count();
+    for Fault { field, reason } in found.list() {
+        let pointer = match field {
+            MachineField::ProfileRange if profile => "/sensitivity/profile_diameter_range_mm",
+            MachineField::HelixRange if helix => "/sensitivity/helix_range_mm",
+            field if field.is_of_nodes() => "/sensitivity/profile_axis",
             // the nodes themselves have no such range
             _ => "/sensitivity/machine",
         };
         if faults.list().iter().any(|there| there.pointer == pointer) {
             continue;
         }
-        let more = if pointer == "/sensitivity/profile_axis" && nodes > 1 {
+        let more = if field.is_of_nodes() && nodes > 1 {
             let count = found.count() - (found.list().len() - nodes);
-            format!("{count} nodes of the iteration have no place on the flank; the first: {}", fault.detail)
+            format!("{count} nodes of the iteration have no place on the flank; the first: {reason}")
         } else {
-            fault.detail.clone()
+            reason.to_string()
         };
         faults.push(pointer, more);
     }

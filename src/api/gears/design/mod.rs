@@ -3,6 +3,5 @@
 pub mod flank;
 pub mod geometry;
 pub mod modification;
-pub mod places;
 pub mod profile;
 pub mod tolerances;

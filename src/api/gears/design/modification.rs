@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::places::ProfileBody;
+use super::flank::ProfileBody;
 use crate::api::faults::Faults;
 use flankfit_engine::gear::{
     Gear, Modifications,
@@ -168,7 +168,7 @@ pub fn read(
     let mut faults = Faults::default();
     let range = match range {
         Some(body) => Range::new(gear, body.profile_diameter_range_mm, body.helix_range_mm)
-            .map_err(|more| faults.append(Faults::from(more).moved(|pointer| format!("/modification_range{pointer}"))))
+            .map_err(|more| faults.append(Faults::at("/modification_range", &more)))
             .ok(),
         None => Range::whole(gear).or_else(|| {
             faults
@@ -179,19 +179,7 @@ pub fn read(
     let laws: Vec<Modification> =
         list.iter().enumerate().filter_map(|(i, body)| body.law(gear, i, &mut faults)).collect();
     let Some(range) = faults.into_result(range)? else { return Ok(None) };
-    Modifications::new(gear, range, laws)
-        .map(Some)
-        .map_err(|more| Faults::from(more).moved(|pointer| format!("/modifications{}", wire(pointer))))
-}
-
-/// Fields of the wire have their units behind their names.
-fn wire(pointer: &str) -> String {
-    match pointer.strip_suffix("/amount") {
-        Some(before) => format!("{before}/amount_um"),
-        None => {
-            pointer.strip_suffix("/length").map_or_else(|| pointer.to_owned(), |before| format!("{before}/length_mm"))
-        }
-    }
+    Modifications::new(gear, range, laws).map(Some).map_err(|more| Faults::at("/modifications", &more))
 }
 
 impl ModificationBody {
@@ -233,7 +221,8 @@ impl ModificationBody {
                     InterpolationName::BSpline => Interpolation::BSpline,
                 };
                 let made = rolls.and_then(|rolls| {
-                    Ok(Topography::new(&at, &rolls, face_width_positions_mm, relief_um, interpolation)?)
+                    Topography::new(&rolls, face_width_positions_mm, relief_um, interpolation)
+                        .map_err(|more| Faults::at(&at, &more))
                 });
                 (flank, Law::Topography(made.map_err(|more| faults.append(more)).ok()?))
             }

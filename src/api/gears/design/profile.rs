@@ -170,12 +170,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     if points <= 2 * tooth::MOST_POINTS {
         room(points * POINT)?;
     }
-    let tooth = Tooth::new(&gear, steps).map_err(|faults| {
-        Problem::invalid(faults.moved(|pointer| match pointer {
-            "/steps" => "/steps".to_owned(),
-            other => format!("/gear{other}"),
-        }))
-    })?;
+    let tooth = Tooth::new(&gear, steps).map_err(Problem::invalid)?;
     let flank: Vec<[f64; 2]> = tooth.flank().iter().map(|place| place.point(1.0, 0.0)).collect();
     let mut json = Json::with_capacity(4096);
     let mut object = json.object();
@@ -245,7 +240,7 @@ pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         ThroughName::Polyline => ToolProfile::polyline(&body.tool.points, steps),
         ThroughName::Spline => ToolProfile::spline(&body.tool.points, steps),
     };
-    let profile = made.map_err(|more| faults.append(more.moved(|pointer| format!("/tool/points{pointer}")))).ok();
+    let profile = made.map_err(|more| faults.append(Faults::at("/tool/points", &more))).ok();
     let Some(profile) = faults.into_result(profile).map_err(Problem::invalid)? else {
         return Err(Problem::internal("a tool's profile without a fault is none"));
     };

@@ -122,13 +122,13 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
         Given::Grid(grid) => {
             let own = of.and_then(tooth_number);
             let topography = grid.topography(gear, asked.direction, own).map_err(Problem::invalid)?;
-            ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults.into())))
+            ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults)))
         }
     };
     let mut deviations = deviations.map_err(Problem::invalid)?;
     if let Some(body) = &asked.borders {
         let borders = body.borders(gear).map_err(Problem::invalid)?;
-        deviations.set_borders(&borders).map_err(|faults| Problem::invalid(body.placed(&faults.into())))?;
+        deviations.set_borders(&borders).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
     }
     let found = registering.as_ref().map(|registering| match &begun {
         Some(begun) => register_from(&reference, &deviations, registering, begun),

@@ -6,7 +6,10 @@ use utoipa::ToSchema;
 use crate::api::faults::Faults;
 use flankfit_engine::gear::{
     Gear,
-    deviation::{Border, Borders},
+    deviation::{
+        Border, Borders,
+        fault::{BorderFaults, BorderField},
+    },
 };
 
 /// Which part of the flank takes part.
@@ -37,7 +40,7 @@ pub struct BordersBody {
 
 impl BordersBody {
     /// Faults of the borders, by places in the request.
-    pub fn placed(&self, faults: &Faults) -> Faults {
+    pub fn placed(&self, faults: &BorderFaults) -> Faults {
         let (range, percent) = (self.diameter_range_mm.is_some(), |share: Option<f64>| share.is_some());
         let profile = match percent(self.root_percent) {
             _ if range => "diameter_range_mm",
@@ -49,10 +52,10 @@ impl BordersBody {
             true => "toe_percent",
             false => "heel_percent",
         };
-        faults.moved(|pointer| match pointer {
-            "/profile" => format!("/borders/{profile}"),
-            "/face" => format!("/borders/{face}"),
-            other => format!("/borders{other}"),
+        Faults::by(faults, |field| match field {
+            BorderField::Whole => "/borders".to_owned(),
+            BorderField::Profile => format!("/borders/{profile}"),
+            BorderField::Face => format!("/borders/{face}"),
         })
     }
 

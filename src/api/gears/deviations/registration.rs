@@ -5,13 +5,14 @@ use utoipa::ToSchema;
 
 use crate::api::{
     fits::answer::{result::FitResultBody, text},
+    gears::faults,
     json::writer::Json,
     problem::Problem,
     warning::WarningBody,
 };
 use flankfit_engine::{
-    estimation::{FitError, spec::Include},
-    gear::registration::Registration,
+    estimation::spec::Include,
+    gear::registration::{Registration, fault::RegistrationRefused},
 };
 
 /// The motions of the part that were found; the deviations beside them are those of the part
@@ -87,15 +88,12 @@ pub struct IndistinguishableBody {
 }
 
 /// A refused registration, by places in the request.
-pub fn refused(error: FitError) -> Problem {
-    let place = |pointer: &str| match pointer {
-        pointer if pointer.starts_with("/motions") => format!("/registration{pointer}"),
-        "/pivot_z_mm" => "/registration/pivot_z_mm".to_owned(),
+pub fn refused(error: RegistrationRefused) -> Problem {
+    faults::refused(error, |pointer| match pointer {
         pointer if pointer.starts_with("/nodes") => "/points".to_owned(),
         pointer if pointer.starts_with("/model") => "/registration/motions".to_owned(),
         pointer => pointer.to_owned(),
-    };
-    Problem::of_fit(error, place)
+    })
 }
 
 /// The registration as JSON; `digest` is that of the request.

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::borders::BordersBody;
 use crate::api::{
-    faults::Faults,
+    faults::{Faults, Field},
     fits::reader::fields::{self, FIT_KEYS, FitFields},
     gears::{
         design::modification::{ModificationBody, ModificationRangeBody},
@@ -21,7 +21,10 @@ use flankfit_engine::{
     fault::words::{Shown, entries},
     gear::{
         Gear, Side,
-        deviation::{Measurement, Strays, Topography, Touch},
+        deviation::{
+            Measurement, Strays, Topography, Touch,
+            fault::{TopographyFaults, TopographyField},
+        },
         registration::Motion,
         trace::Direction,
     },
@@ -280,10 +283,11 @@ fn touches(slice: &[u8], fields: &Fields<'_>, faults: &mut Faults) -> Option<Vec
 impl DeviationGridBody {
     /// Faults of the topography by their places in the request, whose profile may be given by
     /// diameters.
-    pub fn placed(&self, faults: &Faults) -> Faults {
-        faults.moved(|pointer| match pointer.strip_prefix("/roll_length_mm").filter(|_| self.diameter_mm.is_some()) {
-            Some(rest) => format!("/grid/diameter_mm{rest}"),
-            None => format!("/grid{pointer}"),
+    pub fn placed(&self, faults: &TopographyFaults) -> Faults {
+        Faults::by(faults, |field| match field {
+            TopographyField::RollLengths if self.diameter_mm.is_some() => "/grid/diameter_mm".to_owned(),
+            TopographyField::RollLength { index } if self.diameter_mm.is_some() => format!("/grid/diameter_mm/{index}"),
+            other => format!("/grid{}", other.pointer()),
         })
     }
 

@@ -15,17 +15,18 @@ use crate::api::{
         canonical,
         reader::fields::{self, FIT_KEYS, FitFields},
     },
-    gears::gear::GearBody,
+    gears::{faults, gear::GearBody},
     json::{fields::Fields, part::read_part, writer::Json},
     measurand::{profile_axis::ProfileAxisName, side::SideName},
     problem::Problem,
 };
 use flankfit_engine::{
-    estimation::{FitError, spec::Include},
+    estimation::spec::Include,
     fault::words::entries,
     gear::{
         Gear,
         evaluation::{
+            fault::SurfaceRefused,
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
@@ -222,13 +223,12 @@ fn flat(posted: Posted, columns: usize, faults: &mut Faults) -> Vec<f64> {
 }
 
 /// A refused fit, by places in the request.
-fn refused(error: FitError) -> Problem {
-    let place = |pointer: &str| match pointer {
+fn refused(error: SurfaceRefused) -> Problem {
+    faults::refused(error, |pointer| match pointer {
         pointer if pointer.starts_with("/nodes") => "/deviation_um".to_owned(),
         pointer if pointer.starts_with("/model") => "/deviation_um".to_owned(),
         pointer => pointer.to_owned(),
-    };
-    Problem::of_fit(error, place)
+    })
 }
 
 fn write(found: &FlankSurface, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {

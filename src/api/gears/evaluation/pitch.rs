@@ -5,8 +5,8 @@ use utoipa::ToSchema;
 
 use super::request::RoundingName;
 use crate::api::{
-    faults::Faults,
-    gears::{gear::GearBody, notice::NoticeBody},
+    faults::{Faults, Field},
+    gears::{faults as table, gear::GearBody, notice::NoticeBody},
     json::{part::read_json, writer},
     measurand::side::SideName,
     problem::Problem,
@@ -14,6 +14,7 @@ use crate::api::{
 use flankfit_engine::gear::{
     Side,
     evaluation::{
+        fault::PitchField,
         pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch},
         runout::{Counting, Runout, from_pitches, from_readings},
     },
@@ -203,15 +204,10 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut evaluated = |measured: &Option<PitchMeasuredBody>, side: Side, at: &str| {
         let (name, measured) = measured.as_ref()?.measured(at, &mut faults)?;
         let settings = PitchSettings { side, diameter: body.diameter_mm, sector: body.sector, rounding };
-        let place = |pointer: &str| match pointer.strip_prefix("/deviations") {
-            Some(rest) => format!("{at}/{name}{rest}"),
-            None => pointer.to_owned(),
-        };
-        let mut found = pitch(&gear, &measured, &settings).map_err(|more| faults.append(more.moved(place))).ok()?;
-        for notice in &mut found.notices {
-            notice.pointer = notice.pointer.as_deref().map(place);
-        }
-        Some(found)
+        let deviations = format!("{at}/{name}");
+        let place = |field: &PitchField| table::pitch(field, &deviations);
+        let found = pitch(&gear, &measured, &settings).map_err(|more| faults.append(Faults::by(&more, place))).ok()?;
+        Some((found, deviations))
     };
     let left = evaluated(&body.left, Side::Left, "/left");
     let right = evaluated(&body.right, Side::Right, "/right");
@@ -226,10 +222,10 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
             from_readings(&gear, &numbers(readings), rounding).map_err(|more| faults.append(more)).ok()
         }
         // pitches that tell no run-out are pitches all the same
-        (None, Some(left), Some(right)) => match from_pitches(&gear, left, right, counting, rounding) {
+        (None, Some((left, _)), Some((right, _))) => match from_pitches(&gear, left, right, counting, rounding) {
             Ok(found) => Some(found),
             Err(why) => {
-                let why: Vec<&str> = why.list().iter().map(|fault| fault.detail.as_str()).collect();
+                let why: Vec<String> = why.list().iter().map(|fault| fault.reason.to_string()).collect();
                 warnings.push(NoticeBody::new(
                     "no_runout",
                     &format!("no run-out follows from the pitches: {}", why.join("; ")),
@@ -244,8 +240,8 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     }
     let answer = PitchEvaluationBody {
         counting: named,
-        left: left.map(PitchBody::from),
-        right: right.map(PitchBody::from),
+        left: left.map(|(found, deviations)| PitchBody::new(found, &deviations)),
+        right: right.map(|(found, deviations)| PitchBody::new(found, &deviations)),
         runout: runout.map(RunoutBody::from),
         warnings,
     };
@@ -281,8 +277,9 @@ impl From<Extreme> for ExtremeBody {
     }
 }
 
-impl From<Pitch> for PitchBody {
-    fn from(pitch: Pitch) -> Self {
+impl PitchBody {
+    /// Of deviations that stand at this place in the request.
+    fn new(pitch: Pitch, deviations: &str) -> Self {
         let mut class = PitchClassesBody::default();
         for (name, found, place) in [
             ("single_pitch", pitch.single_class, &mut class.single_pitch),
@@ -307,7 +304,11 @@ impl From<Pitch> for PitchBody {
             closure_um: pitch.closure,
             missing: pitch.missing,
             class,
-            warnings: pitch.notices.into_iter().map(NoticeBody::from).collect(),
+            warnings: pitch
+                .notices
+                .into_iter()
+                .map(|notice| NoticeBody::placed(notice, |field| table::pitch(field, deviations)))
+                .collect(),
         }
     }
 }
@@ -331,7 +332,7 @@ impl From<Runout> for RunoutBody {
             missing: runout.missing,
             class,
             beyond_classes,
-            warnings: runout.notices.into_iter().map(NoticeBody::from).collect(),
+            warnings: runout.notices.into_iter().map(|notice| NoticeBody::placed(notice, Field::pointer)).collect(),
         }
     }
 }

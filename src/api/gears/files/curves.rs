@@ -3,9 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    content::{FileRead, FlankNodes, OwnZeros, told},
     gears,
-    spec::ImportSpecBody,
+    read::{FileRead, FlankNodes, ImportSpecBody, OwnZeros, told},
 };
 use crate::api::{
     faults::Faults,
@@ -124,6 +123,7 @@ fn evaluated(
             Some(EvaluationBody::new(found, explicit))
         }
         Err(faults) => {
+            let faults = Faults::from(faults);
             let why: Vec<String> =
                 faults.list().iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect();
             warnings.push(NoticeBody::new("not_evaluated", &why.join("; ")));

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::content::{told, unreadable};
+use super::read::{told, unreadable};
 use crate::api::{
     faults::Faults,
     gears::{
@@ -115,7 +115,7 @@ fn of_facts(facts: &GearFacts, called: &str, warnings: &mut Vec<NoticeBody>) -> 
         Ok(data) => match Gear::new(data.clone()) {
             Ok(_) => gear = Some(GearBody::from(&data)),
             Err(faults) => {
-                for fault in faults.list() {
+                for fault in Faults::from(faults).list() {
                     let message = format!("gear of {called}: {}: {}", fault.pointer, fault.detail);
                     warnings.push(NoticeBody::new("impossible_gear", &message));
                 }
@@ -168,7 +168,7 @@ pub(in crate::api) fn chosen(
             let detail = format!("the file does not say {}; give `gear`, or give it to the job", names.join(", "));
             Problem::invalid(Faults::one("/spec/gear", detail))
         })?;
-        return Gear::new(data).map_err(|faults| Problem::invalid(faults.moved(|pointer| format!("/file{pointer}"))));
+        return Gear::new(data).map_err(|faults| Problem::invalid(Faults::at("/file", &faults)));
     };
     let mut faults = Faults::default();
     for Difference { name, file, gear, another } in facts.differences(gear.data()) {

@@ -1,11 +1,14 @@
 //! Points measured on a gear, and topographies of a model, as nodes of its flanks.
 
 use super::{
-    content::{FileRead, FlankNodes, nothing_measured, told},
     gears,
-    spec::ImportSpecBody,
+    read::{FileRead, FlankNodes, ImportSpecBody, nothing_measured, told},
 };
-use crate::api::{faults::Faults, gears::notice::NoticeBody, problem::Problem};
+use crate::api::{
+    faults::{Faults, Field},
+    gears::notice::NoticeBody,
+    problem::Problem,
+};
 use flankfit_engine::{
     fault::words::counted,
     formats::{
@@ -14,7 +17,7 @@ use flankfit_engine::{
     },
     gear::{
         Gear,
-        deviation::{self, Deviations, Measurement, Node, Reference, Strays, Touch},
+        deviation::{self, Deviations, Measurement, Node, Reference, Strays, Touch, fault::MeasureField},
         trace::Direction,
     },
 };
@@ -38,9 +41,9 @@ pub(in crate::api) fn of_list(
     };
     let reference = Reference::new(gear);
     let deviations = deviation::measure(&reference, &touches, &measurement).map_err(|faults| {
-        Problem::invalid(faults.moved(|pointer| match pointer {
-            "/probe_radius_mm" => "/spec/probe_radius_mm".to_owned(),
-            other => format!("/file{other}"),
+        Problem::invalid(Faults::by(&faults, |field| match field {
+            MeasureField::BallRadius => "/spec/probe_radius_mm".to_owned(),
+            other => format!("/file{}", other.pointer()),
         }))
     })?;
     let mut warnings = Vec::new();

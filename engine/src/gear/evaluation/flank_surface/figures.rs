@@ -5,7 +5,7 @@
 //! the kind. What is told has a condition below Belsley's limit, of columns over [-1, 1] as they
 //! are: scaled to one length, a column that hardly is there would look as good as any other.
 
-use super::{FlankNodes, SurfaceSettings, Trimmed, flank_surface};
+use super::{super::fault::SurfaceRefused, FlankNodes, SurfaceSettings, Trimmed, flank_surface};
 use crate::{
     estimation::{
         self, FitError, FitResult, FitSpec, Nodes,
@@ -61,7 +61,7 @@ fn told(result: &FitResult) -> bool {
 }
 
 /// The surface without its mixed term: columns 1, u, v, u², v².
-fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FitResult, FitError> {
+fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FitResult, SurfaceRefused> {
     let (_, _, posted) = Trimmed::new(gear, nodes, settings)?;
     let (mut columns, mut heights) = (Vec::new(), Vec::new());
     let mut add = |u: f64, v: f64, height: f64| {
@@ -81,8 +81,10 @@ fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Resul
                 add(*u, *v, *height);
             }
         }
-        Nodes::Curve(_) | Nodes::Matrix(_) => return Err(FitError::NotConverged("a flank has nodes with u and v")),
+        Nodes::Curve(_) | Nodes::Matrix(_) => {
+            return Err(FitError::NotConverged("a flank has nodes with u and v").into());
+        }
     }
-    let nodes = Nodes::matrix(columns, 5, heights, None, None)?;
-    estimation::fit(&nodes, &FitSpec { model: Model::Linear, domain: None, ..settings.spec.clone() })
+    let nodes = Nodes::matrix(columns, 5, heights, None, None).map_err(FitError::from)?;
+    Ok(estimation::fit(&nodes, &FitSpec { model: Model::Linear, domain: None, ..settings.spec.clone() })?)
 }

@@ -22,7 +22,10 @@ mod figures;
 mod nodes;
 mod own_zeros;
 
-use super::settings::{DeviationSign, SlopeSign};
+use super::{
+    fault::SurfaceRefused,
+    settings::{DeviationSign, SlopeSign},
+};
 use crate::{
     estimation::{
         self, FitError, FitSpec,
@@ -104,9 +107,12 @@ pub struct FlankSurface {
     pub result: FitResult,
 }
 
-/// Fits the surface. Faults point to `/profile`, `/z_mm`, `/deviation_um`, `/valid`,
-/// `/border_percent`, and those of the fit to `/nodes`.
-pub fn flank_surface(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FlankSurface, FitError> {
+/// Fits the surface.
+pub fn flank_surface(
+    gear: &Gear,
+    nodes: &FlankNodes,
+    settings: &SurfaceSettings,
+) -> Result<FlankSurface, SurfaceRefused> {
     let (trimmed, counts, posted) = Trimmed::new(gear, nodes, settings)?;
     let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Monomial, terms: Terms::Total };
     let asked = &settings.spec;

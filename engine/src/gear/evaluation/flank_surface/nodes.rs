@@ -1,11 +1,14 @@
 //! Nodes of a flank: checked, trimmed to the evaluation range and mapped to [-1, 1]².
 
-use super::SurfaceSettings;
+use super::{
+    super::fault::{SurfaceFaults, SurfaceField, SurfaceReason, SurfaceRefused},
+    SurfaceSettings,
+};
 use crate::numerics::cancel::Asking;
 use crate::{
-    estimation::{Faults, FitError, Nodes},
-    fault::words::{Shown, entries},
-    gear::{Gear, Kind, ProfileAxis, evaluation::EDGE},
+    estimation::{Faults as NodeFaults, FitError, Nodes},
+    fault::{Common, Faults},
+    gear::{Gear, Kind, NoInvolute, ProfileAxis, evaluation::EDGE},
 };
 
 /// Deviations over a flank, µm; NaN or invalid where missing.
@@ -60,9 +63,11 @@ impl Trimmed {
         gear: &Gear,
         nodes: &FlankNodes,
         settings: &SurfaceSettings,
-    ) -> Result<(Self, NodeCounts, Nodes), FitError> {
+    ) -> Result<(Self, NodeCounts, Nodes), SurfaceRefused> {
         check(nodes, &settings.border)?;
-        let roll = nodes.axis.roll_lengths(gear, nodes.profile, "/profile")?;
+        let roll = nodes.axis.roll_lengths(gear, nodes.profile);
+        let roll: Vec<f64> =
+            roll.map_err(|found| without_involute(found, |index| SurfaceField::ProfileAt { index }))?;
         let there = |k: usize| !nodes.deviation[k].is_nan() && nodes.valid.is_none_or(|valid| valid[k]);
         let at = |k: usize| match nodes.grid {
             true => [roll[k / nodes.z.len()], nodes.z[k % nodes.z.len()]],
@@ -77,31 +82,37 @@ impl Trimmed {
         };
         let missing = (0..posted).filter(|&k| !there(k)).count();
         if missing == posted {
-            return Err(Faults::one("/deviation_um", "every node is missing").into());
+            return Err(SurfaceFaults::one(SurfaceField::Deviations, SurfaceReason::AllMissing).into());
         }
         let roll_range = match settings.profile_range {
             Some(range) => {
-                let found = nodes.axis.roll_lengths(gear, &range, "/profile_range")?;
+                let found = nodes.axis.roll_lengths(gear, &range);
+                let found =
+                    found.map_err(|found| without_involute(found, |index| SurfaceField::ProfileRangeEnd { index }))?;
                 [found[0], found[1]]
             }
             None => extent(0),
         };
         let (border, outward) = (settings.border, gear.outward());
         let ends = if outward > 0.0 { [border.root, border.tip] } else { [border.tip, border.root] };
-        let roll_range = cut(roll_range, ends, "/profile_range")?;
-        let z_range =
-            cut(settings.helix_range.unwrap_or_else(|| extent(1)), [border.toe, border.heel], "/helix_range_mm")?;
+        let roll_range = cut(roll_range, ends, SurfaceField::ProfileRange)?;
+        let z_range = cut(
+            settings.helix_range.unwrap_or_else(|| extent(1)),
+            [border.toe, border.heel],
+            SurfaceField::HelixRange,
+        )?;
         let trimmed = Trimmed { roll: roll_range, z: z_range, outward };
         let sign = settings.given.to_material(Kind::Profile, settings.side);
         let height = |k: usize| if there(k) { sign * nodes.deviation[k] } else { f64::NAN };
         let used = (0..posted).filter(|&k| there(k) && trimmed.holds(at(k))).count();
         if used == 0 {
-            return Err(Faults::one("/border_percent", "no node is left within the trimmed range").into());
+            return Err(SurfaceFaults::one(SurfaceField::Border, SurfaceReason::AllTrimmed).into());
         }
         let fitted = match nodes.grid {
-            true => trimmed.grid(&roll, nodes.z, height)?,
-            false => trimmed.scattered(&roll, nodes.z, height)?,
+            true => trimmed.grid(&roll, nodes.z, height),
+            false => trimmed.scattered(&roll, nodes.z, height),
         };
+        let fitted = fitted.map_err(FitError::from)?;
         let counts = NodeCounts { posted, missing, trimmed: posted - missing - used, used };
         Ok((trimmed, counts, fitted))
     }
@@ -114,7 +125,7 @@ impl Trimmed {
         self.outward * mapped(roll, self.roll)
     }
 
-    fn grid(&self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, Faults> {
+    fn grid(&self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, NodeFaults> {
         let mut rows: Vec<usize> = (0..roll.len()).filter(|&i| within(roll[i], self.roll)).collect();
         if self.outward < 0.0 {
             rows.reverse();
@@ -125,7 +136,7 @@ impl Trimmed {
         Nodes::grid(u, columns.iter().map(|&j| mapped(z[j], self.z)).collect(), heights, None, None)
     }
 
-    fn scattered(&self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, Faults> {
+    fn scattered(&self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, NodeFaults> {
         let (mut u, mut v, mut heights) = (Vec::new(), Vec::new(), Vec::new());
         for k in (0..roll.len()).asking(50) {
             let h = height(k);
@@ -149,57 +160,71 @@ fn mapped(x: f64, [low, high]: [f64; 2]) -> f64 {
 }
 
 /// The range without the shares at its ends.
-fn cut([low, high]: [f64; 2], percent: [f64; 2], pointer: &str) -> Result<[f64; 2], Faults> {
+fn cut([low, high]: [f64; 2], percent: [f64; 2], field: SurfaceField) -> Result<[f64; 2], SurfaceFaults> {
     let length = high - low;
     if !(length > 0.0 && length.is_finite()) {
-        let detail = format!("{} to {} mm is not an ascending range", Shown(low), Shown(high));
-        return Err(Faults::one(pointer, detail));
+        return Err(SurfaceFaults::one(field, Common::Range { range: [low, high] }));
     }
     Ok([low + 0.01 * percent[0] * length, high - 0.01 * percent[1] * length])
 }
 
-fn check(nodes: &FlankNodes, border: &Border) -> Result<(), Faults> {
-    let mut faults = Faults::default();
+/// Places without an involute.
+fn without_involute(found: Faults<usize, NoInvolute>, field: impl Fn(usize) -> SurfaceField) -> SurfaceFaults {
+    found.placed(field).widened()
+}
+
+fn check(nodes: &FlankNodes, border: &Border) -> Result<(), SurfaceFaults> {
+    let mut faults = SurfaceFaults::default();
     let (rows, columns) = (nodes.profile.len(), nodes.z.len());
     let count = if nodes.grid { rows.saturating_mul(columns) } else { rows };
     if count == 0 {
-        faults.push("/profile", "there are no nodes");
+        faults.push(SurfaceField::Profile, SurfaceReason::NoNodes);
     }
     if !nodes.grid && columns != rows {
-        faults.push("/z_mm", format!("{}, but {rows} would match the profile", entries(columns)));
+        faults.push(SurfaceField::Positions, SurfaceReason::Positions { given: columns, profile: rows });
     }
-    let lengths = [("/deviation_um", Some(nodes.deviation.len())), ("/valid", nodes.valid.map(<[bool]>::len))];
-    for (pointer, length) in lengths {
-        if let Some(length) = length.filter(|&length| length != count) {
-            faults.push(pointer, format!("{}, but {count} would match the positions", entries(length)));
+    let lengths = [
+        (SurfaceField::Deviations, Some(nodes.deviation.len())),
+        (SurfaceField::Valid, nodes.valid.map(<[bool]>::len)),
+    ];
+    for (field, length) in lengths {
+        if let Some(given) = length.filter(|&length| length != count) {
+            faults.push(field, Common::PerPosition { given, positions: count });
         }
     }
-    for (j, z) in nodes.z.iter().enumerate() {
+    for (index, z) in nodes.z.iter().enumerate() {
         if !z.is_finite() {
-            faults.push(format!("/z_mm/{j}"), "the number is not finite in double precision");
+            faults.push(SurfaceField::Position { index }, Common::NotFinite);
         }
     }
-    for (k, deviation) in nodes.deviation.iter().enumerate() {
+    for (index, deviation) in nodes.deviation.iter().enumerate() {
         if deviation.is_infinite() {
-            faults.push(format!("/deviation_um/{k}"), "the number is not finite in double precision");
+            faults.push(SurfaceField::Deviation { index }, Common::NotFinite);
         }
     }
-    for (pointer, axis) in [("/profile", nodes.profile), ("/z_mm", nodes.z)] {
+    let profile = |index| SurfaceField::ProfileAt { index };
+    let axes: [(&[f64], &dyn Fn(usize) -> SurfaceField); 2] =
+        [(nodes.profile, &profile), (nodes.z, &|index| SurfaceField::Position { index })];
+    for (axis, field) in axes {
         for (i, pair) in axis.windows(2).enumerate().filter(|_| nodes.grid) {
             if pair[1] <= pair[0] {
-                let detail = format!("{} does not ascend: it follows {}", Shown(pair[1]), Shown(pair[0]));
-                faults.push(format!("{pointer}/{}", i + 1), detail);
+                faults.push(field(i + 1), Common::NotAscending { value: pair[1], before: pair[0] });
             }
         }
     }
-    let shares = [("root", border.root), ("tip", border.tip), ("toe", border.toe), ("heel", border.heel)];
-    for (name, percent) in shares {
+    let shares = [
+        (SurfaceField::BorderRoot, border.root),
+        (SurfaceField::BorderTip, border.tip),
+        (SurfaceField::BorderToe, border.toe),
+        (SurfaceField::BorderHeel, border.heel),
+    ];
+    for (field, percent) in shares {
         if !(0.0..100.0).contains(&percent) {
-            faults.push(format!("/border_percent/{name}"), format!("{} is not within 0 and 100", Shown(percent)));
+            faults.push(field, SurfaceReason::Percent(percent));
         }
     }
     if border.root + border.tip >= 100.0 || border.toe + border.heel >= 100.0 {
-        faults.push("/border_percent", "nothing is left between opposite borders");
+        faults.push(SurfaceField::Border, SurfaceReason::NothingLeft);
     }
     faults.into_result(())
 }

@@ -1,0 +1,362 @@
+//! The table of gears: which place in a request a field of the engine stands at, and what the
+//! contract says of it in other words than the engine, whose angles are radians.
+
+use flankfit_engine::{
+    fault::words::{Shown, counted, entries},
+    gear::{
+        GearField, GearReason, Kind, NoInvolute, ProfileAxis, Refused,
+        correction::fault::{CorrectionField, CorrectionReason, LimitField},
+        data::{HELIX_ANGLES, PRESSURE_ANGLES},
+        deviation::fault::{self as deviation, BorderField, BorderReason, MeasureField, MeasureReason},
+        evaluation::fault::{
+            PitchField, PitchReason, RunoutField, RunoutReason, SettingField, SurfaceField, SurfaceReason, TraceField,
+            TraceReason,
+        },
+        flank_grid::{GridField, GridReason},
+        generation::fault::{ToolField, ToolReason, ToothField, ToothReason},
+        modification::fault::{
+            LawField, LawReason, RangeField, RangeReason, TopographyField as ReliefField,
+            TopographyReason as ReliefReason,
+        },
+        registration::fault::{RegistrationField, RegistrationReason},
+    },
+};
+
+use crate::api::{faults::Field, json::pointer::escape, problem::Problem};
+
+/// Of the object `gear`.
+impl Field<GearReason> for GearField {
+    fn pointer(&self) -> String {
+        let name = match self {
+            GearField::Teeth => "/teeth",
+            GearField::NormalModule => "/normal_module_mm",
+            GearField::PressureAngle => "/normal_pressure_angle_deg",
+            GearField::HelixAngle => "/helix_angle_deg",
+            GearField::ProfileShift => "/profile_shift_coefficient",
+            GearField::FaceWidth => "/face_width_mm",
+            GearField::TipDiameter => "/tip_diameter_mm",
+            GearField::RootDiameter => "/root_diameter_mm",
+            GearField::Tool => "/tool",
+            GearField::ToolTipRadius => "/tool/tip_radius_mm",
+            GearField::ToolAddendum => "/tool/addendum_factor",
+            GearField::ToolProtuberance => "/tool/protuberance_mm",
+        };
+        name.to_owned()
+    }
+
+    fn detail(&self, reason: &GearReason) -> String {
+        match reason {
+            GearReason::Angle { value, .. } => {
+                let [low, high] = if *self == GearField::HelixAngle { HELIX_ANGLES } else { PRESSURE_ANGLES };
+                format!("{}° is not within {low}° and {high}°", Shown(value.to_degrees()))
+            }
+            GearReason::NoRoot => "the root circle that follows is not above 0; give `root_diameter_mm`".to_owned(),
+            GearReason::PointedTool { addendum, pressure_angle } => format!(
+                "the flanks of the tool meet before its tip, an addendum of {} mm at a pressure angle of {}°",
+                Shown(*addendum),
+                Shown(pressure_angle.to_degrees())
+            ),
+            other => other.to_string(),
+        }
+    }
+}
+
+fn no_involute(found: &NoInvolute) -> String {
+    match found.axis {
+        ProfileAxis::RollAngle => format!("a roll angle of {}° has no involute", Shown(found.value.to_degrees())),
+        ProfileAxis::RollLength | ProfileAxis::Diameter => found.to_string(),
+    }
+}
+
+/// Of a list of places along the profile.
+impl Field<NoInvolute> for usize {
+    fn pointer(&self) -> String {
+        format!("/{self}")
+    }
+
+    fn detail(&self, reason: &NoInvolute) -> String {
+        no_involute(reason)
+    }
+}
+
+impl Field<ToothReason> for ToothField {
+    fn pointer(&self) -> String {
+        match self {
+            ToothField::Steps => "/steps".to_owned(),
+            ToothField::Gear(field) => format!("/gear{}", field.pointer()),
+        }
+    }
+
+    fn detail(&self, reason: &ToothReason) -> String {
+        match (self, reason) {
+            (ToothField::Gear(field), ToothReason::Gear(reason)) => field.detail(reason),
+            (_, other) => other.to_string(),
+        }
+    }
+}
+
+/// Of the list of a tool's points.
+impl Field<ToolReason> for ToolField {
+    fn pointer(&self) -> String {
+        match self {
+            ToolField::Points => String::new(),
+            ToolField::Point { index } => format!("/{index}"),
+        }
+    }
+}
+
+/// Of the range that modifications refer to.
+impl Field<RangeReason> for RangeField {
+    fn pointer(&self) -> String {
+        match self {
+            RangeField::Diameters => "/profile_diameter_range_mm".to_owned(),
+            RangeField::Diameter { index } => format!("/profile_diameter_range_mm/{index}"),
+            RangeField::Helix => "/helix_range_mm".to_owned(),
+            RangeField::HelixEnd { index } => format!("/helix_range_mm/{index}"),
+        }
+    }
+}
+
+/// Of the list of modifications.
+impl Field<LawReason> for LawField {
+    fn pointer(&self) -> String {
+        match self {
+            LawField::List => String::new(),
+            LawField::Amount { number } => format!("/{number}/amount_um"),
+            LawField::StartDiameter { number } => format!("/{number}/start_diameter_mm"),
+            LawField::Length { number } => format!("/{number}/length_mm"),
+        }
+    }
+}
+
+/// Of a modification that is given on a grid.
+impl Field<ReliefReason> for ReliefField {
+    fn pointer(&self) -> String {
+        match self {
+            ReliefField::Whole => String::new(),
+            ReliefField::Profile => "/profile/values".to_owned(),
+            ReliefField::ProfileValue { index } => format!("/profile/values/{index}"),
+            ReliefField::Positions => "/face_width_positions_mm".to_owned(),
+            ReliefField::Position { index } => format!("/face_width_positions_mm/{index}"),
+            ReliefField::Relief => "/relief_um".to_owned(),
+            ReliefField::ReliefRow { row } => format!("/relief_um/{row}"),
+            ReliefField::ReliefValue { row, column } => format!("/relief_um/{row}/{column}"),
+        }
+    }
+}
+
+impl Field<GridReason> for GridField {
+    fn pointer(&self) -> String {
+        match self {
+            GridField::Profile => "/profile/values".to_owned(),
+            GridField::ProfileValue { index } => format!("/profile/values/{index}"),
+            GridField::Positions => "/face_width_positions_mm".to_owned(),
+            GridField::Position { index } => format!("/face_width_positions_mm/{index}"),
+            GridField::Tooth => "/tooth".to_owned(),
+        }
+    }
+
+    fn detail(&self, reason: &GridReason) -> String {
+        match reason {
+            GridReason::NoInvolute(found) => no_involute(found),
+            other => other.to_string(),
+        }
+    }
+}
+
+impl Field<MeasureReason> for MeasureField {
+    fn pointer(&self) -> String {
+        match self {
+            MeasureField::BallRadius => "/probe_radius_mm".to_owned(),
+            MeasureField::Reach => "/reach_mm".to_owned(),
+            MeasureField::Point { index } => format!("/points/{index}"),
+            MeasureField::Tooth { index } => format!("/teeth/{index}"),
+        }
+    }
+}
+
+/// Of the object that holds a grid of deviations.
+impl Field<deviation::TopographyReason> for deviation::TopographyField {
+    fn pointer(&self) -> String {
+        use deviation::TopographyField::*;
+        match self {
+            Tooth => "/tooth".to_owned(),
+            RollLengths => "/roll_length_mm".to_owned(),
+            RollLength { index } => format!("/roll_length_mm/{index}"),
+            Positions => "/z_mm".to_owned(),
+            Position { index } => format!("/z_mm/{index}"),
+            Deviations => "/deviation_um".to_owned(),
+            Row { row } => format!("/deviation_um/{row}"),
+            Deviation { row, column } => format!("/deviation_um/{row}/{column}"),
+        }
+    }
+
+    fn detail(&self, reason: &deviation::TopographyReason) -> String {
+        match reason {
+            deviation::TopographyReason::Rows { rows, roll_lengths } => {
+                format!("{}, but {roll_lengths} would match roll_length_mm", counted(*rows, "row", "rows"))
+            }
+            deviation::TopographyReason::Columns { given, positions } => {
+                format!("{}, but {positions} would match z_mm", entries(*given))
+            }
+            other => other.to_string(),
+        }
+    }
+}
+
+/// Of the object `borders`.
+impl Field<BorderReason> for BorderField {
+    fn pointer(&self) -> String {
+        match self {
+            BorderField::Whole => String::new(),
+            BorderField::Profile => "/diameter_range_mm".to_owned(),
+            BorderField::Face => "/z_range_mm".to_owned(),
+        }
+    }
+}
+
+impl Field<RegistrationReason> for RegistrationField {
+    fn pointer(&self) -> String {
+        match self {
+            RegistrationField::Motions => "/registration/motions".to_owned(),
+            RegistrationField::Motion { index } => format!("/registration/motions/{index}"),
+            RegistrationField::Pivot => "/registration/pivot_z_mm".to_owned(),
+            RegistrationField::Teeth => "/teeth".to_owned(),
+            RegistrationField::Points => "/points".to_owned(),
+            RegistrationField::Point { index } => format!("/points/{index}"),
+            RegistrationField::Weights => "/weight".to_owned(),
+            RegistrationField::Weight { index } => format!("/weight/{index}"),
+        }
+    }
+}
+
+/// The settings of an evaluation, of the whole request.
+pub fn setting(field: SettingField) -> String {
+    let name = match field {
+        SettingField::ProfileRange => "profile_diameter_range_mm",
+        SettingField::ProfileRangeEnd { index } => return format!("/evaluation/profile_diameter_range_mm/{index}"),
+        SettingField::ProfileReference => "profile_reference",
+        SettingField::ProfileReferenceLength => "profile_reference_length_mm",
+        SettingField::HelixRange => "helix_range_mm",
+        SettingField::HelixReferenceLength => "helix_reference_length_mm",
+        SettingField::DeviationSign => "deviation_sign",
+    };
+    format!("/evaluation/{name}")
+}
+
+impl Field<TraceReason> for TraceField {
+    fn pointer(&self) -> String {
+        match *self {
+            TraceField::Traces => "/traces".to_owned(),
+            TraceField::Position { trace, kind: Kind::Profile, index } => {
+                format!("/traces/{trace}/roll_length_mm/{index}")
+            }
+            TraceField::Position { trace, kind: Kind::Helix, index } => format!("/traces/{trace}/z_mm/{index}"),
+            TraceField::Deviations { trace } => format!("/traces/{trace}/deviation_um"),
+            TraceField::Deviation { trace, index } => format!("/traces/{trace}/deviation_um/{index}"),
+            TraceField::Design { trace } => format!("/traces/{trace}/design_um"),
+            TraceField::DesignAt { trace, index } => format!("/traces/{trace}/design_um/{index}"),
+            TraceField::Setting(field) => setting(field),
+            TraceField::FaceWidth => "/gear/face_width_mm".to_owned(),
+        }
+    }
+}
+
+impl Field<RunoutReason> for RunoutField {
+    fn pointer(&self) -> String {
+        match self {
+            RunoutField::Readings => "/readings_um".to_owned(),
+            RunoutField::Reading { index } => format!("/readings_um/{index}"),
+            RunoutField::Left => "/left".to_owned(),
+            RunoutField::Right => "/right".to_owned(),
+        }
+    }
+}
+
+/// Where the numbers of the teeth stand at `deviations`.
+pub fn pitch(field: &PitchField, deviations: &str) -> String {
+    match field {
+        PitchField::Deviations => deviations.to_owned(),
+        PitchField::Deviation { index } => format!("{deviations}/{index}"),
+        PitchField::Diameter => "/diameter_mm".to_owned(),
+        PitchField::Sector => "/sector".to_owned(),
+    }
+}
+
+impl Field<PitchReason> for PitchField {
+    fn pointer(&self) -> String {
+        pitch(self, "/index_deviation_um")
+    }
+}
+
+impl Field<SurfaceReason> for SurfaceField {
+    fn pointer(&self) -> String {
+        match self {
+            SurfaceField::Profile => "/profile".to_owned(),
+            SurfaceField::ProfileAt { index } => format!("/profile/{index}"),
+            SurfaceField::Positions => "/z_mm".to_owned(),
+            SurfaceField::Position { index } => format!("/z_mm/{index}"),
+            SurfaceField::Deviations => "/deviation_um".to_owned(),
+            SurfaceField::Deviation { index } => format!("/deviation_um/{index}"),
+            SurfaceField::Valid => "/valid".to_owned(),
+            SurfaceField::ProfileRange => "/profile_range".to_owned(),
+            SurfaceField::ProfileRangeEnd { index } => format!("/profile_range/{index}"),
+            SurfaceField::HelixRange => "/helix_range_mm".to_owned(),
+            SurfaceField::Border => "/border_percent".to_owned(),
+            SurfaceField::BorderRoot => "/border_percent/root".to_owned(),
+            SurfaceField::BorderTip => "/border_percent/tip".to_owned(),
+            SurfaceField::BorderToe => "/border_percent/toe".to_owned(),
+            SurfaceField::BorderHeel => "/border_percent/heel".to_owned(),
+        }
+    }
+
+    fn detail(&self, reason: &SurfaceReason) -> String {
+        match reason {
+            SurfaceReason::NoInvolute(found) => no_involute(found),
+            other => other.to_string(),
+        }
+    }
+}
+
+impl Field<CorrectionReason> for CorrectionField {
+    fn pointer(&self) -> String {
+        match self {
+            CorrectionField::Deviations => "/deviation_um".to_owned(),
+            CorrectionField::Deviation { index } => format!("/deviation_um/{index}"),
+            CorrectionField::Targets => "/target_um".to_owned(),
+            CorrectionField::Target { index } => format!("/target_um/{index}"),
+            CorrectionField::Weights => "/weight".to_owned(),
+            CorrectionField::Weight { index } => format!("/weight/{index}"),
+            CorrectionField::Settings => "/sensitivity/settings".to_owned(),
+            CorrectionField::Setting { index } => format!("/sensitivity/settings/{index}"),
+            CorrectionField::Matrix => "/sensitivity/matrix".to_owned(),
+            CorrectionField::Entry { row, column } => format!("/sensitivity/matrix/{row}/{column}"),
+            CorrectionField::Limits => "/limits".to_owned(),
+            CorrectionField::Limit { setting, limit } => {
+                let limit = match limit {
+                    LimitField::Min => "min",
+                    LimitField::Max => "max",
+                    LimitField::Increment => "increment",
+                };
+                format!("/limits/{}/{limit}", escape(setting))
+            }
+            CorrectionField::Traces => "/trace".to_owned(),
+            CorrectionField::Absolute => "/absolute".to_owned(),
+            CorrectionField::NoiseSigma => "/noise_sigma_um".to_owned(),
+            CorrectionField::CoefficientNormLimit => "/coefficient_norm_limit".to_owned(),
+            CorrectionField::ResponseUncertainty => "/response_uncertainty".to_owned(),
+        }
+    }
+}
+
+/// A refused fit of a flank: by the table, or where `fit` says that a place of the fit stands.
+pub fn refused<F, R>(error: Refused<F, R>, fit: impl Fn(&str) -> String) -> Problem
+where
+    F: Field<R> + std::fmt::Debug,
+    R: std::fmt::Debug + std::fmt::Display,
+{
+    match error {
+        Refused::Invalid(faults) => Problem::invalid(faults),
+        Refused::Fit(error) => Problem::of_fit(error, fit),
+    }
+}
