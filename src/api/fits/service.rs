@@ -2,7 +2,11 @@
 
 use std::time::Instant;
 
-use super::{answer::text, canonical, reader, spec::json};
+use super::{
+    answer::{result::FitAnswer, text},
+    canonical, reader,
+    spec::json,
+};
 use crate::{
     api::{measurand::axes::MeasurandBody, problem::Problem},
     telemetry,
@@ -15,13 +19,9 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<u8>, Prob
     let result = estimation::fit_remembering(nodes, spec, plans)?;
     let asked = json::to_json(spec);
     let digest = canonical::input_sha256_by(nodes, spec, &asked);
-    let mut text = text::write(&result, near::shape_of(spec, &result).as_ref(), &digest, spec.include)
-        .map_err(Problem::internal)?;
-    // in the object, behind its last field
-    text.pop();
-    text.extend_from_slice(b",\"spec\":");
-    text.extend_from_slice(asked.as_bytes());
-    text.push(b'}');
+    let shape = near::shape_of(spec, &result);
+    let answer = FitAnswer { result: &result, shape: shape.as_ref(), input_sha256: &digest, spec: Some(&asked) };
+    let text = text::write_answer(&answer, spec.include).map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
     Ok(text)
 }

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::request::{CheckedStudy, StudyScaling};
 use crate::api::{
-    fits::answer::parts::{ChosenBy, LimitSource},
+    fits::{answer::parts::LimitSource, spec::criteria::ChosenBy},
     warning::WarningBody,
 };
 use flankfit_engine::estimation::{

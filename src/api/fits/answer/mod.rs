@@ -1,5 +1,7 @@
-//! The answer to a fit: its schema, and its text written without the structs of the schema.
+//! The answer to a fit. Each object of it is declared once (`declare`): struct, schema and writer.
 
+mod declare;
+pub mod filters;
 pub mod parts;
 pub mod regularization;
 pub mod result;

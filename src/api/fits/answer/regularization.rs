@@ -1,96 +1,96 @@
 //! The regularisation in a fit's answer. Names and meanings are the contract's.
 
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use super::declare::{FieldsAs, ListAs, Name, WriteAs, answer, names};
+use crate::{
+    api::{
+        fits::spec::{criteria::ChosenBy, request::SchemeName},
+        json::writer::Object,
+    },
+    jobs::scheme_name,
+};
+use flankfit_engine::estimation::{
+    result::{Choice, RegularizationKind, RegularizationReport, RidgeTracePoint},
+    spec::{Criterion, Include},
+};
 
-pub use crate::api::fits::spec::criteria::ChosenBy;
-use crate::api::fits::spec::request::SchemeName;
-
-/// How the estimate was regularised.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum RegularizationName {
-    None,
-    Spectral,
-    Ridge,
-    Tikhonov,
-    TruncatedSvd,
-    JamesStein,
-    Attraction,
+names! {
+    /// How the estimate was regularised.
+    pub enum RegularizationName from RegularizationKind {
+        None = "none",
+        Spectral = "spectral",
+        Ridge = "ridge",
+        Tikhonov = "tikhonov",
+        TruncatedSvd = "truncated_svd",
+        JamesStein = "james_stein",
+        Attraction = "attraction",
+    }
 }
 
-/// The regularisation that was applied, and what every criterion would have chosen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct RegularizationResult {
-    #[serde(rename = "type")]
-    pub kind: RegularizationName,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scheme: Option<SchemeName>,
-    /// L: how many of the smallest eigenvalues were regularised.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub count: Option<usize>,
-    /// λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent when nothing
-    /// was regularised and where there is none (truncated SVD, James–Stein, an attraction of
-    /// infinite weight).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lambda_star: Option<f64>,
-    /// Directions that a truncated singular value decomposition keeps.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rank: Option<usize>,
-    /// c of James–Stein and attraction: what is left of Â − T.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shrinkage_factor: Option<f64>,
-    /// The plateau of minimisers of Eq. 49, where there is one: [lo, hi].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)]
-    pub lambda_star_interval: Option<[f64; 2]>,
-    /// λ* − λ₁.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gamma: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub criterion: Option<ChosenBy>,
-    /// What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for
-    /// Tikhonov the directions are those of matrix and penalty together, the most penalised first.
-    pub filter_factors: Vec<f64>,
-    /// ‖B‖² (Eq. 41).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub matrix_norm_squared: Option<f64>,
-    /// Ineq. 48.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub largest_eigenvalue_bound: Option<f64>,
-    /// Every criterion, and least squares, side by side.
-    pub choices: Vec<ChoiceBody>,
+answer! {
+    /// The regularisation that was applied, and what every criterion would have chosen.
+    pub struct RegularizationResult from RegularizationReport {
+        kind, scheme, count, lambda_star, rank, shrinkage_factor, lambda_star_interval, gamma, criterion, fixed,
+        filter_factors, matrix_norm_squared, largest_eigenvalue_bound, choices,
+    } {
+        kind as "type": RegularizationName = kind,
+        scheme?: SchemeName = scheme.map(|scheme| Name(scheme_name(scheme))),
+        /// L: how many of the smallest eigenvalues were regularised.
+        count?: usize = count,
+        /// λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent when
+        /// nothing was regularised and where there is none (truncated SVD, James–Stein, an
+        /// attraction of infinite weight).
+        lambda_star?: f64 = lambda_star,
+        /// Directions that a truncated singular value decomposition keeps.
+        rank?: usize = rank,
+        /// c of James–Stein and attraction: what is left of Â − T.
+        shrinkage_factor?: f64 = shrinkage_factor,
+        /// The plateau of minimisers of Eq. 49, where there is one: [lo, hi].
+        #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)]
+        lambda_star_interval?: [f64; 2] = lambda_star_interval,
+        /// λ* − λ₁.
+        gamma?: f64 = gamma,
+        criterion?: ChosenBy = if *fixed { Some("fixed") } else { criterion.map(Criterion::name) }.map(Name),
+        /// What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for
+        /// Tikhonov the directions are those of matrix and penalty together, the most penalised
+        /// first.
+        filter_factors: Vec<f64> = filter_factors,
+        /// ‖B‖² (Eq. 41).
+        matrix_norm_squared?: f64 = matrix_norm_squared,
+        /// Ineq. 48.
+        largest_eigenvalue_bound?: f64 = largest_eigenvalue_bound,
+        /// Every criterion, and least squares, side by side.
+        choices: Vec<ChoiceBody> = choices,
+    }
 }
 
-/// What one criterion would choose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = Choice)]
-pub struct ChoiceBody {
-    pub criterion: ChosenBy,
-    /// The λ* that the criterion would choose, as an eigenvalue of the scaled Fisher information
-    /// matrix.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lambda_star: Option<f64>,
-    /// Condition number of the regularised matrix; left out where it is infinite.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub condition: Option<f64>,
-    /// ‖Â − Â_B‖ in the scaled columns.
-    pub bias_norm: f64,
-    /// Predicted mean squared error of the coefficients in the scaled columns: good for comparing
-    /// criteria on the same nodes. That of the chosen one is too small, about 0.4 of the true error
-    /// in simulations (docs/mathematics-notes.md).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub predicted_mse: Option<f64>,
-    /// Root mean square of the residuals, in the unit of the heights.
-    pub rms: f64,
+answer! {
+    /// What one criterion would choose.
+    #[schema(as = Choice)]
+    pub struct ChoiceBody from Choice { criterion, lambda_star, condition, bias_norm, predicted_mse, rms } {
+        criterion: ChosenBy = Name(criterion.map_or("least_squares", Criterion::name)),
+        /// The λ* that the criterion would choose, as an eigenvalue of the scaled Fisher
+        /// information matrix.
+        lambda_star?: f64 = lambda_star,
+        /// Condition number of the regularised matrix; left out where it is infinite.
+        condition?: f64 = condition,
+        /// ‖Â − Â_B‖ in the scaled columns.
+        bias_norm: f64 = bias_norm,
+        /// Predicted mean squared error of the coefficients in the scaled columns: good for
+        /// comparing criteria on the same nodes. That of the chosen one is too small, about 0.4 of
+        /// the true error in simulations (docs/mathematics-notes.md).
+        predicted_mse?: f64 = predicted_mse,
+        /// Root mean square of the residuals, in the unit of the heights.
+        rms: f64 = rms,
+    }
 }
 
-/// The coefficients of ridge at one k.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = RidgeTracePoint)]
-pub struct RidgeTracePointBody {
-    /// The constant added to the eigenvalues of the scaled Fisher information matrix.
-    pub k: f64,
-    /// In the caller's terms, in the order of the answer's `coefficients`.
-    pub coefficients: Vec<f64>,
+answer! {
+    /// The coefficients of ridge at one k.
+    #[schema(as = RidgeTracePoint)]
+    pub struct RidgeTracePointBody from RidgeTracePoint { k, coefficients } {
+        /// The constant added to the eigenvalues of the scaled Fisher information matrix.
+        k: f64 = k,
+        /// In the caller's terms, in the order of the answer's `coefficients`.
+        coefficients: Vec<f64> = coefficients,
+    }
 }

@@ -1,72 +1,134 @@
-//! The answer to a fit, as it is documented and as clients read it.
+//! The answer to a fit.
 //!
-//! A value that does not exist is left out: there is no `null` and no invented number. Answers are
-//! written by [`super::text`], which never makes these bodies; its tests hold the two together.
+//! A value that does not exist is left out: there is no `null` and no invented number.
 
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use std::sync::Arc;
 
-use super::{parts::*, robust::RobustBody};
+use super::{
+    declare::{FieldsAs, ListAs, Raw, Serialized, WriteAs, answer},
+    filters::{FilterCollinearity, FilterResult},
+    parts::*,
+    regularization::{RegularizationResult, RidgeTracePointBody},
+    robust::RobustBody,
+    shared_text,
+};
 use crate::api::{
-    fits::spec::{
-        filters::{FilterCollinearity, FilterResult},
-        request::FitSpecBody,
-    },
+    fits::spec::request::FitSpecBody,
+    json::writer::Object,
     shapes::{curve_shape::CurveBody, domain::DomainBody, surface_shape::SurfaceBody},
     warning::WarningBody,
 };
+use flankfit_engine::estimation::{
+    FitResult,
+    near::Shape,
+    result::{CollinearityReport, Warning},
+    spec::{Domain, Include},
+};
 
-/// The answer to a fit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = FitResult)]
-pub struct FitResultBody {
-    /// In the order of `powers`, `index` or `column`.
-    pub coefficients: Vec<CoefficientBody>,
-    /// The box on which mapped bases live; absent for a measurement matrix.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub domain: Option<DomainBody>,
-    /// The fitted curve, where the model is `b_spline` and the nodes are of type `curve`; its
-    /// control points are the coefficients.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub curve: Option<CurveBody>,
-    /// The fitted surface, where the model is `b_spline` and the nodes have u and v; its control
-    /// points are the coefficients.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub surface: Option<SurfaceBody>,
-    pub spectrum: SpectrumBody,
-    pub regularization: RegularizationResult,
-    pub bias: BiasBody,
-    pub collinearity: CollinearityBody,
-    /// Present when `node_uncertainty` was given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub perturbation: Option<PerturbationBody>,
-    pub residuals: ResidualsBody,
-    /// Present for every estimator but `least_squares`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub robust: Option<RobustBody>,
-    /// Condition, bias and error along λ*; present when `lambda_curve` was included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lambda_curve: Option<Vec<LambdaCurvePointBody>>,
-    /// The coefficients along k, ascending from 0; present when `ridge_trace` was included and
-    /// ridge asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ridge_trace: Option<Vec<RidgeTracePointBody>>,
-    /// The rows of B in the caller's columns; present when `matrix_b` was included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub matrix_b: Option<Vec<Vec<f64>>>,
-    /// What each filter changed, in the order applied; present when there were filters.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub filters: Option<Vec<FilterResult>>,
-    /// Present when there were filters.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub filter_collinearity: Option<FilterCollinearity>,
-    pub numerics: NumericsBody,
-    /// What to know about the answer; empty where there is nothing to say.
-    pub warnings: Vec<WarningBody>,
-    pub provenance: ProvenanceBody,
-    /// What was fitted, with every default filled in: a request of its own, but for the nodes. Of
-    /// `POST /v1/fits`; a fit that is kept has it beside its result.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<FitSpecBody>)]
-    pub spec: Option<serde_json::Value>,
+/// What an answer is written from.
+pub struct FitAnswer<'a> {
+    pub result: &'a FitResult,
+    /// The curve or surface that was fitted, where there is one.
+    pub shape: Option<&'a Shape>,
+    /// The digest of [`crate::api::fits::canonical`].
+    pub input_sha256: &'a str,
+    /// The text of the spec, where it stands in the answer.
+    pub spec: Option<&'a str>,
+}
+
+answer! {
+    /// The answer to a fit.
+    #[schema(as = FitResult)]
+    pub struct FitResultBody from FitAnswer<'a> {
+        result: FitResult {
+            coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
+            lambda_curve, ridge_trace, matrix_b, filtering, numerics, warnings,
+        },
+        shape, input_sha256, spec,
+    } {
+        /// In the order of `powers`, `index` or `column`.
+        coefficients: Vec<CoefficientBody> = coefficients,
+        /// The box on which mapped bases live; absent for a measurement matrix.
+        domain?: DomainBody = domain,
+        /// The fitted curve, where the model is `b_spline` and the nodes are of type `curve`; its
+        /// control points are the coefficients.
+        curve?: CurveBody = curve(*shape),
+        /// The fitted surface, where the model is `b_spline` and the nodes have u and v; its
+        /// control points are the coefficients.
+        surface?: SurfaceBody = surface(*shape),
+        spectrum: SpectrumBody = spectrum,
+        regularization: RegularizationResult = regularization,
+        bias: BiasBody = bias,
+        collinearity: CollinearityBody = Shared(collinearity),
+        /// Present when `node_uncertainty` was given.
+        perturbation?: PerturbationBody = perturbation,
+        residuals: ResidualsBody = residuals,
+        /// Present for every estimator but `least_squares`.
+        robust?: RobustBody = robust,
+        /// Condition, bias and error along λ*; present when `lambda_curve` was included.
+        lambda_curve?: Vec<LambdaCurvePointBody> = lambda_curve,
+        /// The coefficients along k, ascending from 0; present when `ridge_trace` was included and
+        /// ridge asked for.
+        ridge_trace?: Vec<RidgeTracePointBody> = ridge_trace,
+        /// The rows of B in the caller's columns; present when `matrix_b` was included.
+        matrix_b?: Vec<Vec<f64>> = matrix_b,
+        /// What each filter changed, in the order applied; present when there were filters.
+        filters?: Vec<FilterResult> = filtering.as_ref().map(|report| &report.filters),
+        /// Present when there were filters.
+        filter_collinearity?: FilterCollinearity = filtering,
+        numerics: NumericsBody = numerics,
+        /// What to know about the answer; empty where there is nothing to say.
+        warnings: Vec<WarningBody> = warnings,
+        provenance: ProvenanceBody = Provenance { input_sha256 },
+        /// What was fitted, with every default filled in: a request of its own, but for the nodes.
+        /// Of `POST /v1/fits`; a fit that is kept has it beside its result.
+        #[schema(value_type = Option<FitSpecBody>)]
+        spec?: serde_json::Value = spec.map(Raw),
+    }
+}
+
+fn curve(shape: Option<&Shape>) -> Option<Serialized<CurveBody>> {
+    if let Some(Shape::Curve(curve)) = shape { Some(Serialized(CurveBody::from(curve))) } else { None }
+}
+
+fn surface(shape: Option<&Shape>) -> Option<Serialized<SurfaceBody>> {
+    if let Some(Shape::Surface(surface)) = shape { Some(Serialized(SurfaceBody::of(surface, None))) } else { None }
+}
+
+/// A report that a plan may keep for the next flank; its text is then kept too.
+struct Shared<'a>(&'a Arc<CollinearityReport>);
+
+impl WriteAs<CollinearityBody> for Shared<'_> {
+    fn write_as(&self, object: &mut Object<'_>, name: &'static str, include: &Include) {
+        let Shared(report) = self;
+        if Arc::strong_count(report) == 1 {
+            return CollinearityReport::write_as(report, object, name, include);
+        }
+        let known = shared_text::find(report, include.collinearity);
+        let written = object.known_object(name, known.as_deref(), |object| report.fields_as(object, include));
+        if let Some(text) = written {
+            shared_text::keep(report, include.collinearity, text);
+        }
+    }
+}
+
+impl WriteAs<DomainBody> for Domain {
+    fn write_as(&self, object: &mut Object<'_>, name: &'static str, _: &Include) {
+        let Domain { u, v } = self;
+        object.object(name, |object| {
+            for (axis, interval) in [("u", u), ("v", v)] {
+                if let Some(interval) = interval {
+                    object.numbers(axis, interval);
+                }
+            }
+        });
+    }
+}
+
+impl ListAs<WarningBody> for Warning {
+    fn list_as(items: &[Self], object: &mut Object<'_>, name: &'static str, _: &Include) {
+        object.list(name, items, |object, Warning { code, message }| {
+            object.string("code", code).string("message", message);
+        });
+    }
 }

@@ -1,21 +1,27 @@
 //! Written answers against their documentation: read into the documented body, they are written
 //! again to the same bytes.
 
+use std::sync::Arc;
+
 use proptest::prelude::*;
 
 use super::*;
 use crate::api::{
     examples::REQUEST_EXAMPLES,
-    fits::{answer::result::FitResultBody, reader},
+    fits::{answer::shared_text, reader},
     json::extra::NoExtra,
 };
 use flankfit_engine::estimation::{
     self, FitSpec, Nodes,
     result::{
-        ColumnFigures, FilterReport, FilteringReport, IterationReport, LocalSolution, NormLimitSource, RobustReport,
+        Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures,
+        FilterReport, FilteringReport, IterationReport, LambdaCurvePoint, LocalSolution, NearDependency,
+        NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, RegularizationKind, RegularizationReport,
+        RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport, SpectrumReport, TermKey, Warning,
     },
     spec::{
-        Action, Count, Criterion, Filter, Hampel, NodeUncertainty, Parameter, Regularization, Scaling, Scheme, Start,
+        Action, Count, Criterion, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization, Scaling, Scheme,
+        Start,
     },
 };
 

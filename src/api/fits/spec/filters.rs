@@ -1,13 +1,10 @@
-//! Filters of a fit request as they are written, and what an answer says of them.
+//! Filters of a fit request as they are written.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::json::{present::present, writer::Object};
-use flankfit_engine::estimation::{
-    result::{ColumnFigures, FilterReport, FilteringReport, IterationReport},
-    spec,
-};
+use crate::api::json::present::present;
+use flankfit_engine::estimation::spec;
 
 /// Default window and threshold of a Hampel filter.
 pub const DEFAULT_WINDOW: usize = 7;
@@ -117,58 +114,6 @@ names! {
     FilterName { Hampel, Gaussian, Spline }
 }
 
-/// What one filter changed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct FilterResult {
-    #[serde(rename = "type")]
-    pub kind: FilterName,
-    /// Nodes whose height is another one now, or that were removed.
-    pub changed: usize,
-    /// Of them, those that count no more.
-    pub removed: usize,
-    /// Largest change of a height; of a removed node its distance from the median of its window.
-    pub max_change: f64,
-    /// Root mean square of the changes, over the nodes that counted before this filter.
-    pub rms_change: f64,
-    /// Posted nodes (from 0, grids row by row) that were taken for peaks; of `hampel` only, present
-    /// when `peaks` was included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub node_indices: Option<Vec<usize>>,
-    /// Rounds of the line that took the most; of a robust filter only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub iterations: Option<usize>,
-    /// Whether every line came to rest; of a robust filter only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub converged: Option<bool>,
-}
-
-/// How the columns depend on each other before and after the filters, which smooth away what tells
-/// terms apart. `after` is of the matrix that the filters make of X, removed nodes left out, with
-/// peaks and robustness weights as the heights decided them; the fit itself is of the filtered
-/// heights to X.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct FilterCollinearity {
-    pub before: ColumnFiguresBody,
-    pub after: ColumnFiguresBody,
-}
-
-/// Figures of a measurement matrix.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = ColumnFigures)]
-pub struct ColumnFiguresBody {
-    /// Counted nodes.
-    pub count: usize,
-    /// λₙ/λ₁ on columns of unit length; absent when it cannot be given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub condition: Option<f64>,
-    /// Largest |Pearson correlation| of two columns.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub largest_correlation: Option<f64>,
-    /// Largest variance inflation factor.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub largest_vif: Option<f64>,
-}
-
 impl From<FilterAxisName> for spec::FilterAxis {
     fn from(name: FilterAxisName) -> Self {
         match name {
@@ -213,47 +158,4 @@ impl From<&spec::Filter> for FilterBody {
             }
         }
     }
-}
-
-/// Writes the fields `filters` and `filter_collinearity` of the answer.
-pub(in crate::api) fn write(object: &mut Object<'_>, report: &FilteringReport, peaks: bool) {
-    let FilteringReport { filters, before, after } = report;
-    object.list("filters", filters, |object, filter| write_filter(object, filter, peaks)).object(
-        "filter_collinearity",
-        |object| {
-            object
-                .object("before", |object| write_figures(object, before))
-                .object("after", |object| write_figures(object, after));
-        },
-    );
-}
-
-fn write_filter(object: &mut Object<'_>, report: &FilterReport, by_node: bool) {
-    let FilterReport { filter, changed, max_change, rms_change, peaks, iteration } = report;
-    let name = match filter {
-        spec::Filter::Hampel(_) => "hampel",
-        spec::Filter::Gaussian(_) => "gaussian",
-        spec::Filter::Spline(_) => "spline",
-    };
-    object
-        .string("type", name)
-        .count("changed", *changed)
-        .count("removed", report.removed())
-        .number("max_change", *max_change)
-        .number("rms_change", *rms_change);
-    if let Some(peaks) = peaks.as_ref().filter(|_| by_node) {
-        object.counts("node_indices", peaks);
-    }
-    if let Some(IterationReport { iterations, converged }) = iteration {
-        object.count("iterations", *iterations).field("converged", converged);
-    }
-}
-
-fn write_figures(object: &mut Object<'_>, figures: &ColumnFigures) {
-    let ColumnFigures { nodes, condition, largest_correlation, largest_vif } = figures;
-    object
-        .count("count", *nodes)
-        .maybe_number("condition", *condition)
-        .maybe_number("largest_correlation", *largest_correlation)
-        .maybe_number("largest_vif", *largest_vif);
 }

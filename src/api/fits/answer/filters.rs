@@ -1,0 +1,67 @@
+//! What filters changed, in a fit's answer.
+
+use super::declare::{FieldsAs, ListAs, Name, WriteAs, answer};
+use crate::api::{fits::spec::filters::FilterName, json::writer::Object};
+use flankfit_engine::estimation::{
+    result::{ColumnFigures, FilterReport, FilteringReport},
+    spec::{Filter, Include},
+};
+
+answer! {
+    /// What one filter changed.
+    pub struct FilterResult from FilterReport as report {
+        filter, changed, max_change, rms_change, peaks, iteration,
+    } with include {
+        kind as "type": FilterName = Name(filter_name(filter)),
+        /// Nodes whose height is another one now, or that were removed.
+        changed: usize = changed,
+        /// Of them, those that count no more.
+        removed: usize = report.removed(),
+        /// Largest change of a height; of a removed node its distance from the median of its
+        /// window.
+        max_change: f64 = max_change,
+        /// Root mean square of the changes, over the nodes that counted before this filter.
+        rms_change: f64 = rms_change,
+        /// Posted nodes (from 0, grids row by row) that were taken for peaks; of `hampel` only,
+        /// present when `peaks` was included.
+        node_indices?: Vec<usize> = peaks.as_ref().filter(|_| include.peaks),
+        /// Rounds of the line that took the most; of a robust filter only.
+        iterations?: usize = iteration.as_ref().map(|report| report.iterations),
+        /// Whether every line came to rest; of a robust filter only.
+        converged?: bool = iteration.as_ref().map(|report| report.converged),
+    }
+}
+
+answer! {
+    /// How the columns depend on each other before and after the filters, which smooth away what
+    /// tells terms apart. `after` is of the matrix that the filters make of X, removed nodes left
+    /// out, with peaks and robustness weights as the heights decided them; the fit itself is of the
+    /// filtered heights to X.
+    pub struct FilterCollinearity from FilteringReport { filters: _, before, after } {
+        before: ColumnFiguresBody = before,
+        after: ColumnFiguresBody = after,
+    }
+}
+
+answer! {
+    /// Figures of a measurement matrix.
+    #[schema(as = ColumnFigures)]
+    pub struct ColumnFiguresBody from ColumnFigures { nodes, condition, largest_correlation, largest_vif } {
+        /// Counted nodes.
+        count: usize = nodes,
+        /// λₙ/λ₁ on columns of unit length; absent when it cannot be given.
+        condition?: f64 = condition,
+        /// Largest |Pearson correlation| of two columns.
+        largest_correlation?: f64 = largest_correlation,
+        /// Largest variance inflation factor.
+        largest_vif?: f64 = largest_vif,
+    }
+}
+
+fn filter_name(filter: &Filter) -> &'static str {
+    match filter {
+        Filter::Hampel(_) => "hampel",
+        Filter::Gaussian(_) => "gaussian",
+        Filter::Spline(_) => "spline",
+    }
+}
