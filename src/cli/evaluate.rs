@@ -29,7 +29,7 @@ use crate::{
         measurand::side::SideName,
         problem::Problem,
     },
-    cli::demo::table::Table,
+    cli::table::Table,
 };
 use flankfit_engine::{
     fault::words::Shown,

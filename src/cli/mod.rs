@@ -8,6 +8,7 @@ pub mod healthcheck;
 pub mod openapi;
 pub mod serve;
 pub mod study;
+mod table;
 
 use std::process::ExitCode;
 

@@ -6,7 +6,8 @@ use std::io::Write;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{client::Client, story::StoryError, table::Table};
+use super::{client::Client, story::StoryError};
+use crate::cli::table::Table;
 
 /// Machines that are simulated beside the one that is kept.
 const SEEDS: u64 = 100;

@@ -6,7 +6,7 @@
 //! crowning −c_ss, helix crowning −c_tt and twist 4 c_st. They are read off nine heights of the
 //! surface, each at the middle of the other axis, so any degree up to (2, 2) gives them exactly.
 
-use super::answers::Fit;
+use crate::api::fits::answer::result::FitResultBody;
 
 /// All in the unit of the heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct FlankForm {
 
 impl FlankForm {
     /// Of a surface in raw powers of u (profile) and v (face); none for any other fit.
-    pub fn of(fit: &Fit) -> Option<Self> {
+    pub fn of(fit: &FitResultBody) -> Option<Self> {
         let domain = fit.domain.as_ref()?;
         let ([u0, u1], [v0, v1]) = (domain.u?, domain.v?);
         let height = |s: f64, t: f64| -> Option<f64> {
@@ -68,17 +68,21 @@ mod tests {
     fn a_known_surface_gives_its_own_figures() {
         // On [-1, 1]²: 1 + 2u + 3v − 4u² − 5v² + 1.5uv.
         let coefficient = |powers: [usize; 2], value: f64| json!({"term": "", "powers": powers, "value": value, "least_squares": value, "bias_bound": 0.0});
-        let fit: Fit = serde_json::from_value(json!({
+        let fit: FitResultBody = serde_json::from_value(json!({
             "coefficients": [
                 coefficient([0, 0], 1.0), coefficient([0, 1], 3.0), coefficient([0, 2], -5.0),
                 coefficient([1, 0], 2.0), coefficient([1, 1], 1.5), coefficient([2, 0], -4.0)
             ],
             "domain": {"u": [-1.0, 1.0], "v": [-1.0, 1.0]},
-            "spectrum": {"eigenvalues": [], "regularized": {"eigenvalues": []}},
-            "regularization": {},
-            "bias": {"norm": 0.0, "sharp_bound": 0.0, "coefficient_norm_limit": 0.0},
-            "collinearity": {"near_dependencies": []},
-            "residuals": {"count": 9, "degrees_of_freedom": 3, "rms": 0.0, "max_abs": 0.0}
+            "spectrum": {"eigenvalues": [], "rank": 6, "regularized": {"eigenvalues": []}},
+            "regularization": {"type": "none", "filter_factors": [], "choices": []},
+            "bias": {"norm": 0.0, "sharp_bound": 0.0, "coefficient_norm_limit": 0.0,
+                "coefficient_norm_limit_source": "estimate"},
+            "collinearity": {"columns": [], "near_dependencies": []},
+            "residuals": {"count": 9, "degrees_of_freedom": 3, "rss": 0.0, "rms": 0.0, "least_squares_rss": 0.0},
+            "numerics": {"arithmetic": "double", "correct_digits": 15.0},
+            "warnings": [],
+            "provenance": {"engine": "", "input_sha256": ""}
         }))
         .unwrap();
         let form = FlankForm::of(&fit).unwrap();

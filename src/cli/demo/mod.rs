@@ -1,7 +1,6 @@
 //! `flankfit demo`: a gear job from first measurement to acceptance, driven over real HTTP and
 //! printed as tables.
 
-mod answers;
 mod client;
 mod closed_loop;
 mod flank_form;
@@ -9,7 +8,6 @@ mod node_file;
 mod numbers;
 mod report;
 mod story;
-pub(super) mod table;
 mod traces;
 
 use std::{

@@ -1,12 +1,26 @@
 //! The service's answers as tables for a terminal.
 
+use jiff::Timestamp;
+use uuid::Uuid;
+
 use super::{
-    answers::{Fit, Iteration, StoredFit, Trace},
     flank_form::FlankForm,
     node_file::Units,
     numbers::{ABSENT, as_certain_as, rough, rough_or_absent, short, short_or_absent, um_per_mm},
-    story::LEAST_SQUARES,
-    table::Table,
+};
+use crate::{
+    api::{
+        fits::{
+            answer::result::FitResultBody,
+            spec::criteria::{ChosenBy, CriterionName},
+        },
+        jobs::{
+            iterations::{IterationFitBody, NewIterationBody},
+            trace::TraceBody,
+        },
+    },
+    cli::table::Table,
+    jobs::Decision,
 };
 
 /// What the node numbers and heights are told in.
@@ -18,7 +32,7 @@ fn height_unit(units: Units) -> &'static str {
 }
 
 /// Coefficients with standard errors and bias bounds.
-pub fn coefficients(fit: &Fit, units: Units) -> String {
+pub fn coefficients(fit: &FitResultBody, units: Units) -> String {
     let headings = ["term", "value", "± std. error", "bias bound", "least squares", "± std. error", "unit"];
     let mut table = Table::new(headings, 1).with_remark();
     for coefficient in &fit.coefficients {
@@ -46,7 +60,7 @@ pub fn coefficients(fit: &Fit, units: Units) -> String {
         residuals.degrees_of_freedom,
         short_or_absent(residuals.sigma),
         short(residuals.rms),
-        short(residuals.max_abs),
+        short_or_absent(residuals.max_abs),
         short(bias.norm),
         short(bias.sharp_bound),
         short_or_absent(bias.paper_bound),
@@ -55,7 +69,7 @@ pub fn coefficients(fit: &Fit, units: Units) -> String {
 }
 
 /// Eigenvalues of the scaled Fisher information matrix before and after regularisation.
-pub fn spectrum(fit: &Fit) -> String {
+pub fn spectrum(fit: &FitResultBody) -> String {
     let mut table = Table::new(["direction", "eigenvalue", "regularised", "filter factor"], 0);
     let regularized = &fit.spectrum.regularized.eigenvalues;
     for (i, &eigenvalue) in fit.spectrum.eigenvalues.iter().enumerate() {
@@ -78,16 +92,16 @@ pub fn spectrum(fit: &Fit) -> String {
 }
 
 /// What every criterion would choose, side by side.
-pub fn choices(fit: &Fit) -> String {
+pub fn choices(fit: &FitResultBody) -> String {
     let headings = ["criterion", "λ*", "condition", "bias", "predicted error²", "÷ least squares", "rms", ""];
     let mut table = Table::new(headings, 1).with_remark();
-    let plain = fit.regularization.choices.iter().find(|choice| choice.criterion == LEAST_SQUARES);
+    let plain = fit.regularization.choices.iter().find(|choice| choice.criterion == ChosenBy::LeastSquares);
     let plain_error = plain.and_then(|choice| choice.predicted_mse).filter(|&error| error > 0.0);
     for choice in &fit.regularization.choices {
         let ratio = choice.predicted_mse.zip(plain_error).map(|(error, plain)| error / plain);
-        let chosen = fit.regularization.criterion.as_ref() == Some(&choice.criterion);
+        let chosen = fit.regularization.criterion == Some(choice.criterion);
         table.row([
-            choice.criterion.clone(),
+            choice.criterion.name().to_owned(),
             short_or_absent(choice.lambda_star),
             short_or_absent(choice.condition),
             short(choice.bias_norm),
@@ -101,7 +115,7 @@ pub fn choices(fit: &Fit) -> String {
 }
 
 /// Which terms the nodes cannot tell apart, and the warnings of the fit.
-pub fn collinearity(fit: &Fit) -> String {
+pub fn collinearity(fit: &FitResultBody) -> String {
     let mut text = String::new();
     for dependency in &fit.collinearity.near_dependencies {
         text.push_str(&format!("  • {}\n", dependency.sentence));
@@ -113,19 +127,19 @@ pub fn collinearity(fit: &Fit) -> String {
 }
 
 /// The warnings of a fit, one a line.
-pub fn warnings(fit: &Fit) -> String {
+pub fn warnings(fit: &FitResultBody) -> String {
     fit.warnings.iter().map(|warning| format!("  ! {}: {}\n", warning.code, warning.message)).collect()
 }
 
 /// The stored fits of one iteration beside each other.
-pub fn fits(fits: &[&StoredFit], chosen: &str) -> String {
+pub fn fits(fits: &[&IterationFitBody], chosen: Uuid) -> String {
     let headings = ["fit", "criterion", "λ*", "condition", "regularised", "bias", "rms", ""];
     let mut table = Table::new(headings, 2).with_remark();
     for (i, fit) in fits.iter().enumerate() {
         let result = &fit.result;
         table.row([
             (i + 1).to_string(),
-            result.regularization.criterion.clone().unwrap_or_else(|| ABSENT.to_owned()),
+            result.regularization.criterion.map_or(ABSENT, ChosenBy::name).to_owned(),
             short_or_absent(result.regularization.lambda_star),
             short_or_absent(result.spectrum.condition),
             short_or_absent(result.spectrum.regularized.condition),
@@ -138,7 +152,7 @@ pub fn fits(fits: &[&StoredFit], chosen: &str) -> String {
 }
 
 /// Slopes, crownings and twist of one or more iterations, in µm.
-pub fn flank_forms(forms: &[(&Iteration, FlankForm)]) -> String {
+pub fn flank_forms(forms: &[(&NewIterationBody, FlankForm)]) -> String {
     let headings: Vec<String> = forms.iter().map(|(iteration, _)| format!("iteration {}", iteration.number)).collect();
     let heading = |i: usize| headings.get(i).map_or("", String::as_str);
     let mut table = Table::new(["over the fitted domain, µm", heading(0), heading(1)], 1);
@@ -152,18 +166,18 @@ pub fn flank_forms(forms: &[(&Iteration, FlankForm)]) -> String {
 }
 
 /// Everything that was recorded of the job, in the order in which it happened.
-pub fn trace(trace: &Trace) -> String {
+pub fn trace(trace: &TraceBody) -> String {
     let headings = ["time (UTC)", "it.", "what", "λ*", "condition", "regularised", "bias", "rms", "reason"];
-    let mut events: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut events: Vec<(Timestamp, Vec<String>)> = Vec::new();
     for iteration in &trace.iterations {
         let number = iteration.number.to_string();
-        let label = |fit_id: &str| {
-            let place = iteration.fits.iter().position(|fit| fit.id == fit_id);
+        let label = |fit_id: Uuid| {
+            let place = iteration.fits.iter().position(|fit| fit.summary.id == fit_id);
             place.map_or_else(|| "fit".to_owned(), |place| format!("fit {}", place + 1))
         };
         let reason = |reason: &Option<String>| reason.clone().unwrap_or_default();
-        for fit in &iteration.fits {
-            let criterion = fit.criterion.as_deref().unwrap_or(LEAST_SQUARES);
+        for fit in iteration.fits.iter().map(|fit| &fit.summary) {
+            let criterion = fit.criterion.map_or(ChosenBy::LeastSquares.name(), CriterionName::name);
             let figures = [
                 short_or_absent(fit.lambda_star),
                 short_or_absent(fit.condition),
@@ -172,8 +186,8 @@ pub fn trace(trace: &Trace) -> String {
                 short_or_absent(fit.rms),
                 reason(&fit.reason),
             ];
-            let head = [number.clone(), format!("{} by {criterion}", label(&fit.id))];
-            events.push((&fit.created_at, head.into_iter().chain(figures).collect()));
+            let head = [number.clone(), format!("{} by {criterion}", label(fit.id))];
+            events.push((fit.created_at.0, head.into_iter().chain(figures).collect()));
         }
         let remark = |what: String, reason: String| {
             let mut cells = vec![number.clone(), what];
@@ -182,22 +196,21 @@ pub fn trace(trace: &Trace) -> String {
             cells
         };
         for choice in &iteration.choices {
-            let what = format!("{} stands", label(&choice.fit_id));
-            events.push((&choice.created_at, remark(what, reason(&choice.reason))));
+            let what = format!("{} stands", label(choice.fit_id));
+            events.push((choice.created_at.0, remark(what, reason(&choice.reason))));
         }
         for decision in &iteration.decisions {
             events.push((
-                &decision.created_at,
-                remark(format!("decision: {}", decision.decision), reason(&decision.reason)),
+                decision.created_at.0,
+                remark(format!("decision: {}", Decision::from(decision.decision).name()), reason(&decision.reason)),
             ));
         }
     }
-    // Times are RFC 3339 of one width, so they sort as text; the sort keeps the order of equal
-    // ones.
+    // The sort keeps the order of equal times.
     events.sort_by_key(|(time, _)| *time);
     let mut table = Table::new(headings, 3).with_remark();
     for (time, cells) in events {
-        let clock = time.get(..19).unwrap_or(time).replace('T', " ");
+        let clock = time.strftime("%F %T").to_string();
         table.row(std::iter::once(clock).chain(cells));
     }
     table.to_string()

@@ -5,12 +5,22 @@ use std::io::{self, Write};
 use serde_json::{Value, json};
 
 use super::{
-    answers::{Choice, Fit, Iteration, Job, StoredFit, Trace},
     client::{Client, ClientError},
     flank_form::FlankForm,
     node_file::{NodeSet, Units},
     numbers::significant,
     report,
+};
+use crate::api::{
+    fits::{
+        answer::{regularization::ChoiceBody, result::FitResultBody},
+        spec::criteria::ChosenBy,
+    },
+    jobs::{
+        iterations::{IterationFitBody, NewIterationBody},
+        job::JobBody,
+        trace::TraceBody,
+    },
 };
 
 /// The profile slope up to which a flank is accepted, and who says so.
@@ -19,9 +29,6 @@ pub struct SlopeLimit {
     pub um: f64,
     pub of: &'static str,
 }
-
-/// The name under which plain least squares stands among the choices.
-pub const LEAST_SQUARES: &str = "least_squares";
 
 /// Why the demonstration ended early.
 #[derive(Debug, thiserror::Error)]
@@ -45,7 +52,7 @@ impl<W: Write> Story<'_, W> {
     /// One gear job: measure, fit, refit with another λ*, choose, decide; measure again after
     /// re-machining. Returns the path of the job.
     pub fn tell(&mut self, job: &Value, first: &NodeSet, second: Option<&NodeSet>) -> Result<String, StoryError> {
-        let created: Job = self.client.post("/v1/jobs", job)?;
+        let created: JobBody = self.client.post("/v1/jobs", job)?;
         let path = format!("/v1/jobs/{}", created.id);
         self.heading(&format!("Job: {}", job["name"].as_str().unwrap_or_default()))?;
         writeln!(self.out, "  {}", self.client.url(&path))?;
@@ -67,7 +74,7 @@ impl<W: Write> Story<'_, W> {
             }
         }
 
-        let trace: Trace = self.client.get(&format!("{path}/trace"))?;
+        let trace: TraceBody = self.client.get(&format!("{path}/trace"))?;
         self.heading("Trace of the job")?;
         write!(self.out, "{}", report::trace(&trace))?;
         Ok(path)
@@ -77,19 +84,19 @@ impl<W: Write> Story<'_, W> {
         writeln!(self.out, "\n{text}")
     }
 
-    fn measure(&mut self, job: &str, set: &NodeSet, note: &str) -> Result<Iteration, StoryError> {
+    fn measure(&mut self, job: &str, set: &NodeSet, note: &str) -> Result<NewIterationBody, StoryError> {
         let mut body = set.request.clone();
         if let Some(object) = body.as_object_mut() {
             object.entry("instrument").or_insert_with(|| "gear tester".into());
             object.entry("note").or_insert_with(|| note.into());
         }
-        let iteration: Iteration = self.client.post(&format!("{job}/iterations"), &body)?;
+        let iteration: NewIterationBody = self.client.post(&format!("{job}/iterations"), &body)?;
         self.heading(&format!("Iteration {}: {} ({note})", iteration.number, set.name))?;
         write!(self.out, "{}", set.report)?;
         Ok(iteration)
     }
 
-    fn show_fit(&mut self, fit: &Fit, units: Units) -> io::Result<()> {
+    fn show_fit(&mut self, fit: &FitResultBody, units: Units) -> io::Result<()> {
         self.heading("Coefficients")?;
         write!(self.out, "{}", report::coefficients(fit, units))?;
         self.heading("Spectrum of the scaled Fisher information matrix")?;
@@ -111,10 +118,10 @@ impl<W: Write> Story<'_, W> {
     fn refit(
         &mut self,
         job: &str,
-        first: &Iteration,
-        fit: &StoredFit,
+        first: &NewIterationBody,
+        fit: &IterationFitBody,
         request: &Value,
-    ) -> Result<StoredFit, StoryError> {
+    ) -> Result<IterationFitBody, StoryError> {
         let Some(criterion) = best_other(&fit.result) else {
             writeln!(self.out, "\n  Every criterion chooses about the same λ* here; the fit stands as it is.")?;
             return Ok(fit.clone());
@@ -125,13 +132,13 @@ impl<W: Write> Story<'_, W> {
                 !["nodes", "flank", "tooth", "axes", "measured_at", "instrument", "operator", "note"]
                     .contains(&key.as_str())
             });
-            object.insert("regularization".into(), with_criterion(object.get("regularization"), criterion));
-            object.insert("reason".into(), format!("what {criterion} makes of it").into());
+            object.insert("regularization".into(), with_criterion(object.get("regularization"), criterion.name()));
+            object.insert("reason".into(), format!("what {} makes of it", criterion.name()).into());
         }
         let iteration = format!("{job}/iterations/{}", first.number);
-        let refit: StoredFit = self.client.post(&format!("{iteration}/fits"), &body)?;
+        let refit: IterationFitBody = self.client.post(&format!("{iteration}/fits"), &body)?;
 
-        let current = fit.result.regularization.criterion.as_deref().unwrap_or(LEAST_SQUARES);
+        let current = fit.result.regularization.criterion.unwrap_or(ChosenBy::LeastSquares);
         let errors = (predicted_error(&refit.result, criterion), predicted_error(&fit.result, current));
         let (better, reason) = match errors {
             (Some(refitted), Some(first)) if refitted < first => {
@@ -141,8 +148,8 @@ impl<W: Write> Story<'_, W> {
         };
         let _: Value =
             self.client.put(&format!("{iteration}/chosen_fit"), &json!({"fit_id": better.id, "reason": reason}))?;
-        self.heading(&format!("Refit of the stored nodes by {criterion}, and the choice"))?;
-        write!(self.out, "{}", report::fits(&[fit, &refit], &better.id))?;
+        self.heading(&format!("Refit of the stored nodes by {}, and the choice", criterion.name()))?;
+        write!(self.out, "{}", report::fits(&[fit, &refit], better.id))?;
         Ok(better.clone())
     }
 
@@ -151,8 +158,8 @@ impl<W: Write> Story<'_, W> {
     fn decide(
         &mut self,
         job: &str,
-        iteration: &Iteration,
-        fit: &Fit,
+        iteration: &NewIterationBody,
+        fit: &FitResultBody,
         units: Units,
     ) -> Result<Option<FlankForm>, StoryError> {
         let form = match units {
@@ -179,21 +186,21 @@ impl<W: Write> Story<'_, W> {
     }
 }
 
-fn chosen(iteration: &Iteration) -> Result<&StoredFit, StoryError> {
+fn chosen(iteration: &NewIterationBody) -> Result<&IterationFitBody, StoryError> {
     iteration.fits.first().ok_or(StoryError::NoFit(iteration.number))
 }
 
 /// Of the criteria whose λ* is clearly another than the fit's own (by more than a tenth), the one
 /// with the smallest predicted error.
-fn best_other(fit: &Fit) -> Option<&str> {
+fn best_other(fit: &FitResultBody) -> Option<ChosenBy> {
     let current = fit.regularization.lambda_star;
     let differs = |other: f64| current.is_none_or(|current| (other - current).abs() > 0.1 * current);
     let others = fit.regularization.choices.iter().filter(|choice| choice.lambda_star.is_some_and(differs));
-    let error = |choice: &Choice| choice.predicted_mse.unwrap_or(f64::INFINITY);
-    others.min_by(|a, b| error(a).total_cmp(&error(b))).map(|choice| choice.criterion.as_str())
+    let error = |choice: &ChoiceBody| choice.predicted_mse.unwrap_or(f64::INFINITY);
+    others.min_by(|a, b| error(a).total_cmp(&error(b))).map(|choice| choice.criterion)
 }
 
-fn predicted_error(fit: &Fit, criterion: &str) -> Option<f64> {
+fn predicted_error(fit: &FitResultBody, criterion: ChosenBy) -> Option<f64> {
     fit.regularization.choices.iter().find(|choice| choice.criterion == criterion)?.predicted_mse
 }
 

@@ -16,7 +16,8 @@ use std::{collections::BTreeMap, io::Read};
 
 use serde::Deserialize;
 
-use super::{numbers::short, table::Table};
+use super::numbers::short;
+use crate::cli::table::Table;
 
 /// One flank's cross grid, ready to be fitted: positions in mm (roll length, face width), heights
 /// in µm.

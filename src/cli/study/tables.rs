@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::{
     api::studies::result::{Quartiles, RandomizationResult, RegularizedReference, StudyFigures},
-    cli::demo::table::Table,
+    cli::table::Table,
 };
 
 /// Everything a person wants to see of a study.

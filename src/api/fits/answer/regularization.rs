@@ -3,7 +3,10 @@
 use super::declare::{FieldsAs, ListAs, Name, WriteAs, answer, names};
 use crate::{
     api::{
-        fits::spec::{criteria::ChosenBy, request::SchemeName},
+        fits::spec::{
+            criteria::{ChosenBy, FIXED, LEAST_SQUARES},
+            request::SchemeName,
+        },
         json::writer::Object,
     },
     jobs::scheme_name,
@@ -49,7 +52,7 @@ answer! {
         lambda_star_interval?: [f64; 2] = lambda_star_interval,
         /// λ* − λ₁.
         gamma?: f64 = gamma,
-        criterion?: ChosenBy = if *fixed { Some("fixed") } else { criterion.map(Criterion::name) }.map(Name),
+        criterion?: ChosenBy = if *fixed { Some(FIXED) } else { criterion.map(Criterion::name) }.map(Name),
         /// What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for
         /// Tikhonov the directions are those of matrix and penalty together, the most penalised
         /// first.
@@ -67,7 +70,7 @@ answer! {
     /// What one criterion would choose.
     #[schema(as = Choice)]
     pub struct ChoiceBody from Choice { criterion, lambda_star, condition, bias_norm, predicted_mse, rms } {
-        criterion: ChosenBy = Name(criterion.map_or("least_squares", Criterion::name)),
+        criterion: ChosenBy = Name(criterion.map_or(LEAST_SQUARES, Criterion::name)),
         /// The λ* that the criterion would choose, as an eigenvalue of the scaled Fisher
         /// information matrix.
         lambda_star?: f64 = lambda_star,

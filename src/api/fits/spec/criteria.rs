@@ -6,6 +6,11 @@ use utoipa::ToSchema;
 
 use flankfit_engine::estimation::spec::Criterion;
 
+/// The name of a value that the caller gave.
+pub const FIXED: &str = "fixed";
+/// The name of no regularisation.
+pub const LEAST_SQUARES: &str = "least_squares";
+
 /// Declares both enums from the list of criteria, and the ways between them and [`Criterion`].
 macro_rules! criteria {
     ($($(#[$attribute:meta])* $name:ident,)*) => {
@@ -44,7 +49,23 @@ macro_rules! criteria {
             }
         }
 
+        impl ChosenBy {
+            /// As it is written.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(ChosenBy::$name => Criterion::$name.name(),)*
+                    ChosenBy::Fixed => FIXED,
+                    ChosenBy::LeastSquares => LEAST_SQUARES,
+                }
+            }
+        }
+
         impl CriterionName {
+            /// As it is written.
+            pub fn name(self) -> &'static str {
+                self.criterion().map_or(FIXED, Criterion::name)
+            }
+
             /// The criterion; `None` for a value that the caller gives.
             pub fn criterion(self) -> Option<Criterion> {
                 match self {
@@ -85,5 +106,9 @@ mod tests {
             assert_eq!(serde_json::to_value(asked).unwrap(), criterion.name());
             assert_eq!(serde_json::to_value(ChosenBy::from(criterion)).unwrap(), criterion.name());
         }
+        for chosen in [ChosenBy::Fixed, ChosenBy::LeastSquares] {
+            assert_eq!(serde_json::to_value(chosen).unwrap(), chosen.name());
+        }
+        assert_eq!(serde_json::to_value(CriterionName::Fixed).unwrap(), CriterionName::Fixed.name());
     }
 }
