@@ -19,8 +19,10 @@ use crate::{
                 request::EvaluationSettingsBody,
             },
             files::{
+                content::{self, FileRead},
                 gears::{self, GearsOfFileBody},
-                read::{self, FileRead, ImportSpecBody},
+                read::read,
+                spec::ImportSpecBody,
             },
             gear::GearBody,
             trace::KindName,
@@ -120,7 +122,7 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
     };
     let component = arguments.component.clone();
     let spec = ImportSpecBody { gear, evaluation, component, ..ImportSpecBody::default() };
-    let read = read::read(&content, name.as_deref(), &spec, None).map_err(said)?;
+    let read = read(&content, name.as_deref(), &spec, None).map_err(said)?;
     for warning in &read.warnings {
         eprintln!("{}: {}", warning.code, warning.message);
     }
@@ -199,7 +201,7 @@ fn flanks(read: &FileRead) -> Result<String, std::fmt::Error> {
         let number = |x: f64| format!("{x:.2}");
         table.row([
             flank.tooth.clone(),
-            read::word(flank.side).to_owned(),
+            content::word(flank.side).to_owned(),
             flank.places.len().to_string(),
             number(deviations().sum::<f64>() / count),
             number((deviations().map(|d| d * d).sum::<f64>() / count).sqrt()),

@@ -21,9 +21,10 @@ use crate::{
             correction::{
                 self, csv,
                 include::{CorrectionInclude, KeptIncludeName},
-                kept::{self, After, KeptCorrectionBody, Measured},
+                kept::{self, After, KeptCorrectionBody},
                 request::CorrectionRequestBody,
                 result::CorrectionBody,
+                same_nodes::Measured,
             },
             deviations::{self, request::DeviationsRequestBody},
             evaluation::{self, request::EvaluateBody},

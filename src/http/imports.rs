@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     api::{
-        gears::{files::read::ImportSpecBody, gear::of_job},
+        gears::{files::spec::ImportSpecBody, gear::of_job},
         jobs::{import, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
     },

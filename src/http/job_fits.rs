@@ -25,7 +25,7 @@ use crate::{
     api::{
         fits::{
             reader,
-            spec::{json, request::IncludeName},
+            spec::include::{self, IncludeName},
         },
         jobs::{
             fits::{self, ReplayBody, ReplayRequest},
@@ -159,7 +159,7 @@ async fn get_iteration_fit(
     let body = state
         .pool
         .run(move || {
-            let result = fits::with_include(&nodes, &stored, json::include(&names), &plans)?;
+            let result = fits::with_include(&nodes, &stored, include::include(&names), &plans)?;
             Ok::<_, Problem>(iterations::stored_fit(&stored, &result))
         })
         .await??;

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     api::{
-        fits::spec::json,
+        fits::reader,
         jobs::{fits, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
         streams::stream::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
@@ -171,7 +171,7 @@ async fn finish_stream(
             return Err(RepositoryError::StreamFinished { iteration }.into());
         }
         let nodes = stream_flow::all_nodes(&state, &stream).await?;
-        let spec = json::from_json(&stream.spec).map_err(Problem::internal)?;
+        let spec = reader::read_stored(&stream.spec).map_err(Problem::internal)?;
         let fitted = nodes.clone();
         let plans = state.plans.clone();
         let computed = state.pool.run(move || fits::compute(&fitted, &spec, &plans)).await??;

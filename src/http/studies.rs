@@ -7,8 +7,8 @@ use super::{body::Payload, compute::read_json, fits::json, state::AppState};
 use crate::api::{
     problem::Problem,
     studies::{
-        request::{self, RandomizationRequest},
-        result::RandomizationResult,
+        request::RandomizationRequest,
+        result::{self, RandomizationResult},
     },
 };
 
@@ -29,6 +29,6 @@ pub fn group() -> OpenApiRouter<AppState> {
         body = RandomizationResult))
 )]
 async fn study_randomization(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    let answer = read_json(&state, payload, |text| request::answer(text)?.to_json().map_err(Problem::internal)).await?;
+    let answer = read_json(&state, payload, |text| result::answer(text)?.to_json().map_err(Problem::internal)).await?;
     Ok(json(answer))
 }

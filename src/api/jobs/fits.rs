@@ -8,7 +8,11 @@ use utoipa::ToSchema;
 
 use crate::{
     api::{
-        fits::{answer::text, canonical, spec::json},
+        fits::{
+            answer::text,
+            canonical, reader,
+            spec::{include, json},
+        },
         json::merge,
         problem::Problem,
     },
@@ -70,8 +74,8 @@ pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed,
 /// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and
 /// added; what is stored stays as it is. Processor work.
 pub fn with_include(nodes: &Nodes, stored: &FitRecord, asked: Include, plans: &Plans) -> Result<Arc<str>, Problem> {
-    let mut spec = json::from_json(&stored.spec).map_err(Problem::internal)?;
-    let include = json::both(spec.include, asked);
+    let mut spec = reader::read_stored(&stored.spec).map_err(Problem::internal)?;
+    let include = include::both(spec.include, asked);
     if include == spec.include {
         return Ok(stored.result.clone());
     }
@@ -82,7 +86,7 @@ pub fn with_include(nodes: &Nodes, stored: &FitRecord, asked: Include, plans: &P
 
 /// Computes a stored fit again and compares. Processor work.
 pub fn replay(nodes: &Nodes, stored: &FitRecord) -> Result<Replay, Problem> {
-    let spec = json::from_json(&stored.spec).map_err(Problem::internal)?;
+    let spec = reader::read_stored(&stored.spec).map_err(Problem::internal)?;
     // all of it anew, plans too
     let computed = compute(nodes, &spec, &Plans::default())?;
     Ok(Replay::of(&stored.result, &computed.result, difference))

@@ -9,7 +9,11 @@ use crate::{
         built::Built,
         gears::{
             deviations,
-            files::read::{self, ImportSpecBody, OwnZeros},
+            files::{
+                content::{self, OwnZeros},
+                read::read,
+                spec::ImportSpecBody,
+            },
         },
         json::{part::read_json, writer},
         problem::Problem,
@@ -38,13 +42,13 @@ pub fn draft(
         }
         None => ImportSpecBody::default(),
     };
-    let read = read::read(content, name, &spec, gear)?;
+    let read = read(content, name, &spec, gear)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
     let measurand = flank.measurand(&nodes).map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))?;
     let (computed, told) = surface(&nodes, flank.own_zeros.as_ref(), plans)?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
-    let mut of = format!("{} flank of tooth {}{told}, imported from {name}", read::word(flank.side), flank.tooth);
+    let mut of = format!("{} flank of tooth {}{told}, imported from {name}", content::word(flank.side), flank.tooth);
     if flank.own_zeros.is_some() && flank.traces > 1 {
         of.push_str("; zeros of its traces are set so that they meet in one surface");
     }

@@ -222,20 +222,20 @@ pub fn read_block(text: &[u8]) -> Result<PostedBlock, Problem> {
 
 /// An estimate before any node, for a stored stream.
 pub fn empty_estimate(stream: &Stream) -> Result<Recursive, Problem> {
-    let spec = json::from_json(&stream.spec).map_err(Problem::internal)?;
+    let spec = reader::read_stored(&stream.spec).map_err(Problem::internal)?;
     Recursive::new(&spec, stream.forgetting_factor)
         .map_err(|faults| Problem::internal(format!("a stored stream is refused: {:?}", faults.list())))
 }
 
 /// The estimate whose numbers were stored; `None` when they are of another form.
 pub fn restored_estimate(stream: &Stream, data: &[u8]) -> Option<Recursive> {
-    let spec = json::from_json(&stream.spec).ok()?;
+    let spec = reader::read_stored(&stream.spec).ok()?;
     Recursive::restore(&spec, stream.forgetting_factor, &super::state::decode(data)?)
 }
 
 /// Where the digests of a stored stream begin.
 pub fn first_sha256(stream: &Stream) -> Result<[u8; 32], Problem> {
-    let spec = json::from_json(&stream.spec).map_err(Problem::internal)?;
+    let spec = reader::read_stored(&stream.spec).map_err(Problem::internal)?;
     Ok(canonical::stream_sha256(&spec, stream.forgetting_factor))
 }
 

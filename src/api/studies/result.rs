@@ -3,13 +3,19 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::request::{CheckedStudy, StudyScaling};
+use super::{
+    reader::{CheckedStudy, moved, read},
+    request::StudyScaling,
+};
 use crate::api::{
+    faults::Faults,
     fits::{answer::parts::LimitSource, spec::criteria::ChosenBy},
+    problem::Problem,
     warning::WarningBody,
 };
 use flankfit_engine::estimation::{
-    randomization::{Figures, LevelResult, Reference, ReferenceChoice, StudyResult, Summary},
+    FitError,
+    randomization::{self, Figures, LevelResult, Reference, ReferenceChoice, StudyResult, Summary},
     spec::Criterion,
 };
 
@@ -157,6 +163,25 @@ pub struct StudyOptimum {
 
 fn quartiles(summary: Option<Summary>) -> Option<Quartiles> {
     summary.map(|Summary { median, q1, q3 }| Quartiles { median, q1, q3 })
+}
+
+/// Runs a request to its answer. Processor work.
+pub fn answer(text: &[u8]) -> Result<RandomizationResult, Problem> {
+    let checked = read(text)?;
+    let result = randomization::run(&checked.study).map_err(|error| match error {
+        FitError::Invalid(faults) => Problem::invalid(about_matrix(&faults.into())),
+        other => other.into(),
+    })?;
+    Ok(RandomizationResult::new(result, checked))
+}
+
+/// The study's matrix goes through the checks of nodes of type matrix.
+fn about_matrix(faults: &Faults) -> Faults {
+    moved(faults, |pointer| match pointer.strip_prefix("/nodes") {
+        Some("") => "/x".to_owned(),
+        Some(rest) => rest.to_owned(),
+        None => pointer.to_owned(),
+    })
 }
 
 impl RandomizationResult {

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use super::traces;
 use crate::api::{
     fits::{nodes_text, reader::read_csv},
-    gears::files::read::{self, ImportSpecBody},
+    gears::files::{content, read, spec::ImportSpecBody},
     json::error::ReadError,
     problem::Problem,
 };
@@ -162,7 +162,7 @@ fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
         let Some(flank) = read.nodes.iter().find(|flank| flank.side == side) else { continue };
         let nodes = serde_json::from_slice(&nodes_text::to_json(Arc::new(flank.nodes()?)).whole())
             .map_err(Problem::internal)?;
-        let of = format!("{}, {} flank of tooth {}", name, read::word(side), flank.tooth);
+        let of = format!("{}, {} flank of tooth {}", name, content::word(side), flank.tooth);
         let count = flank.places.len();
         let report = match flank.traces {
             0 => format!("{report}  {count} points of the flank used.\n"),

@@ -13,7 +13,7 @@ use std::{
 use clap::Args;
 
 use super::CommandError;
-use crate::api::{problem::Problem, studies::request};
+use crate::api::{problem::Problem, studies::result};
 
 /// The profile of a flank, described in docs/paper-figures.md.
 const DEFAULT: &str = include_str!("../../../examples/requests/study_flank.json");
@@ -36,7 +36,7 @@ pub fn run(arguments: &StudyArguments) -> Result<(), CommandError> {
         None => DEFAULT.as_bytes().to_vec(),
         Some(file) => read(file)?,
     };
-    let result = request::answer(&text).map_err(|problem| explain(&problem))?;
+    let result = result::answer(&text).map_err(|problem| explain(&problem))?;
     let mut shown = if arguments.json { result.to_json()? } else { tables::text(&result).into_bytes() };
     if arguments.json {
         shown.push(b'\n');

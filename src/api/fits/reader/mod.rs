@@ -23,7 +23,10 @@ mod tests;
 /// Nodes from a table with a header.
 pub use self::csv::read as read_csv;
 
-use crate::api::json::{error::ReadError, extra::Extra};
+use crate::api::json::{
+    error::ReadError,
+    extra::{Extra, NoExtra},
+};
 use flankfit_engine::estimation::{FitSpec, Nodes};
 
 /// Reads a fit request: `nodes`, the spec and the fields of `E`.
@@ -44,4 +47,9 @@ pub fn read_nodes<E: Extra>(text: &[u8]) -> Result<(Nodes, E), ReadError> {
 /// Reads a fit request whose nodes come as CSV: the form of `multipart/form-data`.
 pub fn read_fit_with_csv<E: Extra>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
     request::read_fit_with_csv(spec, nodes)
+}
+
+/// Reads a stored spec (or any spec of a request).
+pub fn read_stored(spec: &str) -> Result<FitSpec, ReadError> {
+    request::read_refit::<NoExtra>(spec.as_bytes()).map(|(spec, NoExtra {})| spec)
 }

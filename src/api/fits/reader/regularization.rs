@@ -1,9 +1,9 @@
 //! The regularisation of a request: wire parts to checked domain types.
 
-use super::spec::unsigned_zeros;
 use crate::api::{
     faults::Faults,
     fits::spec::request::*,
+    fits::spec::zeros::unsigned_zeros,
     json::{
         part::read_part,
         tags::{read_tag, unknown_type},
@@ -54,7 +54,7 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
             Some(spec::Regularization::Tikhonov(spec::Tikhonov {
                 order: body.order,
                 parameter: parameter(body.parameter, &format!("{AT}/parameter"), &[], faults)?,
-                weights: body.weights.map(unsigned_zeros),
+                weights: body.weights.as_deref().map(unsigned_zeros),
             }))
         }
         "truncated_svd" => {
@@ -71,7 +71,7 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
             let own = [spec::Criterion::Optimal];
             Some(spec::Regularization::Attraction(spec::Attraction {
                 parameter: parameter(body.parameter, &format!("{AT}/parameter"), &own, faults)?,
-                target: unsigned_zeros(body.target),
+                target: unsigned_zeros(&body.target),
             }))
         }
         other => {
@@ -104,7 +104,7 @@ fn james_stein(body: JamesSteinRegularization, faults: &mut Faults) -> Option<sp
             return None;
         }
     };
-    let target = body.target.map(unsigned_zeros);
+    let target = body.target.as_deref().map(unsigned_zeros);
     Some(spec::Regularization::JamesStein(spec::JamesStein { factor, positive_part, target }))
 }
 

@@ -4,7 +4,11 @@
 use super::{estimator::read_estimator, regularization::read_regularization};
 use crate::api::{
     faults::Faults,
-    fits::spec::{json::include, request::*},
+    fits::spec::{
+        include::include,
+        request::*,
+        zeros::{unsigned_zero, unsigned_zeros},
+    },
     json::{
         part::{read_object, read_part},
         tags::{read_tag, unknown_type},
@@ -106,8 +110,10 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
         "b_spline" => {
             let model: BSplineModel = read_part(slice, "/model", faults)?;
             let knots = match (model.knots, model.spans) {
-                (Some(KnotsBody::Curve(knots)), None) => spec::Knots::Curve(unsigned_zeros(knots)),
-                (Some(KnotsBody::Surface([u, v])), None) => spec::Knots::Surface(unsigned_zeros(u), unsigned_zeros(v)),
+                (Some(KnotsBody::Curve(knots)), None) => spec::Knots::Curve(unsigned_zeros(&knots)),
+                (Some(KnotsBody::Surface([u, v])), None) => {
+                    spec::Knots::Surface(unsigned_zeros(&u), unsigned_zeros(&v))
+                }
                 (None, Some(SpansBody::Both(n))) => spec::Knots::Spans(n),
                 (None, Some(SpansBody::Each([a, b]))) => spec::Knots::SpansEach(a, b),
                 (Some(_), Some(_)) => {
@@ -190,13 +196,4 @@ fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncer
 
 fn read_include(slice: &[u8], faults: &mut Faults) -> Option<spec::Include> {
     read_part::<Vec<IncludeName>>(slice, "/include", faults).map(|names| include(&names))
-}
-
-/// −0 as 0: the digest does not tell them apart, so nothing else may.
-fn unsigned_zero(value: f64) -> f64 {
-    value + 0.0
-}
-
-pub(in crate::api) fn unsigned_zeros(values: Vec<f64>) -> Vec<f64> {
-    values.into_iter().map(unsigned_zero).collect()
 }

@@ -4,7 +4,10 @@ use proptest::prelude::*;
 use serde::Deserialize;
 
 use super::*;
-use crate::api::{fits::canonical::input_sha256, json::extra::NoExtra};
+use crate::api::{
+    fits::{canonical::input_sha256, spec::json::to_json},
+    json::extra::NoExtra,
+};
 use flankfit_engine::estimation::spec::{self, Criterion, Model, Parameter, Regularization};
 
 fn read(text: &str) -> Result<(Nodes, FitSpec), ReadError> {
@@ -350,9 +353,9 @@ fn estimators_are_stored_with_every_default_and_read_back() {
         (r#"{"type":"rank"}"#, r#"{"type":"rank","scores":"wilcoxon"}"#),
     ] {
         let (_, spec) = read(&with_spec(&format!(r#"{LINE},"estimator":{short}"#))).unwrap();
-        let stored = crate::api::fits::spec::json::to_json(&spec);
+        let stored = to_json(&spec);
         assert!(stored.contains(&format!(r#""estimator":{long}"#)), "{stored}");
-        assert_eq!(crate::api::fits::spec::json::from_json(&stored).unwrap(), spec);
+        assert_eq!(read_stored(&stored).unwrap(), spec);
         let (_, again) = read(&with_spec(&format!(r#"{LINE},"estimator":{long}"#))).unwrap();
         assert_eq!(again, spec);
     }
@@ -450,8 +453,8 @@ proptest! {
                     .clone(),
             )
         };
-        let text = crate::api::fits::spec::json::to_json(&spec);
-        prop_assert_eq!(&crate::api::fits::spec::json::from_json(&text).unwrap(), &spec, "{}", text);
+        let text = to_json(&spec);
+        prop_assert_eq!(&read_stored(&text).unwrap(), &spec, "{}", text);
         prop_assert!(!text.contains("null"));
     }
 

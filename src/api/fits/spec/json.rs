@@ -1,9 +1,11 @@
-//! A spec as JSON with every default filled in, for storing and for the digest, and back.
+//! A spec as JSON with every default filled in, for storing and for the digest.
 
-use super::{filters::FilterBody, regularization_json::regularization, request::*};
-use crate::api::{
-    fits::reader,
-    json::{error::ReadError, extra::NoExtra},
+use super::{
+    filters::FilterBody,
+    include::named,
+    regularization_json::regularization,
+    request::*,
+    zeros::{unsigned_zero, unsigned_zeros},
 };
 use flankfit_engine::estimation::spec::{self, FitSpec};
 
@@ -12,11 +14,6 @@ use flankfit_engine::estimation::spec::{self, FitSpec};
 pub fn to_json(spec: &FitSpec) -> String {
     // A spec holds finite numbers and strings only: nothing in it can fail to be written.
     serde_json::to_string(&FitSpecBody::from(spec)).unwrap_or_default()
-}
-
-/// Reads what [`to_json`] wrote (or any spec of a request).
-pub fn from_json(text: &str) -> Result<FitSpec, ReadError> {
-    reader::read_refit::<NoExtra>(text.as_bytes()).map(|(spec, _)| spec)
 }
 
 impl From<&FitSpec> for FitSpecBody {
@@ -46,11 +43,6 @@ impl From<&FitSpec> for FitSpecBody {
     }
 }
 
-pub(in crate::api) fn unsigned_zero(value: f64) -> f64 {
-    // −0 + 0 is +0; every other number stays.
-    value + 0.0
-}
-
 fn model(model: &spec::Model) -> ModelBody {
     match model {
         spec::Model::Polynomial { degree, basis, terms } => ModelBody::Polynomial(PolynomialModel {
@@ -67,7 +59,6 @@ fn model(model: &spec::Model) -> ModelBody {
             }),
         }),
         spec::Model::BSpline { degree, knots, weights } => {
-            let clean = |knots: &[f64]| knots.iter().copied().map(unsigned_zero).collect::<Vec<_>>();
             let weights = weights.as_ref().map(|weights| match columns(*degree, knots) {
                 // Without knots the curve and the surface of one row look alike; either way back
                 // gives the same weights.
@@ -75,8 +66,8 @@ fn model(model: &spec::Model) -> ModelBody {
                 Some(columns) => WeightsBody::Surface(weights.chunks(columns).map(<[f64]>::to_vec).collect()),
             });
             let (knots, spans) = match knots {
-                spec::Knots::Curve(knots) => (Some(KnotsBody::Curve(clean(knots))), None),
-                spec::Knots::Surface(u, v) => (Some(KnotsBody::Surface([clean(u), clean(v)])), None),
+                spec::Knots::Curve(knots) => (Some(KnotsBody::Curve(unsigned_zeros(knots))), None),
+                spec::Knots::Surface(u, v) => (Some(KnotsBody::Surface([unsigned_zeros(u), unsigned_zeros(v)])), None),
                 spec::Knots::Spans(n) => (None, Some(SpansBody::Both(*n))),
                 spec::Knots::SpansEach(a, b) => (None, Some(SpansBody::Each([*a, *b]))),
             };
@@ -108,47 +99,5 @@ fn degree_body(degree: spec::Degree) -> DegreeBody {
     match degree {
         spec::Degree::Both(n) => DegreeBody::Both(n),
         spec::Degree::Each(p, q) => DegreeBody::Each([p, q]),
-    }
-}
-
-fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
-    let names: Vec<_> = [
-        (include.residuals, IncludeName::Residuals),
-        (include.collinearity, IncludeName::Collinearity),
-        (include.lambda_curve, IncludeName::LambdaCurve),
-        (include.matrix_b, IncludeName::MatrixB),
-        (include.ridge_trace, IncludeName::RidgeTrace),
-        (include.robust_weights, IncludeName::RobustWeights),
-        (include.peaks, IncludeName::Peaks),
-    ]
-    .into_iter()
-    .filter_map(|(wanted, name)| wanted.then_some(name))
-    .collect();
-    (!names.is_empty()).then_some(names)
-}
-
-/// What the names ask for.
-pub fn include(names: &[IncludeName]) -> spec::Include {
-    spec::Include {
-        residuals: names.contains(&IncludeName::Residuals),
-        collinearity: names.contains(&IncludeName::Collinearity),
-        lambda_curve: names.contains(&IncludeName::LambdaCurve),
-        matrix_b: names.contains(&IncludeName::MatrixB),
-        ridge_trace: names.contains(&IncludeName::RidgeTrace),
-        robust_weights: names.contains(&IncludeName::RobustWeights),
-        peaks: names.contains(&IncludeName::Peaks),
-    }
-}
-
-/// What either asks for.
-pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
-    spec::Include {
-        residuals: a.residuals | b.residuals,
-        collinearity: a.collinearity | b.collinearity,
-        lambda_curve: a.lambda_curve | b.lambda_curve,
-        matrix_b: a.matrix_b | b.matrix_b,
-        ridge_trace: a.ridge_trace | b.ridge_trace,
-        robust_weights: a.robust_weights | b.robust_weights,
-        peaks: a.peaks | b.peaks,
     }
 }

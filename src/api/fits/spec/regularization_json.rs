@@ -1,6 +1,6 @@
 //! A regularisation as JSON with every default filled in.
 
-use super::{json::unsigned_zero, request::*};
+use super::{request::*, zeros::unsigned_zeros};
 use flankfit_engine::estimation::spec;
 
 /// The regularisation with every default filled in.
@@ -26,7 +26,7 @@ pub fn regularization(regularization: &spec::Regularization) -> RegularizationBo
             RegularizationBody::Tikhonov(TikhonovRegularization {
                 kind: TikhonovTag::Tikhonov,
                 order: *order,
-                weights: weights.as_deref().map(clean),
+                weights: weights.as_deref().map(unsigned_zeros),
                 parameter: Some(parameter(*lambda)),
             })
         }
@@ -44,21 +44,17 @@ pub fn regularization(regularization: &spec::Regularization) -> RegularizationBo
                     (spec::ShrinkageFactor::JamesStein, false) => None,
                 },
                 positive_part: Some(*positive_part),
-                target: target.as_deref().map(clean),
+                target: target.as_deref().map(unsigned_zeros),
             })
         }
         spec::Regularization::Attraction(spec::Attraction { target, parameter: k }) => {
             RegularizationBody::Attraction(AttractionRegularization {
                 kind: AttractionTag::Attraction,
-                target: clean(target),
+                target: unsigned_zeros(target),
                 parameter: Some(parameter(*k)),
             })
         }
     }
-}
-
-fn clean(values: &[f64]) -> Vec<f64> {
-    values.iter().copied().map(unsigned_zero).collect()
 }
 
 fn parameter(parameter: spec::Parameter) -> ParameterBody {

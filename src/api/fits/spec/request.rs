@@ -8,12 +8,12 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-pub use super::estimator::*;
 pub use super::regularization::*;
 pub use super::{
     count::CountBody,
     knots::{KnotsBody, WeightsBody},
 };
+pub use super::{estimator::*, include::IncludeName};
 use super::{filters::FilterBody, nodes::NodesBody};
 pub use crate::api::shapes::degree::{DegreeBody, SpansBody};
 pub use crate::api::shapes::domain::DomainBody;
@@ -231,28 +231,4 @@ pub enum ScalingName {
     UnitLength,
     None,
     Standardized,
-}
-
-/// What is answered only when asked for: whatever grows with the nodes or with the square of the
-/// coefficients. Each name only adds to the answer; a name that stands twice counts once, one that
-/// has nothing to add (`ridge_trace` without ridge) adds at most a warning that says so.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = FitInclude)]
-pub enum IncludeName {
-    /// `residuals.values`, and `residuals.node_indices` where some node was left out.
-    Residuals,
-    /// `collinearity.correlation`, `collinearity.variance_proportions` and the `weights` of near
-    /// dependencies.
-    Collinearity,
-    /// Condition, bias and error along λ*.
-    LambdaCurve,
-    /// The matrix B.
-    MatrixB,
-    /// The coefficients along k; for ridge.
-    RidgeTrace,
-    /// `robust.weights` and `robust.rejected`.
-    RobustWeights,
-    /// `node_indices` of each Hampel filter: the nodes that it took for peaks.
-    Peaks,
 }

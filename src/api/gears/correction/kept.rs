@@ -9,7 +9,7 @@ use super::{
     include::CorrectionInclude,
     request,
     result::{CorrectionBody, FlankFiguresBody},
-    same_nodes::same_nodes,
+    same_nodes::{Measured, same_nodes},
 };
 use crate::{
     api::{
@@ -18,10 +18,10 @@ use crate::{
         json::{text::Moment, writer},
         problem::Problem,
     },
-    jobs::{Measurand, Record},
+    jobs::Record,
 };
 use flankfit_engine::{
-    estimation::{FitError, Nodes},
+    estimation::FitError,
     gear::{
         Gear, Refused,
         correction::{Answer, Correction, Verdict, compare},
@@ -157,12 +157,6 @@ struct Written<'a> {
     answer: Option<MachineAnswerBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     not_compared: Option<String>,
-}
-
-/// Nodes with what they are of.
-pub struct Measured {
-    pub nodes: Nodes,
-    pub measurand: Measurand,
 }
 
 /// What was measured after the corrected iteration.

@@ -4,9 +4,18 @@
 //! on a gear's flank are compared by their places on it, others by the units of one quantity; what
 //! cannot be turned into each other is not the same, and it is said why.
 
-use super::{iteration_nodes::Flank, kept::Measured};
-use crate::api::measurand::axes::{AxesBody, AxisBody};
+use super::iteration_nodes::Flank;
+use crate::{
+    api::measurand::axes::{AxesBody, AxisBody},
+    jobs::Measurand,
+};
 use flankfit_engine::estimation::Nodes;
+
+/// Nodes with what they are of.
+pub struct Measured {
+    pub nodes: Nodes,
+    pub measurand: Measurand,
+}
 
 /// Places that were turned from one coordinate into another are the same within this, mm: units and
 /// angles are posted with so many digits, and a flank that leans by 10 µm per mm is 0.01 µm higher

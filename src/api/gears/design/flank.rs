@@ -4,16 +4,16 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::modification::{self, ModificationBody, ModificationRangeBody};
+use super::places::ProfileBody;
 use crate::api::{
-    faults::Faults,
     gears::{gear::GearBody, notice::NoticeBody},
     json::{part::read_json, writer::Json},
-    measurand::{profile_axis::ProfileAxisName, side::SideName},
+    measurand::side::SideName,
     problem::{Problem, Room},
 };
 use flankfit_engine::{
     formats::points::{self, ListedPoint},
-    gear::{FlankGrid, Gear, GridSpec, Modifications, ProfileAxis, Side, flank_grid::MOST_NODES},
+    gear::{FlankGrid, Gear, GridSpec, Modifications, Side, flank_grid::MOST_NODES},
     geometry::space::Vector,
 };
 
@@ -38,16 +38,6 @@ pub struct FlankRequestBody {
     pub tooth: Option<u32>,
 }
 
-/// Places along the profile.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = ProfilePlaces)]
-pub struct ProfileBody {
-    pub axis: ProfileAxisName,
-    /// mm; roll angles in degrees.
-    pub values: Vec<f64>,
-}
-
 /// Nodes, a row for each profile value and in it one for each z. Normals are those of the modified
 /// flank.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -68,18 +58,6 @@ pub struct FlankBody {
     pub relief_um: Option<Vec<Vec<f64>>>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
-}
-
-impl ProfileBody {
-    fn axis_and_values(&self) -> (ProfileAxis, Vec<f64>) {
-        (self.axis.into(), self.values.iter().map(|x| self.axis.value(*x)).collect())
-    }
-
-    /// Roll lengths; faults stand at `{at}/0` ….
-    pub fn roll_lengths(&self, gear: &Gear, at: &str) -> Result<Vec<f64>, Faults> {
-        let (axis, values) = self.axis_and_values();
-        axis.roll_lengths(gear, &values).map_err(|found| Faults::at(at, &found))
-    }
 }
 
 /// What a node takes until it is written: point and normal, twice, and their text.

@@ -3,5 +3,6 @@
 pub mod flank;
 pub mod geometry;
 pub mod modification;
+pub mod places;
 pub mod profile;
 pub mod tolerances;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::flank::ProfileBody;
+use super::places::ProfileBody;
 use crate::api::faults::Faults;
 use flankfit_engine::gear::{
     Gear, Modifications,

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::{
+    content::{FileRead, FlankNodes, OwnZeros, told},
     gears,
-    read::{FileRead, FlankNodes, ImportSpecBody, OwnZeros, told},
+    spec::ImportSpecBody,
 };
 use crate::api::{
     faults::Faults,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::read::{told, unreadable};
+use super::content::{told, unreadable};
 use crate::api::{
     faults::Faults,
     gears::{

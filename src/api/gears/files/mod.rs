@@ -1,6 +1,8 @@
 //! Files of gear measurements.
 
+pub mod content;
 pub mod curves;
 pub mod gears;
 pub mod points;
 pub mod read;
+pub mod spec;

@@ -1,8 +1,9 @@
 //! Points measured on a gear, and topographies of a model, as nodes of its flanks.
 
 use super::{
+    content::{FileRead, FlankNodes, nothing_measured, told},
     gears,
-    read::{FileRead, FlankNodes, ImportSpecBody, nothing_measured, told},
+    spec::ImportSpecBody,
 };
 use crate::api::{
     faults::{Faults, Field},

@@ -1,0 +1,73 @@
+//! What is answered only when asked for.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use flankfit_engine::estimation::spec;
+
+/// What is answered only when asked for: whatever grows with the nodes or with the square of the
+/// coefficients. Each name only adds to the answer; a name that stands twice counts once, one that
+/// has nothing to add (`ridge_trace` without ridge) adds at most a warning that says so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = FitInclude)]
+pub enum IncludeName {
+    /// `residuals.values`, and `residuals.node_indices` where some node was left out.
+    Residuals,
+    /// `collinearity.correlation`, `collinearity.variance_proportions` and the `weights` of near
+    /// dependencies.
+    Collinearity,
+    /// Condition, bias and error along λ*.
+    LambdaCurve,
+    /// The matrix B.
+    MatrixB,
+    /// The coefficients along k; for ridge.
+    RidgeTrace,
+    /// `robust.weights` and `robust.rejected`.
+    RobustWeights,
+    /// `node_indices` of each Hampel filter: the nodes that it took for peaks.
+    Peaks,
+}
+
+/// The names of what is asked for.
+pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
+    let names: Vec<_> = [
+        (include.residuals, IncludeName::Residuals),
+        (include.collinearity, IncludeName::Collinearity),
+        (include.lambda_curve, IncludeName::LambdaCurve),
+        (include.matrix_b, IncludeName::MatrixB),
+        (include.ridge_trace, IncludeName::RidgeTrace),
+        (include.robust_weights, IncludeName::RobustWeights),
+        (include.peaks, IncludeName::Peaks),
+    ]
+    .into_iter()
+    .filter_map(|(wanted, name)| wanted.then_some(name))
+    .collect();
+    (!names.is_empty()).then_some(names)
+}
+
+/// What the names ask for.
+pub fn include(names: &[IncludeName]) -> spec::Include {
+    spec::Include {
+        residuals: names.contains(&IncludeName::Residuals),
+        collinearity: names.contains(&IncludeName::Collinearity),
+        lambda_curve: names.contains(&IncludeName::LambdaCurve),
+        matrix_b: names.contains(&IncludeName::MatrixB),
+        ridge_trace: names.contains(&IncludeName::RidgeTrace),
+        robust_weights: names.contains(&IncludeName::RobustWeights),
+        peaks: names.contains(&IncludeName::Peaks),
+    }
+}
+
+/// What either asks for.
+pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
+    spec::Include {
+        residuals: a.residuals | b.residuals,
+        collinearity: a.collinearity | b.collinearity,
+        lambda_curve: a.lambda_curve | b.lambda_curve,
+        matrix_b: a.matrix_b | b.matrix_b,
+        ridge_trace: a.ridge_trace | b.ridge_trace,
+        robust_weights: a.robust_weights | b.robust_weights,
+        peaks: a.peaks | b.peaks,
+    }
+}

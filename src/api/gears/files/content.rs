@@ -1,0 +1,139 @@
+//! What a file holds: traces and their evaluation, deviations, and nodes of an iteration.
+
+use super::spec::ImportSpecBody;
+use crate::{
+    api::{
+        faults::Faults,
+        gears::{evaluation::answer::EvaluationBody, notice::NoticeBody},
+        json::text::{SHORT, ShortText},
+        measurand::axes::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis},
+        problem::Problem,
+    },
+    jobs::Measurand,
+};
+use flankfit_engine::{
+    estimation::Nodes,
+    formats::{FileError, Notes},
+    gear::{Gear, Side, Trace, deviation::Deviations},
+};
+
+/// A file, read.
+pub struct FileRead {
+    pub gear: Gear,
+    /// Signs as DIN has them.
+    pub traces: Vec<Trace>,
+    /// Of the traces, where there are any; with the warnings about the file.
+    pub evaluation: Option<EvaluationBody>,
+    /// Of points and topographies.
+    pub deviations: Option<Deviations>,
+    /// Nodes with u = roll length and v = z (mm), heights in µm along the normal, positive where
+    /// material stands out; with what they are of.
+    pub nodes: Vec<FlankNodes>,
+    pub warnings: Vec<NoticeBody>,
+}
+
+/// Nodes of one flank.
+pub struct FlankNodes {
+    pub tooth: String,
+    pub side: Side,
+    /// Traces, or 0 for points.
+    pub traces: usize,
+    /// (roll length, z, deviation); undefined ones are left out. Of traces with a zero each one
+    /// after the other.
+    pub places: Vec<[f64; 3]>,
+    /// Of traces with a zero each.
+    pub own_zeros: Option<OwnZeros>,
+}
+
+/// What is known of traces with a zero each.
+pub struct OwnZeros {
+    /// How many nodes each trace has.
+    pub lengths: Vec<usize>,
+    /// Whether they tell a slope along the profile and one along the helix.
+    pub along: [bool; 2],
+    /// Whether they tell all terms of a second-order surface but the constant.
+    pub whole: bool,
+}
+
+/// What cannot be read, with line and column.
+pub fn unreadable(error: &FileError) -> Problem {
+    Problem::invalid(Faults::one("/file", error.to_string()))
+}
+
+pub(in crate::api) fn nothing_measured(what: &str) -> Problem {
+    Problem::invalid(Faults::one("/file", format!("nothing to make nodes of: {what}")))
+}
+
+/// What a reader had to say.
+pub(in crate::api) fn told(notes: &Notes) -> Vec<NoticeBody> {
+    let each = notes.list().iter();
+    each.map(|note| NoticeBody::new(note.code.as_str(), &format!("line {}: {}", note.line, note.text))).collect()
+}
+
+impl FileRead {
+    /// The flank that was asked for, or the one with the most nodes, the left one before the right.
+    pub fn flank(&self, spec: &ImportSpecBody) -> Result<&FlankNodes, Problem> {
+        let fits = |flank: &&FlankNodes| {
+            spec.tooth.as_ref().is_none_or(|tooth| *tooth == flank.tooth)
+                && spec.flank.is_none_or(|side| Side::from(side) == flank.side)
+        };
+        self.nodes.iter().find(fits).ok_or_else(|| {
+            let known: Vec<String> = self
+                .nodes
+                .iter()
+                .map(|flank| format!("the {} flank of tooth {}", word(flank.side), flank.tooth))
+                .collect();
+            let detail = if known.is_empty() {
+                "no trace has a known place on a flank".to_owned()
+            } else {
+                format!("the file has no traces of it, but those of {}", known.join(", "))
+            };
+            let pointer = if spec.tooth.is_some() { "/spec/tooth" } else { "/spec/flank" };
+            Problem::invalid(Faults::one(pointer, detail))
+        })
+    }
+}
+
+impl FlankNodes {
+    /// As nodes of a fit; along the one coordinate that varies where all lie on one line.
+    pub fn nodes(&self) -> Result<Nodes, Problem> {
+        let column = |c: usize| self.places.iter().map(|place| place[c]).collect::<Vec<f64>>();
+        let nodes = match (self.varies(0), self.varies(1)) {
+            (true, false) => Nodes::curve(column(0), column(2), None),
+            (false, true) => Nodes::curve(column(1), column(2), None),
+            _ => Nodes::scattered(column(0), column(1), column(2), None),
+        };
+        nodes.map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))
+    }
+
+    fn varies(&self, c: usize) -> bool {
+        self.places.iter().any(|place| place[c] != self.places[0][c])
+    }
+
+    /// What these nodes are of: the file says it.
+    pub fn measurand(&self, nodes: &Nodes) -> Result<Measurand, Faults> {
+        let along_profile = known_axis("roll_length", "mm", None);
+        let along_helix = known_axis("face_width", "mm", None);
+        let lengths =
+            |own: &OwnZeros| own.lengths.iter().map(|length| u32::try_from(*length).unwrap_or(u32::MAX)).collect();
+        let trace_lengths = self.own_zeros.as_ref().map(lengths);
+        let height = known_axis("deviation", "um", Some(PositiveName::MaterialOut))
+            .map(|axis| AxisBody { trace_lengths, ..axis });
+        let axes = match (self.varies(0), self.varies(1)) {
+            (true, false) => AxesBody { x: along_profile, y: height, ..AxesBody::default() },
+            (false, true) => AxesBody { x: along_helix, y: height, ..AxesBody::default() },
+            _ => AxesBody { u: along_profile, v: along_helix, z: height, ..AxesBody::default() },
+        };
+        let tooth: String = self.tooth.chars().filter(|c| !c.is_control()).take(SHORT).collect();
+        MeasurandBody { flank: Some(self.side.into()), tooth: ShortText::new(&tooth), axes: Some(axes) }
+            .checked(Some(nodes))
+    }
+}
+
+/// As messages call it.
+pub fn word(side: Side) -> &'static str {
+    match side {
+        Side::Left => "left",
+        Side::Right => "right",
+    }
+}

@@ -1,0 +1,75 @@
+//! What is said of a file beside it.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    faults::Faults,
+    gears::{
+        evaluation::request::{DeviationSignName, EvaluationSettingsBody},
+        gear::GearBody,
+    },
+    measurand::side::SideName,
+    problem::Problem,
+};
+use flankfit_engine::formats::gear_file::GearFile;
+
+/// What is said of a file beside it: the part `spec` of the form.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = ImportSpec)]
+pub struct ImportSpecBody {
+    /// In place of the job's gear, which goes before that of the file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
+    /// The tooth whose traces become nodes. By default the one with the most of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<String>,
+    /// The flank whose traces become nodes. Default `left`, where it was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// How traces are evaluated. Ranges and reference lengths that are left out are those of the
+    /// file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evaluation: Option<EvaluationSettingsBody>,
+    /// Of a REXS model: the id of the gear whose flanks become nodes. Needed where there are
+    /// several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub component: Option<String>,
+    /// Of points that are centres of a ball.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe_radius_mm: Option<f64>,
+    /// Kept as the iteration's note, 1 to 4000 characters. By default a sentence says what was
+    /// imported.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+impl ImportSpecBody {
+    /// Refuses what says nothing about such a file.
+    pub fn belongs_to(&self, file: &GearFile) -> Result<(), Problem> {
+        let (curves, model, points) = match file {
+            GearFile::Curves(_) => (true, false, false),
+            GearFile::Model(_) => (false, true, false),
+            GearFile::Points(_) => (false, false, true),
+            // refused as a whole
+            GearFile::Values(_) => (true, true, true),
+        };
+        let mut faults = Faults::default();
+        for (name, given, known, of) in [
+            ("evaluation", self.evaluation.is_some(), curves, "curves"),
+            ("component", self.component.is_some(), model, "REXS models"),
+            ("probe_radius_mm", self.probe_radius_mm.is_some(), points, "points"),
+        ] {
+            if given && !known {
+                faults.push(format!("/spec/{name}"), format!("it belongs to files of {of}, which this one is not"));
+            }
+        }
+        let sign = self.evaluation.as_ref().and_then(|evaluation| evaluation.deviation_sign);
+        if sign.is_some_and(|sign| sign != DeviationSignName::Din) {
+            let detail = "the file says what its deviations count; they are turned into DIN's";
+            faults.push("/spec/evaluation/deviation_sign", detail);
+        }
+        faults.into_result(()).map_err(Problem::invalid)
+    }
+}

@@ -1,0 +1,155 @@
+//! Reads the request of a randomisation study, and makes the matrix of its nodes.
+
+use serde::Deserialize;
+use serde_json::value::RawValue;
+
+use super::request::StudyScaling;
+use crate::api::{
+    faults::Faults,
+    fits::reader,
+    json::{error::ReadError, extra::NoExtra, part::read_json, present::present},
+    problem::Problem,
+};
+use flankfit_engine::estimation::randomization::{ColumnScaling, Measured, Setup, Study};
+
+/// As it is read: nodes and model go through the reader of fit requests.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRequest {
+    #[serde(default, deserialize_with = "present")]
+    x: Option<Vec<Vec<f64>>>,
+    #[serde(default, deserialize_with = "present")]
+    nodes: Option<Box<RawValue>>,
+    #[serde(default, deserialize_with = "present")]
+    model: Option<Box<RawValue>>,
+    #[serde(default, deserialize_with = "present")]
+    domain: Option<Box<RawValue>>,
+    #[serde(default, deserialize_with = "present")]
+    coefficients: Option<Vec<f64>>,
+    #[serde(default, deserialize_with = "present")]
+    noise_sigma: Option<f64>,
+    levels: Vec<f64>,
+    repetitions: usize,
+    #[serde(default, deserialize_with = "present")]
+    seed: Option<u64>,
+    #[serde(default, deserialize_with = "present")]
+    scaling: Option<StudyScaling>,
+}
+
+/// A request read and checked.
+pub struct CheckedStudy {
+    pub study: Study,
+    pub terms: Vec<String>,
+    pub coefficients: Vec<f64>,
+    pub coefficients_given: bool,
+    pub noise_sigma: f64,
+    pub noise_sigma_given: bool,
+    pub repetitions: usize,
+    pub seed: u64,
+    pub scaling: StudyScaling,
+    pub rows: usize,
+}
+
+/// What is studied, from either form.
+struct Material {
+    x: Vec<Vec<f64>>,
+    terms: Vec<String>,
+    /// What nodes suggest.
+    coefficients: Option<Vec<f64>>,
+    sigma: Option<f64>,
+}
+
+/// Reads a request. Processor work where it has nodes.
+pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
+    let mut raw: RawRequest = read_json(text)?;
+    let from_nodes = raw.nodes.is_some();
+    let material = match (raw.x.take(), &raw.nodes) {
+        (Some(_), Some(_)) => return refused("/nodes", "give either `x` or `nodes`, not both"),
+        (None, None) => return refused("/x", "missing; give `x`, or `nodes` with `model`"),
+        (Some(x), None) => {
+            for (part, name) in [(&raw.model, "model"), (&raw.domain, "domain")] {
+                if part.is_some() {
+                    return refused(&format!("/{name}"), "it belongs to `nodes`");
+                }
+            }
+            let terms = (0..x.first().map_or(0, Vec::len)).map(|j| format!("x{j}")).collect();
+            Material { x, terms, coefficients: None, sigma: None }
+        }
+        (None, Some(nodes)) => measured(nodes, raw.model.as_deref(), raw.domain.as_deref())?,
+    };
+    let (coefficients_given, noise_sigma_given) = (raw.coefficients.is_some(), raw.noise_sigma.is_some());
+    let Some(coefficients) = raw.coefficients.or(material.coefficients) else {
+        return refused("/coefficients", "missing; a bare matrix has no heights to assume them from");
+    };
+    let Some(noise_sigma) = raw.noise_sigma.or(material.sigma) else {
+        return refused("/noise_sigma", "missing, and there are no residuals to assume it from");
+    };
+    let (repetitions, seed) = (raw.repetitions, raw.seed.unwrap_or(0));
+    let scaling = raw.scaling.unwrap_or(StudyScaling::None);
+    let rows = material.x.len();
+    let study = Study::new(Setup {
+        x: material.x,
+        coefficients: coefficients.clone(),
+        noise_sigma,
+        levels: raw.levels,
+        repetitions,
+        seed,
+        scaling: match scaling {
+            StudyScaling::None => ColumnScaling::None,
+            StudyScaling::UnitLength => ColumnScaling::UnitLength,
+        },
+    })
+    .map_err(|faults| {
+        let faults = faults.into();
+        Problem::invalid(if from_nodes { about_nodes(&faults, coefficients_given) } else { faults })
+    })?;
+    Ok(CheckedStudy {
+        study,
+        terms: material.terms,
+        coefficients,
+        coefficients_given,
+        noise_sigma,
+        noise_sigma_given,
+        repetitions,
+        seed,
+        scaling,
+        rows,
+    })
+}
+
+fn refused<T>(pointer: &str, detail: &str) -> Result<T, Problem> {
+    Err(Problem::invalid(Faults::one(pointer, detail)))
+}
+
+fn measured(nodes: &RawValue, model: Option<&RawValue>, domain: Option<&RawValue>) -> Result<Material, Problem> {
+    let mut text = format!("{{\"nodes\":{}", nodes.get());
+    for (name, part) in [("model", model), ("domain", domain)] {
+        if let Some(part) = part {
+            text.push_str(&format!(",\"{name}\":{}", part.get()));
+        }
+    }
+    text.push('}');
+    let (nodes, spec, NoExtra {}) =
+        reader::read_fit(text.as_bytes()).map_err(|error: ReadError| Problem::from(error))?;
+    let measured = Measured::new(&nodes, &spec)?;
+    Ok(Material {
+        x: measured.x,
+        terms: measured.labels,
+        coefficients: Some(measured.coefficients),
+        sigma: measured.sigma,
+    })
+}
+
+/// Faults of the matrix, and of coefficients that were not given, are faults of the nodes they were
+/// made from.
+fn about_nodes(faults: &Faults, coefficients_given: bool) -> Faults {
+    let made =
+        |pointer: &str| pointer.starts_with("/x") || (pointer.starts_with("/coefficients") && !coefficients_given);
+    moved(faults, |pointer| if made(pointer) { "/nodes".to_owned() } else { pointer.to_owned() })
+}
+
+pub fn moved(faults: &Faults, to: impl Fn(&str) -> String) -> Faults {
+    let mut out = Faults::default();
+    faults.list().iter().for_each(|fault| out.push(to(&fault.pointer), fault.detail.clone()));
+    out
+}
