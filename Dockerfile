@@ -11,8 +11,8 @@ FROM ${RUST_IMAGE} AS manifest
 WORKDIR /all
 COPY . .
 RUN mkdir /manifest \
- && cp -r --parents Cargo.toml */Cargo.toml Cargo.lock .cargo /manifest \
- && for target in src/lib.rs src/main.rs */src/lib.rs */src/main.rs benches/load.rs benches/*/main.rs tests/*.rs tests/*/main.rs; do \
+ && cp -r --parents Cargo.toml */Cargo.toml benches/*/Cargo.toml Cargo.lock .cargo /manifest \
+ && for target in src/lib.rs src/main.rs */src/lib.rs */src/main.rs benches/service/load.rs benches/*/main.rs engine/tests/formats/klingelnberg_file.rs tests/*.rs tests/*/main.rs; do \
       mkdir -p "/manifest/$(dirname "$target")" && echo 'fn main() {}' > "/manifest/$target"; \
     done
 

@@ -13,10 +13,6 @@ use flankfit_engine::{
     gear::Gear,
 };
 
-#[expect(dead_code, reason = "the tests' writer has more shapes than a benchmark needs")]
-#[path = "../../engine/tests/formats/klingelnberg_file.rs"]
-mod klingelnberg_file;
-
 use klingelnberg_file::{Lines, Style, Trace};
 
 /// 480 samples with the noise of a generator of fixed sequence, undefined at the end.

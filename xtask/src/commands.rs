@@ -54,11 +54,11 @@ fn openapi(_: &[String]) -> Outcome {
 }
 
 fn bench(arguments: &[String]) -> Outcome {
-    let (bench, arguments) = match arguments.split_first() {
-        Some((first, rest)) if first == "service" => ("service", rest),
-        _ => ("engine", arguments),
+    let (package, arguments) = match arguments.split_first() {
+        Some((first, rest)) if first == "service" => ("service-benches", rest),
+        _ => ("engine-benches", arguments),
     };
-    run(cargo().args(["bench", "--locked", "-p", "flankfit-benches", "--bench", bench, "--"]).args(arguments))
+    run(cargo().args(["bench", "--locked", "-p", package, "--"]).args(arguments))
 }
 
 fn fuzz(arguments: &[String]) -> Outcome {
