@@ -19,8 +19,11 @@ impl fmt::Display for Shown {
 /// How many of something there are: `1 entry`, `2 entries`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counted {
+    /// How many there are.
     pub count: usize,
+    /// What one of them is called.
     pub one: &'static str,
+    /// What several of them are called.
     pub many: &'static str,
 }
 

@@ -66,29 +66,29 @@ pub(super) struct Line<'a> {
 impl<'a> Line<'a> {
     /// Where a part of this line begins. Only a slice of the line has a place; anything else is put
     /// at its end.
-    pub fn place(&self, part: &str) -> Place {
+    pub(crate) fn place(&self, part: &str) -> Place {
         let offset = (part.as_ptr() as usize).wrapping_sub(self.text.as_ptr() as usize).min(self.text.len());
         let before = self.text.get(..offset).unwrap_or(self.text);
         Place { line: self.number, column: before.chars().count() + 1 }
     }
 
     /// Nothing but white space?
-    pub fn is_blank(&self) -> bool {
+    pub(crate) fn is_blank(&self) -> bool {
         self.text.trim().is_empty()
     }
 
     /// Begins like a number?
-    pub fn is_numeric(&self) -> bool {
+    pub(crate) fn is_numeric(&self) -> bool {
         self.text.trim_start().bytes().next().is_some_and(|b| b.is_ascii_digit() || matches!(b, b'-' | b'+' | b'.'))
     }
 
     /// A fault at a part of this line.
-    pub fn expected(&self, part: &str, expected: &'static str) -> FileError {
+    pub(crate) fn expected(&self, part: &str, expected: &'static str) -> FileError {
         FileError::Expected { place: self.place(part), expected, found: shown(part) }
     }
 
     /// The number that a part of this line is.
-    pub fn number_at(&self, part: &'a str) -> Result<f64, FileError> {
+    pub(crate) fn number_at(&self, part: &'a str) -> Result<f64, FileError> {
         let part = if part.trim().is_empty() { part } else { part.trim() };
         number(part).ok_or_else(|| self.expected(part, "a number"))
     }
@@ -103,23 +103,23 @@ pub(super) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    pub fn new(text: &'a str) -> Self {
+    pub(crate) fn new(text: &'a str) -> Self {
         Lines { rest: Some(text), number: 0, last: Line { number: 1, text: "" } }
     }
 
     /// The next line, left where it is.
-    pub fn peek(&self) -> Option<Line<'a>> {
+    pub(crate) fn peek(&self) -> Option<Line<'a>> {
         let mut copy = *self;
         copy.next()
     }
 
     /// How many bytes are left: no list that is read from here can have more entries.
-    pub fn bytes_left(&self) -> usize {
+    pub(crate) fn bytes_left(&self) -> usize {
         self.rest.map_or(0, str::len)
     }
 
     /// Behind the last line that was taken.
-    pub fn place(&self) -> Place {
+    pub(crate) fn place(&self) -> Place {
         Place { line: self.last.number, column: self.last.text.chars().count() + 1 }
     }
 }

@@ -23,6 +23,7 @@ pub struct Banded<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the equations are singular at column {column}")]
 pub struct Singular {
+    /// The column, from 0, in which no pivot is left.
     pub column: usize,
 }
 

@@ -61,6 +61,7 @@ thread_local! {
 }
 
 impl Handle {
+    /// A handle that nobody has cancelled.
     pub fn new() -> Self {
         Handle::default()
     }
@@ -75,6 +76,7 @@ impl Handle {
         self.0.cancelled.store(true, atomic::Ordering::Relaxed);
     }
 
+    /// Whether the work is not wanted any more, or its deadline has passed.
     pub fn is_cancelled(&self) -> bool {
         self.0.cancelled.load(atomic::Ordering::Relaxed)
             || self.0.deadline.is_some_and(|deadline| Instant::now() >= deadline)

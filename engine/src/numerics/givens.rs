@@ -41,6 +41,7 @@ impl<T: Real> Triangle<T> {
         &self.rows
     }
 
+    /// `Qᵀy`, one entry for each column.
     pub fn qty(&self) -> &[T] {
         &self.qty
     }

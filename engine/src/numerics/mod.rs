@@ -11,6 +11,8 @@
 //! singular values ascend. Every result is a fixed sequence of operations: equal input gives equal
 //! bits.
 
+#![warn(missing_docs, unreachable_pub)]
+
 pub mod band_cholesky;
 pub mod banded;
 pub mod cancel;

@@ -15,17 +15,22 @@ pub const LANES: usize = 4;
 pub struct F64x4(machine::Four);
 
 impl F64x4 {
+    /// Four zeros.
     pub const ZERO: Self = F64x4::new([0.0; LANES]);
+    /// Four ones.
     pub const ONE: Self = F64x4::new([1.0; LANES]);
 
+    /// These four numbers.
     #[inline(always)]
     pub const fn new(values: [f64; LANES]) -> Self {
         F64x4(machine::load(values))
     }
+    /// One number four times.
     #[inline(always)]
     pub fn splat(value: f64) -> Self {
         F64x4::new([value; LANES])
     }
+    /// The four numbers.
     #[inline(always)]
     pub fn to_array(self) -> [f64; LANES] {
         machine::store(self.0)
@@ -40,14 +45,17 @@ impl F64x4 {
     pub fn mul_sub(self, a: Self, b: Self) -> Self {
         F64x4(machine::mul_sub(self.0, a.0, b.0))
     }
+    /// 1/x of each.
     #[inline(always)]
     pub fn reciprocal(self) -> Self {
         F64x4(machine::divide(Self::ONE.0, self.0))
     }
+    /// √x of each; NaN below zero.
     #[inline(always)]
     pub fn square_root(self) -> Self {
         F64x4(machine::square_root(self.0))
     }
+    /// The absolute value of each.
     #[inline(always)]
     pub fn abs(self) -> Self {
         F64x4(machine::abs(self.0))
@@ -111,13 +119,13 @@ mod machine {
 
     use std::arch::x86_64::*;
 
-    pub type Four = __m256d;
+    pub(crate) type Four = __m256d;
 
     /// An operation on registers whose only demand is that the processor has AVX and FMA.
     macro_rules! operations {
         ($($name:ident($($x:ident),+) = $instruction:ident($($argument:expr),+);)+) => {$(
             #[inline(always)]
-            pub fn $name($($x: Four),+) -> Four {
+            pub(crate) fn $name($($x: Four),+) -> Four {
                 // SAFETY: the module is compiled only for targets that have the instruction.
                 unsafe { $instruction($($argument),+) }
             }
@@ -138,13 +146,13 @@ mod machine {
     }
 
     #[inline(always)]
-    pub const fn load(values: [f64; 4]) -> Four {
+    pub(crate) const fn load(values: [f64; 4]) -> Four {
         // SAFETY: both are four doubles, one behind the other.
         unsafe { std::mem::transmute::<[f64; 4], Four>(values) }
     }
 
     #[inline(always)]
-    pub fn store(four: Four) -> [f64; 4] {
+    pub(crate) fn store(four: Four) -> [f64; 4] {
         // SAFETY: both are four doubles, one behind the other.
         unsafe { std::mem::transmute::<Four, [f64; 4]>(four) }
     }

@@ -5,12 +5,17 @@ pub use super::vector::{F64x4, LANES};
 
 /// What the node kernels need of a number.
 pub trait Lanes: Copy + Send + Sync {
+    /// Four zeros.
     const ZERO: Self;
+    /// One number four times, rounded where these have fewer digits.
     fn splat(value: Dd) -> Self;
+    /// Four doubles, exactly.
     fn from_doubles(values: F64x4) -> Self;
     /// `(x − center) · scale`, the map of an axis.
     fn mapped(x: F64x4, center: f64, scale: f64) -> Self;
+    /// `self − other`.
     fn sub(self, other: Self) -> Self;
+    /// `−self`.
     fn neg(self) -> Self;
     /// `self + self`, exactly.
     fn doubled(self) -> Self;
@@ -21,11 +26,15 @@ pub trait Lanes: Copy + Send + Sync {
     fn accumulate(self, a: Self, b: Self) -> Self;
     /// A running sum as a number again.
     fn settled(self) -> Self;
+    /// `self · other`.
     fn mul(self, other: Self) -> Self;
+    /// `self · other` for doubles.
     fn mul_doubles(self, other: F64x4) -> Self;
+    /// The nearest doubles.
     fn to_doubles(self) -> F64x4;
     /// High and low parts (the low part of a double is 0).
     fn parts(self) -> (F64x4, F64x4);
+    /// Numbers of these parts, as [`Self::parts`] gives them.
     fn from_parts(hi: F64x4, lo: F64x4) -> Self;
     /// The sum of the four.
     fn sum(self) -> Dd;

@@ -11,7 +11,7 @@ pub(super) enum Code {
 }
 
 impl Code {
-    pub fn named(name: &str) -> Option<Self> {
+    pub(crate) fn named(name: &str) -> Option<Self> {
         match name {
             "int32" => Some(Code::Int32),
             "float32" => Some(Code::Float32),
@@ -21,7 +21,7 @@ impl Code {
     }
 
     /// The numbers of a text; `None` if it is not base64 or ends within a number.
-    pub fn numbers(self, text: &str) -> Option<Vec<f64>> {
+    pub(crate) fn numbers(self, text: &str) -> Option<Vec<f64>> {
         let bytes = bytes(text)?;
         match self {
             Code::Int32 => each(&bytes, |four| f64::from(i32::from_le_bytes(four))),

@@ -68,7 +68,7 @@ pub(super) struct Component {
 
 impl Component {
     /// The first attribute that has one of these names.
-    pub fn attribute(&self, names: &[&str]) -> Option<&Attribute> {
+    pub(crate) fn attribute(&self, names: &[&str]) -> Option<&Attribute> {
         names.iter().find_map(|name| self.attributes.iter().find(|attribute| attribute.id == *name))
     }
 }
@@ -84,7 +84,7 @@ pub(super) struct Document {
 }
 
 impl Document {
-    pub fn parse(text: &str) -> Result<Self, FileError> {
+    pub(crate) fn parse(text: &str) -> Result<Self, FileError> {
         let mut parser = Parser {
             text,
             document: Document::default(),

@@ -50,7 +50,7 @@ pub(super) struct Errors {
 impl<'a> Gain<'a> {
     /// The gain of `fit`, which fits the settings `free`; `None` where the singular values do not
     /// converge.
-    pub fn new(correction: &'a Correction, free: &'a [usize], fit: &FitResult) -> Option<Self> {
+    pub(crate) fn new(correction: &'a Correction, free: &'a [usize], fit: &FitResult) -> Option<Self> {
         let (rows, n) = (correction.counted().len(), free.len());
         let filtered = !matches!(fit.regularization.kind, RegularizationKind::None);
         let scaling = correction.asked().scaling;
@@ -106,7 +106,7 @@ impl<'a> Gain<'a> {
     }
 
     /// h of each node, 0 where it takes no part.
-    pub fn leverage(&self) -> Vec<f64> {
+    pub(crate) fn leverage(&self) -> Vec<f64> {
         let mut leverage = vec![0.0; self.correction.asked().deviation.len()];
         for &k in self.correction.counted().iter().asking(2 * self.free.len() * self.free.len()) {
             let row = self.row(k);
@@ -118,7 +118,7 @@ impl<'a> Gain<'a> {
 
     /// Σ (1 − h) w u²: what errors of J of their own at each entry add to the residual sum of
     /// squares.
-    pub fn response_rss(&self, change: &[f64], leverage: &[f64]) -> f64 {
+    pub(crate) fn response_rss(&self, change: &[f64], leverage: &[f64]) -> f64 {
         let asked = self.correction.asked();
         if asked.response_errors == ResponseErrors::PerSetting {
             return 0.0;
@@ -134,7 +134,7 @@ impl<'a> Gain<'a> {
 
     /// Errors of the free settings for the changes `change` of all; `misfit` is the share of the
     /// remaining deviations that is no noise.
-    pub fn errors(&self, change: &[f64], misfit: f64) -> Errors {
+    pub(crate) fn errors(&self, change: &[f64], misfit: f64) -> Errors {
         let asked = self.correction.asked();
         let (n, all, eta) = (self.free.len(), change.len(), asked.response_uncertainty);
         let mut place = vec![None; all];

@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Over a hole a slope has the class that it has by so many standard errors more and less.
-pub const SURE: f64 = 2.0;
+pub(crate) const SURE: f64 = 2.0;
 
 /// Classes of slope, form and total deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -37,7 +37,7 @@ const LEAST_NOISE: f64 = 1e-3;
 
 /// Mean curves over the whole range.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Told {
+pub(crate) struct Told {
     pub curves: MeanCurves,
     /// Standard errors of [`MeanCurves::figures`]; `None` where the noise is not told.
     pub errors: Option<[f64; FIGURES]>,
@@ -45,7 +45,7 @@ pub struct Told {
 
 /// Of samples at three places at least, at ascending places, with the standard deviation of their
 /// noise.
-pub fn mean_curves(u: &[f64], deviation: &[f64], spacing: &Spacing, noise: Option<f64>) -> Told {
+pub(crate) fn mean_curves(u: &[f64], deviation: &[f64], spacing: &Spacing, noise: Option<f64>) -> Told {
     let near = MeanCurves::of(u, deviation, &spacing.weight);
     if spacing.gaps.is_empty() {
         let errors = noise.map(|noise| squares(&near, u, &spacing.weight).map(|sum| noise * sum.sqrt()));

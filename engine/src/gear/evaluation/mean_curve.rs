@@ -10,7 +10,7 @@ use crate::numerics::cancel::Asking;
 
 /// The mean line and the mean parabola.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MeanCurves {
+pub(crate) struct MeanCurves {
     /// c₀, c₁, c₂.
     coefficients: [f64; 3],
     alpha: [f64; 2],
@@ -21,11 +21,11 @@ pub struct MeanCurves {
 
 /// What is told of a trace's mean curves, in the order of the factors: slope of the line, slope of
 /// the parabola's chord over [-1, 1], coefficient of u².
-pub const FIGURES: usize = 3;
+pub(crate) const FIGURES: usize = 3;
 
 impl MeanCurves {
     /// Of samples at three places at least, with weights above 0.
-    pub fn of(u: &[f64], deviation: &[f64], weight: &[f64]) -> Self {
+    pub(crate) fn of(u: &[f64], deviation: &[f64], weight: &[f64]) -> Self {
         let sum = |of: &dyn Fn(usize) -> f64| (0..u.len()).asking(5).map(|i| weight[i] * of(i)).sum::<f64>();
         let total = sum(&|_| 1.0);
         let first = sum(&|i| u[i]) / total;
@@ -51,24 +51,24 @@ impl MeanCurves {
     }
 
     /// The line at u.
-    pub fn line(&self, u: f64) -> f64 {
+    pub(crate) fn line(&self, u: f64) -> f64 {
         let [c0, c1, _] = self.coefficients;
         c0 + c1 * self.p1(u)
     }
 
     /// The parabola at u.
-    pub fn parabola(&self, u: f64) -> f64 {
+    pub(crate) fn parabola(&self, u: f64) -> f64 {
         self.line(u) + self.coefficients[2] * self.p2(u)
     }
 
     /// The slopes and the curvature.
-    pub fn figures(&self) -> [f64; FIGURES] {
+    pub(crate) fn figures(&self) -> [f64; FIGURES] {
         let [_, c1, c2] = self.coefficients;
         [c1, c1 + self.bend() * c2, c2]
     }
 
     /// What the deviation of a sample at u with a weight is multiplied with in each of them.
-    pub fn factors(&self, u: f64, weight: f64) -> [f64; FIGURES] {
+    pub(crate) fn factors(&self, u: f64, weight: f64) -> [f64; FIGURES] {
         let (a, b) = (weight * self.p1(u) / self.norms[0], weight * self.p2(u) / self.norms[1]);
         [a, a + self.bend() * b, b]
     }

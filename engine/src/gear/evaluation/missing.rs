@@ -9,9 +9,9 @@ use crate::numerics::cancel::Asking;
 
 /// Share of the evaluation range that a distance without missing samples may be. The standard's
 /// cut-off of 1/30 leaves no wave that could hide in it.
-pub const HIDES_NOTHING: f64 = 0.01;
+pub(crate) const HIDES_NOTHING: f64 = 0.01;
 /// Missing is what is so many times as long as three quarters of the distances beside it.
-pub const MISSING_DISTANCES: f64 = 3.0;
+pub(crate) const MISSING_DISTANCES: f64 = 3.0;
 /// Distances on either side that are looked at.
 const BESIDE: usize = 8;
 /// Rounding of positions.

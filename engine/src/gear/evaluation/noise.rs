@@ -16,7 +16,7 @@ use super::spacing::Spacing;
 use crate::numerics::{cancel::Asking, quantiles::median};
 
 /// Fewest contrasts that tell a noise.
-pub const FEWEST_CONTRASTS: usize = 8;
+pub(crate) const FEWEST_CONTRASTS: usize = 8;
 /// Blocks of the trace at least.
 const BLOCKS: usize = 64;
 /// Median of squares of a standard normal variable.
@@ -26,7 +26,7 @@ const CUT: f64 = 4.0;
 
 /// Standard deviation of a sample as far as means and slopes feel it; `None` where the samples are
 /// too few to tell.
-pub fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<f64> {
+pub(crate) fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<f64> {
     let single = variance(u, deviation, spacing, 1)?;
     let block = u.len() / BLOCKS;
     let blocks = if block > 1 { variance(u, deviation, spacing, block) } else { None };

@@ -91,7 +91,7 @@ pub(super) struct Subject<'a> {
 
 impl Subject<'_> {
     /// The figures, where there are any; notices say why not.
-    pub fn evaluate(&self, notices: &mut Vec<Notice>) -> Outcome {
+    pub(crate) fn evaluate(&self, notices: &mut Vec<Notice>) -> Outcome {
         let (mut all, mut samples) = samples::defined(self);
         let runs = suspects::mark(&mut all);
         let exclude = self.settings.outliers == Outliers::Exclude;

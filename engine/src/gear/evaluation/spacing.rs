@@ -26,7 +26,7 @@ const SAME: f64 = 1e-9;
 
 /// How samples lie.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spacing {
+pub(crate) struct Spacing {
     /// The length that each sample stands for; samples at one place share it.
     pub weight: Vec<f64>,
     /// Places that differ.
@@ -49,12 +49,12 @@ pub struct Spacing {
 
 impl Spacing {
     /// Of ascending places.
-    pub fn of(u: &[f64]) -> Self {
+    pub(crate) fn of(u: &[f64]) -> Self {
         Self::beside(u, [None; 2])
     }
 
     /// Of ascending places within the range, with the nearest samples below and above the range.
-    pub fn beside(u: &[f64], beyond: [Option<f64>; 2]) -> Self {
+    pub(crate) fn beside(u: &[f64], beyond: [Option<f64>; 2]) -> Self {
         // first sample of each place, and its end
         let mut groups: Vec<[usize; 2]> = Vec::with_capacity(u.len());
         for (i, x) in u.iter().enumerate().asking(5) {
@@ -119,22 +119,22 @@ impl Spacing {
 
     /// Whether slope and crowning can be told: from three quarters of the range, and no farther
     /// beyond the samples than the longest distance that is no hole.
-    pub fn tells_figures(&self) -> bool {
+    pub(crate) fn tells_figures(&self) -> bool {
         self.covered >= LEAST_COVERED && self.open_end <= LONGEST_DISTANCE * (1.0 + SAME)
     }
 
     /// Share of the range in stretches with missing samples that are no holes.
-    pub fn share_missing(&self) -> f64 {
+    pub(crate) fn share_missing(&self) -> f64 {
         0.5 * self.missing.iter().map(|[from, to]| to - from).sum::<f64>()
     }
 
     /// Whether samples are farther from each other than form deviations can be told by, everywhere.
-    pub fn is_sparse(&self) -> bool {
+    pub(crate) fn is_sparse(&self) -> bool {
         self.usual > 2.0 * LONGEST_DISTANCE * (1.0 + SAME)
     }
 
     /// Whether the way from one place to another crosses a hole.
-    pub fn crosses(&self, from: f64, to: f64) -> bool {
+    pub(crate) fn crosses(&self, from: f64, to: f64) -> bool {
         self.holes.iter().any(|hole| from <= hole[0] && hole[1] <= to)
     }
 }

@@ -16,8 +16,8 @@ use crate::{
 
 /// Deviations of a flank are below this many µm and this many µm per mm of module: about what class
 /// 11 of ISO 1328-1 allows.
-pub const MISFIT: f64 = 10.0;
-pub const MISFIT_PER_MODULE: f64 = 10.0;
+pub(crate) const MISFIT: f64 = 10.0;
+pub(crate) const MISFIT_PER_MODULE: f64 = 10.0;
 /// Multiples of the scale (1.4826 × median absolute deviation) beyond which a point belongs to no
 /// flank of the others.
 const THRESHOLD: f64 = 8.0;

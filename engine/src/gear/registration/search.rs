@@ -12,7 +12,7 @@ use crate::gear::{
 };
 
 /// Radius of the disc in which shifts are sought, modules.
-pub const SHIFTS: f64 = 2.0;
+pub(crate) const SHIFTS: f64 = 2.0;
 /// Normal distances beyond count like this one, modules.
 pub(super) const CAP: f64 = 0.3;
 

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Most iterations; with motions of some hundred µm and µrad four to six are enough.
-pub const MOST_ITERATIONS: usize = 50;
+pub(crate) const MOST_ITERATIONS: usize = 50;
 /// A step that moves no point by more than this, µm, ends the iteration …
 const STEP: f64 = 1e-9;
 /// … or by more than this share of the gear's radius, as far as doubles tell its coordinates.

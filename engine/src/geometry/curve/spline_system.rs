@@ -128,7 +128,7 @@ struct Border {
 
 impl SlopeMatrix {
     /// The matrix of the slopes of a spline at these nodes, rows scaled to a diagonal of 2.
-    pub fn new(nodes: &[f64], ends: &Ends) -> Option<Self> {
+    pub(crate) fn new(nodes: &[f64], ends: &Ends) -> Option<Self> {
         let secants = vec![[Dd::ZERO; 3]; nodes.len() - 1];
         match ends {
             Ends::Each { start, end } => {
@@ -160,12 +160,12 @@ impl SlopeMatrix {
     }
 
     /// How many unknowns there are; that of node 0 of a periodic spline is the last.
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.matrix.size() + usize::from(self.border.is_some())
     }
 
     /// `x` by the matrix or its transpose.
-    pub fn multiply(&self, x: &mut [f64], transposed: bool) {
+    pub(crate) fn multiply(&self, x: &mut [f64], transposed: bool) {
         let m = self.matrix.size();
         let (inner, last) = x.split_at_mut(m);
         let mut product = if transposed { self.matrix.multiply_transposed(inner) } else { self.matrix.multiply(inner) };
@@ -179,7 +179,7 @@ impl SlopeMatrix {
     }
 
     /// `x` by the inverse of the matrix or of its transpose.
-    pub fn solve(&self, x: &mut [f64], transposed: bool) {
+    pub(crate) fn solve(&self, x: &mut [f64], transposed: bool) {
         let (inner, last) = x.split_at_mut(self.matrix.size());
         if transposed {
             self.lu.solve_transposed(inner)

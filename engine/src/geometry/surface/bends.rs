@@ -13,7 +13,7 @@ use crate::numerics::cancel;
 const SAME: f64 = 1e-9;
 
 /// Bounds of |S_uu|, |S_uv| and |S_vv|.
-pub type Bends = [f64; 3];
+pub(crate) type Bends = [f64; 3];
 
 /// Control points of a derivative in homogeneous coordinates, v running fastest.
 struct Net {
@@ -142,7 +142,7 @@ fn over_span(surface: &BSplineSurface, nets: &[Net; 6], [i, j]: [usize; 2]) -> O
 
 /// The same where nothing but places can be asked for: the largest of 25 of each rectangle, with
 /// room to spare.
-pub fn sampled(surface: &dyn Surface, u: [f64; 2], v: [f64; 2]) -> Bends {
+pub(crate) fn sampled(surface: &dyn Surface, u: [f64; 2], v: [f64; 2]) -> Bends {
     const SLACK: f64 = 3.0;
     let mut largest = [0.0f64; 3];
     for k in 0..25 {

@@ -19,14 +19,14 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    pub fn new(surface: &dyn Surface, u: [f64; 2], v: [f64; 2], bends: Bends) -> Self {
+    pub(crate) fn new(surface: &dyn Surface, u: [f64; 2], v: [f64; 2], bends: Bends) -> Self {
         let middle = [u, v].map(|[low, high]| 0.5 * low + 0.5 * high);
         let half = [u, v].map(|[low, high]| 0.5 * (high - low));
         Cell { middle, half, bends, jet: surface.place(middle[0], middle[1]) }
     }
 
     /// The parameters it covers.
-    pub fn sides(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn sides(&self) -> [[f64; 2]; 2] {
         [0, 1].map(|k| [self.middle[k] - self.half[k], self.middle[k] + self.half[k]])
     }
 
@@ -37,13 +37,13 @@ impl Cell {
     }
 
     /// How far a place of it may be from its middle.
-    pub fn radius(&self) -> f64 {
+    pub(crate) fn radius(&self) -> f64 {
         let (u, v) = (self.jet.u * self.half[0], self.jet.v * self.half[1]);
         (u + v).norm().max((u - v).norm()) + self.rest()
     }
 
     /// No place of it is nearer to `node` than this.
-    pub fn bound(&self, node: &Vector) -> f64 {
+    pub(crate) fn bound(&self, node: &Vector) -> f64 {
         (self.off_parallelogram(node) - self.rest()).max(0.0)
     }
 
@@ -70,7 +70,7 @@ impl Cell {
 
     /// Whether the squared distance to `node` is surely a convex function of the parameters in it,
     /// so that its least value is found by going downhill.
-    pub fn is_convex(&self, node: &Vector) -> bool {
+    pub(crate) fn is_convex(&self, node: &Vector) -> bool {
         let ([a, b], [uu, uv, vv]) = (self.half, self.bends);
         let (long_u, long_v) = (self.jet.u.norm(), self.jet.v.norm());
         // by how much the tangents change, and how far a place is from the node at most
@@ -84,7 +84,7 @@ impl Cell {
     }
 
     /// Its halves across the longer way; `None` where the parameters cannot be told apart any more.
-    pub fn halves(&self, surface: &dyn Surface) -> Option<[Cell; 2]> {
+    pub(crate) fn halves(&self, surface: &dyn Surface) -> Option<[Cell; 2]> {
         let long = |k: usize, tangent: &Vector, bend: f64| {
             self.half[k] * (tangent.norm() + bend * self.half[k] + self.bends[1] * self.half[1 - k])
         };

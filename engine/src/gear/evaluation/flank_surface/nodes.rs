@@ -59,7 +59,7 @@ pub(super) struct Trimmed {
 
 impl Trimmed {
     /// What is left, how many nodes that are, and the nodes of the fit.
-    pub fn new(
+    pub(crate) fn new(
         gear: &Gear,
         nodes: &FlankNodes,
         settings: &SurfaceSettings,

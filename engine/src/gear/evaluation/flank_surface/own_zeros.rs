@@ -20,7 +20,7 @@ use crate::{
 
 /// A sample of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub(crate) struct Sample {
     pub u: f64,
     pub v: f64,
     /// µm.
@@ -30,14 +30,14 @@ pub struct Sample {
 }
 
 /// Terms of second order: 1, u, v, u², uv, v².
-pub const TERMS: usize = 6;
+pub(crate) const TERMS: usize = 6;
 const ORDER: [usize; TERMS] = [0, 1, 1, 2, 2, 2];
 /// Share in the directions that are not told from which on a term belongs to them.
 const SHARE: f64 = 0.1;
 
 /// The surface, as far as the traces tell it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Through {
+pub(crate) struct Through {
     /// Of 1, u, v, u², uv and v²; `None` where the traces do not tell it. Of 1 only where all
     /// traces share one zero.
     pub coefficients: [Option<f64>; TERMS],
@@ -75,7 +75,7 @@ fn means(trace: &[Sample], share_zero: bool) -> ([f64; TERMS], f64) {
 }
 
 /// Fits the surface; `None` where the traces tell none of its terms.
-pub fn through(traces: &[Vec<Sample>], share_zero: bool) -> Option<Through> {
+pub(crate) fn through(traces: &[Vec<Sample>], share_zero: bool) -> Option<Through> {
     let (mut r, mut qty, mut rss) = (DMatrix::zeros(0, TERMS), DVector::zeros(0), 0.0);
     for trace in traces {
         let (middle, level) = means(trace, share_zero);
@@ -142,7 +142,7 @@ pub fn through(traces: &[Vec<Sample>], share_zero: bool) -> Option<Through> {
 
 impl Through {
     /// What the surface leaves of a sample of trace `t`.
-    pub fn left(&self, t: usize, sample: &Sample) -> f64 {
+    pub(crate) fn left(&self, t: usize, sample: &Sample) -> f64 {
         let x = row(sample);
         let shape: f64 = (1..TERMS).map(|j| self.coefficients[j].unwrap_or(0.0) * x[j]).sum();
         sample.deviation - self.zeros[t] - shape
@@ -150,7 +150,7 @@ impl Through {
 
     /// Variances of the coefficients where the samples of trace t have the variance `of(t)` and are
     /// independent.
-    pub fn variances(&self, traces: &[Vec<Sample>], of: impl Fn(usize) -> f64) -> [Option<f64>; TERMS] {
+    pub(crate) fn variances(&self, traces: &[Vec<Sample>], of: impl Fn(usize) -> f64) -> [Option<f64>; TERMS] {
         let n = self.kept.len();
         let mut sums = [0.0; TERMS];
         for (t, trace) in traces.iter().enumerate() {

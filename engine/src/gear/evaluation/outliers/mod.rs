@@ -44,7 +44,7 @@ const MAD: f64 = 1.482_602_218_505_602;
 
 /// Neighbouring samples that stand out, by their places in the ascending trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Run {
+pub(crate) struct Run {
     pub from: usize,
     /// The first behind it.
     pub to: usize,
@@ -53,7 +53,7 @@ pub struct Run {
 }
 
 /// The suspected places of a trace with samples at ascending `at`; all defined.
-pub fn outliers(at: &[f64], deviation: &[f64]) -> Vec<Run> {
+pub(crate) fn outliers(at: &[f64], deviation: &[f64]) -> Vec<Run> {
     let parts = parts(at);
     let is_cut = parts.len() > 1;
     let placed = |[from, to]: [usize; 2]| {
