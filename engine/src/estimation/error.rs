@@ -122,7 +122,7 @@ pub enum FitError {
     /// Spectral regularisation divides by λ₁ (Eq. 39); with dependent columns λ₁ is 0.
     #[error("the columns are linearly dependent (rank {rank} of {columns}): {}", terms.join(", "))]
     RankDeficient {
-        /// Singular values told from 0.
+        /// Numerically nonzero singular values.
         rank: usize,
         /// Columns of X.
         columns: usize,

@@ -14,8 +14,6 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-pub use super::sums::{dot2, sum2};
-
 /// A normalised unevaluated sum of two doubles.
 ///
 /// ```

@@ -13,9 +13,9 @@
 use nalgebra::DMatrix;
 
 use super::cancel;
+use super::columns::{dot, rotate, shear};
 use super::dd::{exponent_of, pow2};
-pub use super::jacobi_dd::svd_dd;
-use super::lanes::{Lanes, WIDTH, dot, lanes_for, rotate, shear};
+use super::lanes::{Lanes, WIDTH, lanes_for};
 use super::real::Real;
 
 /// Sweeps over all pairs after which the iteration counts as failed; 5 to 10 are usual.

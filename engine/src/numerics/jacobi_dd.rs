@@ -7,9 +7,10 @@
 use nalgebra::DMatrix;
 
 use super::cancel;
+use super::columns::{axpy, dot};
 use super::dd::Dd;
 use super::jacobi::{Columns, Svd, scale_exponent, svd, write};
-use super::lanes::{DdLanes, Lanes, WIDTH, axpy, dot, lanes_for};
+use super::lanes::{DdLanes, Lanes, WIDTH, lanes_for};
 
 /// Decomposes `a` to double-double precision. None if an entry is not finite or the iteration does
 /// not end.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::numerics::dd::Dd;
+use crate::numerics::svd_dd;
 use proptest::prelude::*;
 
 fn transpose_product<T: Real>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {

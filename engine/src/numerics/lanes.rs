@@ -8,8 +8,6 @@
 //! which is all that an orthogonal transformation of a column needs, at half the cost.
 
 use super::dd::{Dd, quick_two_sum, two_prod, two_sum};
-use super::real::Real;
-use super::with_fma;
 
 /// How many numbers stand side by side.
 pub const WIDTH: usize = 4;
@@ -172,49 +170,4 @@ impl Lanes<Dd> for DdLanes {
 #[inline(always)]
 pub fn lanes_for(len: usize) -> usize {
     len.div_ceil(WIDTH)
-}
-
-with_fma! {
-    /// The scalar product of two columns of equal length.
-    pub fn dot<T: Real>(x: &[T::Lanes], y: &[T::Lanes]) -> T {
-        let mut even = T::Lanes::ZERO;
-        let mut odd = T::Lanes::ZERO;
-        let (x_pairs, x_rest) = x.as_chunks::<2>();
-        let (y_pairs, y_rest) = y.as_chunks::<2>();
-        for (x, y) in x_pairs.iter().zip(y_pairs) {
-            even = even.accumulate(x[0], y[0]);
-            odd = odd.accumulate(x[1], y[1]);
-        }
-        if let ([x], [y]) = (x_rest, y_rest) {
-            even = even.accumulate(*x, *y);
-        }
-        even.join(odd).total()
-    }
-
-    /// `y += factor * x`.
-    pub fn axpy<T: Real>(factor: T, x: &[T::Lanes], y: &mut [T::Lanes]) {
-        for (x, y) in x.iter().zip(y) {
-            *y = y.add_scaled(factor, *x);
-        }
-    }
-
-    /// `x <- x + t y` and `y <- y - t x`: the plane rotation by `atan t` without its common factor
-    /// `cos`.
-    pub fn shear<T: Real>(t: f64, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
-        for (x, y) in x.iter_mut().zip(y) {
-            let old = *x;
-            *x = old.add_scaled_f64(t, *y);
-            *y = y.add_scaled_f64(-t, old);
-        }
-    }
-
-    /// The plane rotation `x <- c (x + t y)`, `y <- c (y - t x)`. Equal columns and `t = 1` leave exact
-    /// zeros in `y`.
-    pub fn rotate<T: Real>(t: f64, c: T, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
-        for (x, y) in x.iter_mut().zip(y) {
-            let old = *x;
-            *x = old.add_scaled_f64(t, *y).scale(c);
-            *y = y.add_scaled_f64(-t, old).scale(c);
-        }
-    }
 }

@@ -4,7 +4,7 @@
 //! to keep them: an orthogonal triangularisation ([`qr`]) instead of the normal equations,
 //! one-sided Jacobi ([`jacobi`]) for singular values with high relative accuracy, and the same
 //! algorithms once more in double-double ([`dd`]) for data whose digits a double cannot hold.
-//! [`Real`] is the number type the algorithms are generic over; [`lanes`] holds its inner loops
+//! [`Real`] is the number type the algorithms are generic over; [`columns`] holds its inner loops
 //! over columns, four numbers at a time, and [`wide`] those over nodes.
 //!
 //! Conventions: matrices are column-major `nalgebra::DMatrix`; triangular factors are upper;
@@ -16,6 +16,7 @@
 pub mod band_cholesky;
 pub mod banded;
 pub mod cancel;
+pub mod columns;
 pub mod condition;
 pub mod dd;
 mod dispatch;
@@ -43,7 +44,8 @@ pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;
 pub use givens::Triangle;
 pub use inverse::inverse;
-pub use jacobi::{Svd, svd, svd_dd};
+pub use jacobi::{Svd, svd};
+pub use jacobi_dd::svd_dd;
 pub use qr::{Qr, qr_with_rhs};
 pub use real::Real;
 pub use sums::{dot2, sum2};

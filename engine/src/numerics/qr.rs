@@ -10,8 +10,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::cancel;
+use super::columns::{axpy, dot};
 use super::dd::exponent_of;
-use super::lanes::{Lanes, WIDTH, axpy, dot, lanes_for};
+use super::lanes::{Lanes, WIDTH, lanes_for};
 use super::real::Real;
 
 /// Rows folded in at a time.

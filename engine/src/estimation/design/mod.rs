@@ -1,5 +1,5 @@
-//! The measurement matrix `X` (Eqs. 13–14): which functions, under which names, on which domain, and
-//! its rows at the nodes.
+//! The measurement matrix `X` (Eqs. 13–14): which functions, under which names, on which domain,
+//! and its rows at the nodes.
 
 mod axis;
 mod columns;

@@ -77,7 +77,7 @@ pub fn dependence(design: &Design, factor: &Factor, weight: f64) -> FitError {
     }
 }
 
-/// The terms that take part in the directions that cannot be told from 0.
+/// The terms that take part in the numerically zero directions.
 fn dependent_terms(design: &Design, columns: &ScaledColumns, spectrum: &Directions) -> Vec<String> {
     let mut terms: Vec<usize> = Vec::new();
     for i in (0..spectrum.lambda.len()).filter(|&i| spectrum.lambda[i] <= 0.0) {

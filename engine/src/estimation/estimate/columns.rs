@@ -26,7 +26,7 @@ pub struct Frame {
     /// The same on columns of unit length, where `columns` are scaled otherwise.
     pub unit: Option<(ScaledColumns, Directions)>,
     pub collinearity: Arc<CollinearityReport>,
-    /// What the caller should hear about the columns.
+    /// Warnings about the columns.
     pub warnings: Vec<Warning>,
 }
 

@@ -47,8 +47,8 @@ pub fn conclude_robust(
     )
 }
 
-/// Everything from the factor on. What needs the nodes themselves asks `linear`; where they are gone
-/// (a stream keeps sums only) such figures are left out.
+/// Everything from the factor on. What needs the nodes themselves asks `linear`; where they are
+/// gone (a stream keeps sums only) such figures are left out.
 pub fn report(linear: &LinearProblem, heights: &Heights, spec: &FitSpec) -> Result<FitResult, FitError> {
     let frame = Frame::new(linear.design, linear.factor, spec, heights.weight)?;
     conclude(linear, heights, spec, &frame, None)

@@ -9,7 +9,7 @@
 //! may be given or found by `gcv`, `discrepancy`, `l_curve` or `min_mse` (the latter of fitted
 //! values). Several coordinates share λ.
 
-pub use super::surface_report::{Coordinate, SurfaceFit, Weight};
+pub use super::surface_report::{Coordinate, SurfaceFit, SurfaceInclude, Weight};
 
 use super::surface_report::{self, Problem};
 use crate::{
@@ -53,13 +53,6 @@ impl SurfacePoints<'_> {
     fn name(&self, coordinate: usize) -> &'static str {
         if self.coordinates.len() == 1 { "/nodes/z" } else { ["/nodes/x", "/nodes/y", "/nodes/z"][coordinate.min(2)] }
     }
-}
-
-/// What is answered only when asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SurfaceInclude {
-    pub standard_errors: bool,
-    pub residuals: bool,
 }
 
 /// Fits the `b_spline` of `spec` to scattered points.

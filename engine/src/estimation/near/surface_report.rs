@@ -1,6 +1,5 @@
 //! The answer to a fit of a big surface.
 
-use super::surface::SurfaceInclude;
 use crate::numerics::cancel;
 use crate::{
     estimation::{
@@ -21,6 +20,13 @@ use crate::{
 
 /// Operations up to which standard errors of a penalised surface are computed (n solves).
 const MOST_OPERATIONS: f64 = 2e10;
+
+/// What is answered only when asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SurfaceInclude {
+    pub standard_errors: bool,
+    pub residuals: bool,
+}
 
 /// A surface near points.
 #[derive(Clone, Debug, PartialEq)]

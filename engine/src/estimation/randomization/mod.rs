@@ -21,6 +21,7 @@
 
 mod measured;
 pub(crate) mod normal;
+mod outcome;
 mod references;
 mod repetition;
 mod result;
@@ -34,8 +35,8 @@ use rayon::prelude::*;
 
 use super::{error::FitError, result::Warning};
 use crate::{fault::words::Shown, numerics::cancel};
+use outcome::Outcome;
 use references::Base;
-use repetition::Outcome;
 
 /// Runs a study. Processor work, bounded by `setup::MOST_WORK`.
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
@@ -55,7 +56,7 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
         .iter()
         .enumerate()
         .map(|(at, &level)| {
-            let of = |f: &dyn Fn(&repetition::Drawn) -> f64| Summary::of(outcomes.iter().map(|o| f(&o.levels[at])));
+            let of = |f: &dyn Fn(&outcome::LevelFigures) -> f64| Summary::of(outcomes.iter().map(|o| f(&o.levels[at])));
             LevelResult {
                 level,
                 figures: Figures {

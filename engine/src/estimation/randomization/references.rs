@@ -8,8 +8,8 @@
 use nalgebra::DMatrix;
 
 use super::{
-    repetition::Outcome,
-    result::{Figures, Reference, ReferenceChoice, Summary},
+    outcome::Outcome,
+    result::{Figures, Reference, ReferenceChoice, References, Summary},
     setup::Study,
 };
 use crate::{
@@ -26,16 +26,6 @@ use crate::{
     },
     numerics::{Dd, cancel::Asking, triangular},
 };
-
-/// Every reference.
-#[derive(Clone, Debug, PartialEq)]
-pub struct References {
-    pub least_squares: Figures,
-    /// `None` where λ₁ is not told from 0, by which Eq. 39 divides.
-    pub spectral_first_order: Option<Reference>,
-    pub spectral_exact: Option<Reference>,
-    pub ridge: Reference,
-}
 
 /// The spectrum of X and where A lies in it.
 pub struct Base {
@@ -91,7 +81,7 @@ impl Base {
         Some(self.alpha[0].abs() / norm).filter(|share| share.is_finite())
     }
 
-    /// Uᵀe; 0 along directions that are not told from 0.
+    /// Uᵀe; 0 along directions that are numerically zero.
     pub fn project(&self, noise: &[f64]) -> Vec<f64> {
         self.u.column_iter().map(|u| u.iter().zip(noise).map(|(u, e)| u * e).sum()).collect()
     }
@@ -202,7 +192,7 @@ impl Base {
 }
 
 /// U: with `W = Q R` its columns are `W R⁻¹ (image_i/σᵢ)`, formed in double-double; where R is
-/// singular, `X Vᵢ/σᵢ` for the directions that are told from 0.
+/// singular, `X Vᵢ/σᵢ` for the numerically nonzero directions.
 fn left_vectors(
     study: &Study,
     design: &Design,

@@ -3,10 +3,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{normal::Normals, references::Base, setup::Study};
+use super::{
+    normal::Normals,
+    outcome::{LevelFigures, Outcome},
+    references::Base,
+    setup::Study,
+};
 use crate::{
     estimation::error::FitError,
-    numerics::{Dd, Real, cancel::Asking, jacobi, qr, triangular},
+    numerics::{Dd, Real, cancel::Asking, jacobi, qr, svd_dd, triangular},
 };
 
 /// Relative error that double precision may leave in a singular value or in D before twice the
@@ -14,24 +19,6 @@ use crate::{
 const TOLERANCE: f64 = 1e-9;
 const NOT_CONVERGED: FitError =
     FitError::NotConverged("the singular value decomposition did not converge within its limit");
-
-/// What one repetition found.
-pub struct Outcome {
-    pub levels: Vec<Drawn>,
-    /// ‖e‖² less what the columns of X reach, and uᵢᵀe along each direction.
-    pub rss: f64,
-    pub along: Vec<f64>,
-}
-
-/// Figures of one level; not finite where the columns depend on each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawn {
-    pub condition: f64,
-    pub log10_determinant: f64,
-    pub error: f64,
-    pub rss: f64,
-    pub fitted_rss: f64,
-}
 
 pub fn run(study: &Study, base: &Base, stream: u64) -> Result<Outcome, FitError> {
     let mut normals = Normals::new(study.seed, stream);
@@ -44,7 +31,7 @@ pub fn run(study: &Study, base: &Base, stream: u64) -> Result<Outcome, FitError>
     Ok(Outcome { levels, rss: rss.max(0.0), along })
 }
 
-fn level(study: &Study, noise: &[f64], change: &[f64], k: f64) -> Result<Drawn, FitError> {
+fn level(study: &Study, noise: &[f64], change: &[f64], k: f64) -> Result<LevelFigures, FitError> {
     let n = study.columns;
     let randomised: Vec<f64> =
         study.x.iter().zip(change).enumerate().map(|(at, (x, g))| x + k * study.deviation[at % n] * g).collect();
@@ -77,12 +64,12 @@ impl Arithmetic for Dd {
     }
 
     fn singular_values(r: &DMatrix<Dd>) -> Option<Vec<Dd>> {
-        jacobi::svd_dd(r).map(|svd| svd.sigma)
+        svd_dd(r).map(|svd| svd.sigma)
     }
 }
 
 /// Figures of X̃, and a bound on the relative error that the arithmetic leaves.
-fn solve<T: Arithmetic>(study: &Study, randomised: &[f64], noise: &[f64]) -> Result<(Drawn, f64), FitError> {
+fn solve<T: Arithmetic>(study: &Study, randomised: &[f64], noise: &[f64]) -> Result<(LevelFigures, f64), FitError> {
     let (m, n) = (study.rows, study.columns);
     // (X̃ − X) A − e
     let b = DVector::from_fn(m, |i, _| {
@@ -95,7 +82,7 @@ fn solve<T: Arithmetic>(study: &Study, randomised: &[f64], noise: &[f64]) -> Res
         factor.r.column_iter().map(|c| c.iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
     let regular = (0..n).all(|j| factor.r[(j, j)].to_f64().abs() > T::EPSILON * lengths[j]);
     let nothing = f64::INFINITY;
-    let lost = Drawn {
+    let lost = LevelFigures {
         condition: nothing,
         log10_determinant: nothing,
         error: nothing,
@@ -125,7 +112,7 @@ fn solve<T: Arithmetic>(study: &Study, randomised: &[f64], noise: &[f64]) -> Res
     let rss = (0..m)
         .map(|i| square((0..n).fold(T::of(noise[i]), |sum, j| T::of(study.x[i * n + j]).fma(d[j], sum))))
         .sum::<f64>();
-    let drawn = Drawn {
+    let drawn = LevelFigures {
         condition: square(sigma[n - 1] / sigma[0]),
         log10_determinant: sigma.iter().map(|s| 2.0 * libm::log10(s.to_f64())).sum(),
         error: d.iter().map(|x| square(*x)).sum(),

@@ -1,6 +1,5 @@
 //! What a study found.
 
-use super::references::References;
 use crate::numerics::cancel;
 use crate::{
     estimation::{result::Warning, spec::Criterion},
@@ -10,7 +9,7 @@ use crate::{
 /// Everything a study found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyResult {
-    /// Of XᵀX, ascending; 0 where not told from 0.
+    /// Of XᵀX, ascending; 0 where numerically zero.
     pub eigenvalues: Vec<f64>,
     /// Least and largest |Pearson correlation| of two columns that vary; `None` with fewer than two
     /// of them.
@@ -90,6 +89,16 @@ pub struct Reference {
     /// L; `None` for ridge.
     pub count: Option<usize>,
     pub choices: Vec<ReferenceChoice>,
+}
+
+/// Every reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct References {
+    pub least_squares: Figures,
+    /// `None` where λ₁ is numerically zero, by which Eq. 39 divides.
+    pub spectral_first_order: Option<Reference>,
+    pub spectral_exact: Option<Reference>,
+    pub ridge: Reference,
 }
 
 /// The level of least median ‖A − Â_R‖².

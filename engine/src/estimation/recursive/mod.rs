@@ -12,6 +12,7 @@
 //! The working basis must be chosen before the nodes are known. Where the caller gives a domain it
 //! lives there; else, for raw powers, on a box that grows with the nodes.
 
+mod boxes;
 mod caller_row;
 mod growing;
 mod opening;
@@ -71,7 +72,7 @@ impl Recursive {
         self.sums.as_ref().map_or(0, |sums| sums.summary.count)
     }
 
-    /// n, once the first block has told it.
+    /// n, once the first block has decided it.
     pub fn size(&self) -> Option<usize> {
         self.sums.as_ref().map(|sums| sums.design.size())
     }
@@ -123,7 +124,7 @@ impl Recursive {
         let Some(sums) = self.sums.as_ref().filter(|sums| sums.summary.count >= sums.design.size()) else {
             return Ok(None);
         };
-        let design = sums.told_design(&self.spec);
+        let design = sums.caller_design(&self.spec);
         let heights = sums.heights();
         within_range(if sums.form == Form::Surface { "/nodes/z" } else { "/nodes/y" }, &heights)?;
         let factor = sums.factor(&design, &heights)?;

@@ -1,7 +1,7 @@
 //! What a stream may be opened with, and what its first block has to tell: a curve or a surface,
 //! the columns of a matrix.
 
-use super::growing::roomy;
+use super::boxes::roomy;
 use crate::{
     estimation::{
         data::{Form, Nodes, Sample},

@@ -16,7 +16,7 @@ use crate::{
 
 impl Sums {
     /// The design with what only the nodes could tell.
-    pub fn told_design(&self, spec: &FitSpec) -> Design {
+    pub fn caller_design(&self, spec: &FitSpec) -> Design {
         match &self.form {
             Form::Matrix { names, .. } => {
                 let Basis::Columns { scale } = &self.design.basis else { return self.design.clone() };

@@ -2,8 +2,8 @@
 //! for each weight, an order that has derivatives.
 //!
 //! A fit of posted nodes asks once it is at its regularisation; a stream asks when it is opened,
-//! since none of its nodes could mend it. What depends on the nodes (directions that cannot be told
-//! from 0, a constant among posted columns) stays with each kind.
+//! since none of its nodes could mend it. What depends on the nodes (numerically zero
+//! directions, a constant among posted columns) stays with each kind.
 
 use super::{penalty, shrink, truncated};
 use crate::{

@@ -14,7 +14,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::pair::product;
-use crate::numerics::{Dd, Real, jacobi, root::boundary};
+use crate::numerics::{Dd, Real, jacobi, root::boundary, svd_dd};
 
 /// The directions in the scaled columns.
 pub struct Oblique {
@@ -143,7 +143,7 @@ impl Oblique {
         if low > 0.0 && high / low * f64::EPSILON * self.size() as f64 <= TOLERANCE {
             return Some(plain.sigma.iter().map(|s| s * s).collect());
         }
-        Some(jacobi::svd_dd(&rows)?.sigma.iter().map(|&s| (s * s).to_f64()).collect())
+        Some(svd_dd(&rows)?.sigma.iter().map(|&s| (s * s).to_f64()).collect())
     }
 
     /// Condition of `X̃ᵀX̃ + λP` and the derivative of its logarithm by ln λ. Its largest

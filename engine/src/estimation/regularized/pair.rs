@@ -11,9 +11,10 @@ use nalgebra::DMatrix;
 
 use super::penalty::triangular;
 use crate::numerics::{
-    Dd, Real, jacobi,
-    lanes::{DdLanes, Lanes, WIDTH, axpy, lanes_for},
-    triangular as solve,
+    Dd, Real,
+    columns::axpy,
+    lanes::{DdLanes, Lanes, WIDTH, lanes_for},
+    svd_dd, triangular as solve,
 };
 
 /// Condition of the stacked factor from which on the penalised problem has no unique answer that
@@ -73,7 +74,7 @@ impl Pair {
             return Err(PairFault::Undetermined);
         }
         let seen = solve::multiply_upper(r, &k_inverse);
-        let svd = jacobi::svd_dd(&seen).ok_or(PairFault::NotConverged)?;
+        let svd = svd_dd(&seen).ok_or(PairFault::NotConverged)?;
         let v = separated(&product(&l, &k_inverse), svd.v, &svd.sigma).ok_or(PairFault::NotConverged)?;
         let rounding = NULL * (n as f64) * Dd::EPSILON * condition;
         let silent = n - rank;
@@ -154,7 +155,7 @@ fn separated(penalty: &DMatrix<Dd>, mut v: DMatrix<Dd>, sigma: &[Dd]) -> Option<
     let image = product(penalty, &near);
     let rows = image.nrows().max(block);
     let padded = DMatrix::from_fn(rows, block, |i, j| if i < image.nrows() { image[(i, j)] } else { Dd::ZERO });
-    let turned = product(&near, &jacobi::svd_dd(&padded)?.v);
+    let turned = product(&near, &svd_dd(&padded)?.v);
     for i in 0..block {
         // sines ascend where cosines descend
         v.column_mut(n - 1 - i).copy_from(&turned.column(i));

@@ -98,18 +98,18 @@ impl<'a> AttractionTarget<'a> {
         AttractionTarget { context, caller, along, away, mean }
     }
 
-    /// Directions told from 0 that are drawn to the target.
+    /// Numerically nonzero directions, which are drawn to the target.
     pub fn directions(&self) -> usize {
         self.context.spectrum.rank - usize::from(self.mean.is_some())
     }
 
-    fn told(&self) -> impl Iterator<Item = (usize, f64)> {
+    fn nonzero(&self) -> impl Iterator<Item = (usize, f64)> {
         self.context.spectrum.lambda.iter().copied().enumerate().filter(|(_, lambda)| *lambda > 0.0)
     }
 
     /// `Q = ‖X(Â − T)‖²`.
     pub fn reach(&self) -> f64 {
-        self.told().map(|(i, lambda)| lambda * self.away[i] * self.away[i]).sum()
+        self.nonzero().map(|(i, lambda)| lambda * self.away[i] * self.away[i]).sum()
     }
 
     /// Variance of the mean along direction i, for σ = 1.
@@ -120,7 +120,7 @@ impl<'a> AttractionTarget<'a> {
     /// `S = Σ max((aᵢ−tᵢ)² − σ²/λᵢ, 0)`, what of the distance is more than noise, and `N = Σ
     /// σ²/λᵢ`, the noise.
     pub fn signal_and_noise(&self, variance: f64) -> (f64, f64) {
-        self.told().fold((0.0, 0.0), |(signal, noise), (i, lambda)| {
+        self.nonzero().fold((0.0, 0.0), |(signal, noise), (i, lambda)| {
             let own = variance * (1.0 / lambda - self.mean_share(i)).max(0.0);
             (signal + (self.away[i] * self.away[i] - own).max(0.0), noise + own)
         })
@@ -137,7 +137,7 @@ impl<'a> AttractionTarget<'a> {
             bias_norm: (1.0 - c).abs() * distance,
             predicted_mse: context.variance.map(|variance| {
                 let (signal, noise) = self.signal_and_noise(variance);
-                let mean: f64 = self.told().map(|(i, _)| variance * self.mean_share(i)).sum();
+                let mean: f64 = self.nonzero().map(|(i, _)| variance * self.mean_share(i)).sum();
                 (1.0 - c) * (1.0 - c) * signal + c * c * noise + mean
             }),
             rms: (self.rss(c) / context.weight).sqrt(),

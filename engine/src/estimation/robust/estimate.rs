@@ -23,7 +23,8 @@ use crate::{
 pub struct RobustSolution<'a> {
     pub estimate: &'a RobustEstimate,
     pub plain: PlainEstimate,
-    /// The nodes as posted: the linear problem of the fit has the weights of the problem that was solved.
+    /// The nodes as posted: the linear problem of the fit has the weights of the problem that was
+    /// solved.
     pub posted: &'a Sample<'a>,
     /// Σ of those weights.
     pub weight: f64,

@@ -75,21 +75,21 @@ pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcom
     let density = sparsity(tau, &residuals, &vertex.basis);
     let scale = density.map(|s| (tau * (1.0 - tau)).sqrt() * s);
     let rho = |r: f64| 2.0 * r * if r < 0.0 { tau - 1.0 } else { tau };
-    let told = exact::settled(scale, scale.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
-    let capped = |r: &f64| capped(rho(*r), *r, told.scale.unwrap_or(0.0));
-    let weights = told.weights.unwrap_or_else(|| residuals.iter().map(capped).collect());
+    let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
+    let capped = |r: &f64| capped(rho(*r), *r, settled.scale.unwrap_or(0.0));
+    let weights = settled.weights.unwrap_or_else(|| residuals.iter().map(capped).collect());
     let mut basis = vertex.basis.clone();
     basis.sort_unstable();
     Ok(Outcome {
         converged: vertex.optimal,
         iterations: vertex.steps,
-        scale: told.scale,
+        scale: settled.scale,
         objective: factor * residuals.iter().map(|r| rho(*r)).sum::<f64>(),
         weights,
         certificate: Some(vertex.certificate()),
         unique: Some(vertex.unique),
         vertex: Some(basis),
-        dispersion: told.dispersion,
+        dispersion: settled.dispersion,
         local: LocalSolution::Global,
         warnings,
         solved: match refined(measured, &vertex) {

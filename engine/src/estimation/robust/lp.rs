@@ -97,19 +97,19 @@ pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
         });
     }
     let tau = dispersion(p, &r, m, n, scale);
-    let told = exact::settled(Some(scale), tau, &r, measured.heights.largest, &mut warnings);
+    let settled = exact::settled(Some(scale), tau, &r, measured.heights.largest, &mut warnings);
     let weight = |r: &f64| (r.abs() / scale).max(1.0).powf(p - 2.0);
-    let weights = told.weights.unwrap_or_else(|| r.iter().asking(50).map(weight).collect());
+    let weights = settled.weights.unwrap_or_else(|| r.iter().asking(50).map(weight).collect());
     Ok(Outcome {
         solved: Solved::Step(x),
         warnings,
         converged,
         iterations,
         tolerance_reached: Some(reached),
-        scale: told.scale,
+        scale: settled.scale,
         objective: r.iter().asking(50).map(|r| r.abs().powf(p)).sum(),
         weights,
-        dispersion: told.dispersion,
+        dispersion: settled.dispersion,
         local: LocalSolution::Global,
         ..Outcome::default()
     })

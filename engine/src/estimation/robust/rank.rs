@@ -71,11 +71,11 @@ pub fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     }
     let scores = scores(&residuals);
     let tau = tau(&residuals, n);
-    let told = exact::settled(tau, tau.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
-    let scale = told.scale.unwrap_or(0.0);
+    let settled = exact::settled(tau, tau.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
+    let scale = settled.scale.unwrap_or(0.0);
     let weight = |(a, r): (&f64, &f64)| if *r == 0.0 { 1.0 } else { (scale * (a / r).abs()).min(1.0) };
-    let weights = told.weights.unwrap_or_else(|| scores.iter().zip(&residuals).map(weight).collect());
-    let along = constant.filter(|_| told.dispersion.is_some()).and_then(|direction| {
+    let weights = settled.weights.unwrap_or_else(|| scores.iter().zip(&residuals).map(weight).collect());
+    let along = constant.filter(|_| settled.dispersion.is_some()).and_then(|direction| {
         let size = sparsity_at_median(&residuals, n)?;
         Some(Along { direction, dispersion: 0.5 * size })
     });
@@ -83,12 +83,12 @@ pub fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
         solved: Solved::Step(x),
         converged: walk.optimal,
         iterations: walk.steps,
-        scale: told.scale,
+        scale: settled.scale,
         objective: dot(&scores, &residuals),
         weights,
         certificate: Some(walk.certificate),
         unique: Some(walk.unique),
-        dispersion: told.dispersion,
+        dispersion: settled.dispersion,
         along,
         local: LocalSolution::Global,
         warnings,

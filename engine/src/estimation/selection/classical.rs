@@ -1,6 +1,7 @@
 //! Closed forms for the parameter of ridge.
 //!
-//! In the scaled columns, with p directions told from 0 and σ² of the request or of the residuals:
+//! In the scaled columns, with p numerically nonzero directions and σ² of the request or of the
+//! residuals:
 //! * `hkb`: `(p − 2) σ² / ‖Â‖²`, and `hkb_1975`: `p σ² / ‖Â‖²` (Hoerl, Kennard and Baldwin 1975;
 //!   the first is the form that common software computes);
 //! * `lawless_wang`: `(p − 2) σ² λ̄ / Σ λᵢ aᵢ²` with the mean eigenvalue λ̄ (Lawless and Wang
@@ -16,15 +17,15 @@ use crate::estimation::spec::Criterion;
 /// k of ridge by `criterion`, for coefficients `a` along the directions of `problem`.
 pub fn ridge_parameter(criterion: Criterion, problem: &Spectral, a: &[f64]) -> Result<Chosen, Unavailable> {
     let variance = problem.variance.ok_or(Unavailable::NoSigma)?;
-    let told = || problem.lambda.iter().zip(a).filter(|(lambda, _)| **lambda > 0.0);
-    let p = told().count() as f64;
-    let norm: f64 = told().map(|(_, a)| a * a).sum();
+    let nonzero = || problem.lambda.iter().zip(a).filter(|(lambda, _)| **lambda > 0.0);
+    let p = nonzero().count() as f64;
+    let norm: f64 = nonzero().map(|(_, a)| a * a).sum();
     let k = match criterion {
         Criterion::Hkb => (p - 2.0) * variance / norm,
         Criterion::Hkb1975 => p * variance / norm,
         Criterion::LawlessWang => {
-            let mean = told().map(|(lambda, _)| lambda).sum::<f64>() / p;
-            (p - 2.0) * variance * mean / told().map(|(lambda, a)| lambda * a * a).sum::<f64>()
+            let mean = nonzero().map(|(lambda, _)| lambda).sum::<f64>() / p;
+            (p - 2.0) * variance * mean / nonzero().map(|(lambda, a)| lambda * a * a).sum::<f64>()
         }
         _ => return Err(Unavailable::NoMinimiser),
     };
@@ -33,7 +34,7 @@ pub fn ridge_parameter(criterion: Criterion, problem: &Spectral, a: &[f64]) -> R
     } else if variance == 0.0 {
         // no noise: nothing to shrink, as the other criteria answer with the low end of their
         // search
-        let low = super::search::range(problem, super::spectral::Rule::Ridge)[0];
+        let low = super::search::range(problem, super::filter::Rule::Ridge)[0];
         Ok(Chosen { lambda_star: low, interval: None, reached: true })
     } else {
         Err(Unavailable::NoMinimiser)

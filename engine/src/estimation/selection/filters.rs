@@ -2,9 +2,10 @@
 
 use super::{
     classical::ridge_parameter,
+    filter::Rule,
     search::{Chosen, Search, Unavailable, range},
     selector::{Comparison, ParameterProblem, Selection, select},
-    spectral::{Rule, Spectral},
+    spectral::Spectral,
 };
 use crate::estimation::{
     error::{Faults, FitError},

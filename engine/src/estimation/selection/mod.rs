@@ -1,11 +1,13 @@
 //! The parameter of a regularisation: filters on the spectrum, criteria, and the search for λ*.
 
 mod classical;
+mod filter;
 pub mod filters;
 pub mod scan;
 mod search;
 pub mod selector;
 mod spectral;
 
+pub(crate) use filter::{Filtered, Rule};
 pub(crate) use search::{Chosen, Search, Unavailable, range};
-pub(crate) use spectral::{Filtered, Rule, Spectral};
+pub(crate) use spectral::Spectral;

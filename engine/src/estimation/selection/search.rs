@@ -7,7 +7,10 @@
 
 use std::ops::Range;
 
-use super::spectral::{Rule, Spectral, Sums};
+use super::{
+    filter::Rule,
+    spectral::{Spectral, Sums},
+};
 use crate::{
     estimation::spec::{Criterion, Scheme},
     numerics::{minimize::minimum, root::root, wide::LANES},

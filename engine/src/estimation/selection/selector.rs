@@ -138,7 +138,7 @@ pub fn no_minimiser(wanted: Criterion) -> Faults {
     }
 }
 
-/// What the caller should hear about the choice that stands.
+/// Warnings about the choice that stands.
 pub fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
     let [least_squares, ..] = choices else { return };
     if let (Some(here), Some(there)) = (chosen.predicted_mse, least_squares.predicted_mse)

@@ -139,7 +139,7 @@ impl<F: Fn(f64) -> Option<Figures> + Sync> ParameterProblem for Penalised<'_, F>
                 let bend = |x: f64, f: &Figures| -curvature(x.exp(), f);
                 found((minimum_of(&self.grid()?, at, bend), true))
             }
-            // an unsolvable problem is told first, as of the other criteria
+            // an unsolvable problem comes first, as for the other criteria
             other => self.grid().and(Err(NoParameter::NotHere(other))),
         }
     }

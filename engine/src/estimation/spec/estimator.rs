@@ -22,7 +22,7 @@ pub enum Estimator {
     Rank,
 }
 
-/// Share of nodes that least trimmed squares keeps, unless told otherwise.
+/// Share of nodes that least trimmed squares keeps, unless asked otherwise.
 pub const DEFAULT_COVERAGE: f64 = 0.75;
 
 /// Least `Σ ρ(r/s)` by reweighting: in each iteration scale, then weights, then solve.
@@ -39,7 +39,7 @@ pub struct MEstimator {
 impl MEstimator {
     /// As far as doubles go: a change of 1e-13 scales.
     pub const TOLERANCE: f64 = 1e-13;
-    /// Iterations allowed unless told otherwise.
+    /// Iterations allowed unless asked otherwise.
     pub const ITERATIONS: usize = 1000;
     /// The most that can be asked for.
     pub const MOST_ITERATIONS: usize = 10_000;
@@ -70,7 +70,7 @@ pub enum ScaleRule {
     Fixed(f64),
 }
 
-/// k₂ of proposal 2 unless told otherwise.
+/// k₂ of proposal 2 unless asked otherwise.
 pub const DEFAULT_K2: f64 = 1.345;
 
 /// Where the iteration starts.

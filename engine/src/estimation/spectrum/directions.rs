@@ -17,7 +17,7 @@ use crate::{
         factor::{Axes, AxisFactor, Factor, Separable},
         spec::Scaling,
     },
-    numerics::{Dd, Real, cancel::Asking, jacobi, triangular},
+    numerics::{Dd, Real, cancel::Asking, jacobi, svd_dd, triangular},
 };
 
 /// Relative error of an eigenvalue that double precision may leave before double-double takes over.
@@ -35,7 +35,7 @@ pub struct Directions {
     pub v: DMatrix<f64>,
     /// Column i is X̃Vᵢ in Q's coordinates.
     pub image: DMatrix<f64>,
-    /// How many λᵢ are told from 0.
+    /// How many λᵢ are numerically nonzero.
     pub rank: usize,
     exact: Arc<Exact>,
 }
@@ -92,7 +92,7 @@ fn decompose(matrix: &DMatrix<Dd>, floor: f64) -> Result<Decomposition, FitError
         let sigma = plain.sigma.iter().map(|&s| Dd::from(s)).collect();
         return Ok(Decomposition { sigma, v: widen(&plain.v), image: widen(&plain.us), floor });
     }
-    let exact = jacobi::svd_dd(matrix).ok_or(NOT_CONVERGED)?;
+    let exact = svd_dd(matrix).ok_or(NOT_CONVERGED)?;
     Ok(Decomposition { sigma: exact.sigma, v: exact.v, image: exact.us, floor })
 }
 
@@ -139,12 +139,12 @@ impl Directions {
             });
         let parts = decompose(&columns.matrix, floor)?;
         let n = parts.sigma.len();
-        let told = |i: usize| match rank {
+        let nonzero = |i: usize| match rank {
             Some(rank) => i >= n - rank && parts.sigma[i] > Dd::ZERO,
             None => parts.sigma[i].to_f64() > parts.floor,
         };
         let square = |i: usize| (parts.sigma[i] * parts.sigma[i]).to_f64();
-        let lambda = (0..n).map(|i| if told(i) { square(i) } else { 0.0 }).collect();
+        let lambda = (0..n).map(|i| if nonzero(i) { square(i) } else { 0.0 }).collect();
         let (v, image) = (parts.v.map(|x| x.to_f64()), parts.image.map(|x| x.to_f64()));
         Ok(Self::found(lambda, v, image, Exact::Whole(parts)))
     }
@@ -173,9 +173,9 @@ impl Directions {
         let mut found: Vec<(usize, usize, f64, Dd)> = (0..p)
             .flat_map(|i| (0..q).map(move |j| (i, j)))
             .map(|(i, j)| {
-                let told = rank.is_some() || (u.sigma[i].to_f64() > u.floor && v.sigma[j].to_f64() > v.floor);
+                let nonzero = rank.is_some() || (u.sigma[i].to_f64() > u.floor && v.sigma[j].to_f64() > v.floor);
                 let squared = (u.sigma[i] * u.sigma[i]) * (v.sigma[j] * v.sigma[j]);
-                (i, j, if told { squared.to_f64() } else { 0.0 }, squared)
+                (i, j, if nonzero { squared.to_f64() } else { 0.0 }, squared)
             })
             .collect();
         found.sort_by(|x, y| x.2.total_cmp(&y.2));
@@ -213,7 +213,7 @@ impl Directions {
         self.lambda.last().copied().unwrap_or(0.0)
     }
 
-    /// Whether every eigenvalue is told from 0.
+    /// Whether every eigenvalue is numerically nonzero.
     pub fn full_rank(&self) -> bool {
         self.rank == self.lambda.len()
     }

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::numerics::{
     cancel::Asking,
+    columns::dot,
     lanes::{self, F64Lanes, Lanes},
 };
 
@@ -33,14 +34,14 @@ pub fn explained(unit: &[F64Lanes], stride: usize, terms: &[usize], room: &mut V
     let mut rest = &mut room[..];
     for _ in (1..terms.len()).asking(terms.len() * terms.len()) {
         let (direction, after) = rest.split_at_mut(stride);
-        let square: f64 = lanes::dot(direction, direction);
+        let square: f64 = dot(direction, direction);
         if square > 1e-30 {
             after.chunks_exact_mut(4 * stride).for_each(|four| remove(direction, -1.0 / square, four));
         }
         rest = after;
     }
     let last = &rest[..stride];
-    1.0 - lanes::dot::<f64>(last, last)
+    1.0 - dot::<f64>(last, last)
 }
 
 /// `x += factor (d·x) d` for four columns x, one behind the other.

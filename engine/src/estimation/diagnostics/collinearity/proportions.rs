@@ -10,11 +10,11 @@ pub const NUMERICALLY_ZERO: f64 = 1e-12;
 
 /// How the variance of each unit-length column's coefficient is shared among the directions.
 pub struct Shares {
-    /// `Σᵢ V_ji²/λᵢ` over directions told from 0.
+    /// `Σᵢ V_ji²/λᵢ` over numerically nonzero directions.
     pub total: Vec<f64>,
     /// Whether the coefficient takes part in an exact dependency.
     pub undetermined: Vec<bool>,
-    /// `Σᵢ V_ji²` over the directions that are not told from 0.
+    /// `Σᵢ V_ji²` over the numerically zero directions.
     lost: Vec<f64>,
 }
 
