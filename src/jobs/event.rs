@@ -80,22 +80,22 @@ impl StreamEvent {
 /// after the last one seen, so nobody is ever sent twice what is stored once, and a missed wake
 /// costs time, not events.
 #[derive(Debug, Default)]
-pub struct Bells {
+pub struct JobNotifier {
     jobs: Mutex<HashMap<Uuid, watch::Sender<()>>>,
 }
 
-impl Bells {
+impl JobNotifier {
     /// Hears of the job from now on.
-    pub fn listen(&self, job: Uuid) -> watch::Receiver<()> {
+    pub fn subscribe(&self, job: Uuid) -> watch::Receiver<()> {
         let mut jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
-        jobs.retain(|_, bell| bell.receiver_count() > 0);
+        jobs.retain(|_, sender| sender.receiver_count() > 0);
         jobs.entry(job).or_insert_with(|| watch::channel(()).0).subscribe()
     }
 
     /// Something happened to the job.
-    pub fn ring(&self, job: Uuid) {
-        if let Some(bell) = self.jobs.lock().unwrap_or_else(PoisonError::into_inner).get(&job) {
-            bell.send_replace(());
+    pub fn notify(&self, job: Uuid) {
+        if let Some(sender) = self.jobs.lock().unwrap_or_else(PoisonError::into_inner).get(&job) {
+            sender.send_replace(());
         }
     }
 }
@@ -106,16 +106,16 @@ mod tests {
 
     #[tokio::test]
     async fn only_listeners_of_the_job_are_woken_and_the_gone_are_forgotten() {
-        let bells = Bells::default();
+        let notifier = JobNotifier::default();
         let (one, two) = (Uuid::from_u128(1), Uuid::from_u128(2));
-        let (mut first, mut second) = (bells.listen(one), bells.listen(two));
-        bells.ring(one);
+        let (mut first, mut second) = (notifier.subscribe(one), notifier.subscribe(two));
+        notifier.notify(one);
         assert!(first.has_changed().unwrap() && !second.has_changed().unwrap());
         first.borrow_and_update();
         drop(first);
-        let again = bells.listen(two);
-        assert_eq!(bells.jobs.lock().unwrap().len(), 1);
-        bells.ring(two);
+        let again = notifier.subscribe(two);
+        assert_eq!(notifier.jobs.lock().unwrap().len(), 1);
+        notifier.notify(two);
         assert!(again.has_changed().unwrap());
         second.changed().await.unwrap();
     }

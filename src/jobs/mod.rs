@@ -34,7 +34,7 @@ mod streams;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
 pub use draft::{BlockDraft, ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
-pub use event::{Bells, EventKind, JobEvent, StreamEvent};
+pub use event::{EventKind, JobEvent, JobNotifier, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;
 pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Receipt, RunningKeys};

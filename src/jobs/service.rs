@@ -11,7 +11,7 @@ use uuid::Uuid;
 use super::{
     ambient::{Clock, Ids},
     draft::{IterationDraft, JobDraft, RefitDraft},
-    event::Bells,
+    event::JobNotifier,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, KeyClaim, Receipt},
     iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling, Trace},
@@ -54,12 +54,12 @@ pub struct Jobs {
     pub(super) ids: Arc<dyn Ids>,
     known: KnownJobs,
     pub(super) live: Arc<LiveStreams>,
-    pub(super) bells: Arc<Bells>,
+    pub(super) notifier: Arc<JobNotifier>,
 }
 
 impl Jobs {
     pub fn new(repository: Arc<dyn Repository>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Self {
-        Jobs { repository, clock, ids, known: KnownJobs::default(), live: Arc::default(), bells: Arc::default() }
+        Jobs { repository, clock, ids, known: KnownJobs::default(), live: Arc::default(), notifier: Arc::default() }
     }
 
     /// The store beneath, for what is not about jobs (readiness, kept answers).
@@ -136,10 +136,10 @@ impl Jobs {
     ) -> Result<(Arc<NewIteration>, Stored), RepositoryError> {
         let iteration = Arc::new(self.new_iteration(job_id, draft));
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
-        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        let (repository, notifier) = (self.repository.clone(), self.notifier.clone());
         to_the_end(async move {
             let stored = repository.insert_iteration(iteration.clone(), receipt).await?;
-            bells.ring(job_id);
+            notifier.notify(job_id);
             Ok((iteration, stored))
         })
         .await
@@ -213,10 +213,10 @@ impl Jobs {
             created_at: now,
         });
         let receipt = keyed.map(|keyed| keyed.receipt(fit.clone()));
-        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        let (repository, notifier) = (self.repository.clone(), self.notifier.clone());
         to_the_end(async move {
             let stored = repository.insert_fit(job, number, fit.clone(), receipt).await?;
-            bells.ring(job);
+            notifier.notify(job);
             Ok((fit, stored))
         })
         .await
@@ -232,10 +232,10 @@ impl Jobs {
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
         let choice = Choice { fit_id, event: Event { reason, created_at: self.clock.now() } };
-        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        let (repository, notifier) = (self.repository.clone(), self.notifier.clone());
         to_the_end(async move {
             repository.choose(job, number, choice, precondition).await?;
-            bells.ring(job);
+            notifier.notify(job);
             Ok(())
         })
         .await?;
@@ -252,10 +252,10 @@ impl Jobs {
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
         let ruling = Ruling { decision, event: Event { reason, created_at: self.clock.now() } };
-        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        let (repository, notifier) = (self.repository.clone(), self.notifier.clone());
         to_the_end(async move {
             repository.rule(job, number, ruling, precondition).await?;
-            bells.ring(job);
+            notifier.notify(job);
             Ok(())
         })
         .await?;

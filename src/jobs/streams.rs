@@ -35,10 +35,10 @@ impl Jobs {
             created_at: now,
         });
         let receipt = keyed.map(|keyed| keyed.receipt(stream.clone()));
-        let (repository, bells) = (self.repository.clone(), self.bells.clone());
+        let (repository, notifier) = (self.repository.clone(), self.notifier.clone());
         to_the_end(async move {
             let stored = repository.insert_stream(stream.clone(), receipt).await?;
-            bells.ring(job_id);
+            notifier.notify(job_id);
             Ok((stream, stored))
         })
         .await
@@ -90,13 +90,13 @@ impl Jobs {
             created_at: now,
         });
         let receipt = keyed.map(|keyed| keyed.receipt(block.clone()));
-        let (repository, bells, live) = (self.repository.clone(), self.bells.clone(), self.live.clone());
+        let (repository, notifier, live) = (self.repository.clone(), self.notifier.clone(), self.live.clone());
         to_the_end(async move {
             let (id, job) = (before.stream.id, before.stream.job_id);
             let outcome = match repository.insert_block(block.clone(), receipt).await {
                 Ok(stored) => {
                     *slot = Some(before.after(&block, stored, estimate));
-                    bells.ring(job);
+                    notifier.notify(job);
                     Ok(())
                 }
                 Err(RepositoryError::Overloaded) => {
@@ -122,14 +122,14 @@ impl Jobs {
         let iteration = Arc::new(self.new_iteration(stream.job_id, draft));
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
         let finished = FinishedStream { stream: stream.id, sequence: stream.sequence, iteration: iteration.clone() };
-        let (repository, bells, live) = (self.repository.clone(), self.bells.clone(), self.live.clone());
+        let (repository, notifier, live) = (self.repository.clone(), self.notifier.clone(), self.live.clone());
         let job = stream.job_id;
         to_the_end(async move {
             // stored or not: what is in memory is no longer sure
             *slot = None;
             let stored = repository.finish_stream(finished, receipt).await?;
             live.announce_end();
-            bells.ring(job);
+            notifier.notify(job);
             Ok((iteration, stored))
         })
         .await
@@ -143,13 +143,13 @@ impl Jobs {
         stream: &Stream,
         precondition: Precondition,
     ) -> Result<(), RepositoryError> {
-        let (repository, bells, live) = (self.repository.clone(), self.bells.clone(), self.live.clone());
+        let (repository, notifier, live) = (self.repository.clone(), self.notifier.clone(), self.live.clone());
         let (id, job, now) = (stream.id, stream.job_id, self.clock.now());
         to_the_end(async move {
             *slot = None;
             repository.delete_stream(id, precondition, now).await?;
             live.announce_end();
-            bells.ring(job);
+            notifier.notify(job);
             Ok(())
         })
         .await
@@ -172,6 +172,6 @@ impl Jobs {
 
     /// Is woken when something happens to the job.
     pub fn listen(&self, job: Uuid) -> watch::Receiver<()> {
-        self.bells.listen(job)
+        self.notifier.subscribe(job)
     }
 }

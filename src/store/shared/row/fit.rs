@@ -1,0 +1,140 @@
+//! Fits, choices and rulings of an iteration.
+
+use sqlx::FromRow;
+use uuid::Uuid;
+
+use crate::{
+    jobs::{Choice, Decision, Event, Figures, FitRecord, FitSummary, Ruling, TracedFit},
+    store::shared::columns::{CriterionName, Moment, SchemeName, Whole},
+};
+
+/// The columns of [`FigureRow`].
+macro_rules! figure_columns {
+    () => {
+        "lambda_star, criterion, scheme, count, condition, regularized_condition, bias_norm, bias_sharp_bound, rms, \
+         max_abs"
+    };
+}
+pub(in crate::store) use figure_columns;
+
+#[derive(FromRow)]
+struct FigureRow {
+    lambda_star: Option<f64>,
+    criterion: Option<CriterionName>,
+    scheme: Option<SchemeName>,
+    count: Option<Whole<u32>>,
+    condition: Option<f64>,
+    regularized_condition: Option<f64>,
+    bias_norm: Option<f64>,
+    bias_sharp_bound: Option<f64>,
+    rms: Option<f64>,
+    max_abs: Option<f64>,
+}
+
+impl From<FigureRow> for Figures {
+    fn from(row: FigureRow) -> Self {
+        Figures {
+            lambda_star: row.lambda_star,
+            criterion: row.criterion.map(|name| name.0),
+            scheme: row.scheme.map(|name| name.0),
+            count: row.count.map(|count| count.0),
+            condition: row.condition,
+            regularized_condition: row.regularized_condition,
+            bias_norm: row.bias_norm,
+            bias_sharp_bound: row.bias_sharp_bound,
+            rms: row.rms,
+            max_abs: row.max_abs,
+        }
+    }
+}
+
+/// When something was said, and why.
+#[derive(FromRow)]
+struct ReasonRow {
+    reason: Option<String>,
+    created_at: Moment,
+}
+
+impl From<ReasonRow> for Event {
+    fn from(ReasonRow { reason, created_at }: ReasonRow) -> Self {
+        Event { reason, created_at: created_at.0 }
+    }
+}
+
+#[derive(FromRow)]
+pub struct FitRow {
+    id: Uuid,
+    reason: Option<String>,
+    created_at: Moment,
+    chosen: bool,
+    spec: String,
+    result: String,
+}
+
+impl From<FitRow> for FitRecord {
+    fn from(row: FitRow) -> Self {
+        FitRecord {
+            id: row.id,
+            spec: row.spec.into(),
+            result: row.result.into(),
+            reason: row.reason,
+            created_at: row.created_at.0,
+            chosen: row.chosen,
+        }
+    }
+}
+
+#[derive(FromRow)]
+pub struct FitSummaryRow {
+    id: Uuid,
+    #[sqlx(flatten)]
+    event: ReasonRow,
+    chosen: bool,
+    #[sqlx(flatten)]
+    figures: FigureRow,
+}
+
+impl From<FitSummaryRow> for FitSummary {
+    fn from(row: FitSummaryRow) -> Self {
+        FitSummary { id: row.id, chosen: row.chosen, figures: row.figures.into(), event: row.event.into() }
+    }
+}
+
+#[derive(FromRow)]
+pub struct TracedFitRow {
+    #[sqlx(flatten)]
+    summary: FitSummaryRow,
+    pub coefficients: String,
+}
+
+impl From<TracedFitRow> for TracedFit {
+    fn from(TracedFitRow { summary, coefficients }: TracedFitRow) -> Self {
+        TracedFit { summary: summary.into(), coefficients }
+    }
+}
+
+#[derive(FromRow)]
+pub struct ChoiceRow {
+    fit_id: Uuid,
+    #[sqlx(flatten)]
+    event: ReasonRow,
+}
+
+impl From<ChoiceRow> for Choice {
+    fn from(ChoiceRow { fit_id, event }: ChoiceRow) -> Self {
+        Choice { fit_id, event: event.into() }
+    }
+}
+
+#[derive(FromRow)]
+pub struct RulingRow {
+    decision: Decision,
+    #[sqlx(flatten)]
+    event: ReasonRow,
+}
+
+impl From<RulingRow> for Ruling {
+    fn from(RulingRow { decision, event }: RulingRow) -> Self {
+        Ruling { decision, event: event.into() }
+    }
+}

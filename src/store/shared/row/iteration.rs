@@ -1,0 +1,91 @@
+//! Iterations, and what they are of.
+
+use sqlx::FromRow;
+use uuid::Uuid;
+
+use crate::{
+    jobs::{FitSummary, Iteration, Measurand, Ruling, TracedIteration},
+    store::shared::columns::{Flank, Moment, Whole},
+};
+
+#[derive(FromRow)]
+pub struct MeasurandRow {
+    flank: Option<Flank>,
+    tooth: Option<String>,
+    axes: Option<String>,
+}
+
+impl From<MeasurandRow> for Measurand {
+    fn from(MeasurandRow { flank, tooth, axes }: MeasurandRow) -> Self {
+        Measurand { flank: flank.map(|Flank(side)| side), tooth, axes: axes.map(Into::into) }
+    }
+}
+
+#[derive(FromRow)]
+pub struct IterationRow {
+    id: Uuid,
+    #[sqlx(flatten)]
+    measurand: MeasurandRow,
+    measured_at: Option<Moment>,
+    instrument: Option<String>,
+    operator: Option<String>,
+    note: Option<String>,
+    created_at: Moment,
+    node_count: Whole<u64>,
+    version: Whole<u64>,
+}
+
+impl IterationRow {
+    /// The iteration of this number of a job, with its last fits and how many stand before them.
+    pub fn with(
+        self,
+        (job_id, number): (Uuid, u32),
+        (fits, earlier_fits): (Vec<FitSummary>, u64),
+        ruling: Option<Ruling>,
+    ) -> Iteration {
+        Iteration {
+            id: self.id,
+            job_id,
+            number,
+            measurand: self.measurand.into(),
+            measured_at: self.measured_at.map(|at| at.0),
+            instrument: self.instrument,
+            operator: self.operator,
+            note: self.note,
+            created_at: self.created_at.0,
+            node_count: self.node_count.0,
+            version: self.version.0,
+            fits,
+            earlier_fits,
+            ruling,
+        }
+    }
+}
+
+#[derive(FromRow)]
+pub struct TracedIterationRow {
+    id: Uuid,
+    number: Whole<u32>,
+    #[sqlx(flatten)]
+    measurand: MeasurandRow,
+    measured_at: Option<Moment>,
+    created_at: Moment,
+}
+
+impl From<TracedIterationRow> for TracedIteration {
+    /// Without the lists.
+    fn from(row: TracedIterationRow) -> Self {
+        TracedIteration {
+            id: row.id,
+            number: row.number.0,
+            measurand: row.measurand.into(),
+            measured_at: row.measured_at.map(|at| at.0),
+            created_at: row.created_at.0,
+            fits: Vec::new(),
+            choices: Vec::new(),
+            rulings: Vec::new(),
+            records: Vec::new(),
+            earlier: Default::default(),
+        }
+    }
+}

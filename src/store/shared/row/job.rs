@@ -1,0 +1,65 @@
+//! Jobs, and answers kept under idempotency keys.
+
+use sqlx::FromRow;
+use uuid::Uuid;
+
+use crate::{
+    jobs::{Answer, Job},
+    store::shared::columns::{Digest, Moment, Tags, Whole},
+};
+
+/// The columns of [`JobRow`].
+macro_rules! job_columns {
+    () => {
+        "id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at"
+    };
+}
+pub(in crate::store) use job_columns;
+
+#[derive(FromRow)]
+pub struct JobRow {
+    id: Uuid,
+    name: String,
+    part_number: Option<String>,
+    serial_number: Option<String>,
+    machine: Option<String>,
+    gear: Option<String>,
+    tags: Tags,
+    version: Whole<u64>,
+    created_at: Moment,
+    updated_at: Moment,
+}
+
+impl From<JobRow> for Job {
+    fn from(row: JobRow) -> Self {
+        Job {
+            id: row.id,
+            name: row.name,
+            part_number: row.part_number,
+            serial_number: row.serial_number,
+            machine: row.machine,
+            gear: row.gear.map(Into::into),
+            tags: row.tags.0,
+            version: row.version.0,
+            created_at: row.created_at.0,
+            updated_at: row.updated_at.0,
+        }
+    }
+}
+
+/// An answer kept under an idempotency key.
+#[derive(FromRow)]
+pub struct AnswerRow {
+    request_sha256: Digest,
+    status: Whole<u16>,
+    location: Option<String>,
+    etag: Option<String>,
+    body: Vec<u8>,
+}
+
+impl From<AnswerRow> for ([u8; 32], Answer) {
+    fn from(row: AnswerRow) -> Self {
+        let answer = Answer { status: row.status.0, location: row.location, etag: row.etag, body: row.body };
+        (row.request_sha256.0, answer)
+    }
+}

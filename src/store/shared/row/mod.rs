@@ -1,0 +1,15 @@
+//! Rows by the names of their columns, and the domain values that they become. A store's SQL gives
+//! its columns these names; a row struct reads no column that it does not name.
+
+mod fit;
+mod iteration;
+mod job;
+mod record;
+mod stream;
+
+pub use fit::{ChoiceRow, FitRow, FitSummaryRow, RulingRow, TracedFitRow};
+pub use iteration::{IterationRow, MeasurandRow, TracedIterationRow};
+pub use job::{AnswerRow, JobRow};
+pub use record::{RecordRow, RecordSummaryRow};
+pub use stream::{BlockRow, EventRow, StreamRow};
+pub(in crate::store) use {fit::figure_columns, job::job_columns};

@@ -1,0 +1,118 @@
+//! Streams, their blocks, and the events of a job.
+
+use sqlx::FromRow;
+use uuid::Uuid;
+
+use super::iteration::MeasurandRow;
+use crate::{
+    jobs::{Block, Decision, EventKind, JobEvent, RepositoryError, Stream, StreamEvent},
+    store::shared::{
+        columns::{Digest, Moment, NodesColumn, Whole},
+        error::{StoreError, damaged},
+    },
+};
+
+#[derive(FromRow)]
+pub struct StreamRow {
+    id: Uuid,
+    job_id: Uuid,
+    spec: String,
+    forgetting_factor: f64,
+    sequence: Whole<u64>,
+    node_count: Whole<u64>,
+    input_sha256: Digest,
+    #[sqlx(flatten)]
+    measurand: MeasurandRow,
+    iteration: Option<Whole<u32>>,
+    version: Whole<u64>,
+    created_at: Moment,
+    updated_at: Moment,
+}
+
+impl From<StreamRow> for Stream {
+    fn from(row: StreamRow) -> Self {
+        Stream {
+            id: row.id,
+            job_id: row.job_id,
+            spec: row.spec.into(),
+            forgetting_factor: row.forgetting_factor,
+            sequence: row.sequence.0,
+            node_count: row.node_count.0,
+            input_sha256: row.input_sha256.0,
+            measurand: row.measurand.into(),
+            iteration: row.iteration.map(|number| number.0),
+            version: row.version.0,
+            created_at: row.created_at.0,
+            updated_at: row.updated_at.0,
+        }
+    }
+}
+
+#[derive(FromRow)]
+pub struct BlockRow {
+    sequence: Whole<u64>,
+    sha256: Digest,
+    data: NodesColumn,
+}
+
+impl From<BlockRow> for Block {
+    fn from(BlockRow { sequence, sha256, data }: BlockRow) -> Self {
+        Block { sequence: sequence.0, sha256: sha256.0, nodes: data.0 }
+    }
+}
+
+/// An event with what it names; which columns hold something depends on its kind.
+#[derive(FromRow)]
+pub struct EventRow {
+    number: Whole<u64>,
+    created_at: Moment,
+    kind: String,
+    iteration: Option<Whole<u32>>,
+    iteration_id: Option<Uuid>,
+    fit_id: Option<Uuid>,
+    choice: Option<i64>,
+    choice_reason: Option<String>,
+    decision: Option<Decision>,
+    decision_reason: Option<String>,
+    stream_id: Option<Uuid>,
+    state: Option<StreamEvent>,
+    sequence: Option<Whole<u64>>,
+    node_count: Option<Whole<u64>>,
+}
+
+impl TryFrom<EventRow> for JobEvent {
+    type Error = StoreError;
+
+    fn try_from(row: EventRow) -> Result<Self, StoreError> {
+        let damaged = || StoreError::from(RepositoryError::Failed(damaged("an event", &row.kind)));
+        let iteration = row.iteration.map(|number| number.0);
+        let whole = |count: Option<Whole<u64>>| count.map(|count| count.0).ok_or_else(damaged);
+        let kind = match row.kind.as_str() {
+            "iteration" => EventKind::Iteration {
+                number: iteration.ok_or_else(damaged)?,
+                id: row.iteration_id.ok_or_else(damaged)?,
+                fit_id: row.fit_id.ok_or_else(damaged)?,
+            },
+            "fit" => EventKind::Fit {
+                number: iteration.ok_or_else(damaged)?,
+                fit_id: row.fit_id.ok_or_else(damaged)?,
+                chosen: row.choice.is_some(),
+                reason: row.choice_reason,
+            },
+            "decision" => EventKind::Decision {
+                number: iteration.ok_or_else(damaged)?,
+                decision: row.decision.ok_or_else(damaged)?,
+                reason: row.decision_reason,
+            },
+            "stream" => EventKind::Stream {
+                id: row.stream_id.ok_or_else(damaged)?,
+                state: row.state.ok_or_else(damaged)?,
+                sequence: whole(row.sequence)?,
+                node_count: whole(row.node_count)?,
+                iteration,
+            },
+            _ => return Err(damaged()),
+        };
+        Ok(JobEvent { number: row.number.0, created_at: row.created_at.0, kind })
+    }
+}
