@@ -162,54 +162,54 @@ mod machine {
 mod machine {
     use std::array::from_fn;
 
-    pub type Four = [f64; 4];
+    pub(crate) type Four = [f64; 4];
 
     #[inline(always)]
-    pub const fn load(values: [f64; 4]) -> Four {
+    pub(crate) const fn load(values: [f64; 4]) -> Four {
         values
     }
     #[inline(always)]
-    pub fn store(four: Four) -> [f64; 4] {
+    pub(crate) fn store(four: Four) -> [f64; 4] {
         four
     }
     #[inline(always)]
-    pub fn add(a: Four, b: Four) -> Four {
+    pub(crate) fn add(a: Four, b: Four) -> Four {
         from_fn(|k| a[k] + b[k])
     }
     #[inline(always)]
-    pub fn subtract(a: Four, b: Four) -> Four {
+    pub(crate) fn subtract(a: Four, b: Four) -> Four {
         from_fn(|k| a[k] - b[k])
     }
     #[inline(always)]
-    pub fn multiply(a: Four, b: Four) -> Four {
+    pub(crate) fn multiply(a: Four, b: Four) -> Four {
         from_fn(|k| a[k] * b[k])
     }
     #[inline(always)]
-    pub fn divide(a: Four, b: Four) -> Four {
+    pub(crate) fn divide(a: Four, b: Four) -> Four {
         from_fn(|k| a[k] / b[k])
     }
     #[inline(always)]
-    pub fn mul_add(a: Four, b: Four, c: Four) -> Four {
+    pub(crate) fn mul_add(a: Four, b: Four, c: Four) -> Four {
         from_fn(|k| a[k].mul_add(b[k], c[k]))
     }
     #[inline(always)]
-    pub fn mul_sub(a: Four, b: Four, c: Four) -> Four {
+    pub(crate) fn mul_sub(a: Four, b: Four, c: Four) -> Four {
         from_fn(|k| a[k].mul_add(b[k], -c[k]))
     }
     #[inline(always)]
-    pub fn square_root(a: Four) -> Four {
+    pub(crate) fn square_root(a: Four) -> Four {
         a.map(f64::sqrt)
     }
     #[inline(always)]
-    pub fn larger(a: Four, b: Four) -> Four {
+    pub(crate) fn larger(a: Four, b: Four) -> Four {
         from_fn(|k| if a[k] > b[k] { a[k] } else { b[k] })
     }
     #[inline(always)]
-    pub fn negate(a: Four) -> Four {
+    pub(crate) fn negate(a: Four) -> Four {
         a.map(|x| -x)
     }
     #[inline(always)]
-    pub fn abs(a: Four) -> Four {
+    pub(crate) fn abs(a: Four) -> Four {
         a.map(f64::abs)
     }
 }
