@@ -149,15 +149,6 @@ impl fmt::Display for Faults {
 
 impl std::error::Error for Faults {}
 
-/// The engine's lists that still name JSON Pointers.
-impl From<flankfit_engine::estimation::Faults> for Faults {
-    fn from(list: flankfit_engine::estimation::Faults) -> Self {
-        let each = list.list().iter();
-        let faults = each.map(|f| Fault { pointer: f.pointer.clone(), detail: f.detail.clone() }).collect();
-        Faults { faults, count: list.count(), settled: Vec::new() }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

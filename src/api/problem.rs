@@ -12,7 +12,7 @@ use crate::api::{
     faults::{Fault, Faults},
     json::{error::ReadError, writer::NotFinite},
 };
-use flankfit_engine::estimation::FitError;
+use flankfit_engine::estimation::{Field, FitError};
 
 /// An error. `application/problem+json` (RFC 9457).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -255,10 +255,11 @@ impl Problem {
 
     /// A fit that was refused on the way of a larger request; `place` says where there its faults
     /// stand.
-    pub fn of_fit(error: FitError, place: impl Fn(&str) -> String) -> Self {
+    pub fn of_fit(error: FitError, place: impl Fn(&Field) -> String) -> Self {
         match error {
-            FitError::Invalid(faults) => Problem::invalid(Faults::from(faults).moved(place)),
-            other => Problem::from(other).placed(place),
+            FitError::Invalid(faults) => Problem::invalid(Faults::by(&faults, place)),
+            // what stands in it is the model
+            other => Problem::from(other).placed(|_| place(&Field::Model)),
         }
     }
 

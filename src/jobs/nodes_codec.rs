@@ -21,7 +21,7 @@ const VALID: u8 = 2;
 const NAMES: u8 = 4;
 
 /// Why stored bytes are not nodes.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CodecError {
     #[error("the stored nodes begin with {0:?}, not with FFN1")]
     Magic([u8; 4]),

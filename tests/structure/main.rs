@@ -295,6 +295,17 @@ fn sql_stays_in_the_store() {
     }
 }
 
+/// The engine names its fields by types; JSON Pointers into a request are the service's.
+#[test]
+fn the_engine_knows_no_pointers() {
+    for file in rust_files(&root().join("engine/src")) {
+        for text in split(&fs::read_to_string(&file).expect("a source file")).1 {
+            let name = text.strip_prefix('/').unwrap_or_default();
+            assert!(!name.starts_with(|c: char| c.is_ascii_lowercase()), "{}: {text:?}", file.display());
+        }
+    }
+}
+
 #[test]
 fn nothing_is_left_unfinished() {
     for file in sources() {

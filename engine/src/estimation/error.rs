@@ -1,116 +1,9 @@
-//! What can be wrong with a request for a fit, as data.
+//! Why there is no fit.
 
 use std::fmt;
 
-/// One fault, by its place in the request.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
-    /// JSON Pointer into the fit request, such as `/nodes/z/3/7`.
-    pub pointer: String,
-    /// What is wrong there and what to do.
-    pub detail: String,
-}
-
-/// Every fault found (the first [`Faults::MOST`] are kept, all are counted).
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Faults {
-    faults: Vec<Fault>,
-    count: usize,
-    /// Places of which one fault says all.
-    settled: Vec<String>,
-}
-
-impl Faults {
-    /// How many faults are kept.
-    pub const MOST: usize = 100;
-
-    /// A single fault.
-    pub fn one(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
-        let mut faults = Self::default();
-        faults.push(pointer, detail);
-        faults
-    }
-
-    /// Adds a fault.
-    pub fn push(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
-        let pointer = pointer.into();
-        if !self.settled.contains(&pointer) {
-            self.count += 1;
-            if self.faults.len() < Self::MOST {
-                self.faults.push(Fault { pointer, detail: detail.into() });
-            }
-        }
-    }
-
-    /// Adds a fault that says all of its place: no other one is taken there.
-    pub fn settle(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
-        let pointer = pointer.into();
-        if !self.settled.contains(&pointer) && self.settled.len() < Self::MOST {
-            self.forget(&pointer);
-            self.push(pointer.clone(), detail);
-            self.settled.push(pointer);
-        }
-    }
-
-    fn forget(&mut self, pointer: &str) {
-        let before = self.faults.len();
-        self.faults.retain(|fault| fault.pointer != pointer);
-        self.count -= before - self.faults.len();
-    }
-
-    /// Takes over another list's faults.
-    pub fn append(&mut self, mut other: Faults) {
-        self.settled.iter().for_each(|pointer| other.forget(pointer));
-        other.settled.retain(|pointer| !self.settled.contains(pointer));
-        other.settled.iter().for_each(|pointer| self.forget(pointer));
-        self.settled.append(&mut other.settled);
-        self.count += other.count;
-        let room = Self::MOST - self.faults.len();
-        self.faults.extend(other.faults.into_iter().take(room));
-    }
-
-    /// The same faults at other places.
-    pub fn moved(&self, place: impl Fn(&str) -> String) -> Faults {
-        let each = self.faults.iter();
-        let faults = each.map(|fault| Fault { pointer: place(&fault.pointer), detail: fault.detail.clone() }).collect();
-        Faults { faults, count: self.count, settled: self.settled.iter().map(|pointer| place(pointer)).collect() }
-    }
-
-    /// The faults kept.
-    pub fn list(&self) -> &[Fault] {
-        &self.faults
-    }
-
-    /// How many there were.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
-    /// `Ok(value)` when there are none.
-    pub fn into_result<T>(self, value: T) -> Result<T, Faults> {
-        if self.is_empty() { Ok(value) } else { Err(self) }
-    }
-}
-
-impl fmt::Display for Faults {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, Fault { pointer, detail }) in self.faults.iter().enumerate() {
-            let between = if k == 0 { "" } else { "; " };
-            write!(f, "{between}{pointer}: {detail}")?;
-        }
-        match self.count - self.faults.len() {
-            0 => Ok(()),
-            more => write!(f, "; and {more} more"),
-        }
-    }
-}
-
-impl std::error::Error for Faults {}
+use super::fault::Faults;
+use crate::fault;
 
 /// Why no fit could be given.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -141,25 +34,25 @@ impl From<Faults> for FitError {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Why something that is made by a fit was refused: by checks of its own, or by the fit.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Refused<F: fmt::Debug, R: fmt::Debug + fmt::Display> {
+    /// Something in what was asked for is impossible.
+    #[error(transparent)]
+    Invalid(fault::Faults<F, R>),
+    /// The fit was refused.
+    #[error(transparent)]
+    Fit(FitError),
+}
 
-    #[test]
-    fn of_a_settled_place_one_thing_is_said() {
-        let mut faults = Faults::one("/a", "before");
-        faults.settle("/a", "all");
-        faults.push("/a", "after");
-        faults.push("/b", "other");
-        let mut second = Faults::one("/a", "elsewhere");
-        second.push("/b", "again");
-        second.settle("/b", "all of b");
-        faults.append(second);
-        let told: Vec<_> = faults.list().iter().map(|fault| (&*fault.pointer, &*fault.detail)).collect();
-        assert_eq!(told, [("/a", "all"), ("/b", "all of b")]);
-        assert_eq!(faults.count(), 2);
-        let mut moved = faults.moved(|pointer| format!("/x{pointer}"));
-        moved.push("/x/a", "after");
-        assert_eq!(moved.count(), 2);
+impl<F: fmt::Debug, R: fmt::Debug + fmt::Display> From<fault::Faults<F, R>> for Refused<F, R> {
+    fn from(faults: fault::Faults<F, R>) -> Self {
+        Refused::Invalid(faults)
+    }
+}
+
+impl<F: fmt::Debug, R: fmt::Debug + fmt::Display> From<FitError> for Refused<F, R> {
+    fn from(error: FitError) -> Self {
+        Refused::Fit(error)
     }
 }

@@ -1,11 +1,9 @@
 //! What is wrong with the data of a gear, and what the rooms of this one share.
 
-use crate::{
-    estimation::FitError,
-    fault::{
-        Faults,
-        words::{Shown, counted},
-    },
+pub use crate::estimation::error::Refused;
+use crate::fault::{
+    Faults,
+    words::{Shown, counted},
 };
 
 use super::{ProfileAxis, data::MOST_TEETH};
@@ -194,27 +192,4 @@ pub struct NoSuchTooth {
     pub tooth: u32,
     /// z.
     pub teeth: u32,
-}
-
-/// Why something that is fitted was refused: by its own checks, or by the fit.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Refused<F: std::fmt::Debug, R: std::fmt::Debug + std::fmt::Display> {
-    /// Something in what was asked for is impossible.
-    #[error(transparent)]
-    Invalid(Faults<F, R>),
-    /// The fit was refused.
-    #[error(transparent)]
-    Fit(FitError),
-}
-
-impl<F: std::fmt::Debug, R: std::fmt::Debug + std::fmt::Display> From<Faults<F, R>> for Refused<F, R> {
-    fn from(faults: Faults<F, R>) -> Self {
-        Refused::Invalid(faults)
-    }
-}
-
-impl<F: std::fmt::Debug, R: std::fmt::Debug + std::fmt::Display> From<FitError> for Refused<F, R> {
-    fn from(error: FitError) -> Self {
-        Refused::Fit(error)
-    }
 }

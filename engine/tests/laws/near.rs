@@ -1,6 +1,7 @@
 //! Curves and surfaces near points: the shape is the fit; NURBS with given weights; what they
 //! reproduce.
 
+use flankfit_engine::estimation::Field;
 use flankfit_engine::estimation::near::{Shape, shape_of};
 use flankfit_engine::estimation::spec::{
     Count, Degree, Estimator, FitSpec, Include, Knots, Model, NodeUncertainty, Parameter, Regularization, Scaling,
@@ -262,15 +263,15 @@ fn a_circle_is_found_again() {
 fn weights_are_checked() {
     let x: Vec<f64> = (0..20).map(f64::from).collect();
     let nodes = Nodes::curve(x.clone(), x, None).unwrap();
-    let pointer = |weights: Vec<f64>| {
+    let field = |weights: Vec<f64>| {
         let model = Model::BSpline { degree: Degree::Both(2), knots: Knots::Spans(2), weights: Some(weights) };
         match fit(&nodes, &plain(model)) {
-            Err(flankfit_engine::estimation::FitError::Invalid(faults)) => faults.list()[0].pointer.clone(),
+            Err(flankfit_engine::estimation::FitError::Invalid(faults)) => faults.list()[0].field,
             other => panic!("{other:?}"),
         }
     };
-    assert_eq!(pointer(vec![1.0; 3]), "/model/weights");
-    assert_eq!(pointer(vec![1.0, 1.0, 0.0, 1.0]), "/model/weights/2");
+    assert_eq!(field(vec![1.0; 3]), Field::ControlWeights);
+    assert_eq!(field(vec![1.0, 1.0, 0.0, 1.0]), Field::ControlWeight(2));
     let auto = Regularization::Spectral {
         scheme: flankfit_engine::estimation::spec::Scheme::Exact,
         count: Count::Given(1),

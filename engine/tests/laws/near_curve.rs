@@ -5,7 +5,8 @@ use flankfit_engine::estimation::near::{
     Adaptive, CurveFit, CurvePoints, CurveSettings, KnotPlacement, Parameters, Stop, curve,
 };
 use flankfit_engine::estimation::spec::{Degree, Estimator, FitSpec, Include, Knots, Model, Regularization};
-use flankfit_engine::estimation::{FitError, Nodes, fit};
+use flankfit_engine::estimation::{Field, Refused, near::fault::CurveField};
+use flankfit_engine::estimation::{Nodes, fit};
 use flankfit_engine::geometry::curve::{Curve, parametrization::Parametrization};
 use proptest::prelude::*;
 
@@ -189,26 +190,26 @@ fn averaged_knots_and_faults() {
     let found = fitted(&coordinates, by, &asked(3, KnotPlacement::Averaged { controls: 12 }, None));
     assert_eq!(found.curve.basis().size(), 12);
     assert!(found.max_error < 5e-3, "{}", found.max_error);
-    let pointer = |coordinates: &[Vec<f64>], parameters: Parameters, asked: &CurveSettings| match curve(
+    let field = |coordinates: &[Vec<f64>], parameters: Parameters, asked: &CurveSettings| match curve(
         &CurvePoints { coordinates, parameters, weight: None },
         asked,
     ) {
-        Err(FitError::Invalid(faults)) => faults.list()[0].pointer.clone(),
+        Err(Refused::Invalid(faults)) => faults.list()[0].field,
         other => panic!("{other:?}"),
     };
     let spans = asked(3, KnotPlacement::Spans(4), None);
     let mut bad = coordinates.clone();
     bad[1][7] = f64::NAN;
-    assert_eq!(pointer(&bad, by, &spans), "/points/xyz/7/1");
-    assert_eq!(pointer(&coordinates[..1], by, &spans), "/points/parametrization");
+    assert_eq!(field(&bad, by, &spans), CurveField::Coordinate(7, 1));
+    assert_eq!(field(&coordinates[..1], by, &spans), CurveField::Parametrization);
     let many = asked(3, KnotPlacement::Averaged { controls: 70 }, None);
-    assert_eq!(pointer(&coordinates, by, &many), "/method/control_count");
+    assert_eq!(field(&coordinates, by, &many), CurveField::ControlCount);
     let knots = asked(3, KnotPlacement::Given(vec![0., 0., 0., 0., 2., 1., 3., 3., 3., 3.]), None);
-    assert_eq!(pointer(&coordinates, by, &knots), "/method/knots/5");
+    assert_eq!(field(&coordinates, by, &knots), CurveField::Fit(Field::Knot(5)));
     let weights = asked(3, KnotPlacement::Spans(2), Some(vec![1.0, 1.0, -1.0, 1.0, 1.0]));
-    assert_eq!(pointer(&coordinates, by, &weights), "/method/weights/2");
+    assert_eq!(field(&coordinates, by, &weights), CurveField::Fit(Field::ControlWeight(2)));
     let outside = asked(3, KnotPlacement::Given(vec![0., 0., 0., 0., 0.5, 0.5, 0.5, 0.5]), None);
-    assert!(pointer(&coordinates, by, &outside).starts_with("/points/xyz/"));
+    assert!(matches!(field(&coordinates, by, &outside), CurveField::Point(_)));
 }
 
 /// A point of weight 0 beyond the others is not what knots are laid over.

@@ -1,6 +1,7 @@
 //! Big scattered surfaces: banded is dense, to the digits; what they reproduce; undetermined
 //! coefficients; penalties and their choice.
 
+use flankfit_engine::estimation::Field;
 use flankfit_engine::estimation::near::{Shape, SurfaceFit, SurfaceInclude, SurfacePoints, shape_of, surface};
 use flankfit_engine::estimation::spec::{
     Criterion, Degree, Domain, FitSpec, Include, Knots, Model, Parameter, Regularization, Scaling, Tikhonov,
@@ -193,8 +194,10 @@ fn starved_cells_are_named_or_smoothed() {
     let points = SurfacePoints { u: &u, v: &v, coordinates: &coordinates, weight: None };
     let plain = spec(model([3, 3], [12, 12]), Regularization::None);
     let Err(FitError::Invalid(faults)) = surface(&points, &plain, ALL) else { panic!("undetermined") };
-    assert!(faults.list().iter().all(|fault| fault.pointer == "/model" && fault.detail.contains("tikhonov")));
-    assert!(faults.list()[0].detail.contains("B0(u)*B0(v)"), "{}", faults.list()[0].detail);
+    assert!(
+        faults.list().iter().all(|fault| fault.field == Field::Model && fault.reason.to_string().contains("tikhonov"))
+    );
+    assert!(faults.list()[0].reason.to_string().contains("B0(u)*B0(v)"), "{}", faults.list()[0].reason.to_string());
     let parameter = Parameter::Fixed(1e-6);
     let smooth = Regularization::Tikhonov(Tikhonov { order: 2, weights: None, parameter });
     let found = surface(&points, &spec(model([3, 3], [12, 12]), smooth), ALL).unwrap();
@@ -244,19 +247,19 @@ fn what_big_surfaces_do_not_have_is_refused_by_name() {
     let data = data(1, 50, false);
     let coordinates = [data.z.clone()];
     let points = SurfacePoints { u: &data.u, v: &data.v, coordinates: &coordinates, weight: None };
-    let pointer = |spec: &FitSpec| match surface(&points, spec, ALL) {
-        Err(FitError::Invalid(faults)) => faults.list()[0].pointer.clone(),
+    let field = |spec: &FitSpec| match surface(&points, spec, ALL) {
+        Err(FitError::Invalid(faults)) => faults.list()[0].field,
         other => panic!("{other:?}"),
     };
     let plain = spec(model([3, 3], [2, 2]), Regularization::None);
     assert_eq!(
-        pointer(&FitSpec { regularization: Regularization::default(), ..plain.clone() }),
-        "/regularization/type"
+        field(&FitSpec { regularization: Regularization::default(), ..plain.clone() }),
+        Field::RegularizationType
     );
-    assert_eq!(pointer(&FitSpec { scaling: Scaling::Standardized, ..plain.clone() }), "/scaling");
-    assert_eq!(pointer(&spec(model([3, 3], [8, 8]), Regularization::None)), "/model");
-    assert_eq!(pointer(&spec(model([12, 3], [2, 2]), Regularization::None)), "/model/degree");
-    assert_eq!(pointer(&spec(Model::Linear, Regularization::None)), "/model/type");
+    assert_eq!(field(&FitSpec { scaling: Scaling::Standardized, ..plain.clone() }), Field::Scaling);
+    assert_eq!(field(&spec(model([3, 3], [8, 8]), Regularization::None)), Field::Model);
+    assert_eq!(field(&spec(model([12, 3], [2, 2]), Regularization::None)), Field::Degree);
+    assert_eq!(field(&spec(Model::Linear, Regularization::None)), Field::ModelType);
     let gcv = Regularization::Ridge { parameter: Parameter::Criterion(Criterion::Discrepancy) };
-    assert_eq!(pointer(&FitSpec { regularization: gcv, ..plain }), "/noise_sigma");
+    assert_eq!(field(&FitSpec { regularization: gcv, ..plain }), Field::NoiseSigma);
 }

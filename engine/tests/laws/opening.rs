@@ -8,6 +8,7 @@ use flankfit_engine::estimation::spec::{
     Regularization, Scaling, Scheme, ShrinkageFactor, Terms, Tikhonov,
 };
 use flankfit_engine::estimation::spec::{Filter, Gaussian};
+use flankfit_engine::estimation::{Field, NodeList, Reason};
 use flankfit_engine::estimation::{FitError, Nodes, Recursive, fit};
 
 const BY: Parameter = Parameter::Criterion(Criterion::Gcv);
@@ -71,9 +72,9 @@ fn regularizations() -> Vec<Regularization> {
     all
 }
 
-fn pointer(error: &FitError) -> String {
+fn field(error: &FitError) -> Field {
     match error {
-        FitError::Invalid(faults) => faults.list()[0].pointer.clone(),
+        FitError::Invalid(faults) => faults.list()[0].field,
         other => panic!("{other:?}"),
     }
 }
@@ -103,7 +104,7 @@ fn a_stream_refuses_at_opening_what_its_fit_would_refuse_in_the_end() {
                         opened += 1;
                     }
                     (Err(batch), Err(stream)) => {
-                        assert_eq!(pointer(&batch), stream.list()[0].pointer, "{spec:?}");
+                        assert_eq!(field(&batch), stream.list()[0].field, "{spec:?}");
                         refused += 1;
                     }
                     (batch, stream) => panic!("{batch:?} {:?} {spec:?}", stream.err()),
@@ -133,20 +134,21 @@ fn where_the_first_block_decides_it_is_refused_and_changes_nothing() {
     let tikhonov = |order, weights| Regularization::Tikhonov(Tikhonov { order, weights, parameter: BY });
     let attraction = |n| Regularization::Attraction(Attraction { target: vec![0.0; n], parameter: BY });
     let cases = [
-        (of(&linear, Regularization::TruncatedSvd { rank: 3 }), wide(2), "/nodes/x", wide(3)),
-        (of(&linear, attraction(3)), wide(4), "/nodes/x", wide(3)),
-        (of(&linear, tikhonov(2, None)), wide(2), "/nodes/x", wide(3)),
-        (of(&raw, Regularization::TruncatedSvd { rank: 5 }), curve.clone(), "/nodes/type", surface.clone()),
-        (of(&raw, attraction(4)), surface.clone(), "/nodes/type", curve.clone()),
-        (of(&raw, tikhonov(1, Some(vec![1.0, 2.0]))), curve.clone(), "/nodes/type", surface.clone()),
-        (of(&raw, tikhonov(1, Some(vec![1.0]))), surface.clone(), "/nodes/type", curve.clone()),
+        (of(&linear, Regularization::TruncatedSvd { rank: 3 }), wide(2), Field::List(NodeList::X), wide(3)),
+        (of(&linear, attraction(3)), wide(4), Field::List(NodeList::X), wide(3)),
+        (of(&linear, tikhonov(2, None)), wide(2), Field::List(NodeList::X), wide(3)),
+        (of(&raw, Regularization::TruncatedSvd { rank: 5 }), curve.clone(), Field::NodesType, surface.clone()),
+        (of(&raw, attraction(4)), surface.clone(), Field::NodesType, curve.clone()),
+        (of(&raw, tikhonov(1, Some(vec![1.0, 2.0]))), curve.clone(), Field::NodesType, surface.clone()),
+        (of(&raw, tikhonov(1, Some(vec![1.0]))), surface.clone(), Field::NodesType, curve.clone()),
     ];
     for (spec, wrong, place, right) in cases {
-        let batch = pointer(&fit(&wrong, &spec).unwrap_err());
+        let batch = field(&fit(&wrong, &spec).unwrap_err());
         let mut stream = Recursive::new(&spec, 1.0).unwrap();
         let faults = stream.push(&wrong).expect_err(&format!("{spec:?}"));
-        assert_eq!(faults.list()[0].pointer, place, "{spec:?}");
-        assert!(faults.list()[0].detail.contains(&batch), "{}", faults.list()[0].detail);
+        assert_eq!(faults.list()[0].field, place, "{spec:?}");
+        let reason = &faults.list()[0].reason;
+        assert!(matches!(reason, Reason::Unsuited { field, .. } if *field == batch), "{reason}");
         assert_eq!((stream.count(), stream.size(), stream.state()), (0, None, None));
         stream.push(&right).unwrap();
         assert!(stream.result().unwrap().is_some());
@@ -154,14 +156,18 @@ fn where_the_first_block_decides_it_is_refused_and_changes_nothing() {
     // as a curve or as a surface: one place, and what is wrong with either
     for regularization in [Regularization::TruncatedSvd { rank: 17 }, attraction(5), tikhonov(1, Some(vec![1.0; 3]))] {
         let faults = Recursive::new(&of(&raw, regularization.clone()), 1.0).err().unwrap();
-        let pointers: Vec<&str> = faults.list().iter().map(|fault| fault.pointer.as_str()).collect();
+        let fields: Vec<Field> = faults.list().iter().map(|fault| fault.field).collect();
         let expected = match regularization {
-            Regularization::TruncatedSvd { .. } => "/regularization/rank",
-            Regularization::Attraction(_) => "/regularization/target",
-            _ => "/regularization/weights",
+            Regularization::TruncatedSvd { .. } => Field::Rank,
+            Regularization::Attraction(_) => Field::Target,
+            _ => Field::PenaltyWeights,
         };
-        assert_eq!(pointers, [expected; 2]);
-        assert!(faults.list()[1].detail.starts_with("for a surface: "), "{}", faults.list()[1].detail);
+        assert_eq!(fields, [expected; 2]);
+        assert!(
+            faults.list()[1].reason.to_string().starts_with("for a surface: "),
+            "{}",
+            faults.list()[1].reason.to_string()
+        );
     }
 }
 
@@ -171,5 +177,5 @@ fn filters_are_for_whole_profiles() {
         filters: vec![Filter::Gaussian(Gaussian { axis: None, cutoff: 1.0, robust: None })],
         ..polynomial(Degree::Each(1, 1), PolynomialBasis::Monomial)
     };
-    assert_eq!(Recursive::new(&spec, 1.0).err().unwrap().list()[0].pointer, "/filters");
+    assert_eq!(Recursive::new(&spec, 1.0).err().unwrap().list()[0].field, Field::Filters);
 }

@@ -6,6 +6,7 @@ use crate::problems::{
     Problem, assert_all_close, assert_close, by, columns, config, fit, least_squares_values, linear, matrix, values,
     warned,
 };
+use flankfit_engine::estimation::Field;
 use flankfit_engine::estimation::spec::{
     Attraction, Criterion, FitSpec, JamesStein, Parameter, Regularization, Scaling, ShrinkageFactor,
 };
@@ -186,7 +187,7 @@ fn truncation_of_dependent_columns() {
     assert_close("sum of slopes", values(&result)[1] + values(&result)[2], values(&plain)[1], 1e-10, 0.0);
     for rank in [0, 4, 5] {
         let Err(FitError::Invalid(faults)) = try_fit(&nodes, &spec(rank)) else { panic!("rank {rank}") };
-        assert_eq!(faults.list()[0].pointer, "/regularization/rank");
+        assert_eq!(faults.list()[0].field, Field::Rank);
     }
 }
 
@@ -223,23 +224,20 @@ fn the_grand_mean_is_not_shrunk() {
 fn what_cannot_be_shrunk_is_refused() {
     let problem = Problem::graded(3, 4, 5, 2.0);
     let nodes = problem.nodes();
-    let pointer = |regularization| match try_fit(&nodes, &FitSpec { regularization, ..linear() }) {
-        Err(FitError::Invalid(faults)) => faults.list()[0].pointer.clone(),
+    let field = |regularization| match try_fit(&nodes, &FitSpec { regularization, ..linear() }) {
+        Err(FitError::Invalid(faults)) => faults.list()[0].field,
         other => panic!("{other:?}"),
     };
-    assert_eq!(pointer(attraction(&[1.0, 2.0], by(Criterion::Optimal))), "/regularization/target");
-    assert_eq!(
-        pointer(attraction(&[1.0, 2.0, 3.0, 4.0], by(Criterion::MinCondition))),
-        "/regularization/parameter/criterion"
-    );
+    assert_eq!(field(attraction(&[1.0, 2.0], by(Criterion::Optimal))), Field::Target);
+    assert_eq!(field(attraction(&[1.0, 2.0, 3.0, 4.0], by(Criterion::MinCondition))), Field::Criterion);
     let stein = |factor, target| Regularization::JamesStein(JamesStein { factor, positive_part: true, target });
-    assert_eq!(pointer(stein(ShrinkageFactor::JamesStein, Some(vec![0.0; 3]))), "/regularization/target");
+    assert_eq!(field(stein(ShrinkageFactor::JamesStein, Some(vec![0.0; 3]))), Field::Target);
     // random columns cannot make a constant
-    assert_eq!(pointer(stein(ShrinkageFactor::EfronMorris, None)), "/regularization/variant");
+    assert_eq!(field(stein(ShrinkageFactor::EfronMorris, None)), Field::Variant);
     let two = Problem::graded(3, 2, 5, 2.0);
     let spec = FitSpec { regularization: stein(ShrinkageFactor::JamesStein, None), ..linear() };
     let Err(FitError::Invalid(faults)) = try_fit(&two.nodes(), &spec) else { panic!("two directions") };
-    assert_eq!(faults.list()[0].pointer, "/regularization/type");
+    assert_eq!(faults.list()[0].field, Field::RegularizationType);
     // without σ least squares is answered
     let square = Problem::graded(3, 4, 0, 2.0);
     let result = fit(&square.nodes(), &spec);

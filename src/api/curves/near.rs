@@ -9,10 +9,11 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
+    fits::faults::refused_curve,
     fits::{answer::text, canonical, reader::regularization::parameter},
     json::writer::{Json, Object},
     problem::Problem,
-    shapes::{fault::refused_fit, places::beyond},
+    shapes::places::beyond,
 };
 use flankfit_engine::{
     estimation::{
@@ -97,7 +98,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveSett
         },
         weight: weight.as_deref(),
     };
-    let fit = near::curve(&points, &asked).map_err(|error| refused_fit(error, "/points"))?;
+    let fit = near::curve(&points, &asked).map_err(|error| refused_curve(error))?;
     let CurveFit { curve, parameters, results, spec, max_error: _, rms_error: _, steps, stop } = &fit;
     let mut texts = Vec::with_capacity(results.len());
     for (result, heights) in results.iter().zip(&columns.values) {

@@ -2,6 +2,7 @@
 
 pub mod answer;
 pub mod canonical;
+pub mod faults;
 pub mod nodes_text;
 pub mod reader;
 pub mod service;

@@ -2,6 +2,7 @@
 //! contract says of it in other words than the engine, whose angles are radians.
 
 use flankfit_engine::{
+    estimation::Field as FitField,
     fault::words::{Shown, counted, entries},
     gear::{
         GearField, GearReason, Kind, NoInvolute, ProfileAxis, Refused,
@@ -349,8 +350,8 @@ impl Field<CorrectionReason> for CorrectionField {
     }
 }
 
-/// A refused fit of a flank: by the table, or where `fit` says that a place of the fit stands.
-pub fn refused<F, R>(error: Refused<F, R>, fit: impl Fn(&str) -> String) -> Problem
+/// A refused fit of a flank: by the table, or where `fit` says that a field of the fit stands.
+pub fn refused<F, R>(error: Refused<F, R>, fit: impl Fn(&FitField) -> String) -> Problem
 where
     F: Field<R> + std::fmt::Debug,
     R: std::fmt::Debug + std::fmt::Display,

@@ -1,13 +1,10 @@
 //! Faults of knots and control points with their places in the request.
 
-use crate::api::{faults::Faults, problem::Problem};
-use flankfit_engine::{
-    estimation::FitError,
-    geometry::{
-        KnotFault,
-        curve::{CurveFault, Part},
-        space::ControlFault,
-    },
+use crate::api::faults::Faults;
+use flankfit_engine::geometry::{
+    KnotFault,
+    curve::{CurveFault, Part},
+    space::ControlFault,
 };
 
 /// What the request calls abscissae and values.
@@ -61,23 +58,4 @@ pub fn curve_fault(fault: &CurveFault, at: &str, fields: &CurveFields, faults: &
         pointer.push_str(&format!("/{index}"));
     }
     faults.push(pointer, fault.to_string());
-}
-
-/// Faults of a fit by their places in a request whose method is the model and whose nodes stand at
-/// `base`.
-pub fn moved(faults: &Faults, base: &str) -> Faults {
-    faults.moved(|pointer| moved_pointer(pointer, base))
-}
-
-fn moved_pointer(pointer: &str, base: &str) -> String {
-    match (pointer.strip_prefix("/model"), pointer.strip_prefix("/nodes")) {
-        (Some(rest), _) => format!("/method{rest}"),
-        (_, Some(rest)) => format!("{base}{rest}"),
-        _ => pointer.to_owned(),
-    }
-}
-
-/// A fit that was refused, in the same way.
-pub fn refused_fit(error: FitError, base: &str) -> Problem {
-    Problem::of_fit(error, |pointer| moved_pointer(pointer, base))
 }

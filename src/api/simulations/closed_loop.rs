@@ -11,7 +11,7 @@ use super::faults;
 use crate::{
     api::{
         built::Built,
-        faults::Faults,
+        faults::{Faults, Field},
         fits::{canonical, spec::regularization_json},
         gears::correction,
         jobs::{fits, records},
@@ -304,7 +304,7 @@ fn tell(
         if number < corrections {
             let asked = closed_loop::asked(&simulation, measured, strategy, uncertainty);
             let request = request(&machine, uncertainty, strategy);
-            let refused = |error| Problem::of_fit(error, place(number));
+            let refused = |error| Problem::of_fit(error, |field| place(number)(&field.pointer()));
             let correction = Correction::new(asked).map_err(|found| {
                 let place = |field: &CorrectionField| match number {
                     0 => faults::correction(field),

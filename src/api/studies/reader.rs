@@ -5,12 +5,12 @@ use serde_json::value::RawValue;
 
 use super::request::StudyScaling;
 use crate::api::{
-    faults::Faults,
+    faults::{Faults, Field},
     fits::reader,
     json::{error::ReadError, extra::NoExtra, part::read_json, present::present},
     problem::Problem,
 };
-use flankfit_engine::estimation::randomization::{ColumnScaling, Measured, Setup, Study};
+use flankfit_engine::estimation::randomization::{ColumnScaling, Measured, Setup, Study, StudyField};
 
 /// As it is read: nodes and model go through the reader of fit requests.
 #[derive(Deserialize)]
@@ -99,9 +99,14 @@ pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
             StudyScaling::UnitLength => ColumnScaling::UnitLength,
         },
     })
-    .map_err(|faults| {
-        let faults = faults.into();
-        Problem::invalid(if from_nodes { about_nodes(&faults, coefficients_given) } else { faults })
+    .map_err(|found| {
+        // the matrix was made from the nodes, as were coefficients that are not given
+        let made = |field: &StudyField| match field {
+            StudyField::Matrix | StudyField::Row(_) => from_nodes,
+            StudyField::Coefficients | StudyField::Coefficient(_) => from_nodes && !coefficients_given,
+            _ => false,
+        };
+        Problem::invalid(Faults::by(&found, |field| if made(field) { "/nodes".to_owned() } else { field.pointer() }))
     })?;
     Ok(CheckedStudy {
         study,
@@ -138,18 +143,4 @@ fn measured(nodes: &RawValue, model: Option<&RawValue>, domain: Option<&RawValue
         coefficients: Some(measured.coefficients),
         sigma: measured.sigma,
     })
-}
-
-/// Faults of the matrix, and of coefficients that were not given, are faults of the nodes they were
-/// made from.
-fn about_nodes(faults: &Faults, coefficients_given: bool) -> Faults {
-    let made =
-        |pointer: &str| pointer.starts_with("/x") || (pointer.starts_with("/coefficients") && !coefficients_given);
-    moved(faults, |pointer| if made(pointer) { "/nodes".to_owned() } else { pointer.to_owned() })
-}
-
-pub fn moved(faults: &Faults, to: impl Fn(&str) -> String) -> Faults {
-    let mut out = Faults::default();
-    faults.list().iter().for_each(|fault| out.push(to(&fault.pointer), fault.detail.clone()));
-    out
 }

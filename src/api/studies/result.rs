@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    reader::{CheckedStudy, moved, read},
+    faults,
+    reader::{CheckedStudy, read},
     request::StudyScaling,
 };
 use crate::api::{
@@ -169,19 +170,10 @@ fn quartiles(summary: Option<Summary>) -> Option<Quartiles> {
 pub fn answer(text: &[u8]) -> Result<RandomizationResult, Problem> {
     let checked = read(text)?;
     let result = randomization::run(&checked.study).map_err(|error| match error {
-        FitError::Invalid(faults) => Problem::invalid(about_matrix(&faults.into())),
+        FitError::Invalid(found) => Problem::invalid(Faults::by(&found, faults::of_matrix)),
         other => other.into(),
     })?;
     Ok(RandomizationResult::new(result, checked))
-}
-
-/// The study's matrix goes through the checks of nodes of type matrix.
-fn about_matrix(faults: &Faults) -> Faults {
-    moved(faults, |pointer| match pointer.strip_prefix("/nodes") {
-        Some("") => "/x".to_owned(),
-        Some(rest) => rest.to_owned(),
-        None => pointer.to_owned(),
-    })
 }
 
 impl RandomizationResult {

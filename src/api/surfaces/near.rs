@@ -5,10 +5,11 @@ use super::{method_reader::Asked, result::write_surface};
 use crate::api::{
     curves::result::write_warnings,
     faults::Faults,
+    fits::faults::refused_shape,
     fits::{answer::text, canonical},
     json::writer::{Json, Object},
     problem::Problem,
-    shapes::{fault::refused_fit, places::beyond},
+    shapes::places::beyond,
 };
 use flankfit_engine::{
     estimation::{
@@ -52,7 +53,7 @@ pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base
     if size > FEW && is_banded(&spec) {
         return banded(nodes, &spec, base);
     }
-    let result = estimation::fit_remembering(nodes, &spec, plans).map_err(|error| refused_fit(error, base))?;
+    let result = estimation::fit_remembering(nodes, &spec, plans).map_err(|error| refused_shape(error, base))?;
     let Some(Shape::Surface(shape)) = near::shape_of(&spec, &result) else {
         return Err(Problem::internal("a fit of a B-spline surface is none"));
     };
@@ -93,7 +94,7 @@ fn banded(nodes: &Nodes, spec: &FitSpec, base: &str) -> Result<Vec<u8>, Problem>
     // without a penalty they come with the factorisation, with one each asks for a solution
     let standard_errors = spec.regularization == Regularization::None;
     let include = SurfaceInclude { standard_errors, residuals: spec.include.residuals };
-    let fit = near::surface(&points, spec, include).map_err(|error| refused_fit(error, base))?;
+    let fit = near::surface(&points, spec, include).map_err(|error| refused_shape(error, base))?;
     let told = fit.coordinates.iter().filter_map(|c| c.residuals.as_ref()).map(Vec::len).sum::<usize>();
     let mut json = Json::with_capacity(4096 + 60 * fit.surface.control_points().len() + 22 * told);
     let mut object = json.object();

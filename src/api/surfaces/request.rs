@@ -13,13 +13,14 @@ use crate::api::{
     built::Built,
     curves::points::ParametrizationName,
     faults::Faults,
+    fits::faults::shape_faults,
     fits::{
         reader::fields::{self, FIT_KEYS, FitFields},
         spec::nodes::NodesBody,
     },
     json::fields::Fields,
     problem::Problem,
-    shapes::{THROUGH, fault::moved, net::Net, point::PointBody, surface_shape::BordersBody},
+    shapes::{THROUGH, net::Net, point::PointBody, surface_shape::BordersBody},
 };
 use flankfit_engine::{
     estimation::{Nodes, Plans},
@@ -102,7 +103,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         },
         GivenSurface::Grid { u, v, z } if asked.is_near() && !plain => {
             let nodes = Nodes::grid(u, v, z.concat(), None, None)
-                .map_err(|faults| Problem::invalid(moved(&faults.into(), "/grid")))?;
+                .map_err(|faults| Problem::invalid(shape_faults(&faults, "/grid")))?;
             return near(&nodes, asked, "/grid");
         }
         GivenSurface::Grid { u, v, z } => (Given::Grid { u, v, z }, None),

@@ -2,7 +2,8 @@
 //! node set.
 
 use super::nodes::{Curve, Grid, Matrix, Nodes, Scattered};
-use crate::{estimation::error::Faults, fault::words};
+use crate::estimation::fault::{Faults, Field, NodeList};
+use crate::fault::words;
 
 /// What every block of a stream is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,17 +34,17 @@ impl Form {
                 let mut faults = Faults::default();
                 if here != *columns {
                     faults.push(
-                        "/nodes/x",
+                        Field::List(NodeList::X),
                         format!("{}, but the stream has {columns}", words::counted(here, "column", "columns")),
                     );
                 }
                 if given.is_some() && given != *names {
-                    faults.push("/nodes/names", "not the names of the stream's first block");
+                    faults.push(Field::List(NodeList::Names), "not the names of the stream's first block");
                 }
                 faults.into_result(())
             }
             (form, _) => Err(Faults::one(
-                "/nodes/type",
+                Field::NodesType,
                 match form {
                     Form::Curve => "the stream's blocks are curves",
                     Form::Surface => "the stream's blocks are nodes of a surface (scattered or grid)",
@@ -200,7 +201,7 @@ mod tests {
         let curve = Nodes::curve(vec![1.0], vec![2.0], None).unwrap();
         assert!(Form::of(&first).check(&curve).is_err() && Form::of(&curve).check(&first).is_err());
         let wider = Nodes::matrix(vec![1.0, 2.0], 2, vec![2.0], None, None).unwrap();
-        assert_eq!(Form::of(&first).check(&wider).unwrap_err().list()[0].pointer, "/nodes/x");
+        assert_eq!(Form::of(&first).check(&wider).unwrap_err().list()[0].field, Field::List(NodeList::X));
         assert_eq!(join(Vec::new()), None);
     }
 }

@@ -4,10 +4,9 @@
 //! every fault by its place in the request (a JSON Pointer such as `/nodes/z/3/7`). Inside the
 //! crate nothing is checked a second time.
 
-use crate::{
-    estimation::error::Faults,
-    fault::words::{Shown, entries},
-};
+use crate::estimation::fault::{Faults, Field, NodeList, Reason};
+use crate::fault::Common;
+use crate::fault::words::{Shown, entries};
 
 /// The four forms in which nodes arrive. Lengths are in the caller's own unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,11 +158,11 @@ impl Nodes {
     pub fn curve(x: Vec<f64>, y: Vec<f64>, weight: Option<Vec<f64>>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if x.is_empty() {
-            faults.push("/nodes/x", "there are no nodes");
+            faults.push(Field::List(NodeList::X), "there are no nodes");
         }
-        check_length(&mut faults, "/nodes/y", y.len(), x.len(), "x");
-        check_finite(&mut faults, "/nodes/x", &x);
-        check_finite(&mut faults, "/nodes/y", &y);
+        check_length(&mut faults, NodeList::Y, y.len(), x.len(), "x");
+        check_finite(&mut faults, NodeList::X, &x);
+        check_finite(&mut faults, NodeList::Y, &y);
         check_weight(&mut faults, &weight, x.len(), "x");
         faults.into_result(Nodes::Curve(Curve { x, y, weight }))
     }
@@ -172,13 +171,13 @@ impl Nodes {
     pub fn scattered(u: Vec<f64>, v: Vec<f64>, z: Vec<f64>, weight: Option<Vec<f64>>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if u.is_empty() {
-            faults.push("/nodes/u", "there are no nodes");
+            faults.push(Field::List(NodeList::U), "there are no nodes");
         }
-        check_length(&mut faults, "/nodes/v", v.len(), u.len(), "u");
-        check_length(&mut faults, "/nodes/z", z.len(), u.len(), "u");
-        check_finite(&mut faults, "/nodes/u", &u);
-        check_finite(&mut faults, "/nodes/v", &v);
-        check_finite(&mut faults, "/nodes/z", &z);
+        check_length(&mut faults, NodeList::V, v.len(), u.len(), "u");
+        check_length(&mut faults, NodeList::Z, z.len(), u.len(), "u");
+        check_finite(&mut faults, NodeList::U, &u);
+        check_finite(&mut faults, NodeList::V, &v);
+        check_finite(&mut faults, NodeList::Z, &z);
         check_weight(&mut faults, &weight, u.len(), "u");
         faults.into_result(Nodes::Scattered(Scattered { u, v, z, weight }))
     }
@@ -195,35 +194,33 @@ impl Nodes {
     ) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         let count = u.len() * v.len();
-        for (name, axis) in [("/nodes/u", &u), ("/nodes/v", &v)] {
+        for (name, axis) in [(NodeList::U, &u), (NodeList::V, &v)] {
             if axis.is_empty() {
-                faults.push(name, "the axis has no positions");
+                faults.push(Field::List(name), "the axis has no positions");
             }
             check_finite(&mut faults, name, axis);
             for (i, pair) in axis.windows(2).enumerate() {
                 if pair[1] <= pair[0] {
-                    faults.push(
-                        format!("{name}/{}", i + 1),
-                        format!("{} does not ascend: it follows {}", Shown(pair[1]), Shown(pair[0])),
-                    );
+                    let reason = Common::NotAscending { value: pair[1], before: pair[0] };
+                    faults.push(Field::Entry(name, i + 1), reason);
                 }
             }
         }
-        check_length(&mut faults, "/nodes/z", z.len(), count, "u times v");
-        let place = |i: usize| format!("{}/{}", i / v.len().max(1), i % v.len().max(1));
+        check_length(&mut faults, NodeList::Z, z.len(), count, "u times v");
+        let cell = |list, i: usize| Field::Cell(list, i / v.len().max(1), i % v.len().max(1));
         for (i, value) in z.iter().enumerate() {
             if value.is_infinite() {
-                faults.push(format!("/nodes/z/{}", place(i)), NOT_FINITE);
+                faults.push(cell(NodeList::Z, i), Common::NotFinite);
             }
         }
         if let Some(valid) = &valid {
-            check_length(&mut faults, "/nodes/valid", valid.len(), count, "u times v");
+            check_length(&mut faults, NodeList::Valid, valid.len(), count, "u times v");
         }
         if let Some(weight) = &weight {
-            check_length(&mut faults, "/nodes/weight", weight.len(), count, "u times v");
+            check_length(&mut faults, NodeList::Weight, weight.len(), count, "u times v");
             for (i, w) in weight.iter().enumerate() {
                 if let Some(why) = weight_fault(*w) {
-                    faults.push(format!("/nodes/weight/{}", place(i)), why);
+                    faults.push(cell(NodeList::Weight, i), why);
                 }
             }
         }
@@ -240,24 +237,24 @@ impl Nodes {
     ) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if columns == 0 || x.is_empty() {
-            faults.push("/nodes/x", "the matrix is empty");
+            faults.push(Field::List(NodeList::X), "the matrix is empty");
         }
         let rows = x.len().checked_div(columns).unwrap_or(0);
-        check_length(&mut faults, "/nodes/y", y.len(), rows, "the rows of x");
+        check_length(&mut faults, NodeList::Y, y.len(), rows, "the rows of x");
         for (i, value) in x.iter().enumerate() {
             if !value.is_finite() {
-                faults.push(format!("/nodes/x/{}/{}", i / columns.max(1), i % columns.max(1)), NOT_FINITE);
+                faults.push(Field::Cell(NodeList::X, i / columns.max(1), i % columns.max(1)), Common::NotFinite);
             }
         }
-        check_finite(&mut faults, "/nodes/y", &y);
+        check_finite(&mut faults, NodeList::Y, &y);
         if let Some(names) = &names {
-            check_length(&mut faults, "/nodes/names", names.len(), columns, "the columns of x");
+            check_length(&mut faults, NodeList::Names, names.len(), columns, "the columns of x");
             for (i, name) in names.iter().enumerate() {
                 if name.is_empty() {
-                    faults.push(format!("/nodes/names/{i}"), "a column name is empty");
+                    faults.push(Field::Entry(NodeList::Names, i), "a column name is empty");
                 }
                 if names[..i].contains(name) {
-                    faults.push(format!("/nodes/names/{i}"), format!("the name `{name}` stands twice"));
+                    faults.push(Field::Entry(NodeList::Names, i), format!("the name `{name}` stands twice"));
                 }
             }
         }
@@ -265,11 +262,11 @@ impl Nodes {
         faults.into_result(Nodes::Matrix(Matrix { x, columns, y, names, weight }))
     }
 
-    /// Where the heights stand in a request.
-    pub fn heights_pointer(&self) -> &'static str {
+    /// Which list the heights are.
+    pub fn heights(&self) -> NodeList {
         match self {
-            Nodes::Curve(_) | Nodes::Matrix(_) => "/nodes/y",
-            Nodes::Scattered(_) | Nodes::Grid(_) => "/nodes/z",
+            Nodes::Curve(_) | Nodes::Matrix(_) => NodeList::Y,
+            Nodes::Scattered(_) | Nodes::Grid(_) => NodeList::Z,
         }
     }
 
@@ -293,37 +290,35 @@ impl Grid {
     }
 }
 
-const NOT_FINITE: &str = "the number is not finite in double precision";
-
-fn check_length(faults: &mut Faults, pointer: &str, got: usize, want: usize, of: &str) {
+fn check_length(faults: &mut Faults, list: NodeList, got: usize, want: usize, of: &str) {
     if got != want {
-        faults.push(pointer, format!("{}, but {want} would match {of}", entries(got)));
+        faults.push(Field::List(list), format!("{}, but {want} would match {of}", entries(got)));
     }
 }
 
-fn check_finite(faults: &mut Faults, pointer: &str, values: &[f64]) {
+fn check_finite(faults: &mut Faults, list: NodeList, values: &[f64]) {
     for (i, value) in values.iter().enumerate() {
         if !value.is_finite() {
-            faults.push(format!("{pointer}/{i}"), NOT_FINITE);
+            faults.push(Field::Entry(list, i), Common::NotFinite);
         }
     }
 }
 
 fn check_weight(faults: &mut Faults, weight: &Option<Vec<f64>>, want: usize, of: &str) {
     let Some(weight) = weight else { return };
-    check_length(faults, "/nodes/weight", weight.len(), want, of);
+    check_length(faults, NodeList::Weight, weight.len(), want, of);
     for (i, w) in weight.iter().enumerate() {
         if let Some(why) = weight_fault(*w) {
-            faults.push(format!("/nodes/weight/{i}"), why);
+            faults.push(Field::Entry(NodeList::Weight, i), why);
         }
     }
 }
 
-fn weight_fault(w: f64) -> Option<String> {
+fn weight_fault(w: f64) -> Option<Reason> {
     if !w.is_finite() {
-        Some(NOT_FINITE.into())
+        Some(Common::NotFinite.into())
     } else if w < 0.0 {
-        Some(format!("the weight {} is negative; 0 leaves a node out", Shown(w)))
+        Some(format!("the weight {} is negative; 0 leaves a node out", Shown(w)).into())
     } else {
         None
     }

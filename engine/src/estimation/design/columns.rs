@@ -1,13 +1,14 @@
 //! The posted columns of a linear model.
 
 use super::measurement_matrix::{Basis, Design, too_many};
+use crate::estimation::fault::{Faults, Field, NodeList};
 use crate::{
-    estimation::{data::Sample, error::Faults, result::TermKey},
+    estimation::{data::Sample, result::TermKey},
     numerics::cancel::Asking,
 };
 
 pub fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<Design, Faults> {
-    too_many(n, "/nodes/x")?;
+    too_many(n, Field::List(NodeList::X))?;
     let mut largest = vec![0.0f64; n];
     let mut same = vec![true; n];
     let first = sample.matrix_row(0);

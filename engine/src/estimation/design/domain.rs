@@ -1,9 +1,9 @@
 //! The box of the nodes and the domain of a caller.
 
+use crate::estimation::fault::{Faults, Field, NodeList};
 use crate::{
     estimation::{
         data::{Nodes, Sample},
-        error::Faults,
         spec::Domain,
     },
     fault::words::Shown,
@@ -37,18 +37,15 @@ pub fn checked_domain(
 ) -> Result<Boxes, Faults> {
     let given = domain.unwrap_or_default();
     let mut faults = Faults::default();
-    for (name, range) in [("u", given.u), ("v", given.v)] {
+    for (field, range) in [(Field::DomainU, given.u), (Field::DomainV, given.v)] {
         if let Some([low, high]) = range
             && !(low < high && (high - low).is_finite())
         {
-            faults.push(
-                format!("/domain/{name}"),
-                format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)),
-            );
+            faults.push(field, format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)));
         }
     }
     if given.v.is_some() && !surface {
-        faults.push("/domain/v", "a curve has no v");
+        faults.push(Field::DomainV, "a curve has no v");
     }
     if !faults.is_empty() {
         return Err(faults);
@@ -67,21 +64,21 @@ pub fn outside(nodes: &Nodes, sample: &Sample, (u, v): Boxes, faults: &mut Fault
     let text =
         |x: f64, range: [f64; 2]| format!("{} lies outside {of} [{}, {}]", Shown(x), Shown(range[0]), Shown(range[1]));
     if let Nodes::Grid(grid) = nodes {
-        for (name, axis, range) in [("u", &grid.u, u), ("v", &grid.v, v)] {
+        for (list, axis, range) in [(NodeList::U, &grid.u, u), (NodeList::V, &grid.v, v)] {
             for (i, &x) in axis.iter().enumerate().filter(|(_, x)| out(**x, range)) {
-                faults.push(format!("/nodes/{name}/{i}"), text(x, range));
+                faults.push(Field::Entry(list, i), text(x, range));
             }
         }
         return;
     }
-    let name_u = if matches!(nodes, Nodes::Curve(_)) { "x" } else { "u" };
+    let list_u = if matches!(nodes, Nodes::Curve(_)) { NodeList::X } else { NodeList::U };
     for k in 0..sample.count() {
         let (x, y) = sample.place(k);
         if out(x, u) {
-            faults.push(format!("/nodes/{name_u}/{}", sample.posted(k)), text(x, u));
+            faults.push(Field::Entry(list_u, sample.posted(k)), text(x, u));
         }
         if out(y, v) {
-            faults.push(format!("/nodes/v/{}", sample.posted(k)), text(y, v));
+            faults.push(Field::Entry(NodeList::V, sample.posted(k)), text(y, v));
         }
     }
 }

@@ -6,11 +6,12 @@
 //! one to the other, `X = W · T`. A curve is a surface whose second axis carries the single
 //! function 1.
 
+use crate::estimation::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
 use super::axis::Axis;
 use crate::{
-    estimation::{error::Faults, result::TermKey, spec::Domain},
+    estimation::{result::TermKey, spec::Domain},
     geometry::WeightNet,
     numerics::Dd,
 };
@@ -85,10 +86,10 @@ impl Design {
     }
 }
 
-pub fn too_many(n: usize, pointer: &str) -> Result<(), Faults> {
+pub fn too_many(n: usize, field: Field) -> Result<(), Faults> {
     if n <= MOST_COEFFICIENTS {
         return Ok(());
     }
     let many = if n == usize::MAX { "so many".to_owned() } else { n.to_string() };
-    Err(Faults::one(pointer, format!("{many} coefficients are more than the {MOST_COEFFICIENTS} that a fit may have")))
+    Err(Faults::one(field, format!("{many} coefficients are more than the {MOST_COEFFICIENTS} that a fit may have")))
 }

@@ -8,10 +8,10 @@ use super::{
     measurement_matrix::{Basis, Design, MOST_COEFFICIENTS, too_many},
     splines::{splines, weight_net, within_knots},
 };
+use crate::estimation::fault::{Faults, Field, NodeList};
 use crate::{
     estimation::{
         data::{Nodes, Sample},
-        error::Faults,
         result::TermKey,
         spec::{Degree, Domain, FitSpec, Model, PolynomialBasis, Terms},
     },
@@ -22,27 +22,27 @@ impl Design {
     /// Checks `spec` against the nodes.
     pub fn new(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Self, Faults> {
         if sample.count() == 0 {
-            return Err(Faults::one(nodes.heights_pointer(), "every node is missing or of weight 0"));
+            return Err(Faults::one(Field::List(nodes.heights()), "every node is missing or of weight 0"));
         }
         let design = match (&spec.model, nodes) {
             (Model::Linear, Nodes::Matrix(matrix)) => {
                 if spec.domain.is_some() {
-                    return Err(Faults::one("/domain", "a measurement matrix has no domain"));
+                    return Err(Faults::one(Field::Domain, "a measurement matrix has no domain"));
                 }
                 columns(sample, matrix.columns, matrix.names.as_deref())?
             }
             (Model::Linear, _) => {
-                return Err(Faults::one("/model/type", "`linear` is for nodes of type `matrix`"));
+                return Err(Faults::one(Field::ModelType, "`linear` is for nodes of type `matrix`"));
             }
             (_, Nodes::Matrix(_)) => {
-                return Err(Faults::one("/model/type", "nodes of type `matrix` take the model `linear`"));
+                return Err(Faults::one(Field::ModelType, "nodes of type `matrix` take the model `linear`"));
             }
             (model, _) => product(nodes, sample, model, spec.domain)?,
         };
         let (n, m) = (design.size(), sample.count());
         if n > m {
             return Err(Faults::one(
-                if matches!(spec.model, Model::Linear) { "/nodes/x" } else { "/model/degree" },
+                if matches!(spec.model, Model::Linear) { Field::List(NodeList::X) } else { Field::Degree },
                 format!(
                     "{n} coefficients cannot be told from {m} counted nodes: lower the degree or measure more nodes"
                 ),
@@ -78,17 +78,17 @@ pub fn product_on(
         (Degree::Both(p), false) => (p, 0),
         (Degree::Each(p, q), true) => (p, q),
         (Degree::Each(..), false) => {
-            return Err(Faults::one("/model/degree", "a curve has one degree, not one for each of two axes"));
+            return Err(Faults::one(Field::Degree, "a curve has one degree, not one for each of two axes"));
         }
     };
     if p.saturating_add(1).saturating_mul(q.saturating_add(1)) > 4 * MOST_COEFFICIENTS * MOST_COEFFICIENTS {
-        too_many(usize::MAX, "/model/degree")?;
+        too_many(usize::MAX, Field::Degree)?;
     }
     let mut rational = None;
     let (u, v, total, letter) = match model {
         Model::Polynomial { basis, terms, .. } => {
             if *terms == Terms::Total && surface && p != q {
-                return Err(Faults::one("/model/degree", "total degree wants one degree, not two different ones"));
+                return Err(Faults::one(Field::Degree, "total degree wants one degree, not two different ones"));
             }
             let axis = |domain: [f64; 2], bounds: [f64; 2], degree: usize| Axis::Polynomial {
                 family: match basis {
@@ -114,14 +114,14 @@ pub fn product_on(
             }
             (u, v, None, Some(if rational.is_some() { 'R' } else { 'B' }))
         }
-        Model::Linear => return Err(Faults::one("/model/type", "`linear` is for nodes of type `matrix`")),
+        Model::Linear => return Err(Faults::one(Field::ModelType, "`linear` is for nodes of type `matrix`")),
     };
     let count = match total {
         Some(d) if surface => d.saturating_add(1).saturating_mul(d.saturating_add(2)) / 2,
         _ => u.size().saturating_mul(v.size()),
     };
     let spline = matches!(letter, Some('B' | 'R'));
-    too_many(count, if spline { "/model/knots" } else { "/model/degree" })?;
+    too_many(count, if spline { Field::Knots } else { Field::Degree })?;
     let terms: Vec<(usize, usize)> = (0..u.size())
         .flat_map(|i| (0..v.size()).map(move |j| (i, j)))
         .filter(|(i, j)| total.is_none_or(|d| i + j <= d))

@@ -5,10 +5,10 @@ use super::{
     domain::{Boxes, outside},
     measurement_matrix::{Basis, Design, too_many},
 };
+use crate::estimation::fault::{Faults, Field};
 use crate::{
     estimation::{
         data::{Nodes, Sample},
-        error::Faults,
         spec::Knots,
     },
     geometry::{BSplineBasis, KnotFault, Mapping, WeightNet, polynomial::Family, rational::WeightFault},
@@ -21,56 +21,58 @@ pub fn splines(
     surface: bool,
     (domain_u, domain_v): Boxes,
 ) -> Result<(Axis, Axis), Faults> {
-    let at = |pointer: &str, fault: KnotFault| {
-        let pointer = fault.index().map_or_else(|| pointer.to_owned(), |i| format!("{pointer}/{i}"));
-        Faults::one(pointer, fault.to_string())
+    let at = |field: Field, fault: KnotFault| {
+        let field = match (field, fault.index()) {
+            (Field::Knots, Some(index)) => Field::Knot(index),
+            (Field::AxisKnots(axis), Some(index)) => Field::AxisKnot(axis, index),
+            (field, _) => field,
+        };
+        Faults::one(field, fault.to_string())
     };
     let flat = || Axis::Polynomial { family: Family::Monomial, mapping: Mapping::over(0.0, 0.0), size: 1 };
-    let uniform = |degree: usize, spans: usize, domain: [f64; 2], pointer: &str| {
+    let uniform = |degree: usize, spans: usize, domain: [f64; 2], field: Field| {
         if spans == 0 {
-            return Err(Faults::one(pointer, "at least one span"));
+            return Err(Faults::one(field, "at least one span"));
         }
-        too_many(spans.saturating_add(degree), pointer)?;
-        BSplineBasis::uniform(degree, spans, domain[0], domain[1]).map_err(|fault| at(pointer, fault))
+        too_many(spans.saturating_add(degree), field)?;
+        BSplineBasis::uniform(degree, spans, domain[0], domain[1]).map_err(|fault| at(field, fault))
     };
-    too_many(p.max(q), "/model/degree")?;
+    too_many(p.max(q), Field::Degree)?;
     let (u, v) = match (knots, surface) {
         (Knots::Curve(knots), false) => {
-            (BSplineBasis::new(p, knots.clone()).map_err(|fault| at("/model/knots", fault))?, None)
+            (BSplineBasis::new(p, knots.clone()).map_err(|fault| at(Field::Knots, fault))?, None)
         }
         (Knots::Surface(u, v), true) => (
-            BSplineBasis::new(p, u.clone()).map_err(|fault| at("/model/knots/0", fault))?,
-            Some(BSplineBasis::new(q, v.clone()).map_err(|fault| at("/model/knots/1", fault))?),
+            BSplineBasis::new(p, u.clone()).map_err(|fault| at(Field::AxisKnots(0), fault))?,
+            Some(BSplineBasis::new(q, v.clone()).map_err(|fault| at(Field::AxisKnots(1), fault))?),
         ),
-        (Knots::Spans(spans), false) => (uniform(p, *spans, domain_u, "/model/spans")?, None),
+        (Knots::Spans(spans), false) => (uniform(p, *spans, domain_u, Field::Spans)?, None),
         (Knots::Spans(spans), true) => {
-            (uniform(p, *spans, domain_u, "/model/spans")?, Some(uniform(q, *spans, domain_v, "/model/spans")?))
+            (uniform(p, *spans, domain_u, Field::Spans)?, Some(uniform(q, *spans, domain_v, Field::Spans)?))
         }
         (Knots::SpansEach(a, b), true) => {
-            (uniform(p, *a, domain_u, "/model/spans/0")?, Some(uniform(q, *b, domain_v, "/model/spans/1")?))
+            (uniform(p, *a, domain_u, Field::AxisSpans(0))?, Some(uniform(q, *b, domain_v, Field::AxisSpans(1))?))
         }
         (Knots::SpansEach(..), false) => {
-            return Err(Faults::one("/model/spans", "a curve has one number of spans"));
+            return Err(Faults::one(Field::Spans, "a curve has one number of spans"));
         }
         (Knots::Curve(_), true) => {
-            return Err(Faults::one("/model/knots", "a surface wants two knot vectors, one for u and one for v"));
+            return Err(Faults::one(Field::Knots, "a surface wants two knot vectors, one for u and one for v"));
         }
-        (Knots::Surface(..), false) => return Err(Faults::one("/model/knots", "a curve has one knot vector")),
+        (Knots::Surface(..), false) => return Err(Faults::one(Field::Knots, "a curve has one knot vector")),
     };
     Ok((Axis::Spline(u), v.map_or_else(flat, Axis::Spline)))
 }
 
 pub fn weight_net(weights: &[f64], (rows, columns): (usize, usize), surface: bool) -> Result<WeightNet, Faults> {
-    too_many(rows.saturating_mul(columns), "/model/knots")?;
+    too_many(rows.saturating_mul(columns), Field::Knots)?;
     WeightNet::new(weights.to_vec(), rows, columns).map_err(|fault| {
-        let pointer = match &fault {
-            WeightFault::NotPositive { index, .. } if surface => {
-                format!("/model/weights/{}/{}", index / columns, index % columns)
-            }
-            WeightFault::NotPositive { index, .. } => format!("/model/weights/{index}"),
-            WeightFault::Count { .. } | WeightFault::Apart { .. } => "/model/weights".to_owned(),
+        let field = match &fault {
+            WeightFault::NotPositive { index, .. } if surface => Field::NetWeight(index / columns, index % columns),
+            WeightFault::NotPositive { index, .. } => Field::ControlWeight(*index),
+            WeightFault::Count { .. } | WeightFault::Apart { .. } => Field::ControlWeights,
         };
-        Faults::one(pointer, fault.to_string())
+        Faults::one(field, fault.to_string())
     })
 }
 

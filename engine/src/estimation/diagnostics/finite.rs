@@ -3,8 +3,9 @@
 //! A figure that may be absent is left out, with a warning; one that an answer cannot do without
 //! refuses the fit.
 
+use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
-    error::{Faults, FitError},
+    error::FitError,
     result::{CollinearityReport, FilteringReport, FitResult, Warning},
 };
 
@@ -33,7 +34,7 @@ impl Dropped {
 }
 
 fn beyond() -> FitError {
-    Faults::one("/nodes", "figures of this fit leave the range of double precision: choose another unit or basis")
+    Faults::one(Field::Nodes, "figures of this fit leave the range of double precision: choose another unit or basis")
         .into()
 }
 
@@ -131,7 +132,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
         return Err(
-            Faults::one("/regularization", "λ* lifts an eigenvalue beyond the range of double precision").into()
+            Faults::one(Field::Regularization, "λ* lifts an eigenvalue beyond the range of double precision").into()
         );
     }
     if result
@@ -140,7 +141,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
         .is_some_and(|r| !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && all(&r.weights)))
     {
         return Err(Faults::one(
-            "/estimator",
+            Field::Estimator,
             "scale or sum of this estimator leave the range of double precision: choose another scale or unit",
         )
         .into());

@@ -1,13 +1,10 @@
 //! Numbers whose squares are doubles.
 
+use crate::estimation::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
 use crate::{
-    estimation::{
-        data::Heights,
-        design::Design,
-        error::{Faults, FitError},
-    },
+    estimation::{data::Heights, design::Design, error::FitError},
     numerics::Dd,
 };
 
@@ -19,7 +16,7 @@ pub fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(),
         let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
         if largest != 0.0 && !RANGE.contains(&largest) {
             return Err(Faults::one(
-                "/nodes",
+                Field::Nodes,
                 format!(
                     "the column of {label} (weights included) is about {largest:.0e} long, whose square leaves the \
                      range of \
@@ -34,17 +31,17 @@ pub fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(),
 }
 
 /// Squares of heights are summed: they must neither overflow nor vanish.
-pub fn within_range(pointer: &str, heights: &Heights) -> Result<(), FitError> {
+pub fn within_range(field: Field, heights: &Heights) -> Result<(), FitError> {
     if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
         return Err(Faults::one(
-            pointer,
+            field,
             "squares of these heights leave the range of double precision: choose a larger unit",
         )
         .into());
     }
     if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
         return Err(
-            Faults::one(pointer, "squares of these heights vanish in double precision: choose a smaller unit").into()
+            Faults::one(field, "squares of these heights vanish in double precision: choose a smaller unit").into()
         );
     }
     Ok(())

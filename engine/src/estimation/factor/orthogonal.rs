@@ -11,6 +11,7 @@
 //! * else (near-dependent columns, rank deficiency) a Householder QR in double-double, block by
 //!   block.
 
+use crate::estimation::fault::{Faults, Field};
 use nalgebra::{DMatrix, DVector};
 
 use super::{
@@ -22,7 +23,7 @@ use crate::{
     estimation::{
         data::Sample,
         design::{Design, Row},
-        error::{Faults, FitError},
+        error::FitError,
         result::Arithmetic,
     },
     numerics::{
@@ -79,7 +80,7 @@ impl Factor {
             Ok(self)
         } else {
             Err(FitError::Invalid(Faults::one(
-                "/nodes",
+                Field::Nodes,
                 "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
             )))
         }

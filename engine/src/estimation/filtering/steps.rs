@@ -11,10 +11,10 @@ use super::{
     lines::Lines,
     spline::SplineFilter,
 };
+use crate::estimation::fault::{Faults, Field};
 use crate::{
     estimation::{
         data::{Grid, Nodes},
-        error::Faults,
         result::{FilterReport, IterationReport, Warning},
         spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
     },
@@ -166,7 +166,7 @@ pub fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults> {
         steps.push(step);
         if (0..z.len()).any(|i| present[i] && !z[i].is_finite()) {
             return Err(Faults::one(
-                format!("/filters/{at}"),
+                Field::Filter(at),
                 "the filtered heights leave the range of double precision: choose another unit",
             ));
         }
@@ -253,40 +253,39 @@ fn rebuilt(nodes: &Nodes, z: Vec<f64>, before: &[bool], present: &[bool]) -> Nod
 /// What only the nodes can refuse.
 fn check(nodes: &Nodes, filters: &[Filter]) -> Result<(), Faults> {
     let mut faults = Faults::default();
-    let at = |k: usize, field: &str| format!("/filters/{k}/{field}");
     for (k, filter) in filters.iter().enumerate() {
         match (nodes, filter) {
             (Nodes::Scattered(_), _) => faults.push(
-                at(k, "type"),
+                Field::FilterType(k),
                 format!(
                     "scattered nodes lie on no lines along which `{}` could run; send a grid or a curve",
                     filter.name()
                 ),
             ),
             (Nodes::Matrix(_), Filter::Gaussian(_) | Filter::Spline(_)) => faults.push(
-                at(k, "type"),
+                Field::FilterType(k),
                 format!("a measurement matrix has no axis along which `{}` could run", filter.name()),
             ),
             (Nodes::Matrix(_), Filter::Hampel(Hampel { axis: Some(_), .. })) => {
-                faults.push(at(k, "axis"), "a measurement matrix has no axis: windows lie along its rows");
+                faults.push(Field::FilterAxis(k), "a measurement matrix has no axis: windows lie along its rows");
             }
             (
                 Nodes::Curve(_),
                 Filter::Hampel(Hampel { axis: Some(FilterAxis::V), .. })
                 | Filter::Gaussian(Gaussian { axis: Some(FilterAxis::V), .. })
                 | Filter::Spline(Spline { axis: Some(FilterAxis::V), .. }),
-            ) => faults.push(at(k, "axis"), "a curve has no v; its x is `u`"),
+            ) => faults.push(Field::FilterAxis(k), "a curve has no v; its x is `u`"),
             (
                 Nodes::Grid(_),
                 Filter::Gaussian(Gaussian { axis: None, .. }) | Filter::Spline(Spline { axis: None, .. }),
-            ) => faults.push(at(k, "axis"), "missing; a grid needs `u` or `v`"),
-            (_, Filter::Hampel(hampel)) => check_window(nodes, hampel, &at(k, "window"), &mut faults),
+            ) => faults.push(Field::FilterAxis(k), "missing; a grid needs `u` or `v`"),
+            (_, Filter::Hampel(hampel)) => check_window(nodes, hampel, Field::FilterWindow(k), &mut faults),
             (_, Filter::Gaussian(gaussian)) => {
-                check_gaussian(nodes, gaussian, &at(k, "cutoff"), &mut faults);
+                check_gaussian(nodes, gaussian, Field::FilterCutoff(k), &mut faults);
             }
             (_, Filter::Spline(spline)) => {
                 if let Some((lines, _)) = lines_of(nodes, spline.axis) {
-                    check_cutoff(&lines, spline.cutoff, &at(k, "cutoff"), &mut faults);
+                    check_cutoff(&lines, spline.cutoff, Field::FilterCutoff(k), &mut faults);
                 }
             }
         }
@@ -294,17 +293,17 @@ fn check(nodes: &Nodes, filters: &[Filter]) -> Result<(), Faults> {
     faults.into_result(())
 }
 
-fn check_window(nodes: &Nodes, hampel: &Hampel, pointer: &str, faults: &mut Faults) {
+fn check_window(nodes: &Nodes, hampel: &Hampel, field: Field, faults: &mut Faults) {
     let square = matches!(nodes, Nodes::Grid(_)) && hampel.axis.is_none();
     let window = if square { hampel.window.saturating_mul(hampel.window) } else { hampel.window };
     if nodes.posted().saturating_mul(window.min(nodes.posted())) > MOST_WINDOWED {
-        faults.push(pointer, format!("windows of {window} nodes around {} nodes are too much work", nodes.posted()));
+        faults.push(field, format!("windows of {window} nodes around {} nodes are too much work", nodes.posted()));
     }
 }
 
-fn check_gaussian(nodes: &Nodes, gaussian: &Gaussian, pointer: &str, faults: &mut Faults) {
+fn check_gaussian(nodes: &Nodes, gaussian: &Gaussian, field: Field, faults: &mut Faults) {
     let Some((lines, _)) = lines_of(nodes, gaussian.axis) else { return };
-    if !check_cutoff(&lines, gaussian.cutoff, pointer, faults) {
+    if !check_cutoff(&lines, gaussian.cutoff, field, faults) {
         return;
     }
     let kernel = GaussianFilter::new(gaussian.cutoff, gaussian.robust.unwrap_or(Order::Zero));
@@ -312,7 +311,7 @@ fn check_gaussian(nodes: &Nodes, gaussian: &Gaussian, pointer: &str, faults: &mu
     let most = if gaussian.robust.is_some() { MOST_ROBUST_PRODUCTS } else { MOST_PRODUCTS };
     if products > most {
         faults.push(
-            pointer,
+            field,
             format!(
                 "the windows hold {products} nodes all together, more than the {most} that this filter may have; \
                  choose a \
@@ -322,12 +321,12 @@ fn check_gaussian(nodes: &Nodes, gaussian: &Gaussian, pointer: &str, faults: &mu
     }
 }
 
-fn check_cutoff(lines: &Lines, cutoff: f64, pointer: &str, faults: &mut Faults) -> bool {
+fn check_cutoff(lines: &Lines, cutoff: f64, field: Field, faults: &mut Faults) -> bool {
     let closest = lines.closest();
     let fine = closest.is_infinite() || cutoff > 2.0 * closest;
     if !fine {
         faults.push(
-            pointer,
+            field,
             format!(
                 "{} is not longer than twice the closest spacing {}: no wave so short can be told there",
                 Shown(cutoff),

@@ -4,6 +4,7 @@ use super::{
     conclude::{conclude, conclude_robust, report},
     plan::Plans,
 };
+use crate::estimation::fault::Field;
 use crate::estimation::{
     data::{Heights, Nodes, Sample},
     design::Design,
@@ -30,7 +31,7 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
     let heights = Heights::new(&sample);
     let evidence = Evidence::Posted { sample: &sample, nodes };
     if let Some((grid, plan)) = plans.of(nodes, &sample, spec)? {
-        within_range(nodes.heights_pointer(), &heights)?;
+        within_range(Field::List(nodes.heights()), &heights)?;
         let factor = plan.factor(grid)?;
         let frame = plan.frame(&factor, spec, heights.weight)?;
         let linear = LinearProblem { design: &plan.design, factor: &factor, heights: heights.about_zero, evidence };
@@ -40,7 +41,7 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
         };
     }
     let design = Design::new(nodes, &sample, spec)?;
-    within_range(nodes.heights_pointer(), &heights)?;
+    within_range(Field::List(nodes.heights()), &heights)?;
     let factor = Factor::new(&design, &sample)?;
     let linear = LinearProblem { design: &design, factor: &factor, heights: heights.about_zero, evidence };
     match estimate(&spec.estimator, &Measured { linear: &linear, sample: &sample, heights: &heights })? {
@@ -65,7 +66,7 @@ pub fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitResult>, F
             Some((design, frame)) => (design, Some(frame)),
             None => (Design::new(nodes, &sample, spec)?, None),
         };
-        within_range(nodes.heights_pointer(), &heights)?;
+        within_range(Field::List(nodes.heights()), &heights)?;
         let factor = Factor::new(&given.0, &sample)?;
         let (design, frame) = match given {
             (design, Some(frame)) => (design, frame),

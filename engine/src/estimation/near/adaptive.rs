@@ -11,17 +11,14 @@
 //! there further than all of the points are apart is not taken; of the others the one that misses
 //! by least is answered.
 
+use super::fault::{CurveFaults, CurveField, CurveRefused};
 use super::{
     curve::{Fitted, Trial, summary, uniform},
     swing::{Swing, WILD},
 };
 use crate::numerics::cancel::{self, Asking};
 use crate::{
-    estimation::{
-        design::MOST_COEFFICIENTS,
-        error::{Faults, FitError},
-        spec::Knots,
-    },
+    estimation::{design::MOST_COEFFICIENTS, error::FitError, spec::Knots},
     geometry::BSplineBasis,
 };
 
@@ -69,15 +66,15 @@ pub enum Stop {
 }
 
 /// Places knots over `domain`; the best fit found, the rounds up to it, and why they ended.
-pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitted, Vec<Step>, Stop), FitError> {
+pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitted, Vec<Step>, Stop), CurveRefused> {
     let degree = trial.asked.degree;
-    let mut faults = Faults::default();
+    let mut faults = CurveFaults::default();
     if !(asked.tolerance > 0.0 && asked.tolerance.is_finite()) {
-        faults.push("/method/tolerance", "a finite length greater than 0");
+        faults.push(CurveField::Tolerance, "a finite length greater than 0");
     }
     if asked.most_controls > MOST_COEFFICIENTS || asked.most_controls < asked.spans.saturating_add(degree) {
         faults.push(
-            "/method/most_control_points",
+            CurveField::MostControls,
             format!("not within {} (the first knots) and {MOST_COEFFICIENTS}", asked.spans.saturating_add(degree)),
         );
     }
@@ -139,7 +136,7 @@ pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitte
             steps.truncate(at + 1);
             Ok((fitted, steps, stop))
         }
-        None => Err(FitError::NotConverged("no knots were tried")),
+        None => Err(FitError::NotConverged("no knots were tried").into()),
     }
 }
 

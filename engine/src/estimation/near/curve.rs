@@ -6,14 +6,16 @@
 //! diagnostics are those of the [`FitSpec`] handed over, its model aside. Errors are distances at
 //! equal parameters.
 
+use super::fault::{CurveFaults, CurveField, CurveRefused};
 use super::{
     adaptive::{self, Adaptive, Step, Stop},
     swing::Swing,
 };
+use crate::estimation::fault::{Faults, Field, NodeList};
 use crate::{
     estimation::{
         data::Nodes,
-        error::{Fault, Faults, FitError},
+        error::FitError,
         fit::fit_together,
         result::FitResult,
         spec::{Degree, FitSpec, Include, Knots, Model},
@@ -117,14 +119,14 @@ impl CurvePoints<'_> {
 }
 
 /// Fits one curve of all coordinates.
-pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, FitError> {
+pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, CurveRefused> {
     let dimension = check(points, asked)?;
     let parameters = parameters(points)?;
     let trial = Trial { points, asked, dimension, parameters: &parameters };
     // points of weight 0 say nothing, of the knots neither
     let counted: Vec<f64> = parameters.iter().enumerate().filter(|(k, _)| points.counts(*k)).map(|(_, &t)| t).collect();
     if counted.is_empty() && !parameters.is_empty() && points.weight.is_some_and(|w| w.iter().all(|w| *w == 0.0)) {
-        return Err(Faults::one("/method/weight", "every point is of weight 0").into());
+        return Err(CurveFaults::one(CurveField::Weights, "every point is of weight 0").into());
     }
     let (low, high) = counted.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
     let (fitted, steps, stop) = match &asked.knots {
@@ -137,7 +139,7 @@ pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, Fi
         KnotPlacement::Averaged { controls } => {
             if *controls > counted.len() {
                 let detail = format!("{controls} control points cannot be told from so few points, {}", counted.len());
-                return Err(Faults::one("/method/control_count", detail).into());
+                return Err(CurveFaults::one(CurveField::ControlCount, detail).into());
             }
             let knots = averaging_least_squares(asked.degree, &counted, *controls)
                 .map_err(|fault| curve_fault(points, &fault))?;
@@ -166,15 +168,15 @@ pub fn summary(errors: &[(usize, f64)]) -> (f64, f64) {
     (errors.iter().map(|(_, e)| *e).fold(0.0, f64::max), (squares / errors.len().max(1) as f64).sqrt())
 }
 
-/// Equal spans, or the fault by its place in the request.
-pub fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, Faults> {
+/// Equal spans.
+pub fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, CurveFaults> {
     if spans == 0 {
-        return Err(Faults::one("/method/spans", "at least one span"));
+        return Err(CurveFaults::one(Field::Spans, "at least one span"));
     }
     if spans.saturating_add(degree) > crate::estimation::design::MOST_COEFFICIENTS {
-        return Err(Faults::one("/method/spans", format!("{spans} spans are more than a fit may have")));
+        return Err(CurveFaults::one(Field::Spans, format!("{spans} spans are more than a fit may have")));
     }
-    BSplineBasis::uniform(degree, spans, low, high).map_err(|fault| Faults::one("/method/spans", fault.to_string()))
+    BSplineBasis::uniform(degree, spans, low, high).map_err(|fault| CurveFaults::one(Field::Spans, fault.to_string()))
 }
 
 /// The points with everything but the knots.
@@ -196,21 +198,21 @@ pub struct Fitted {
 
 impl Trial<'_> {
     /// The curve that the coefficients of all coordinates are the control points of.
-    pub fn shape(&self, fitted: &Fitted) -> Result<BSplineCurve, FitError> {
+    pub fn shape(&self, fitted: &Fitted) -> Result<BSplineCurve, CurveRefused> {
         let coordinate =
             |i: usize, c: usize| fitted.results.get(c).map_or(0.0, |result: &FitResult| result.coefficients[i].value);
         let controls = (0..fitted.basis.size()).map(|i| Vector::from_fn(|c, _| coordinate(i, c))).collect();
         BSplineCurve::new(fitted.basis.clone(), self.dimension, controls, self.asked.weights.clone())
-            .map_err(|fault| Faults::one("/method", fault.to_string()).into())
+            .map_err(|fault| CurveFaults::one(CurveField::Curve, fault.to_string()).into())
     }
 
     /// Fits with these knots.
-    pub fn fit(&self, knots: Knots) -> Result<Fitted, FitError> {
-        let Knots::Curve(full) = &knots else { return Err(Faults::one("/method/knots", "one knot vector").into()) };
-        let basis = BSplineBasis::new(self.asked.degree, full.clone()).map_err(|fault| {
-            let pointer = fault.index().map_or_else(|| "/method/knots".to_owned(), |i| format!("/method/knots/{i}"));
-            Faults::one(pointer, fault.to_string())
-        })?;
+    pub fn fit(&self, knots: Knots) -> Result<Fitted, CurveRefused> {
+        let Knots::Curve(full) = &knots else {
+            return Err(CurveFaults::one(Field::Knots, "one knot vector").into());
+        };
+        let basis = BSplineBasis::new(self.asked.degree, full.clone())
+            .map_err(|fault| CurveFaults::one(fault.index().map_or(Field::Knots, Field::Knot), fault.to_string()))?;
         let degree = Degree::Both(self.asked.degree);
         let include = Include { residuals: true, ..self.asked.spec.include };
         let model = Model::BSpline { degree, knots, weights: self.asked.weights.clone() };
@@ -222,10 +224,10 @@ impl Trial<'_> {
             .iter()
             .map(|y| Nodes::curve(self.parameters.to_vec(), y.clone(), weight.clone()))
             .collect::<Result<Vec<Nodes>, Faults>>()
-            .map_err(|faults| translated(self.points, &faults))?;
+            .map_err(|faults| translated(self.points, faults))?;
         let results = fit_together(&nodes, &spec).map_err(|error| match error {
-            FitError::Invalid(faults) => FitError::Invalid(translated(self.points, &faults)),
-            other => other,
+            FitError::Invalid(faults) => translated(self.points, faults).into(),
+            other => CurveRefused::Fit(other),
         })?;
         let mut squares = Vec::new();
         for result in &results {
@@ -243,61 +245,66 @@ impl Trial<'_> {
     }
 }
 
-fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, Faults> {
+fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, CurveFaults> {
     let Some(dimension) = Dimension::of(points.coordinates.len()) else {
-        return Err(Faults::one("/points", "one, two or three coordinates make a curve"));
+        return Err(CurveFaults::one(CurveField::Points, "one, two or three coordinates make a curve"));
     };
-    let mut faults = Faults::default();
+    let mut faults = CurveFaults::default();
     let count = points.coordinates[0].len();
     for (c, y) in points.coordinates.iter().enumerate() {
         if y.len() != count {
-            faults.push("/points", format!("coordinate {c} has {}, the first one {count}", words::entries(y.len())));
+            faults.push(
+                CurveField::Points,
+                format!("coordinate {c} has {}, the first one {count}", words::entries(y.len())),
+            );
         }
         for (k, x) in y.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-            faults.push(pointer(points, k, Some(c)), format!("{x} is not a finite number"));
+            faults.push(place(points, k, Some(c)), format!("{x} is not a finite number"));
         }
     }
     if dimension == Dimension::Graph && matches!(points.parameters, Parameters::By(_)) {
-        faults.push("/points/parametrization", "a graph y(x) has x for its parameter");
+        faults.push(CurveField::Parametrization, "a graph y(x) has x for its parameter");
     }
     if let Parameters::Given(given) = points.parameters
         && given.len() != count
     {
-        faults
-            .push("/points", format!("{} for {count} points", words::counted(given.len(), "parameter", "parameters")));
+        faults.push(
+            CurveField::Points,
+            format!("{} for {count} points", words::counted(given.len(), "parameter", "parameters")),
+        );
     }
     if let Some(weight) = points.weight
         && weight.len() != count
     {
-        faults.push("/method/weight", format!("{} for {count} points", words::entries(weight.len())));
+        faults.push(CurveField::Weights, format!("{} for {count} points", words::entries(weight.len())));
     }
     if asked.degree > HIGHEST_DEGREE {
-        faults.push("/method/degree", ControlFault::Degree { degree: asked.degree }.to_string());
+        faults.push(Field::Degree, ControlFault::Degree { degree: asked.degree }.to_string());
     }
     if !asked.spec.filters.is_empty() {
-        faults.push("/filters", "points of a curve are not filtered");
+        faults.push(Field::Filters, "points of a curve are not filtered");
     }
     if matches!(asked.knots, KnotPlacement::Adaptive(_)) && asked.weights.is_some() {
         faults.push(
-            "/method/weights",
+            Field::ControlWeights,
             "with knots placed by residuals the number of control points is not known beforehand",
         );
     }
     faults.into_result(dimension)
 }
 
-/// Where coordinate `c` of point `k` stands in a request; without a coordinate its parameter.
-fn pointer(points: &CurvePoints, k: usize, c: Option<usize>) -> String {
+/// Coordinate `c` of point `k`; without a coordinate its parameter.
+fn place(points: &CurvePoints, k: usize, c: Option<usize>) -> CurveField {
     match (points.coordinates.len(), c, points.parameters) {
-        (1, None, _) => format!("/points/x/{k}"),
-        (1, Some(_), _) => format!("/points/y/{k}"),
-        (_, None, Parameters::Given(_)) => format!("/points/parameters/{k}"),
-        (_, None, Parameters::By(_)) => format!("/points/xyz/{k}"),
-        (_, Some(c), _) => format!("/points/xyz/{k}/{c}"),
+        (1, None, _) => CurveField::Abscissa(k),
+        (1, Some(_), _) => CurveField::Ordinate(k),
+        (_, None, Parameters::Given(_)) => CurveField::Parameter(k),
+        (_, None, Parameters::By(_)) => CurveField::Point(k),
+        (_, Some(c), _) => CurveField::Coordinate(k, c),
     }
 }
 
-fn parameters(points: &CurvePoints) -> Result<Vec<f64>, Faults> {
+fn parameters(points: &CurvePoints) -> Result<Vec<f64>, CurveFaults> {
     match points.parameters {
         Parameters::Given(given) => Ok(given.to_vec()),
         Parameters::By(by) => {
@@ -308,31 +315,22 @@ fn parameters(points: &CurvePoints) -> Result<Vec<f64>, Faults> {
     }
 }
 
-fn curve_fault(points: &CurvePoints, fault: &CurveFault) -> Faults {
-    let place = match (fault.part(), fault.indices().first().copied()) {
-        (Some(Part::Controls), _) => "/method/control_count".to_owned(),
-        (Some(Part::Degree), _) => "/method/degree".to_owned(),
-        (_, Some(k)) => pointer(points, k, None),
-        (_, None) => "/points".to_owned(),
+fn curve_fault(points: &CurvePoints, fault: &CurveFault) -> CurveFaults {
+    let field = match (fault.part(), fault.indices().first().copied()) {
+        (Some(Part::Controls), _) => CurveField::ControlCount,
+        (Some(Part::Degree), _) => Field::Degree.into(),
+        (_, Some(k)) => place(points, k, None),
+        (_, None) => CurveField::Points,
     };
-    Faults::one(place, fault.to_string())
+    CurveFaults::one(field, fault.to_string())
 }
 
-/// Faults of a fit of the service, by their places in the request for a curve.
-fn translated(points: &CurvePoints, faults: &Faults) -> Faults {
-    let mut told = Faults::default();
-    for Fault { pointer: place, detail } in faults.list() {
-        let index = |prefix: &str| place.strip_prefix(prefix).and_then(|k| k.parse::<usize>().ok());
-        let place = match (index("/nodes/x/"), index("/nodes/weight/")) {
-            (Some(k), _) => pointer(points, k, None),
-            (_, Some(k)) => format!("/method/weight/{k}"),
-            _ => match (place.strip_prefix("/model"), place.strip_prefix("/nodes")) {
-                (Some(rest), _) => format!("/method{rest}"),
-                (_, Some(_)) => "/points".to_owned(),
-                _ => place.clone(),
-            },
-        };
-        told.push(place, detail.clone());
-    }
-    told
+/// Faults of the fit of a coordinate, as those of the curve.
+fn translated(points: &CurvePoints, faults: Faults) -> CurveFaults {
+    faults.placed(|field| match field {
+        Field::Entry(NodeList::X, k) => place(points, k, None),
+        Field::Entry(NodeList::Weight, k) => CurveField::Weight(k),
+        field if field.is_of_nodes() => CurveField::Points,
+        field => CurveField::Fit(field),
+    })
 }

@@ -10,6 +10,7 @@
 
 mod adaptive;
 mod curve;
+pub mod fault;
 mod shape;
 mod surface;
 mod surface_report;

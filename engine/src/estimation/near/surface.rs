@@ -12,6 +12,7 @@
 pub use super::surface_report::{Coordinate, SurfaceFit, SurfaceInclude, Weight};
 
 use super::surface_report::{self, Problem};
+use crate::estimation::fault::{Faults, Field, NodeList};
 use crate::{
     estimation::{
         banded::{
@@ -22,7 +23,7 @@ use crate::{
             weight::{choose, trace_of},
         },
         design::{Axis, splines},
-        error::{Faults, FitError},
+        error::FitError,
         smoothing::choice::{Found, NoParameter, Smoothing},
         spec::{Degree, Domain, Estimator, FitSpec, Model, Regularization, Scaling},
     },
@@ -50,8 +51,12 @@ pub struct SurfacePoints<'a> {
 }
 
 impl SurfacePoints<'_> {
-    fn name(&self, coordinate: usize) -> &'static str {
-        if self.coordinates.len() == 1 { "/nodes/z" } else { ["/nodes/x", "/nodes/y", "/nodes/z"][coordinate.min(2)] }
+    fn list(&self, coordinate: usize) -> NodeList {
+        if self.coordinates.len() == 1 {
+            NodeList::Z
+        } else {
+            [NodeList::X, NodeList::Y, NodeList::Z][coordinate.min(2)]
+        }
     }
 }
 
@@ -60,7 +65,7 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
     check_spec(spec)?;
     check_points(points)?;
     if points.weight.is_some_and(|w| w.iter().all(|w| *w == 0.0)) {
-        return Err(Faults::one("/nodes/weight", "every node is of weight 0").into());
+        return Err(Faults::one(Field::List(NodeList::Weight), "every node is of weight 0").into());
     }
     let bases = bases(points, spec)?;
     check_size(&bases)?;
@@ -77,7 +82,7 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
     let n = system.size();
     if matrix.is_none() && n > system.cells.count() {
         return Err(Faults::one(
-            "/model",
+            Field::Model,
             format!(
                 "{n} coefficients cannot be told from {} counted nodes: take fewer spans, or ask for `tikhonov`",
                 system.cells.count()
@@ -112,53 +117,53 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
 }
 
 fn no_parameter(why: NoParameter) -> FitError {
-    let pointer = match why {
-        NoParameter::NoSigma(_) => "/noise_sigma",
-        NoParameter::NotHere(_) => "/regularization/parameter/criterion",
-        NoParameter::Negative(_) | NoParameter::Degrees { .. } | NoParameter::Unsolved => "/regularization/parameter",
+    let field = match why {
+        NoParameter::NoSigma(_) => Field::NoiseSigma,
+        NoParameter::NotHere(_) => Field::Criterion,
+        NoParameter::Negative(_) | NoParameter::Degrees { .. } | NoParameter::Unsolved => Field::Parameter,
     };
-    Faults::one(pointer, why.to_string()).into()
+    Faults::one(field, why.to_string()).into()
 }
 
 fn check_spec(spec: &FitSpec) -> Result<(), Faults> {
     let mut faults = Faults::default();
     match &spec.model {
         Model::BSpline { weights: None, .. } => {}
-        Model::BSpline { .. } => faults.push("/model/weights", "big surfaces are B-splines without weights"),
-        _ => faults.push("/model/type", "big surfaces are of type `b_spline`"),
+        Model::BSpline { .. } => faults.push(Field::ControlWeights, "big surfaces are B-splines without weights"),
+        _ => faults.push(Field::ModelType, "big surfaces are of type `b_spline`"),
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push("/estimator", "big surfaces are fitted by least squares");
+        faults.push(Field::Estimator, "big surfaces are fitted by least squares");
     }
     if !spec.filters.is_empty() {
-        faults.push("/filters", "filters are for nodes in lines, not for scattered ones");
+        faults.push(Field::Filters, "filters are for nodes in lines, not for scattered ones");
     }
     if spec.scaling == Scaling::Standardized {
-        faults.push("/scaling", "B-splines have no constant to centre by: take `unit_length` or `none`");
+        faults.push(Field::Scaling, "B-splines have no constant to centre by: take `unit_length` or `none`");
     }
     if spec.node_uncertainty.is_some() {
-        faults.push("/node_uncertainty", "big surfaces have no perturbation bounds");
+        faults.push(Field::NodeUncertainty, "big surfaces have no perturbation bounds");
     }
     if spec.coefficient_norm_limit.is_some() {
-        faults.push("/coefficient_norm_limit", "big surfaces have no bias bounds");
+        faults.push(Field::CoefficientNormLimit, "big surfaces have no bias bounds");
     }
     if spec.noise_sigma.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
-        faults.push("/noise_sigma", "σ is a finite number greater than 0");
+        faults.push(Field::NoiseSigma, "σ is a finite number greater than 0");
     }
     match &spec.regularization {
         Regularization::None | Regularization::Ridge { .. } => {}
         Regularization::Tikhonov(asked) => {
             if asked.order > HIGHEST_ORDER {
-                faults.push("/regularization/order", format!("{} is not one of 0 to {HIGHEST_ORDER}", asked.order));
+                faults.push(Field::Order, format!("{} is not one of 0 to {HIGHEST_ORDER}", asked.order));
             }
             let weights = asked.weights.as_deref().unwrap_or(&[1.0, 1.0]);
             let sound = weights.len() == 2 && weights.iter().all(|w| *w >= 0.0 && w.is_finite());
             if !(sound && weights.iter().any(|w| *w > 0.0)) {
-                faults.push("/regularization/weights", "a surface takes [w_u, w_v], none negative, one greater than 0");
+                faults.push(Field::PenaltyWeights, "a surface takes [w_u, w_v], none negative, one greater than 0");
             }
         }
         _ => faults.push(
-            "/regularization/type",
+            Field::RegularizationType,
             "with so many coefficients there is no spectrum: take `none`, `ridge` or `tikhonov`",
         ),
     }
@@ -169,43 +174,43 @@ fn check_points(points: &SurfacePoints) -> Result<(), Faults> {
     let m = points.u.len();
     let mut faults = Faults::default();
     if m == 0 {
-        faults.push("/nodes/u", "there are no nodes");
+        faults.push(Field::List(NodeList::U), "there are no nodes");
     }
     if u32::try_from(m).is_err() {
-        faults.push("/nodes/u", "there are more nodes than 32 bits can number");
+        faults.push(Field::List(NodeList::U), "there are more nodes than 32 bits can number");
     }
     if !matches!(points.coordinates.len(), 1 | 3) {
-        faults.push("/nodes", "one coordinate (z) or three (x, y, z) are fitted");
+        faults.push(Field::Nodes, "one coordinate (z) or three (x, y, z) are fitted");
         return Err(faults);
     }
-    let parts = [("/nodes/u", points.u), ("/nodes/v", points.v)]
+    let parts = [(NodeList::U, points.u), (NodeList::V, points.v)]
         .into_iter()
-        .chain(points.coordinates.iter().enumerate().map(|(c, z)| (points.name(c), &z[..])))
-        .chain(points.weight.map(|w| ("/nodes/weight", w)));
-    for (pointer, numbers) in parts {
+        .chain(points.coordinates.iter().enumerate().map(|(c, z)| (points.list(c), &z[..])))
+        .chain(points.weight.map(|w| (NodeList::Weight, w)));
+    for (list, numbers) in parts {
         if numbers.len() != m {
-            faults.push(pointer, format!("{}, but u asks for {m}", words::entries(numbers.len())));
+            faults.push(Field::List(list), format!("{}, but u asks for {m}", words::entries(numbers.len())));
         }
         for (k, x) in numbers.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-            faults.push(format!("{pointer}/{k}"), format!("{x} is not a finite number"));
+            faults.push(Field::Entry(list, k), format!("{x} is not a finite number"));
         }
     }
     for (k, w) in points.weight.unwrap_or_default().iter().enumerate().filter(|(_, w)| **w < 0.0) {
-        faults.push(format!("/nodes/weight/{k}"), format!("the weight {w} is negative; 0 leaves a node out"));
+        faults.push(Field::Entry(NodeList::Weight, k), format!("the weight {w} is negative; 0 leaves a node out"));
     }
     faults.into_result(())
 }
 
 fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Faults> {
     let Model::BSpline { degree, knots, .. } = &spec.model else {
-        return Err(Faults::one("/model/type", "big surfaces are of type `b_spline`"));
+        return Err(Faults::one(Field::ModelType, "big surfaces are of type `b_spline`"));
     };
     let (p, q) = match degree {
         Degree::Both(p) => (*p, *p),
         Degree::Each(p, q) => (*p, *q),
     };
     if p.max(q) > HIGHEST_DEGREE {
-        return Err(Faults::one("/model/degree", format!("big surfaces have degrees up to {HIGHEST_DEGREE}")));
+        return Err(Faults::one(Field::Degree, format!("big surfaces have degrees up to {HIGHEST_DEGREE}")));
     }
     // nodes of weight 0 say nothing, of the domain neither
     let counts = |k: usize| points.weight.is_none_or(|w| w[k] > 0.0);
@@ -215,9 +220,9 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
     };
     let Domain { u, v } = spec.domain.unwrap_or_default();
     let mut faults = Faults::default();
-    for (name, range) in [("u", u), ("v", v)] {
+    for (field, range) in [(Field::DomainU, u), (Field::DomainV, v)] {
         if range.is_some_and(|[low, high]| !(low < high && (high - low).is_finite())) {
-            faults.push(format!("/domain/{name}"), "not a range from low to high");
+            faults.push(field, "not a range from low to high");
         }
     }
     if !faults.is_empty() {
@@ -225,13 +230,12 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
     }
     let domains = (u.unwrap_or_else(|| span(points.u)), v.unwrap_or_else(|| span(points.v)));
     let (Axis::Spline(along), Axis::Spline(across)) = splines(knots, (p, q), true, domains)? else {
-        return Err(Faults::one("/model/knots", "a surface wants knots for u and for v"));
+        return Err(Faults::one(Field::Knots, "a surface wants knots for u and for v"));
     };
-    for (name, places, basis) in [("u", points.u, &along), ("v", points.v, &across)] {
+    for (list, places, basis) in [(NodeList::U, points.u, &along), (NodeList::V, points.v, &across)] {
         let (low, high) = basis.domain();
         for (k, x) in places.iter().enumerate().filter(|(k, x)| counts(*k) && (**x < low || **x > high)) {
-            faults
-                .push(format!("/nodes/{name}/{k}"), format!("{x} lies outside the span of the knots [{low}, {high}]"));
+            faults.push(Field::Entry(list, k), format!("{x} lies outside the span of the knots [{low}, {high}]"));
         }
     }
     faults.into_result([along, across])
@@ -244,7 +248,7 @@ fn check_size(bases: &[BSplineBasis; 2]) -> Result<(), Faults> {
     let operations = n as f64 * width as f64 * width as f64;
     if n > MOST_COEFFICIENTS || n.saturating_mul(width + 1) > MOST_NUMBERS || operations > MOST_OPERATIONS {
         return Err(Faults::one(
-            "/model",
+            Field::Model,
             format!("{n} coefficients with a band of {width} are more than a fit may have: take fewer spans"),
         ));
     }
@@ -272,7 +276,7 @@ fn penalty_of(
             let rough = |basis: &BSplineBasis, weight: f64| weight > 0.0 && basis.degree() >= asked.order;
             if !rough(u, weights[0]) && !rough(v, weights[1]) {
                 return Err(Faults::one(
-                    "/regularization/order",
+                    Field::Order,
                     format!("derivatives of order {} vanish for every function of this model", asked.order),
                 ));
             }

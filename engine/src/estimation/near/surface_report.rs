@@ -1,5 +1,6 @@
 //! The answer to a fit of a big surface.
 
+use crate::estimation::fault::{Faults, Field};
 use crate::numerics::cancel;
 use crate::{
     estimation::{
@@ -7,7 +8,7 @@ use crate::{
             system::{Penalty, Solved, System},
             weight::{Trace, effective},
         },
-        error::{Faults, FitError},
+        error::FitError,
         result::{Arithmetic, Warning},
         spec::Criterion,
     },
@@ -142,7 +143,7 @@ impl Problem<'_> {
             let in_row = |r: &usize| columns.iter().map(|s| nodes[r * across + s]).sum::<usize>();
             let count: usize = rows.iter().map(in_row).sum();
             faults.push(
-                "/model",
+                Field::Model,
                 format!(
                     "the coefficient of B{i}(u)*B{j}(v), which lives on u from {a} to {b} and v from {c} to {d}, is \
                      not determined \
@@ -224,7 +225,7 @@ pub fn report(
     let kind = if dimension == 1 { Dimension::Graph } else { Dimension::Space };
     let surface = BSplineSurface::new(problem.bases.clone(), kind, controls, None).map_err(|_| {
         FitError::Invalid(Faults::one(
-            "/nodes",
+            Field::Nodes,
             "these numbers leave the range of double precision: choose another unit",
         ))
     })?;

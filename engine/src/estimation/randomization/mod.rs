@@ -29,7 +29,7 @@ mod setup;
 
 pub use measured::Measured;
 pub use result::{Figures, LevelResult, Optimum, Reference, ReferenceChoice, StudyResult, Summary};
-pub use setup::{ColumnScaling, Setup, Study};
+pub use setup::{ColumnScaling, Setup, Study, StudyFaults, StudyField};
 
 use rayon::prelude::*;
 

@@ -1,9 +1,7 @@
 //! What a study is run with, checked.
 
-use crate::{
-    estimation::error::Faults,
-    fault::words::{Shown, counted, entries},
-};
+use crate::fault::words::{Shown, counted, entries};
+use crate::{estimation::fault::Reason, fault::Faults};
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.
 pub const MOST_WORK: usize = 300_000_000;
@@ -20,6 +18,30 @@ pub enum ColumnScaling {
     /// Divided by their lengths, coefficients multiplied by them.
     UnitLength,
 }
+
+/// A part of what is asked for; indices count from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StudyField {
+    /// X.
+    Matrix,
+    /// A row of X.
+    Row(usize),
+    /// A.
+    Coefficients,
+    /// One of them.
+    Coefficient(usize),
+    /// σ of a height.
+    NoiseSigma,
+    /// All k.
+    Levels,
+    /// One of them.
+    Level(usize),
+    /// How often each k is drawn.
+    Repetitions,
+}
+
+/// Faults of a study.
+pub type StudyFaults = Faults<StudyField, Reason>;
 
 /// What was asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,25 +76,28 @@ pub struct Study {
 }
 
 impl Study {
-    /// Checks everything; faults have the pointers of a request's fields.
-    pub fn new(setup: Setup) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
+    /// Checks everything.
+    pub fn new(setup: Setup) -> Result<Self, StudyFaults> {
+        let mut faults = StudyFaults::default();
         let (rows, columns) = (setup.x.len(), setup.x.first().map_or(0, Vec::len));
         if rows == 0 || columns == 0 {
-            faults.push("/x", "the matrix is empty");
+            faults.push(StudyField::Matrix, "the matrix is empty");
         }
         for (i, row) in setup.x.iter().enumerate().filter(|(_, row)| row.len() != columns) {
-            faults.push(format!("/x/{i}"), format!("{}, but the first row has {columns}", entries(row.len())));
+            faults.push(StudyField::Row(i), format!("{}, but the first row has {columns}", entries(row.len())));
         }
         if rows > 0 && columns > 0 && setup.x.iter().flatten().all(|x| *x == 0.0) {
-            faults.push("/x", "every entry is 0: there is nothing to randomise");
+            faults.push(StudyField::Matrix, "every entry is 0: there is nothing to randomise");
         }
         if rows < columns {
-            faults.push("/x", format!("{columns} coefficients cannot be told from {}", counted(rows, "row", "rows")));
+            faults.push(
+                StudyField::Matrix,
+                format!("{columns} coefficients cannot be told from {}", counted(rows, "row", "rows")),
+            );
         }
         if setup.coefficients.len() != columns {
             faults.push(
-                "/coefficients",
+                StudyField::Coefficients,
                 format!(
                     "{}, but the matrix has {}",
                     entries(setup.coefficients.len()),
@@ -81,17 +106,20 @@ impl Study {
             );
         }
         if !(setup.noise_sigma >= 0.0 && setup.noise_sigma.is_finite()) {
-            faults.push("/noise_sigma", format!("{} is not a deviation: 0 or more", Shown(setup.noise_sigma)));
+            faults.push(StudyField::NoiseSigma, format!("{} is not a deviation: 0 or more", Shown(setup.noise_sigma)));
         }
         if setup.levels.is_empty() || setup.levels.len() > MOST_LEVELS {
-            faults.push("/levels", format!("{} levels; 1 to {MOST_LEVELS} can be asked for", setup.levels.len()));
+            faults.push(
+                StudyField::Levels,
+                format!("{} levels; 1 to {MOST_LEVELS} can be asked for", setup.levels.len()),
+            );
         }
         for (i, level) in setup.levels.iter().enumerate().filter(|(_, k)| !(**k >= 0.0 && k.is_finite())) {
-            faults.push(format!("/levels/{i}"), format!("{} is not a ratio of deviations: 0 or more", Shown(*level)));
+            faults.push(StudyField::Level(i), format!("{} is not a ratio of deviations: 0 or more", Shown(*level)));
         }
         if setup.repetitions == 0 || setup.repetitions > MOST_REPETITIONS {
             faults.push(
-                "/repetitions",
+                StudyField::Repetitions,
                 format!("{} repetitions; 1 to {MOST_REPETITIONS} can be asked for", setup.repetitions),
             );
         }
@@ -99,7 +127,7 @@ impl Study {
             [setup.repetitions, rows, columns, columns].into_iter().fold(setup.levels.len(), usize::saturating_mul);
         if faults.is_empty() && work > MOST_WORK {
             faults.push(
-                "/repetitions",
+                StudyField::Repetitions,
                 format!(
                     "{} levels × {} repetitions × {rows} rows × {columns}² columns are {work}, more than the \
                      {MOST_WORK} \
@@ -132,7 +160,7 @@ impl Study {
     }
 
     /// Squares of columns and coefficients must neither overflow nor vanish.
-    fn check_range(&self, faults: &mut Faults) {
+    fn check_range(&self, faults: &mut StudyFaults) {
         const RANGE: std::ops::Range<f64> = 1e-140..1e140;
         let largest = |j: usize| self.column(j).map(f64::abs).fold(0.0, f64::max);
         let beyond: Vec<String> = (0..self.columns)
@@ -142,7 +170,7 @@ impl Study {
         if !beyond.is_empty() {
             let columns = if beyond.len() == 1 { "column" } else { "the columns" };
             faults.push(
-                "/x",
+                StudyField::Matrix,
                 format!(
                     "squares in {columns} {} leave the range of double precision: choose another unit",
                     beyond.join(", ")
@@ -152,7 +180,7 @@ impl Study {
         for (j, coefficient) in self.coefficients.iter().enumerate() {
             if !(coefficient.abs() < RANGE.end) {
                 faults.push(
-                    format!("/coefficients/{j}"),
+                    StudyField::Coefficient(j),
                     "the square of this coefficient leaves the range of double precision: choose another unit",
                 );
             }

@@ -193,22 +193,22 @@ fn unit_length_takes_units_away() {
 #[test]
 fn impossible_studies_are_refused_by_field() {
     type Change = fn(&mut Setup);
-    let cases: [(Change, &str); 10] = [
-        (|s| s.x.clear(), "/x"),
-        (|s| s.x[4] = vec![1.0], "/x/4"),
-        (|s| s.x.truncate(2), "/x"),
-        (|s| s.coefficients = vec![1.0], "/coefficients"),
-        (|s| s.noise_sigma = -1.0, "/noise_sigma"),
-        (|s| s.levels.clear(), "/levels"),
-        (|s| s.levels[1] = -0.1, "/levels/1"),
-        (|s| s.repetitions = 0, "/repetitions"),
-        (|s| s.repetitions = 10_001, "/repetitions"),
-        (|s| (s.repetitions, s.x) = (10_000, vec![vec![1.0, 2.0, 3.0]; 1200]), "/repetitions"),
+    let cases: [(Change, StudyField); 10] = [
+        (|s| s.x.clear(), StudyField::Matrix),
+        (|s| s.x[4] = vec![1.0], StudyField::Row(4)),
+        (|s| s.x.truncate(2), StudyField::Matrix),
+        (|s| s.coefficients = vec![1.0], StudyField::Coefficients),
+        (|s| s.noise_sigma = -1.0, StudyField::NoiseSigma),
+        (|s| s.levels.clear(), StudyField::Levels),
+        (|s| s.levels[1] = -0.1, StudyField::Level(1)),
+        (|s| s.repetitions = 0, StudyField::Repetitions),
+        (|s| s.repetitions = 10_001, StudyField::Repetitions),
+        (|s| (s.repetitions, s.x) = (10_000, vec![vec![1.0, 2.0, 3.0]; 1200]), StudyField::Repetitions),
     ];
-    for (change, pointer) in cases {
+    for (change, field) in cases {
         let mut setup = setup();
         change(&mut setup);
         let faults = Study::new(setup).unwrap_err();
-        assert_eq!(faults.list()[0].pointer, pointer);
+        assert_eq!(faults.list()[0].field, field);
     }
 }

@@ -27,12 +27,13 @@ use super::{
     data::{Form, Nodes, Sample},
     design::{bounding_box, checked_domain, within_knots},
     diagnostics::within_range,
-    error::{Faults, FitError},
+    error::FitError,
     fit::report,
     problem::{Evidence, LinearProblem},
     result::{FitResult, Warning},
     spec::FitSpec,
 };
+use crate::estimation::fault::{Faults, Field, NodeList};
 use crate::fault::words::Shown;
 pub use state::State;
 use sums::Sums;
@@ -81,7 +82,7 @@ impl Recursive {
     pub fn push(&mut self, nodes: &Nodes) -> Result<(), Faults> {
         let sample = Sample::new(nodes);
         if sample.count() == 0 {
-            return Err(Faults::one(nodes.heights_pointer(), "every node is missing or of weight 0"));
+            return Err(Faults::one(Field::List(nodes.heights()), "every node is missing or of weight 0"));
         }
         // the long look at the columns costs O(n³): it is for the first nodes on a box, and for
         // nodes far from 1
@@ -105,7 +106,7 @@ impl Recursive {
         sums.add(&sample, self.forgetting, self.spec.node_uncertainty.is_some());
         if !sums.is_finite() {
             return Err(Faults::one(
-                "/nodes",
+                Field::Nodes,
                 "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
             ));
         }
@@ -126,7 +127,10 @@ impl Recursive {
         };
         let design = sums.caller_design(&self.spec);
         let heights = sums.heights();
-        within_range(if sums.form == Form::Surface { "/nodes/z" } else { "/nodes/y" }, &heights)?;
+        within_range(
+            if sums.form == Form::Surface { Field::List(NodeList::Z) } else { Field::List(NodeList::Y) },
+            &heights,
+        )?;
         let factor = sums.factor(&design, &heights)?;
         let linear = LinearProblem {
             design: &design,

@@ -2,11 +2,11 @@
 //! the columns of a matrix.
 
 use super::boxes::roomy;
+use crate::estimation::fault::{Fault, Faults, Field, NodeList, Reason};
 use crate::{
     estimation::{
         data::{Form, Nodes, Sample},
         design::{self, Boxes, Design, bounding_box, product_on},
-        error::{Fault, Faults},
         regularized::check_admissible,
         spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
     },
@@ -18,13 +18,13 @@ use crate::{
 pub fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if !(forgetting > 0.0 && forgetting <= 1.0) {
-        faults.push("/forgetting_factor", format!("{} is not in (0, 1]", Shown(forgetting)));
+        faults.push(Field::ForgettingFactor, format!("{} is not in (0, 1]", Shown(forgetting)));
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push("/estimator/type", "a stream is estimated by least squares; refit its iteration with others");
+        faults.push(Field::EstimatorType, "a stream is estimated by least squares; refit its iteration with others");
     }
     if !spec.filters.is_empty() {
-        faults.push("/filters", "a stream has no neighbours to filter by; refit its iteration with filters");
+        faults.push(Field::Filters, "a stream has no neighbours to filter by; refit its iteration with filters");
     }
     check_domain(spec, &mut faults);
     faults.into_result(())?;
@@ -39,16 +39,19 @@ pub fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(Form, De
             (design::columns(sample, *columns, names.as_deref())?, ([0.0; 2], [0.0; 2]))
         }
         (Model::Linear, _) => {
-            return Err(Faults::one("/nodes/type", "the model `linear` takes nodes of type `matrix`"));
+            return Err(Faults::one(Field::NodesType, "the model `linear` takes nodes of type `matrix`"));
         }
         (_, Form::Matrix { .. }) => {
-            return Err(Faults::one("/nodes/type", "nodes of type `matrix` take the model `linear`"));
+            return Err(Faults::one(Field::NodesType, "nodes of type `matrix` take the model `linear`"));
         }
         (model, _) => {
             let surface = form == Form::Surface;
             if is_surface(spec).is_some_and(|told| told != surface) {
                 let what = if surface { "a curve" } else { "a surface" };
-                return Err(Faults::one("/nodes/type", format!("model and domain of the stream are those of {what}")));
+                return Err(Faults::one(
+                    Field::NodesType,
+                    format!("model and domain of the stream are those of {what}"),
+                ));
             }
             let (u, v) = bounding_box(sample);
             let domain = spec.domain.unwrap_or_default();
@@ -56,10 +59,10 @@ pub fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(Form, De
                 domain.u.unwrap_or_else(|| roomy(u)),
                 if surface { domain.v.unwrap_or_else(|| roomy(v)) } else { [0.0; 2] },
             );
-            (met_at(product_on(surface, model, boxes, boxes), "/nodes/type")?, boxes)
+            (met_at(product_on(surface, model, boxes, boxes), Field::NodesType)?, boxes)
         }
     };
-    let place = if matches!(form, Form::Matrix { .. }) { "/nodes/x" } else { "/nodes/type" };
+    let place = if matches!(form, Form::Matrix { .. }) { Field::List(NodeList::X) } else { Field::NodesType };
     met_at(check_admissible(&design, spec), place)?;
     Ok((form, design, boxes))
 }
@@ -105,26 +108,23 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
     let domain = spec.domain.unwrap_or_default();
     if spec.model == Model::Linear {
         if spec.domain.is_some() {
-            faults.push("/domain", "a measurement matrix has no domain");
+            faults.push(Field::Domain, "a measurement matrix has no domain");
         }
         return;
     }
-    for (name, range) in [("u", domain.u), ("v", domain.v)] {
+    for (field, range) in [(Field::DomainU, domain.u), (Field::DomainV, domain.v)] {
         if let Some([low, high]) = range
             && !(low < high && (high - low).is_finite())
         {
-            faults.push(
-                format!("/domain/{name}"),
-                format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)),
-            );
+            faults.push(field, format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)));
         }
     }
     if needs_domain(&spec.model) {
         const WHY: &str = "missing; a stream must know beforehand where a mapped basis or equal spans live";
         match (domain.u, domain.v, is_surface(spec)) {
-            (None, None, _) => faults.push("/domain", WHY),
-            (None, Some(_), _) => faults.push("/domain/u", WHY),
-            (Some(_), None, Some(true)) => faults.push("/domain/v", WHY),
+            (None, None, _) => faults.push(Field::Domain, WHY),
+            (None, Some(_), _) => faults.push(Field::DomainU, WHY),
+            (Some(_), None, Some(true)) => faults.push(Field::DomainV, WHY),
             _ => {}
         }
     }
@@ -145,8 +145,8 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
         (Err(curve), Err(surface)) => {
             let mut both = Faults::default();
             for (what, faults) in [("a curve", curve), ("a surface", surface)] {
-                for Fault { pointer, detail } in faults.list() {
-                    both.push(pointer, format!("for {what}: {detail}"));
+                for Fault { field, reason } in faults.list() {
+                    both.push(*field, format!("for {what}: {reason}"));
                 }
             }
             Err(both)
@@ -157,11 +157,11 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
 
 /// Faults of the stream's own model, met when its first block tells what the nodes are: at the
 /// `place` that told it.
-pub fn met_at<T>(result: Result<T, Faults>, place: &str) -> Result<T, Faults> {
+pub fn met_at<T>(result: Result<T, Faults>, place: Field) -> Result<T, Faults> {
     result.map_err(|faults| {
         let mut told = Faults::default();
-        for Fault { pointer, detail } in faults.list() {
-            told.push(place, format!("the stream's {pointer} does not suit these nodes: {detail}"));
+        for Fault { field, reason } in faults.list() {
+            told.push(place, Reason::Unsuited { field: *field, reason: Box::new(reason.clone()) });
         }
         told
     })

@@ -6,10 +6,10 @@
 //! directions, a constant among posted columns) stays with each kind.
 
 use super::{penalty, shrink, truncated};
+use crate::estimation::fault::{Faults, Field};
 use crate::{
     estimation::{
         design::Design,
-        error::Faults,
         selection::{filters::checked_count, selector::no_minimiser},
         spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
         spectrum::scaled_size,
@@ -17,8 +17,7 @@ use crate::{
     fault::words::{counted, entries},
 };
 
-/// Refuses a scaling and regularisation of `spec` that `design` rules out, by pointer into the
-/// request for a fit.
+/// Refuses a scaling and regularisation of `spec` that `design` rules out.
 pub fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let size = scaled_size(design, spec.scaling)?;
     match &spec.regularization {
@@ -51,7 +50,7 @@ fn check_target(target: &[f64], design: &Design) -> Result<(), Faults> {
         return Ok(());
     }
     Err(Faults::one(
-        "/regularization/target",
+        Field::Target,
         format!(
             "{}; the model has {}, in the order of the answer",
             entries(target.len()),

@@ -7,13 +7,13 @@
 //! order 0. Integrals run over the domain of the fit; those of B-splines over the span of their
 //! knots, all of which the functions live on.
 
+use crate::estimation::fault::{Faults, Field};
 use nalgebra::{DMatrix, DVector};
 
 use super::{context::Context, rational_penalty};
 use crate::{
     estimation::{
         design::{Axis, Basis, Design},
-        error::Faults,
         spec::{Scaling, Tikhonov},
     },
     fault::words::{Shown, counted},
@@ -31,13 +31,13 @@ const RANGE: std::ops::Range<f64> = 1e-140..1e140;
 pub fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -> Result<(), Faults> {
     let order = asked.order;
     if order > HIGHEST_ORDER {
-        return Err(Faults::one("/regularization/order", format!("{order} is not one of 0 to {HIGHEST_ORDER}")));
+        return Err(Faults::one(Field::Order, format!("{order} is not one of 0 to {HIGHEST_ORDER}")));
     }
     let weights = weights(asked, design);
     check_weights(&weights, is_surface(design))?;
     match &design.basis {
         Basis::Columns { .. } if order >= size => Err(Faults::one(
-            "/regularization/order",
+            Field::Order,
             format!(
                 "differences of order {order} need at least {} coefficients; there {}",
                 order + 1,
@@ -46,7 +46,7 @@ pub fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -
         )),
         Basis::Columns { .. } => Ok(()),
         Basis::Product { .. } if order == 0 && scaling == Scaling::Standardized => Err(Faults::one(
-            "/regularization/order",
+            Field::Order,
             "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order",
         )),
         Basis::Product { u, v } => {
@@ -60,7 +60,7 @@ pub fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -
                 return Ok(());
             }
             Err(Faults::one(
-                "/regularization/order",
+                Field::Order,
                 format!(
                     "derivatives of order {order} vanish for every function of this model: nothing would be penalised"
                 ),
@@ -107,7 +107,7 @@ pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults
     let largest = l.iter().map(|x| x.to_f64().abs()).fold(0.0, |a: f64, x| if x > a || x.is_nan() { x } else { a });
     if !RANGE.contains(&largest) {
         return Err(Faults::one(
-            "/regularization/weights",
+            Field::PenaltyWeights,
             "the square of this penalty leaves the range of double precision: choose other weights or another unit",
         ));
     }
@@ -128,16 +128,16 @@ fn check_weights(weights: &[f64], surface: bool) -> Result<(), Faults> {
     if weights.len() != if surface { 2 } else { 1 } {
         let what = if surface { "a surface takes two, [w_u, w_v]" } else { "a curve or a linear model takes one" };
         return Err(Faults::one(
-            "/regularization/weights",
+            Field::PenaltyWeights,
             format!("{}; {what}", counted(weights.len(), "weight", "weights")),
         ));
     }
     let mut faults = Faults::default();
     for (i, weight) in weights.iter().enumerate().filter(|(_, w)| **w < 0.0 || !w.is_finite()) {
-        faults.push(format!("/regularization/weights/{i}"), format!("{} is negative or not finite", Shown(*weight)));
+        faults.push(Field::PenaltyWeight(i), format!("{} is negative or not finite", Shown(*weight)));
     }
     if weights.iter().all(|w| *w == 0.0) {
-        faults.push("/regularization/weights", "at least one weight must be greater than 0");
+        faults.push(Field::PenaltyWeights, "at least one weight must be greater than 0");
     }
     faults.into_result(())
 }

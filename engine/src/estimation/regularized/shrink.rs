@@ -11,8 +11,9 @@ use super::{
     report::report,
     target::AttractionTarget,
 };
+use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
-    error::{Faults, FitError},
+    error::FitError,
     result::{Choice, LambdaCurvePoint, RegularizationKind, RegularizationReport, Warning},
     selection::{
         Rule, Search, Spectral, Unavailable, range,
@@ -27,7 +28,7 @@ pub fn check_directions(p: usize) -> Result<(), Faults> {
         return Ok(());
     }
     Err(Faults::one(
-        "/regularization/type",
+        Field::RegularizationType,
         format!("James–Stein needs three directions to shrink; there are {p} here (the grand mean takes one)"),
     ))
 }

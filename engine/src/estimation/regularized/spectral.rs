@@ -1,6 +1,7 @@
 //! None, the matrix B (Eqs. 27–48) and ridge: filters on the eigenvectors of the Fisher information
 //! matrix.
 
+use crate::estimation::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
 use super::{
@@ -11,7 +12,7 @@ use super::{
 };
 use crate::estimation::{
     diagnostics::perturbation,
-    error::{Faults, FitError},
+    error::FitError,
     estimate::{Estimate, residuals},
     problem::{Evidence, matrix_b},
     result::{BiasReport, Choice, RegularizationKind, RegularizationReport, Warning},
@@ -157,7 +158,7 @@ impl AppliedFilter<'_> {
         let (m, n) = (sample.count(), linear.design.size());
         if m * n > MOST_OF_B {
             return Err(Faults::one(
-                "/include",
+                Field::Include,
                 format!("B has {m} × {n} entries here; at most {MOST_OF_B} are answered"),
             )
             .into());

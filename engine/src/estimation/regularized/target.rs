@@ -5,6 +5,7 @@
 //! X̃ᵀΩ1/Σw`), the estimate is `(cI + (1−c)Π) Â`, and its variance is that of the mean plus c²
 //! times the rest, for the two are independent.
 
+use crate::estimation::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
 use super::{
@@ -14,7 +15,7 @@ use super::{
 use crate::{
     estimation::{
         design::{Axis, Basis},
-        error::{Faults, FitError},
+        error::FitError,
         estimate::Estimate,
         factor::multiply_upper_vector,
         problem::Evidence,
@@ -70,7 +71,7 @@ impl<'a> AttractionTarget<'a> {
         }
         let Some(constant) = Constant::new(context) else {
             return Err(Faults::one(
-                "/regularization/variant",
+                Field::Variant,
                 "`efron_morris` shrinks to the grand mean, which these columns cannot make: give a target",
             )
             .into());

@@ -14,6 +14,7 @@
 //! * there is no B, hence no scheme, count, γ, e, Ineqs. 48 and 51, and no perturbation bound of `X
 //!   + B`.
 
+use crate::estimation::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
 use super::{
@@ -26,7 +27,7 @@ use super::{
 };
 use crate::{
     estimation::{
-        error::{Faults, FitError},
+        error::FitError,
         estimate::{Estimate, directions},
         factor::multiply_upper_vector,
         result::{RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
@@ -49,7 +50,7 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
     let mut pair = Pair::new(&factor.r, &l, rank).map_err(|fault| match fault {
         PairFault::NotConverged => NOT_CONVERGED,
         PairFault::Undetermined => Faults::one(
-            "/regularization/order",
+            Field::Order,
             "nodes and penalty together leave a combination of coefficients free: take a lower order or more nodes",
         )
         .into(),
@@ -59,7 +60,9 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
         working[constant.index] = Dd::ONE;
         multiply_upper_vector(&factor.change, &mut working);
         if !pair.turn_last_to(&working) {
-            return Err(Faults::one("/scaling", "`standardized` needs a constant that the penalty leaves free").into());
+            return Err(
+                Faults::one(Field::Scaling, "`standardized` needs a constant that the penalty leaves free").into()
+            );
         }
     }
     // coefficients along the directions; of those that the nodes do not see, what the minimum norm
@@ -107,11 +110,9 @@ pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -
     context.judge(&selection.choices, &figures, warnings);
     let eigenvalues = match chosen {
         Some(lambda) if !oblique.within_range(lambda) => {
-            return Err(Faults::one(
-                "/regularization/parameter",
-                "λ times this penalty leaves the range of double precision",
-            )
-            .into());
+            return Err(
+                Faults::one(Field::Parameter, "λ times this penalty leaves the range of double precision").into()
+            );
         }
         Some(lambda) => oblique.eigenvalues(lambda).ok_or(NOT_CONVERGED)?,
         None => spectrum.lambda.clone(),

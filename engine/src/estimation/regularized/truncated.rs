@@ -10,8 +10,9 @@ use super::{
     context::{Applied, Context},
     report::{condition, report},
 };
+use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
-    error::{Faults, FitError},
+    error::FitError,
     estimate::{Estimate, residuals},
     result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
     selection::{Filtered, Rule, Spectral},
@@ -23,7 +24,7 @@ pub fn check_rank(rank: usize, there: usize, what: &str) -> Result<(), Faults> {
         return Ok(());
     }
     let detail = format!("{rank} of {there} {what} in the scaled columns: at least 1, at most all");
-    Err(Faults::one("/regularization/rank", detail))
+    Err(Faults::one(Field::Rank, detail))
 }
 
 /// Keeps the `rank` largest singular values.

@@ -21,9 +21,10 @@ use super::{
     random::SplitMix,
     rows::{Rows, dot, weighted_solution},
 };
+use crate::estimation::fault::{Faults, Field};
 use crate::{
     estimation::{
-        error::{Faults, FitError},
+        error::FitError,
         factor::Factor,
         result::{LocalSolution, Warning},
         spec::DEFAULT_COVERAGE,
@@ -55,7 +56,7 @@ pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome
     let (m, n) = (rows.count(), rows.n);
     if m <= n {
         return Err(Faults::one(
-            "/estimator/type",
+            Field::EstimatorType,
             format!(
                 "least trimmed squares needs more nodes than coefficients to leave any out: there are {m} for {n} \
                  coefficients"
@@ -70,7 +71,7 @@ pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome
     let factor = Factor::new(design, &sample.reweighted(&weights))?;
     if factor.working.is_none() {
         return Err(Faults::one(
-            "/estimator/coverage",
+            Field::Coverage,
             format!("the {h} nodes of the least trimmed sum do not determine {n} coefficients: raise the coverage"),
         )
         .into());

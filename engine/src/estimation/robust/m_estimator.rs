@@ -22,9 +22,10 @@ use super::{
     outcome::{Measured, Outcome, Solved, Weighting},
     scale::scale,
 };
+use crate::estimation::fault::{Faults, Field};
 use crate::{
     estimation::{
-        error::{Faults, FitError},
+        error::FitError,
         factor::{Factor, Precision, Wanted, residual_pass},
         result::{LocalSolution, Warning},
         spec::{MEstimator, ScaleRule, Start},
@@ -84,7 +85,7 @@ pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitE
         stand = Some((factor, omega));
     }
     let Some((factor, omega)) = stand else {
-        return Err(Faults::one("/estimator/max_iterations", "at least one iteration is needed").into());
+        return Err(Faults::one(Field::MaxIterations, "at least one iteration is needed").into());
     };
     let mut warnings = Vec::new();
     if !converged {
@@ -141,13 +142,13 @@ fn dispersion(asked: &MEstimator, residuals: &[f64], s: f64, n: usize) -> Option
 /// usual is at fault, if it is one thing.
 fn too_few(asked: &MEstimator, omega: &[f64], n: usize) -> FitError {
     let left = omega.iter().filter(|w| **w > 0.0).count();
-    let pointer = match (matches!(asked.scale, ScaleRule::Fixed(_)), asked.loss.is_usual()) {
-        (false, false) => "/estimator/tuning",
-        (true, true) => "/estimator/scale/value",
-        _ => "/estimator",
+    let field = match (matches!(asked.scale, ScaleRule::Fixed(_)), asked.loss.is_usual()) {
+        (false, false) => Field::Tuning,
+        (true, true) => Field::ScaleValue,
+        _ => Field::Estimator,
     };
     Faults::one(
-        pointer,
+        field,
         format!(
             "{left} of {} nodes keep a weight, which do not determine {n} coefficients: choose a larger scale or \
              tuning \

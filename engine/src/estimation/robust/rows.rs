@@ -6,10 +6,11 @@
 //! least squares plus `R⁻¹x`.
 
 use super::outcome::Measured;
+use crate::estimation::fault::{Faults, Field};
 use crate::{
     estimation::{
         design::Row,
-        error::{Faults, FitError},
+        error::FitError,
         factor::{Precision, Wanted, residual_pass},
     },
     numerics::{Dd, Real, cancel::Asking, triangular},
@@ -35,7 +36,7 @@ impl Rows {
         let (m, n) = (sample.count(), design.size());
         if m * n > MOST {
             return Err(Faults::one(
-                "/estimator/type",
+                Field::EstimatorType,
                 format!(
                     "this estimator holds {m} nodes × {n} coefficients at once; at most {MOST} numbers are taken: \
                      use an m_estimator, or fewer nodes"

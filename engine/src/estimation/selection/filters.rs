@@ -7,8 +7,9 @@ use super::{
     selector::{Comparison, ParameterProblem, Selection, select},
     spectral::Spectral,
 };
+use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
-    error::{Faults, FitError},
+    error::FitError,
     result::{Choice, LambdaCurvePoint, RegularizationKind, Warning},
     spec::{Count, Criterion, Parameter, Regularization, Scheme},
 };
@@ -59,7 +60,7 @@ pub fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
         return Ok(count);
     }
     Err(Faults::one(
-        "/regularization/count",
+        Field::Count,
         format!(
             "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {}",
             all.saturating_sub(1)

@@ -6,8 +6,9 @@
 //! the same for all of them.
 
 use super::search::Unavailable;
+use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
-    error::{Faults, FitError},
+    error::FitError,
     result::{Choice, LambdaCurvePoint, Warning},
     spec::{Criterion, Parameter},
 };
@@ -121,20 +122,20 @@ pub fn warn_of_missing_sigma(what: &str, warnings: &mut Vec<Warning>) {
 
 /// Why a criterion cannot be had of a regularisation at all.
 pub fn no_minimiser(wanted: Criterion) -> Faults {
-    let pointer = "/regularization/parameter/criterion";
+    let field = Field::Criterion;
     match wanted {
         Criterion::MinCondition => Faults::one(
-            pointer,
+            field,
             "there is no parameter of least condition: the condition falls for ever, or does not change at all",
         ),
         Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang => Faults::one(
-            pointer,
+            field,
             format!(
                 "`{}` is for ridge, and needs coefficients that are not all 0 (`hkb_1975` one, the others three)",
                 wanted.name()
             ),
         ),
-        _ => Faults::one(pointer, format!("`{}` is not for this regularisation", wanted.name())),
+        _ => Faults::one(field, format!("`{}` is not for this regularisation", wanted.name())),
     }
 }
 

@@ -4,12 +4,13 @@
 //! * `standardized`: columns centred and divided by √mean((x−x̄)²); the constant drops out of the
 //!   analysis and is estimated without penalty, so `X̃` has one column less.
 
+use crate::estimation::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
 use crate::{
     estimation::{
         design::{Basis, Design},
-        error::{Faults, FitError},
+        error::FitError,
         factor::Factor,
         spec::Scaling,
     },
@@ -100,7 +101,9 @@ pub fn scaled_size(design: &Design, scaling: Scaling) -> Result<usize, Faults> {
                 constant_of(design)?;
             }
             match n {
-                0 | 1 => Err(Faults::one("/scaling", "`standardized` leaves one column aside, and there is no other")),
+                0 | 1 => {
+                    Err(Faults::one(Field::Scaling, "`standardized` leaves one column aside, and there is no other"))
+                }
                 n => Ok(n - 1),
             }
         }
@@ -109,7 +112,10 @@ pub fn scaled_size(design: &Design, scaling: Scaling) -> Result<usize, Faults> {
 
 fn constant_of(design: &Design) -> Result<usize, Faults> {
     design.constant.ok_or_else(|| {
-        Faults::one("/scaling", "`standardized` needs exactly one constant column or term, which it leaves unpenalised")
+        Faults::one(
+            Field::Scaling,
+            "`standardized` needs exactly one constant column or term, which it leaves unpenalised",
+        )
     })
 }
 

@@ -11,6 +11,7 @@ use super::{
 use crate::{
     api::{
         built::Built,
+        faults::Field,
         fits::{
             answer::{result::FitResultBody, text},
             canonical,
@@ -23,7 +24,7 @@ use crate::{
     jobs::Measurand,
 };
 use flankfit_engine::{
-    estimation::{FitError, Nodes, result::Warning, spec::Include},
+    estimation::{Field as FitField, FitError, NodeList, Nodes, result::Warning, spec::Include},
     gear::{
         Gear,
         correction::{Change, Correction, Limit, Predicted, Solution, Trust},
@@ -220,12 +221,12 @@ pub fn build(
 
 /// A fit that was refused, by places in the request.
 fn refused(error: FitError) -> Problem {
-    let place = |pointer: &str| match pointer {
+    let place = |field: &FitField| match field.list() {
         // the deviations of an iteration have been fitted before
-        pointer if pointer.starts_with("/nodes/y") => "/target_um".to_owned(),
-        pointer if pointer.starts_with("/nodes/weight") => "/weight".to_owned(),
-        pointer if pointer.starts_with("/nodes") || pointer.starts_with("/model") => "/sensitivity".to_owned(),
-        pointer => pointer.to_owned(),
+        Some(NodeList::Y) => "/target_um".to_owned(),
+        Some(NodeList::Weight) => "/weight".to_owned(),
+        _ if field.is_of_nodes() || field.is_of_model() => "/sensitivity".to_owned(),
+        _ => field.pointer(),
     };
     Problem::of_fit(error, place)
 }

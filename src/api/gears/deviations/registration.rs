@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
+    faults::Field,
     fits::answer::{result::FitResultBody, text},
     gears::faults,
     json::writer::Json,
@@ -89,10 +90,10 @@ pub struct IndistinguishableBody {
 
 /// A refused registration, by places in the request.
 pub fn refused(error: RegistrationRefused) -> Problem {
-    faults::refused(error, |pointer| match pointer {
-        pointer if pointer.starts_with("/nodes") => "/points".to_owned(),
-        pointer if pointer.starts_with("/model") => "/registration/motions".to_owned(),
-        pointer => pointer.to_owned(),
+    faults::refused(error, |field| match field {
+        field if field.is_of_nodes() => "/points".to_owned(),
+        field if field.is_of_model() => "/registration/motions".to_owned(),
+        field => field.pointer(),
     })
 }
 

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::api::{
     built::Built,
-    faults::Faults,
+    faults::{Faults, Field},
     fits::{
         answer::{result::FitResultBody, text},
         canonical,
@@ -224,10 +224,9 @@ fn flat(posted: Posted, columns: usize, faults: &mut Faults) -> Vec<f64> {
 
 /// A refused fit, by places in the request.
 fn refused(error: SurfaceRefused) -> Problem {
-    faults::refused(error, |pointer| match pointer {
-        pointer if pointer.starts_with("/nodes") => "/deviation_um".to_owned(),
-        pointer if pointer.starts_with("/model") => "/deviation_um".to_owned(),
-        pointer => pointer.to_owned(),
+    faults::refused(error, |field| match field {
+        field if field.is_of_nodes() || field.is_of_model() => "/deviation_um".to_owned(),
+        field => field.pointer(),
     })
 }
 

@@ -1,0 +1,222 @@
+//! Which part of a request for a fit is at fault, and why.
+
+use std::borrow::Cow;
+
+use crate::fault::{self, Common};
+
+/// A list that nodes consist of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NodeList {
+    /// Abscissae of a curve, or rows of a measurement matrix.
+    X,
+    /// Heights of a curve or of a measurement matrix.
+    Y,
+    /// First abscissae of a surface.
+    U,
+    /// Second abscissae of a surface.
+    V,
+    /// Heights of a surface.
+    Z,
+    /// Weights.
+    Weight,
+    /// Which nodes of a grid are there.
+    Valid,
+    /// Names of columns.
+    Names,
+}
+
+/// A part of what is asked for; indices count from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// The nodes.
+    Nodes,
+    /// Which kind of nodes they are.
+    NodesType,
+    /// One of their lists.
+    List(NodeList),
+    /// An entry of a list.
+    Entry(NodeList, usize),
+    /// An entry of a list in rows: row and column.
+    Cell(NodeList, usize, usize),
+    /// The domain.
+    Domain,
+    /// Its range of u, or of x.
+    DomainU,
+    /// Its range of v.
+    DomainV,
+    /// The model.
+    Model,
+    /// Which kind of model it is.
+    ModelType,
+    /// Its degree.
+    Degree,
+    /// Its knots.
+    Knots,
+    /// A knot of a curve.
+    Knot(usize),
+    /// The knots of an axis of a surface.
+    AxisKnots(usize),
+    /// A knot of an axis: axis and knot.
+    AxisKnot(usize, usize),
+    /// Its number of spans.
+    Spans,
+    /// The number of spans of an axis.
+    AxisSpans(usize),
+    /// The weights of NURBS.
+    ControlWeights,
+    /// A weight of a curve.
+    ControlWeight(usize),
+    /// A weight of a surface: row and column.
+    NetWeight(usize, usize),
+    /// The scaling of columns.
+    Scaling,
+    /// The regularisation.
+    Regularization,
+    /// Which kind of regularisation it is.
+    RegularizationType,
+    /// The order of a penalty.
+    Order,
+    /// The weights of a penalty.
+    PenaltyWeights,
+    /// A weight of a penalty.
+    PenaltyWeight(usize),
+    /// The parameter.
+    Parameter,
+    /// The criterion that chooses it.
+    Criterion,
+    /// How many singular values are kept.
+    Rank,
+    /// How many eigenvalues are regularised.
+    Count,
+    /// What coefficients are drawn to.
+    Target,
+    /// Which variant of shrinkage.
+    Variant,
+    /// The estimator.
+    Estimator,
+    /// Which kind of estimator it is.
+    EstimatorType,
+    /// The share of nodes that a trimmed sum keeps.
+    Coverage,
+    /// The limit of iterations.
+    MaxIterations,
+    /// The tuning constant.
+    Tuning,
+    /// A scale that is given.
+    ScaleValue,
+    /// r of Ineq. 51.
+    CoefficientNormLimit,
+    /// σ.
+    NoiseSigma,
+    /// Uncertainty of the nodes.
+    NodeUncertainty,
+    /// What is answered only when asked for.
+    Include,
+    /// The filters.
+    Filters,
+    /// One of them.
+    Filter(usize),
+    /// Which kind of filter it is.
+    FilterType(usize),
+    /// The axis that it runs along.
+    FilterAxis(usize),
+    /// Its window.
+    FilterWindow(usize),
+    /// Its cut-off.
+    FilterCutoff(usize),
+    /// The forgetting factor of a stream.
+    ForgettingFactor,
+}
+
+impl Field {
+    /// Whether it is of the nodes.
+    pub fn is_of_nodes(self) -> bool {
+        use Field::*;
+        matches!(self, Nodes | NodesType | List(_) | Entry(..) | Cell(..))
+    }
+
+    /// Whether it is of the model.
+    pub fn is_of_model(self) -> bool {
+        use Field::*;
+        matches!(
+            self,
+            Model
+                | ModelType
+                | Degree
+                | Knots
+                | Knot(_)
+                | AxisKnots(_)
+                | AxisKnot(..)
+                | Spans
+                | AxisSpans(_)
+                | ControlWeights
+                | ControlWeight(_)
+                | NetWeight(..)
+        )
+    }
+
+    /// Whether it is of the regularisation.
+    pub fn is_of_regularization(self) -> bool {
+        use Field::*;
+        matches!(
+            self,
+            Regularization
+                | RegularizationType
+                | Order
+                | PenaltyWeights
+                | PenaltyWeight(_)
+                | Parameter
+                | Criterion
+                | Rank
+                | Count
+                | Target
+                | Variant
+        )
+    }
+
+    /// The list that it is or belongs to.
+    pub fn list(self) -> Option<NodeList> {
+        match self {
+            Field::List(list) | Field::Entry(list, _) | Field::Cell(list, ..) => Some(list),
+            _ => None,
+        }
+    }
+}
+
+/// Why it is at fault.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Reason {
+    /// What is wrong with numbers of any kind.
+    #[error(transparent)]
+    Common(#[from] Common),
+    /// A part of a stream's request that its nodes turn out not to fit.
+    #[error("the stream's {field:?} does not suit these nodes: {reason}")]
+    Unsuited {
+        /// The part.
+        field: Field,
+        /// Why not.
+        reason: Box<Reason>,
+    },
+    /// In words, with the numbers that matter.
+    #[error("{0}")]
+    Words(Cow<'static, str>),
+}
+
+impl From<&'static str> for Reason {
+    fn from(words: &'static str) -> Self {
+        Reason::Words(words.into())
+    }
+}
+
+impl From<String> for Reason {
+    fn from(words: String) -> Self {
+        Reason::Words(words.into())
+    }
+}
+
+/// A fault of a request for a fit.
+pub type Fault = fault::Fault<Field, Reason>;
+
+/// Faults of a request for a fit.
+pub type Faults = fault::Faults<Field, Reason>;
