@@ -11,19 +11,34 @@ use crate::{
     api::{measurand::axes::MeasurandBody, problem::Problem},
     telemetry,
 };
-use flankfit_engine::estimation::{self, FitSpec, Nodes, Plans, near};
+use flankfit_engine::estimation::{self, FitResult, FitSpec, Nodes, Plans, near};
 
-/// Fits and writes the answer. Processor work.
-pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {
+/// A fit and its texts.
+pub struct Written {
+    pub result: FitResult,
+    /// What was asked, with every default.
+    pub spec: String,
+    /// The answer.
+    pub text: Vec<u8>,
+}
+
+/// Fits and writes the answer, with what was asked where `with_spec`. Processor work.
+pub fn write(nodes: &Nodes, spec: &FitSpec, plans: &Plans, with_spec: bool) -> Result<Written, Problem> {
     let begun = Instant::now();
     let result = estimation::fit_remembering(nodes, spec, plans)?;
     let asked = json::to_json(spec);
     let digest = canonical::input_sha256_by(nodes, spec, &asked);
     let shape = near::shape_of(spec, &result);
-    let answer = FitAnswer { result: &result, shape: shape.as_ref(), input_sha256: &digest, spec: Some(&asked) };
+    let told = with_spec.then_some(asked.as_str());
+    let answer = FitAnswer { result: &result, shape: shape.as_ref(), input_sha256: &digest, spec: told };
     let text = text::write_answer(&answer, spec.include).map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
-    Ok(text)
+    Ok(Written { result, spec: asked, text })
+}
+
+/// Fits and writes the answer with what was asked. Processor work.
+pub fn fit(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Vec<u8>, Problem> {
+    write(nodes, spec, plans, true).map(|written| written.text)
 }
 
 /// A JSON fit request in, the JSON answer out. Processor work.

@@ -1,6 +1,6 @@
 //! Fits of jobs: computed and written down once, and computed again for a replay.
 
-use std::{sync::Arc, time::Instant};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -9,17 +9,16 @@ use utoipa::ToSchema;
 use crate::{
     api::{
         fits::{
-            answer::text,
-            canonical, reader,
-            spec::{include, json},
+            reader,
+            service::{self, Written},
+            spec::include,
         },
         json::merge,
         problem::Problem,
     },
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
-    telemetry,
 };
-use flankfit_engine::estimation::{self, FitSpec, Nodes, Plans, near, spec::Include};
+use flankfit_engine::estimation::{FitSpec, Nodes, Plans, spec::Include};
 
 /// What a replay is told: nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -59,16 +58,9 @@ impl From<Replay> for ReplayBody {
 
 /// Fits and writes down what is stored of it. Processor work.
 pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed, Problem> {
-    let begun = Instant::now();
-    let result = estimation::fit_remembering(nodes, spec, plans)?;
-    let figures = Figures::of(&result);
-    let asked = json::to_json(spec);
-    let digest = canonical::input_sha256_by(nodes, spec, &asked);
-    let text = text::write(&result, near::shape_of(spec, &result).as_ref(), &digest, spec.include)
-        .map_err(Problem::internal)?;
+    let Written { result, spec, text } = service::write(nodes, spec, plans, false)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
-    telemetry::record_fit(nodes.posted(), begun.elapsed());
-    Ok(Computed { spec: asked.into(), result: text.into(), figures })
+    Ok(Computed { spec: spec.into(), result: text.into(), figures: Figures::of(&result) })
 }
 
 /// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and
