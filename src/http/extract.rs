@@ -1,9 +1,7 @@
 //! Extractors whose refusals are problems.
 
 use axum::{
-    extract::{
-        FromRequest, FromRequestParts, Path, Query, RawPathParams, Request, path::ErrorKind, rejection::PathRejection,
-    },
+    extract::{FromRequest, FromRequestParts, Path, Query, Request, path::ErrorKind, rejection::PathRejection},
     http::request::Parts,
 };
 use serde::de::DeserializeOwned;
@@ -18,21 +16,57 @@ use crate::api::{
 /// Path parameters; an id of the wrong form is an id that does not exist (404).
 pub struct PathOf<T>(pub T);
 
-impl<T: DeserializeOwned + Send> FromRequestParts<AppState> for PathOf<T> {
+impl<T: Segments> FromRequestParts<AppState> for PathOf<T> {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Problem> {
-        let unusual = match RawPathParams::from_request_parts(parts, state).await {
-            Ok(segments) => segments.iter().find_map(|(name, segment)| unusual(name, segment)),
-            Err(_) => None,
-        };
-        let Path(value) = Path::from_request_parts(parts, state)
+        let nothing = |detail: String| Problem::new(ProblemCode::NotFound, detail);
+        let Path(segments) = Path::<Vec<(String, String)>>::from_request_parts(parts, state)
             .await
-            .map_err(|rejection| Problem::new(ProblemCode::NotFound, misread_path(rejection)))?;
-        match unusual {
+            .map_err(|rejection| nothing(unreadable(rejection)))?;
+        let value = T::read(&mut segments.iter()).map_err(nothing)?;
+        match segments.iter().find_map(|(name, segment)| unusual(name, segment)) {
             None => Ok(PathOf(value)),
-            Some(detail) => Err(Problem::new(ProblemCode::NotFound, detail)),
+            Some(detail) => Err(nothing(detail)),
         }
+    }
+}
+
+/// What the parameters of a path are read into, one after the other.
+pub trait Segments: Sized {
+    /// The value, or what to say of the parameter that is none.
+    fn read<'a>(segments: &mut impl Iterator<Item = &'a (String, String)>) -> Result<Self, String>;
+}
+
+impl Segments for Uuid {
+    fn read<'a>(segments: &mut impl Iterator<Item = &'a (String, String)>) -> Result<Self, String> {
+        let (name, segment) = segments.next().ok_or(NOTHING)?;
+        Uuid::try_parse(segment).map_err(|_| misread(segment, &format!(", {name},"), UUID))
+    }
+}
+
+impl Segments for u32 {
+    fn read<'a>(segments: &mut impl Iterator<Item = &'a (String, String)>) -> Result<Self, String> {
+        let (_, segment) = segments.next().ok_or(NOTHING)?;
+        segment.parse().map_err(|_| misread(segment, "", NUMBER))
+    }
+}
+
+impl Segments for String {
+    fn read<'a>(segments: &mut impl Iterator<Item = &'a (String, String)>) -> Result<Self, String> {
+        segments.next().map(|(_, segment)| segment.clone()).ok_or(NOTHING.to_owned())
+    }
+}
+
+impl<A: Segments, B: Segments> Segments for (A, B) {
+    fn read<'a>(segments: &mut impl Iterator<Item = &'a (String, String)>) -> Result<Self, String> {
+        Ok((A::read(segments)?, B::read(segments)?))
+    }
+}
+
+impl<A: Segments, B: Segments, C: Segments> Segments for (A, B, C) {
+    fn read<'a>(segments: &mut impl Iterator<Item = &'a (String, String)>) -> Result<Self, String> {
+        Ok((A::read(segments)?, B::read(segments)?, C::read(segments)?))
     }
 }
 
@@ -46,23 +80,23 @@ fn unusual(name: &str, segment: &str) -> Option<String> {
     differs.then(|| format!("The path names nothing: its segment `{segment}`, {name}, is written `{usual}`."))
 }
 
-/// Which segment of the path is not what it must be. Segments are numbers or UUIDs.
-fn misread_path(rejection: PathRejection) -> String {
-    let PathRejection::FailedToDeserializePathParams(failed) = rejection else {
-        return "The path names nothing.".to_owned();
-    };
-    let (name, value, form) = match failed.into_kind() {
-        ErrorKind::DeserializeError { key, value, .. } => (Some(key), value, UUID),
-        ErrorKind::ParseErrorAtKey { key, value, .. } => (Some(key), value, NUMBER),
-        ErrorKind::ParseErrorAtIndex { value, .. } | ErrorKind::ParseError { value, .. } => (None, value, NUMBER),
-        ErrorKind::InvalidUtf8InPathParam { key } => return format!("The path segment `{key}` is not UTF-8."),
-        _ => return "The path names nothing.".to_owned(),
-    };
-    let name = name.map_or(String::new(), |name| format!(", {name},"));
-    let value: String = value.chars().take(64).collect();
-    format!("The path names nothing: its segment `{value}`{name} must be {form}.")
+/// What to say of a segment that is not what it must be.
+fn misread(segment: &str, name: &str, form: &str) -> String {
+    let segment: String = segment.chars().take(64).collect();
+    format!("The path names nothing: its segment `{segment}`{name} must be {form}.")
 }
 
+/// What to say of a path whose segments are no text.
+fn unreadable(rejection: PathRejection) -> String {
+    if let PathRejection::FailedToDeserializePathParams(failed) = rejection
+        && let ErrorKind::InvalidUtf8InPathParam { key } = failed.into_kind()
+    {
+        return format!("The path segment `{key}` is not UTF-8.");
+    }
+    NOTHING.to_owned()
+}
+
+const NOTHING: &str = "The path names nothing.";
 const UUID: &str = "a UUID such as 0190b0de-0000-7000-8000-000000000000";
 const NUMBER: &str = "a whole number from 1 on";
 
