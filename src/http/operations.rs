@@ -18,7 +18,7 @@ use utoipa::openapi::{
 use crate::{
     api::{
         faults::Faults,
-        json::{pointer::escape, wording::alternatives},
+        json::{place::escape, wording::alternatives},
         problem::{Problem, ProblemCode},
     },
     http::accept,

@@ -19,6 +19,7 @@ use crate::{
         },
         json::{
             extra::Extra,
+            id::id,
             present::present,
             text::{LongText, Moment, ShortText},
             writer::{Json, Object},
@@ -140,6 +141,7 @@ impl Extra for Why {
 #[schema(as = ChosenFit)]
 pub struct ChosenFitBody {
     /// A fit of this iteration.
+    #[serde(deserialize_with = "id")]
     pub fit_id: Uuid,
     /// Kept in the trace.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]

@@ -170,6 +170,13 @@ impl<'a> Cursor<'a> {
         Some(value + 0.0)
     }
 
+    /// A number, and how it is written.
+    pub fn number_and_text(&mut self) -> Result<(f64, &'a [u8]), Syntax> {
+        let begin = self.at;
+        let value = self.number()?;
+        Ok((value, &self.text[begin..self.at]))
+    }
+
     #[inline(never)]
     fn unusual_number(&mut self) -> Result<f64, Syntax> {
         let rest = &self.text[self.at..];

@@ -9,7 +9,7 @@ use super::{
     error::{ReadError, malformed},
     nulls,
     numbers::Numbers,
-    pointer::escape,
+    place::escape,
     wording::no_such_field,
 };
 use crate::api::faults::Faults;

@@ -7,7 +7,7 @@
 
 use super::{
     cursor::{Cursor, Syntax, Token},
-    pointer::escape,
+    place::escape,
 };
 use crate::api::faults::Faults;
 

@@ -6,8 +6,6 @@ use std::collections::BTreeMap;
 use jiff::{Timestamp, civil::date, fmt::temporal::DateTimePrinter, tz::TimeZone};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-use super::unique::Unique;
-
 /// Characters of a name, a number, an operator …
 pub const SHORT: usize = 200;
 /// Characters of a note or a reason.
@@ -97,7 +95,7 @@ pub struct Tags(pub BTreeMap<String, String>);
 
 impl<'de> Deserialize<'de> for Tags {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Unique(tags) = Unique::<TagValue>::deserialize(deserializer)?;
+        let tags = BTreeMap::<String, TagValue>::deserialize(deserializer)?;
         if tags.len() > MOST_TAGS {
             return Err(D::Error::custom(format_args!("{} tags; at most {MOST_TAGS} are kept", tags.len())));
         }

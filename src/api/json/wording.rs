@@ -1,10 +1,9 @@
-//! What serde says of a wrong value, in the words of the contract.
-//!
-//! serde names Rust's types (`usize`, `struct Tag`) and repeats the caller's text however long it
-//! is. Messages come in a few forms; one that is in none of them was written here in the first
-//! place, and stays.
+//! What is said of a wrong value, in the words of the contract: no type of Rust, and no text of the
+//! caller's at any length.
 
 use std::borrow::Cow;
+
+use serde::de::Unexpected;
 
 use super::nearest::nearest;
 use flankfit_engine::fault::words::{Shown, entries};
@@ -12,32 +11,41 @@ use flankfit_engine::fault::words::{Shown, entries};
 /// Characters of the caller's text that a message repeats.
 const REPEATED: usize = 64;
 
-/// What ids are.
-pub const UUID: &str = "a UUID such as 0190b0de-0000-7000-8000-000000000000, in quotes";
+/// Of a number that no double holds.
+pub const BEYOND: &str = "the number is beyond double precision (about 1.8e308)";
+/// Of what is no string where a name is wanted.
+pub const NAME_WANTED: &str = "expected one of the names that are offered here, in quotes";
 
-/// The message, without the place in the slice (which is not the place in the request), and the
-/// field that it speaks of when that is unknown, missing or twice.
-pub fn explain(message: &str) -> (Option<String>, String) {
-    let message = message.rsplit_once(" at line ").map_or(message, |(before, _)| before);
-    // The caller's text may hold anything, so what serde says after it is looked for from the end.
-    let named = |prefix: &str| {
-        let rest = message.strip_prefix(prefix)?;
-        let bare = rest.strip_suffix("`, there are no fields").or(rest.strip_suffix('`')).unwrap_or(rest);
-        Some(rest.rsplit_once("`, expected ").unwrap_or((bare, "")))
-    };
-    if let Some((name, known)) = named("unknown field `") {
-        // serde lists them as "`a`, `b`", "`a` or `b`" or "one of `a`, `b`": every second piece
-        // between the quotes is a name
-        let names: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
-        return (Some(name.to_owned()), no_such_field(name, &names));
+/// What to say of a value of another kind or range than `expected`.
+pub fn mismatch(found: Unexpected, expected: &str) -> String {
+    let wanted = wanted(expected);
+    let found = shown(found, wanted.contains("whole number"));
+    format!("expected {wanted}, found {found}")
+}
+
+/// What to say of an array with too few entries for what `expected` says.
+pub fn too_short(length: usize, expected: &str) -> String {
+    format!("expected {}, found {}", wanted(expected), entries(length))
+}
+
+/// What to say of an array with more entries than there may be.
+pub fn too_long(most: usize, length: usize) -> String {
+    format!("expected an array of {}, found {}", entries(most), entries(length))
+}
+
+/// What to say of a name that is none of those known.
+pub fn unknown_name(name: &str, known: &str) -> String {
+    format!("`{}` is not known; expected {known}", shortened(name))
+}
+
+/// Names to choose from.
+pub fn one_of(names: &[&str]) -> String {
+    match names {
+        [] => "none".to_owned(),
+        [name] => format!("`{name}`"),
+        [a, b] => format!("`{a}` or `{b}`"),
+        names => format!("one of `{}`", names.join("`, `")),
     }
-    if let Some((name, _)) = named("missing field `") {
-        return (Some(name.to_owned()), "missing".into());
-    }
-    if let Some((name, _)) = named("duplicate field `") {
-        return (Some(name.to_owned()), "the field stands twice".into());
-    }
-    (None, reworded(message).unwrap_or_else(|| message.to_owned()))
 }
 
 /// What to say of a field that is not known.
@@ -60,42 +68,15 @@ pub fn alternatives(names: impl IntoIterator<Item = impl Into<String>>) -> Strin
     if names.is_empty() { last } else { format!("{} or {last}", names.join(", ")) }
 }
 
-fn reworded(message: &str) -> Option<String> {
-    if message.starts_with("number out of range") {
-        return Some("the number is beyond double precision (about 1.8e308)".into());
-    }
-    if message == "expected value" {
-        // all that serde_json says when one of several names is wanted and no string stands there
-        return Some("expected one of the names that are offered here, in quotes".into());
-    }
-    if message.starts_with("UUID parsing failed") {
-        return Some(format!("expected {UUID}"));
-    }
-    if let Some(rest) = message.strip_prefix("unknown variant `") {
-        let (got, known) = rest.split_once("`, expected ")?;
-        return Some(format!("`{}` is not known; expected {known}", shortened(got)));
-    }
-    if let Some(rest) = message.strip_prefix("invalid length ") {
-        let (got, wanted) = rest.split_once(", expected ")?;
-        return Some(format!("expected {}, found {}", expected(wanted), entries(got.parse().ok()?)));
-    }
-    let rest = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid value: "))?;
-    let (got, wanted) = rest.rsplit_once(", expected ")?;
-    let wanted = expected(wanted);
-    let found = found(got, wanted.contains("whole number"));
-    Some(format!("expected {wanted}, found {found}"))
-}
-
-/// What is wanted.
-fn expected(wanted: &str) -> Cow<'_, str> {
-    match wanted {
+/// What is wanted, where serde has words of its own for it.
+fn wanted(expected: &str) -> Cow<'_, str> {
+    match expected {
         "usize" | "u64" => "a whole number of at least 0".into(),
         "u32" => "a whole number from 0 to 4294967295".into(),
         "u8" => "a whole number from 0 to 255".into(),
         "f64" => "a number".into(),
         "a sequence" => "an array".into(),
         "a map" => "an object".into(),
-        "a formatted UUID string" => UUID.into(),
         // serde calls any type for which it has no words by its Rust name
         other if other.starts_with("struct ") => "an object".into(),
         other => match other.strip_prefix("an array of length ") {
@@ -106,25 +87,24 @@ fn expected(wanted: &str) -> Cow<'_, str> {
 }
 
 /// What stands there instead.
-fn found(got: &str, whole: bool) -> String {
-    let quoted = |prefix: &str| got.strip_prefix(prefix)?.strip_suffix('`');
-    if let Some(number) = quoted("floating point `").and_then(|digits| digits.parse::<f64>().ok()) {
-        return if whole && number.fract() == 0.0 {
+fn shown(found: Unexpected, whole: bool) -> String {
+    match found {
+        Unexpected::Float(number) if whole && number.fract() == 0.0 => {
             format!("{} written with a decimal point, with an exponent or with too many digits", Shown(number))
-        } else {
-            Shown(number).to_string()
-        };
-    }
-    if let Some(number) = quoted("integer `").or_else(|| quoted("boolean `")) {
-        return number.to_owned();
-    }
-    if let Some(text) = got.strip_prefix("string ") {
-        return format!("the string {}", shortened(text));
-    }
-    match got {
-        "sequence" => "an array".into(),
-        "map" => "an object".into(),
-        other => shortened(other).into_owned(),
+        }
+        Unexpected::Float(number) => Shown(number).to_string(),
+        Unexpected::Unsigned(number) => number.to_string(),
+        Unexpected::Signed(number) => number.to_string(),
+        Unexpected::Bool(value) => value.to_string(),
+        Unexpected::Str(text) => {
+            // more than is repeated, with its quotes and escapes
+            let begin: String = text.chars().take(REPEATED + 1).collect();
+            format!("the string {}", shortened(&format!("{begin:?}")))
+        }
+        Unexpected::Unit => "null".to_owned(),
+        Unexpected::Seq => "an array".to_owned(),
+        Unexpected::Map => "an object".to_owned(),
+        other => shortened(&other.to_string()).into_owned(),
     }
 }
 
@@ -139,7 +119,7 @@ fn shortened(text: &str) -> Cow<'_, str> {
 mod tests {
     use serde::{Deserialize, de::DeserializeOwned};
 
-    use super::*;
+    use crate::api::json::reader::read;
 
     #[derive(Debug, Deserialize)]
     #[serde(deny_unknown_fields)]
@@ -160,7 +140,7 @@ mod tests {
     }
 
     fn said<T: DeserializeOwned + std::fmt::Debug>(text: &str) -> String {
-        explain(&serde_json::from_str::<T>(text).unwrap_err().to_string()).1
+        read::<T>(text.as_bytes(), None).unwrap_err().to_string()
     }
 
     #[test]
@@ -181,19 +161,22 @@ mod tests {
         assert_eq!(said::<[f64; 2]>("[1]"), "expected an array of 2 entries, found 1 entry");
         assert_eq!(said::<Pair>("1"), "expected an object, found 1");
         assert_eq!(said::<Name>(r#""first""#), "`first` is not known; expected `first_order` or `exact`");
-        assert_eq!(said::<uuid::Uuid>("5"), format!("expected {UUID}, found 5"));
-        assert_eq!(said::<uuid::Uuid>("\"fit 1\""), format!("expected {UUID}"));
         assert_eq!(said::<Name>("5"), "expected one of the names that are offered here, in quotes");
+    }
+
+    fn told<T: DeserializeOwned + std::fmt::Debug>(text: &str) -> (String, String) {
+        let fault = read::<T>(text.as_bytes(), None).unwrap_err().into_fault();
+        (fault.pointer, fault.detail)
     }
 
     #[test]
     fn fields_are_named() {
-        let said = |text: &str| explain(&serde_json::from_str::<Pair>(text).unwrap_err().to_string());
-        assert_eq!(said("{}"), (Some("a".into()), "missing".into()));
-        assert_eq!(said(r#"{"a":1,"a":2}"#), (Some("a".into()), "the field stands twice".into()));
-        let nothing = explain(&serde_json::from_str::<Nothing>(r#"{"b":1}"#).unwrap_err().to_string());
-        assert_eq!(nothing, (Some("b".into()), "there is no such field; expected none".into()));
-        assert_eq!(said(r#"{"b`c":1}"#), (Some("b`c".into()), "there is no such field; expected `a`".into()));
+        let said = |text: &str| told::<Pair>(text);
+        assert_eq!(said("{}"), ("/a".into(), "missing".into()));
+        assert_eq!(said(r#"{"a":1,"a":2}"#), ("/a".into(), "the field stands twice".into()));
+        let nothing = told::<Nothing>(r#"{"b":1}"#);
+        assert_eq!(nothing, ("/b".into(), "there is no such field; expected none".into()));
+        assert_eq!(said(r#"{"b`c":1}"#), ("/b`c".into(), "there is no such field; expected `a`".into()));
     }
 
     #[test]

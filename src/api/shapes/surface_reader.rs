@@ -1,7 +1,5 @@
 //! Surfaces of requests: wire parts to checked surfaces.
 
-use serde_json::value::RawValue;
-
 use super::{
     curve_shape::read_curve,
     degree::DegreeBody,
@@ -16,6 +14,7 @@ use crate::api::{
     json::{
         fields::{Fields, read_numbers},
         part::read_part,
+        slice::Slice,
         tags::{read_tag, unknown_type},
     },
 };
@@ -275,12 +274,12 @@ fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
     let (u, v) = (axis("u"), axis("v"));
     let texts = fields.required("patches", at, faults)?;
     let at_patches = format!("{at}/patches");
-    let texts: Vec<Vec<Box<RawValue>>> = read_part(texts, &at_patches, faults)?;
+    let texts: Vec<Vec<Slice>> = read_part(texts, &at_patches, faults)?;
     let columns = equal_rows(&texts, &at_patches, faults)?;
     let before = faults.count();
     let mut patches = Vec::with_capacity(texts.len() * columns);
     for (k, text) in texts.iter().flatten().enumerate() {
-        let (text, place) = (text.get().as_bytes(), format!("{at_patches}/{}", Net::place(columns, k)));
+        let (text, place) = (text.0, format!("{at_patches}/{}", Net::place(columns, k)));
         // looked at first: patchworks within each other could be as deep as the text is long
         match read_tag(text, &place, faults).as_deref() {
             Some("patchwork") => faults.push(place, "a patch is not a patchwork itself"),

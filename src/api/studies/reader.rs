@@ -1,13 +1,12 @@
 //! Reads the request of a randomisation study, and makes the matrix of its nodes.
 
 use serde::Deserialize;
-use serde_json::value::RawValue;
 
 use super::request::StudyScaling;
 use crate::api::{
     faults::{Faults, Field},
     fits::reader,
-    json::{error::ReadError, extra::NoExtra, part::read_json, present::present},
+    json::{error::ReadError, extra::NoExtra, part::read_json, present::present, slice::Slice},
     problem::Problem,
 };
 use flankfit_engine::estimation::randomization::{ColumnScaling, Measured, Setup, Study, StudyField};
@@ -15,15 +14,15 @@ use flankfit_engine::estimation::randomization::{ColumnScaling, Measured, Setup,
 /// As it is read: nodes and model go through the reader of fit requests.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawRequest {
+struct RawRequest<'a> {
     #[serde(default, deserialize_with = "present")]
     x: Option<Vec<Vec<f64>>>,
-    #[serde(default, deserialize_with = "present")]
-    nodes: Option<Box<RawValue>>,
-    #[serde(default, deserialize_with = "present")]
-    model: Option<Box<RawValue>>,
-    #[serde(default, deserialize_with = "present")]
-    domain: Option<Box<RawValue>>,
+    #[serde(borrow, default, deserialize_with = "present")]
+    nodes: Option<Slice<'a>>,
+    #[serde(borrow, default, deserialize_with = "present")]
+    model: Option<Slice<'a>>,
+    #[serde(borrow, default, deserialize_with = "present")]
+    domain: Option<Slice<'a>>,
     #[serde(default, deserialize_with = "present")]
     coefficients: Option<Vec<f64>>,
     #[serde(default, deserialize_with = "present")]
@@ -61,9 +60,9 @@ struct Material {
 
 /// Reads a request. Processor work where it has nodes.
 pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
-    let mut raw: RawRequest = read_json(text)?;
+    let mut raw: RawRequest<'_> = read_json(text)?;
     let from_nodes = raw.nodes.is_some();
-    let material = match (raw.x.take(), &raw.nodes) {
+    let material = match (raw.x.take(), raw.nodes) {
         (Some(_), Some(_)) => return refused("/nodes", "give either `x` or `nodes`, not both"),
         (None, None) => return refused("/x", "missing; give `x`, or `nodes` with `model`"),
         (Some(x), None) => {
@@ -75,7 +74,7 @@ pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
             let terms = (0..x.first().map_or(0, Vec::len)).map(|j| format!("x{j}")).collect();
             Material { x, terms, coefficients: None, sigma: None }
         }
-        (None, Some(nodes)) => measured(nodes, raw.model.as_deref(), raw.domain.as_deref())?,
+        (None, Some(nodes)) => measured(nodes, raw.model, raw.domain)?,
     };
     let (coefficients_given, noise_sigma_given) = (raw.coefficients.is_some(), raw.noise_sigma.is_some());
     let Some(coefficients) = raw.coefficients.or(material.coefficients) else {
@@ -126,16 +125,16 @@ fn refused<T>(pointer: &str, detail: &str) -> Result<T, Problem> {
     Err(Problem::invalid(Faults::one(pointer, detail)))
 }
 
-fn measured(nodes: &RawValue, model: Option<&RawValue>, domain: Option<&RawValue>) -> Result<Material, Problem> {
-    let mut text = format!("{{\"nodes\":{}", nodes.get());
+fn measured(nodes: Slice, model: Option<Slice>, domain: Option<Slice>) -> Result<Material, Problem> {
+    let mut text = [b"{\"nodes\":", nodes.0].concat();
     for (name, part) in [("model", model), ("domain", domain)] {
-        if let Some(part) = part {
-            text.push_str(&format!(",\"{name}\":{}", part.get()));
+        if let Some(Slice(part)) = part {
+            text.extend_from_slice(format!(",\"{name}\":").as_bytes());
+            text.extend_from_slice(part);
         }
     }
-    text.push('}');
-    let (nodes, spec, NoExtra {}) =
-        reader::read_fit(text.as_bytes()).map_err(|error: ReadError| Problem::from(error))?;
+    text.push(b'}');
+    let (nodes, spec, NoExtra {}) = reader::read_fit(&text).map_err(|error: ReadError| Problem::from(error))?;
     let measured = Measured::new(&nodes, &spec)?;
     Ok(Material {
         x: measured.x,

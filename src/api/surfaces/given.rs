@@ -14,6 +14,7 @@ use crate::api::{
         extra::NoExtra,
         fields::{Fields, read_numbers, read_rows},
         part::read_part,
+        slice::Slice,
     },
     shapes::{
         curve_shape::read_curve,
@@ -204,11 +205,11 @@ fn mesh(slice: &[u8], tolerance: Option<&[u8]>, faults: &mut Faults) -> Option<G
 
 /// Curves of a family; `null` where one is missing.
 fn curves(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<Option<CurveShape>>> {
-    let texts: Vec<Option<Box<serde_json::value::RawValue>>> = read_part(slice, at, faults)?;
+    let texts: Vec<Option<Slice>> = read_part(slice, at, faults)?;
     let before = faults.count();
-    let read = |(i, text): (usize, &Option<Box<serde_json::value::RawValue>>)| {
+    let read = |(i, text): (usize, &Option<Slice>)| {
         let text = text.as_ref()?;
-        read_curve(text.get().as_bytes(), &format!("{at}/{i}"), faults)
+        read_curve(text.0, &format!("{at}/{i}"), faults)
     };
     let curves = texts.iter().enumerate().map(read).collect();
     (faults.count() == before).then_some(curves)

@@ -1,7 +1,5 @@
 //! The filters of a request: wire parts to checked values, with the contract's defaults and ranges.
 
-use serde_json::value::RawValue;
-
 use crate::api::{
     faults::Faults,
     fits::spec::filters::{
@@ -10,6 +8,7 @@ use crate::api::{
     },
     json::{
         part::read_part,
+        slice::Slice,
         tags::{read_tag, unknown_type},
     },
 };
@@ -20,16 +19,13 @@ use flankfit_engine::{
 
 /// The filters, when none of them has a fault.
 pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Vec<Filter>> {
-    let parts: Vec<Box<RawValue>> = read_part(slice, "/filters", faults)?;
+    let parts: Vec<Slice> = read_part(slice, "/filters", faults)?;
     if parts.len() > MOST_FILTERS {
         faults.push("/filters", format!("{} filters; at most {MOST_FILTERS}", parts.len()));
         return None;
     }
-    let read: Vec<Option<Filter>> = parts
-        .iter()
-        .enumerate()
-        .map(|(k, part)| read_one(part.get().as_bytes(), &format!("/filters/{k}"), faults))
-        .collect();
+    let read: Vec<Option<Filter>> =
+        parts.iter().enumerate().map(|(k, part)| read_one(part.0, &format!("/filters/{k}"), faults)).collect();
     read.into_iter().collect()
 }
 

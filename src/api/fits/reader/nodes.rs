@@ -8,7 +8,7 @@ use crate::api::{
         cursor::{Cursor, Syntax, Token},
         numbers::Numbers,
         part::read_part,
-        pointer::escape,
+        place::escape,
         text::control_character,
         wording::no_such_field,
     },

@@ -13,7 +13,7 @@ use crate::api::{
         extra::Extra,
         nulls,
         part::read_part,
-        pointer::escape,
+        place::escape,
         wording::no_such_field,
     },
 };

@@ -20,9 +20,8 @@ use crate::{
             error::ReadError,
             fields::{Fields, read_rows},
             part::read_part,
-            pointer::escape,
+            place::escape,
             present::present,
-            unique::Unique,
         },
         measurand::{axes::AxesBody, profile_axis::ProfileAxisName, side::SideName},
     },
@@ -248,8 +247,7 @@ pub fn read(
     let spec = fields::read(&fields.without("include"), None, &mut faults);
     let include: Option<Vec<CorrectionIncludeName>> = part(&fields, "include", &mut faults);
     let include = CorrectionInclude::of(&include.unwrap_or_default());
-    let limits: Option<Unique<LimitsBody>> = part(&fields, "limits", &mut faults);
-    let limits = limits.map(|Unique(limits)| limits);
+    let limits: Option<BTreeMap<String, LimitsBody>> = part(&fields, "limits", &mut faults);
     let absolute: Option<bool> = part(&fields, "absolute", &mut faults);
     let trace: Option<Vec<u32>> = part(&fields, "trace", &mut faults);
     let weight: Option<Vec<f64>> = part(&fields, "weight", &mut faults);
