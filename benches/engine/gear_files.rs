@@ -7,7 +7,7 @@ use divan::{Bencher, counter::BytesCount};
 use flankfit_engine::{
     formats::{
         gear_file,
-        klingelnberg::{Sense, read_curves, read_values},
+        klingelnberg::{SignConvention, read_curves, read_values},
         points,
     },
     gear::Gear,
@@ -55,7 +55,7 @@ fn curves_of_5_mb_with_positions(bencher: Bencher) {
         let file = read_curves(&bytes).expect("a sound file");
         let data = file.header.gear(&mut Default::default()).gear_data().expect("a whole gear");
         let gear = Gear::new(data).expect("a gear");
-        file.place(&gear).with_sense(file.signs(), Sense::Material)
+        file.place(&gear).with_sense(file.signs(), SignConvention::Material)
     });
 }
 

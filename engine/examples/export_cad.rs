@@ -10,7 +10,7 @@
 use std::{error::Error, f64::consts::FRAC_1_SQRT_2, fs, path::Path};
 
 use flankfit_engine::{
-    formats::{CadShape, Label, Moment, NamedShape, iges, step},
+    formats::{CadShape, Label, NamedShape, UtcTime, iges, step},
     geometry::{
         BSplineBasis,
         curve::{BSplineCurve, Curve},
@@ -176,7 +176,7 @@ fn main() -> Outcome<()> {
             name: format!("{file} of z = 52, α = 20°"),
             author: "export_cad".to_owned(),
             organization: String::new(),
-            written_at: Moment::new([2026, 1, 2], [3, 4, 5]).ok_or("no such moment")?,
+            written_at: UtcTime::new([2026, 1, 2], [3, 4, 5]).ok_or("no such moment")?,
         };
         let named: Vec<_> = shapes
             .iter()

@@ -35,7 +35,7 @@ use crate::{
 };
 use flankfit_engine::{
     fault::words::Shown,
-    formats::{GearFile, gear_file, klingelnberg::Reading},
+    formats::{GearFile, gear_file, klingelnberg::ResultValue},
     gear::Gear,
 };
 
@@ -104,9 +104,9 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
         let mut table = Table::new(["code", "result", "value"], 2);
         for result in &values.results {
             let reading = match result.reading {
-                Reading::Value(value) => value.to_string(),
-                Reading::NotMeasured => "not measured".to_owned(),
-                Reading::NotAvailable => "not available".to_owned(),
+                ResultValue::Value(value) => value.to_string(),
+                ResultValue::NotMeasured => "not measured".to_owned(),
+                ResultValue::NotAvailable => "not available".to_owned(),
             };
             table.row([result.code.to_string(), result.name.clone(), reading]);
         }

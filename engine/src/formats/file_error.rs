@@ -4,12 +4,12 @@ use std::fmt;
 
 /// A place in a file: both counted from 1, columns in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Place {
+pub struct FilePosition {
     pub line: usize,
     pub column: usize,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePosition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "line {}, column {}", self.line, self.column)
     }
@@ -25,23 +25,23 @@ pub enum FileError {
     #[error(
         "{place}: this is none of the formats that are read (.mka, .mew, REXS, points as CSV); it begins with {found}"
     )]
-    Unrecognised { place: Place, found: String },
+    Unrecognised { place: FilePosition, found: String },
     /// Something else stands where the format has one thing.
     #[error("{place}: expected {expected}, found {found}")]
-    Expected { place: Place, expected: &'static str, found: String },
+    Expected { place: FilePosition, expected: &'static str, found: String },
     /// A trace has more or fewer values than its head says.
     #[error("{place}: {trace} announces {announced} values, found {found}{}",
         if *.found > *.announced { " or more" } else { "" })]
-    ValueCount { place: Place, trace: String, announced: usize, found: usize },
+    ValueCount { place: FilePosition, trace: String, announced: usize, found: usize },
     #[error("{place}: more than {most} {what}")]
-    TooMany { place: Place, what: &'static str, most: usize },
+    TooMany { place: FilePosition, what: &'static str, most: usize },
     /// Well-formed, but not what this reader understands: other units, a document type definition,
     /// a compressed file.
     #[error("{place}: {what}")]
-    Unsupported { place: Place, what: String },
+    Unsupported { place: FilePosition, what: String },
     /// A fault of the XML grammar.
     #[error("{place}: {detail}")]
-    Xml { place: Place, detail: String },
+    Xml { place: FilePosition, detail: String },
     #[error("the model has no cylindrical gear")]
     NoGear,
     #[error("the model has several gears ({}); say which", .ids.join(", "))]
@@ -52,7 +52,7 @@ pub enum FileError {
 
 impl FileError {
     /// Where the fault is, if it is anywhere.
-    pub fn place(&self) -> Option<Place> {
+    pub fn place(&self) -> Option<FilePosition> {
         match self {
             FileError::Unrecognised { place, .. }
             | FileError::Expected { place, .. }

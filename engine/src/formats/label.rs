@@ -3,7 +3,7 @@
 /// A moment in UTC, handed in by the caller: writers have no clock, so that the same input gives
 /// the same bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Moment {
+pub struct UtcTime {
     year: u16,
     month: u8,
     day: u8,
@@ -12,7 +12,7 @@ pub struct Moment {
     second: u8,
 }
 
-impl Moment {
+impl UtcTime {
     /// Date (year 0 to 9999, month and day from 1) and time of day; `None` for what no calendar or
     /// clock shows.
     pub fn new([year, month, day]: [u16; 3], [hour, minute, second]: [u8; 3]) -> Option<Self> {
@@ -25,23 +25,23 @@ impl Moment {
         };
         let valid = year <= 9999 && (1..=days).contains(&day) && hour < 24 && minute < 60 && second < 60;
         // both are small by now
-        valid.then_some(Moment { year, month: month as u8, day: day as u8, hour, minute, second })
+        valid.then_some(UtcTime { year, month: month as u8, day: day as u8, hour, minute, second })
     }
 
     /// The first moment of 1970, for a time that no calendar shows.
     pub fn epoch() -> Self {
-        Moment { year: 1970, month: 1, day: 1, hour: 0, minute: 0, second: 0 }
+        UtcTime { year: 1970, month: 1, day: 1, hour: 0, minute: 0, second: 0 }
     }
 
     /// `2026-11-21T16:05:09Z`.
     pub fn iso_8601(&self) -> String {
-        let Moment { year, month, day, hour, minute, second } = self;
+        let UtcTime { year, month, day, hour, minute, second } = self;
         format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
     }
 
     /// `20261121.160509`, the date of IGES 5.3.
     pub(super) fn iges(&self) -> String {
-        let Moment { year, month, day, hour, minute, second } = self;
+        let UtcTime { year, month, day, hour, minute, second } = self;
         format!("{year:04}{month:02}{day:02}.{hour:02}{minute:02}{second:02}")
     }
 }
@@ -54,7 +54,7 @@ pub struct Label {
     pub name: String,
     pub author: String,
     pub organization: String,
-    pub written_at: Moment,
+    pub written_at: UtcTime,
 }
 
 /// The program that wrote a file.
@@ -66,8 +66,8 @@ mod tests {
 
     #[test]
     fn days_that_exist() {
-        assert!(Moment::new([2024, 2, 29], [0, 0, 0]).is_some());
-        assert!(Moment::new([2000, 2, 29], [23, 59, 59]).is_some());
+        assert!(UtcTime::new([2024, 2, 29], [0, 0, 0]).is_some());
+        assert!(UtcTime::new([2000, 2, 29], [23, 59, 59]).is_some());
         for (date, time) in [
             ([2023, 2, 29], [0, 0, 0]),
             ([1900, 2, 29], [0, 0, 0]),
@@ -77,9 +77,9 @@ mod tests {
             ([2023, 4, 1], [24, 0, 0]),
             ([10000, 1, 1], [0, 0, 0]),
         ] {
-            assert!(Moment::new(date, time).is_none(), "{date:?} {time:?}");
+            assert!(UtcTime::new(date, time).is_none(), "{date:?} {time:?}");
         }
-        let moment = Moment::new([2026, 1, 2], [3, 4, 5]).unwrap();
+        let moment = UtcTime::new([2026, 1, 2], [3, 4, 5]).unwrap();
         assert_eq!(moment.iso_8601(), "2026-01-02T03:04:05Z");
         assert_eq!(moment.iges(), "20260102.030405");
     }

@@ -39,10 +39,10 @@ pub mod vtk;
 
 pub use cad::{CadShape, NamedShape};
 pub use fault::ExportFault;
-pub use file_error::{FileError, Place};
+pub use file_error::{FileError, FilePosition};
 pub use gear_facts::{Datum, Difference, GearFacts};
 pub use gear_file::GearFile;
-pub use label::{Label, Moment};
+pub use label::{Label, UtcTime};
 pub use note::{Note, NoteCode, Notes};
 pub use obj::{NamedLine, NamedMesh};
 pub use pieces::Pieces;

@@ -31,7 +31,7 @@ pub struct NamedLine<'a> {
 ///
 /// ```
 /// use flankfit_engine::{
-///     formats::{Label, Moment, NamedMesh, QuadMesh, obj},
+///     formats::{Label, NamedMesh, QuadMesh, UtcTime, obj},
 ///     geometry::{space::{Dimension, Vector}, surface::BezierSurface},
 /// };
 ///
@@ -44,7 +44,7 @@ pub struct NamedLine<'a> {
 ///     name: "flat".into(),
 ///     author: String::new(),
 ///     organization: String::new(),
-///     written_at: Moment::epoch(),
+///     written_at: UtcTime::epoch(),
 /// };
 /// let file = obj::write(&[NamedMesh { name: "flat", mesh: mesh.into() }], &[], &label)?;
 /// let file = String::from_utf8(file.whole())?;

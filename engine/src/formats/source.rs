@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use super::file_error::{FileError, Place, shown};
+use super::file_error::{FileError, FilePosition, shown};
 use crate::numerics::cancel;
 
 /// Largest file that is read. Text of measured gears is a thousandth of that.
@@ -16,7 +16,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, FileError> {
     if bytes.len() > MOST_BYTES {
         return Err(FileError::TooLarge { bytes: bytes.len(), most: MOST_BYTES });
     }
-    let start = Place { line: 1, column: 1 };
+    let start = FilePosition { line: 1, column: 1 };
     if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
         return Err(FileError::Unsupported {
             place: start,
@@ -45,14 +45,14 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, FileError> {
 }
 
 /// The place of a byte of a text.
-pub(super) fn place_in(text: &str, offset: usize) -> Place {
+pub(super) fn place_in(text: &str, offset: usize) -> FilePosition {
     let mut offset = offset.min(text.len());
     while !text.is_char_boundary(offset) {
         offset -= 1;
     }
     let before = &text[..offset];
     let start = before.rfind('\n').map_or(0, |at| at + 1);
-    Place { line: before.matches('\n').count() + 1, column: before[start..].chars().count() + 1 }
+    FilePosition { line: before.matches('\n').count() + 1, column: before[start..].chars().count() + 1 }
 }
 
 /// A line without its end.
@@ -66,10 +66,10 @@ pub(super) struct Line<'a> {
 impl<'a> Line<'a> {
     /// Where a part of this line begins. Only a slice of the line has a place; anything else is put
     /// at its end.
-    pub(crate) fn place(&self, part: &str) -> Place {
+    pub(crate) fn place(&self, part: &str) -> FilePosition {
         let offset = (part.as_ptr() as usize).wrapping_sub(self.text.as_ptr() as usize).min(self.text.len());
         let before = self.text.get(..offset).unwrap_or(self.text);
-        Place { line: self.number, column: before.chars().count() + 1 }
+        FilePosition { line: self.number, column: before.chars().count() + 1 }
     }
 
     /// Nothing but white space?
@@ -119,8 +119,8 @@ impl<'a> Lines<'a> {
     }
 
     /// Behind the last line that was taken.
-    pub(crate) fn place(&self) -> Place {
-        Place { line: self.last.number, column: self.last.text.chars().count() + 1 }
+    pub(crate) fn place(&self) -> FilePosition {
+        FilePosition { line: self.last.number, column: self.last.text.chars().count() + 1 }
     }
 }
 
@@ -254,9 +254,9 @@ mod tests {
     fn places_count_characters() {
         let line = Line { number: 7, text: "Zähne ß: 12" };
         let part = &line.text[line.text.len() - 2..];
-        assert_eq!(line.place(part), Place { line: 7, column: 10 });
-        assert_eq!(place_in("ä\nbc", 4), Place { line: 2, column: 2 });
-        assert_eq!(place_in("", 9), Place { line: 1, column: 1 });
+        assert_eq!(line.place(part), FilePosition { line: 7, column: 10 });
+        assert_eq!(place_in("ä\nbc", 4), FilePosition { line: 2, column: 2 });
+        assert_eq!(place_in("", 9), FilePosition { line: 1, column: 1 });
     }
 
     #[test]
@@ -265,7 +265,7 @@ mod tests {
         assert_eq!(decode(b"Z\xE4").unwrap(), "Zä");
         assert_eq!(decode(b" \r\n"), Err(FileError::Empty));
         let fault = decode(b"\xEF\xBB\xBFa\nb\xE4").unwrap_err();
-        assert_eq!(fault.place(), Some(Place { line: 2, column: 2 }));
+        assert_eq!(fault.place(), Some(FilePosition { line: 2, column: 2 }));
     }
 
     proptest! {

@@ -20,7 +20,7 @@ use crate::{geometry::space::Vector, numerics::cancel::Asking};
 ///
 /// ```
 /// use flankfit_engine::{
-///     formats::{Label, Moment, QuadMesh, stl},
+///     formats::{Label, QuadMesh, UtcTime, stl},
 ///     geometry::{space::{Dimension, Vector}, surface::BezierSurface},
 /// };
 ///
@@ -33,7 +33,7 @@ use crate::{geometry::space::Vector, numerics::cancel::Asking};
 ///     name: "flat".into(),
 ///     author: String::new(),
 ///     organization: String::new(),
-///     written_at: Moment::epoch(),
+///     written_at: UtcTime::epoch(),
 /// };
 /// let file = String::from_utf8(stl::ascii_file(mesh.into(), &label)?.whole())?;
 /// assert_eq!(file.matches("facet normal").count(), 2);

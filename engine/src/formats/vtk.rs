@@ -33,7 +33,7 @@ const TITLE: usize = 255;
 ///
 /// ```
 /// use flankfit_engine::{
-///     formats::{Label, Moment, SurfaceSample, vtk},
+///     formats::{Label, SurfaceSample, UtcTime, vtk},
 ///     geometry::{space::{Dimension, Vector}, surface::BezierSurface},
 /// };
 ///
@@ -45,7 +45,7 @@ const TITLE: usize = 255;
 ///     name: "flat".into(),
 ///     author: String::new(),
 ///     organization: String::new(),
-///     written_at: Moment::epoch(),
+///     written_at: UtcTime::epoch(),
 /// };
 /// let file = String::from_utf8(vtk::structured_grid(&sample, &[], &label)?.whole())?;
 /// assert!(file.contains("STRUCTURED_GRID") && file.contains("POINTS 6 double"));

@@ -2,7 +2,7 @@
 //! input allows, faults within the file.
 
 use flankfit_engine::formats::{
-    FileError, GearFile, Place,
+    FileError, FilePosition, GearFile,
     gear_file::read,
     klingelnberg::{Curves, Header},
 };
@@ -94,7 +94,7 @@ fn the_content_says_what_a_file_is() {
             .collect();
         assert_eq!(kinds, ["curves", "curves", "curves", "values", "model", "points"]);
     }
-    let start = Some(Place { line: 1, column: 1 });
+    let start = Some(FilePosition { line: 1, column: 1 });
     for (bytes, name, wanted) in [
         (&b"hello"[..], None, "none of the formats that are read"),
         (b"hello", Some("x.mka"), "expected HEADER KS.MK.FILE, found “hello”"),

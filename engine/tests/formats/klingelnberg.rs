@@ -4,8 +4,11 @@
 use flankfit_engine::{
     fault::words::Shown,
     formats::{
-        FileError, NoteCode, Place,
-        klingelnberg::{Block, Curves, ProfileAxis, Section, Sense, SliceOf, WhichDiameter, WhyUnplaced, read_curves},
+        FileError, FilePosition, NoteCode,
+        klingelnberg::{
+            Block, Curves, PositionFault, ProfileAxis, Section, SectionPlane, SignConvention, WhichDiameter,
+            read_curves,
+        },
     },
     gear::{self, Hand, Kind, Side},
 };
@@ -138,7 +141,7 @@ fn the_header_describes_gear_and_measurement() {
         let rules = file.header.rules();
         assert_eq!(
             (rules.helix_slope_reference, rules.helix_sign, rules.section),
-            (Some(1), Some(1), Some(SliceOf::Normal))
+            (Some(1), Some(1), Some(SectionPlane::Normal))
         );
         assert_eq!((rules.helix_slope_signs.left, rules.helix_slope_signs.right), (Some(true), Some(false)));
         assert_eq!((rules.helix_length.setting, rules.helix_length.word.as_deref()), (Some(1), Some("Z")));
@@ -215,7 +218,7 @@ fn samples_are_equidistant_in_roll_length_and_face_width() {
     assert_eq!(grids[0].deviation[3 * 5 + 2].to_bits(), file.curves[7].values[5].to_bits());
     assert_eq!(grids[1].deviation[480 + 17].to_bits(), file.curves[4].values[17].to_bits());
     // signs of DIN: leads and left profiles turn
-    let turned = placed.clone().with_sense(file.signs(), Sense::Din);
+    let turned = placed.clone().with_sense(file.signs(), SignConvention::Din);
     for (before, after) in placed.traces.iter().zip(&turned.traces) {
         let factor = if before.trace.kind == Kind::Profile && before.trace.side == Side::Right { 1.0 } else { -1.0 };
         assert!(
@@ -248,8 +251,8 @@ fn profile_places_in_roll_length_and_angle() {
     assert_eq!(ends("length"), [3.0, 9.0]);
     let (_, gear) = read("roll angle");
     assert_eq!(ends("roll angle"), [3.0, 9.0].map(|a| gear.base_radius() * f64::to_radians(a)));
-    assert_eq!(read("parsec").0.unplaced[0].why, WhyUnplaced::UnknownAxis { word: "parsec".into() });
-    assert!(matches!(read("diameter").0.unplaced[0].why, WhyUnplaced::BelowBase { diameter: 3.0, .. }));
+    assert_eq!(read("parsec").0.unplaced[0].why, PositionFault::UnknownAxis { word: "parsec".into() });
+    assert!(matches!(read("diameter").0.unplaced[0].why, PositionFault::BelowBase { diameter: 3.0, .. }));
 }
 
 #[test]
@@ -306,7 +309,7 @@ fn small(from: &str, to: &str) -> Result<Curves, FileError> {
 
 #[test]
 fn what_cannot_be_read_has_line_and_column() {
-    let place = |line, column| Some(Place { line, column });
+    let place = |line, column| Some(FilePosition { line, column });
     let cases = [
         (" -.25\n", "", place(8, 1), "announces 4 values, found 3"),
         (" -.25\n", " -.25 7\n", place(7, 7), "announces 4 values, found 5"),

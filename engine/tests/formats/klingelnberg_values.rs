@@ -2,8 +2,8 @@
 
 use flankfit_engine::{
     formats::{
-        NoteCode, Place,
-        klingelnberg::{Characteristic, Reading, ResultPlace, Statistic, Values, read_values},
+        FilePosition, NoteCode,
+        klingelnberg::{Characteristic, MeasuringPosition, ResultValue, Statistic, Values, read_values},
     },
     gear::Side,
 };
@@ -46,27 +46,27 @@ fn check(values: &Values) {
     };
     use Characteristic::*;
     let (left, right) = (Some(Side::Left), Some(Side::Right));
-    let middle = ResultPlace::Middle;
-    assert_eq!(of(10111), (Some(HelixSlope), middle, Statistic::Tooth, left, Some("1"), Reading::Value(-2.9)));
-    assert_eq!(of(10122), (Some(HelixSlope), middle, Statistic::Tooth, right, Some("12"), Reading::Value(-17.0)));
-    assert_eq!(of(10130), (Some(HelixSlope), middle, Statistic::Mean, left, None, Reading::Value(7.2)));
-    assert_eq!(of(10160), (Some(HelixSlope), middle, Statistic::Variation, right, None, Reading::Value(74.4)));
+    let middle = MeasuringPosition::Middle;
+    assert_eq!(of(10111), (Some(HelixSlope), middle, Statistic::Tooth, left, Some("1"), ResultValue::Value(-2.9)));
+    assert_eq!(of(10122), (Some(HelixSlope), middle, Statistic::Tooth, right, Some("12"), ResultValue::Value(-17.0)));
+    assert_eq!(of(10130), (Some(HelixSlope), middle, Statistic::Mean, left, None, ResultValue::Value(7.2)));
+    assert_eq!(of(10160), (Some(HelixSlope), middle, Statistic::Variation, right, None, ResultValue::Value(74.4)));
     assert_eq!(
         of(10211),
-        (Some(HelixSlope), ResultPlace::First, Statistic::Tooth, left, Some("1f"), Reading::Value(0.8))
+        (Some(HelixSlope), MeasuringPosition::First, Statistic::Tooth, left, Some("1f"), ResultValue::Value(0.8))
     );
     assert_eq!(
         of(20311),
-        (Some(ProfileSlope), ResultPlace::Second, Statistic::Tooth, left, Some("1o"), Reading::Value(0.0))
+        (Some(ProfileSlope), MeasuringPosition::Second, Statistic::Tooth, left, Some("1o"), ResultValue::Value(0.0))
     );
-    assert_eq!(of(26412), (Some(RootDiameter), middle, Statistic::Tooth, None, Some("12"), Reading::Value(49.5)));
-    assert_eq!(of(26450), (Some(RootDiameter), middle, Statistic::Variation, None, None, Reading::NotAvailable));
-    assert_eq!(of(26511).5, Reading::NotMeasured);
+    assert_eq!(of(26412), (Some(RootDiameter), middle, Statistic::Tooth, None, Some("12"), ResultValue::Value(49.5)));
+    assert_eq!(of(26450), (Some(RootDiameter), middle, Statistic::Variation, None, None, ResultValue::NotAvailable));
+    assert_eq!(of(26511).5, ResultValue::NotMeasured);
     assert_eq!(of(26511).5.value(), None);
-    assert_eq!(of(30120), (Some(SinglePitch), middle, Statistic::Max, right, None, Reading::Value(7.8)));
-    assert_eq!(of(31610), (Some(Runout), middle, Statistic::Gear, None, None, Reading::Value(30.1)));
+    assert_eq!(of(30120), (Some(SinglePitch), middle, Statistic::Max, right, None, ResultValue::Value(7.8)));
+    assert_eq!(of(31610), (Some(Runout), middle, Statistic::Gear, None, None, ResultValue::Value(30.1)));
     // a code of no known meaning keeps what its label says
-    assert_eq!(of(21611), (None, middle, Statistic::Unknown, left, Some("1"), Reading::Value(-23.2)));
+    assert_eq!(of(21611), (None, middle, Statistic::Unknown, left, Some("1"), ResultValue::Value(-23.2)));
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn what_cannot_be_read_has_line_and_column() {
         ("99999999999 : fHb : 1", 1, "expected the code of a result"),
     ] {
         let fault = read(line).unwrap_err();
-        assert_eq!(fault.place(), Some(Place { line: 4, column }), "{fault}");
+        assert_eq!(fault.place(), Some(FilePosition { line: 4, column }), "{fault}");
         assert!(fault.to_string().contains(text), "{fault}");
     }
     let values = read("10111 : fHb rechts 1 : 1.0\nsomething else\n10111 : fHb links 1 : 2.0").unwrap();

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use flankfit_engine::{
-    formats::klingelnberg::{Placed, Sense, read_curves},
+    formats::klingelnberg::{PositionedTraces, SignConvention, read_curves},
     gear::{Gear, Kind, Side},
 };
 
@@ -84,7 +84,7 @@ fn stored(traces: &[Published]) -> Vec<u8> {
 }
 
 /// The published traces, the gear of the file, and its traces in a sense.
-fn read(sense: Sense) -> (Vec<Published>, Gear, Placed) {
+fn read(sense: SignConvention) -> (Vec<Published>, Gear, PositionedTraces) {
     let published = published();
     let file = read_curves(&stored(&published)).unwrap();
     assert_eq!(file.notes.list(), []);
@@ -95,7 +95,7 @@ fn read(sense: Sense) -> (Vec<Published>, Gear, Placed) {
 
 #[test]
 fn all_samples_come_back_where_they_were_with_the_sign_of_din() {
-    let (published, _, placed) = read(Sense::Din);
+    let (published, _, placed) = read(SignConvention::Din);
     assert_eq!((published.len(), placed.traces.len(), placed.unplaced.len()), (17, 17, 0));
     for (trace, placed) in published.iter().zip(&placed.traces) {
         let read = &placed.trace;
@@ -118,7 +118,7 @@ fn all_samples_come_back_where_they_were_with_the_sign_of_din() {
 
 #[test]
 fn the_cross_of_tooth_1_is_two_grids_on_each_flank() {
-    let (_, gear, placed) = read(Sense::Material);
+    let (_, gear, placed) = read(SignConvention::Material);
     let grids = placed.topographies(&gear);
     let mut shapes: Vec<_> = grids.iter().map(|grid| (grid.side, grid.diameter.len(), grid.z.len())).collect();
     shapes.sort();
@@ -137,7 +137,7 @@ fn the_cross_of_tooth_1_is_two_grids_on_each_flank() {
 
 #[test]
 fn the_rounded_tip_lacks_material_on_both_flanks() {
-    let (_, _, placed) = read(Sense::Material);
+    let (_, _, placed) = read(SignConvention::Material);
     let profiles: Vec<_> = placed.traces.iter().filter(|placed| placed.trace.kind == Kind::Profile).collect();
     assert_eq!(profiles.len(), 8);
     for placed in profiles {

@@ -3,7 +3,7 @@
 
 use flankfit_engine::{
     formats::{
-        ExportFault, FileError, Place,
+        ExportFault, FileError, FilePosition,
         points::{ListedPoint, read, write},
     },
     geometry::space::Vector,
@@ -64,7 +64,7 @@ fn faults_have_places() {
         ("ä,1,2,x3\n", 1, 7, "a number"),
     ] {
         let fault = read(text.as_bytes()).expect_err(text);
-        assert_eq!(fault.place(), Some(Place { line, column }), "{text}: {fault}");
+        assert_eq!(fault.place(), Some(FilePosition { line, column }), "{text}: {fault}");
         assert!(fault.to_string().contains(wanted), "{text}: {fault}");
     }
     assert_eq!(read(b"# nothing\n"), Err(FileError::Empty));

@@ -3,7 +3,7 @@
 
 use flankfit_engine::{
     formats::{
-        FileError, NoteCode, Place,
+        FileError, FilePosition, NoteCode,
         rexs::{RexsModel, read},
     },
     gear::{Hand, Side},
@@ -151,7 +151,7 @@ fn faults_have_places() {
         read(text.replacen(from, to, 1).as_bytes()).expect_err(to)
     };
     let line = |part: &str| text.lines().position(|line| line.contains(part)).unwrap() + 1;
-    let at = |line: usize, column: usize| Some(Place { line, column });
+    let at = |line: usize, column: usize| Some(FilePosition { line, column });
     let module = line("normal_module");
     for (fault, place, wanted) in [
         (of(">4.5<", ">vier<"), at(module, 7), "expected a number, found “vier”"),

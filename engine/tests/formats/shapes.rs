@@ -1,7 +1,7 @@
 //! Shapes to be exported, drawn at random and by hand.
 
 use flankfit_engine::{
-    formats::{Label, Moment},
+    formats::{Label, UtcTime},
     geometry::{
         BSplineBasis,
         curve::BSplineCurve,
@@ -16,7 +16,7 @@ pub fn label() -> Label {
         name: "Rad 'z = 52'; α, \\ 20°".to_owned(),
         author: "A. N. Other".to_owned(),
         organization: "Zahnräder, Söhne".to_owned(),
-        written_at: Moment::new([2026, 11, 21], [16, 5, 9]).expect("a moment"),
+        written_at: UtcTime::new([2026, 11, 21], [16, 5, 9]).expect("a moment"),
     }
 }
 

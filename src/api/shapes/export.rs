@@ -18,8 +18,8 @@ use crate::api::{
 };
 use flankfit_engine::{
     formats::{
-        CadShape, ExportFault, Label, Moment, NamedLine, NamedMesh, NamedShape, QuadMesh, fe_mesh, iges, obj, sampling,
-        step, stl, vtk,
+        CadShape, ExportFault, Label, NamedLine, NamedMesh, NamedShape, QuadMesh, UtcTime, fe_mesh, iges, obj,
+        sampling, step, stl, vtk,
     },
     geometry::{
         curve::{Curve, CurveShape},
@@ -313,7 +313,7 @@ fn label(name: &str, now: Timestamp) -> Label {
         author: String::new(),
         organization: String::new(),
         // a time that the service runs at is in the calendar
-        written_at: Moment::new(date, clock).unwrap_or_else(Moment::epoch),
+        written_at: UtcTime::new(date, clock).unwrap_or_else(UtcTime::epoch),
     }
 }
 

@@ -17,7 +17,7 @@ use super::{
 ///
 /// ```
 /// use flankfit_engine::{
-///     formats::{Label, Moment, QuadMesh, fe_mesh::abaqus},
+///     formats::{Label, QuadMesh, UtcTime, fe_mesh::abaqus},
 ///     geometry::{space::{Dimension, Vector}, surface::BezierSurface},
 /// };
 ///
@@ -29,7 +29,7 @@ use super::{
 ///     name: "flat".into(),
 ///     author: String::new(),
 ///     organization: String::new(),
-///     written_at: Moment::epoch(),
+///     written_at: UtcTime::epoch(),
 /// };
 /// let file = String::from_utf8(abaqus(mesh.into(), &label)?.whole())?;
 /// assert!(file.to_uppercase().contains("*NODE, NSET=NODES"));

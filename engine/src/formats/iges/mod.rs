@@ -32,7 +32,7 @@ const RESOLUTION: f64 = 1e-6;
 ///
 /// ```
 /// use flankfit_engine::{
-///     formats::{CadShape, Label, Moment, NamedShape, iges},
+///     formats::{CadShape, Label, NamedShape, UtcTime, iges},
 ///     geometry::{BSplineBasis, curve::BSplineCurve, space::{Dimension, Vector}},
 /// };
 ///
@@ -43,7 +43,7 @@ const RESOLUTION: f64 = 1e-6;
 ///     name: "edge".into(),
 ///     author: String::new(),
 ///     organization: String::new(),
-///     written_at: Moment::epoch(),
+///     written_at: UtcTime::epoch(),
 /// };
 /// let file = iges::write(&[NamedShape { name: "edge", shape: CadShape::Curve(&line) }], &label)?;
 /// // Lines of 80 columns; a rational B-spline curve is entity 126.

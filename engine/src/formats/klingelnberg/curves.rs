@@ -2,7 +2,7 @@
 
 use super::{
     super::{
-        file_error::{Place, shown},
+        file_error::{FilePosition, shown},
         note::{NoteCode, Notes},
         source::{Line, Lines, append_numbers, number},
     },
@@ -215,7 +215,7 @@ impl Body {
         // a value takes at least a digit and a separator, whatever the head promises
         let most = lines.bytes_left() / 2 + 1;
         let mut values = Vec::with_capacity(head.count.unwrap_or(0).min(most));
-        let count = |place: Place, found: usize| FileError::ValueCount {
+        let count = |place: FilePosition, found: usize| FileError::ValueCount {
             place,
             trace: format!("tooth {} on line {}", head.tooth, line.number),
             announced: head.count.unwrap_or(found),

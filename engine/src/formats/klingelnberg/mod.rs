@@ -15,7 +15,7 @@
 
 mod curves;
 mod header;
-mod place;
+mod position;
 mod results;
 mod settings;
 mod sign;
@@ -25,14 +25,14 @@ mod values;
 
 pub use curves::{Block, Curve, Curves, Section};
 pub use header::{FileKind, Header, HeaderLine, Setting};
-pub use place::{Placed, PlacedTrace, Unplaced, WhyUnplaced};
-pub use results::{Characteristic, Place as ResultPlace, Statistic};
+pub use position::{PositionFault, PositionedTrace, PositionedTraces, UnpositionedTrace};
+pub use results::{Characteristic, MeasuringPosition, Statistic};
 pub use settings::{
-    Circle, HelixSetup, Length, PlusMaterial, Probe, ProfileAxis, ProfileSetup, Range, Rules, Sides, SliceOf,
+    Circle, HelixSetup, Length, PlusMaterial, Probe, ProfileAxis, ProfileSetup, Range, Rules, SectionPlane, Sides,
 };
-pub use sign::{Sense, Signs};
+pub use sign::{SignConvention, Signs};
 pub use tables::{Contact, Diameters, PitchRow, PitchTable, WhichDiameter};
-pub use values::{Reading, ResultLine, Values};
+pub use values::{ResultLine, ResultValue, Values};
 
 use super::{file_error::FileError, source::decode};
 

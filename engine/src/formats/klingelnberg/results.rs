@@ -56,7 +56,7 @@ impl Characteristic {
 
 /// Where on the flank it was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Place {
+pub enum MeasuringPosition {
     Middle,
     /// Leads on the inner circle (`f`), profiles low on the face width (`u`).
     First,
@@ -81,7 +81,7 @@ pub enum Statistic {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Meaning {
     pub characteristic: Characteristic,
-    pub place: Place,
+    pub place: MeasuringPosition,
     pub statistic: Statistic,
     pub side: Option<Side>,
 }
@@ -131,9 +131,9 @@ pub(super) fn code_of(code: u32) -> Option<Meaning> {
     };
     let at = |first: u32| {
         (first..first + 3).contains(&group).then(|| match group - first {
-            0 => Place::Middle,
-            1 => Place::First,
-            _ => Place::Second,
+            0 => MeasuringPosition::Middle,
+            1 => MeasuringPosition::First,
+            _ => MeasuringPosition::Second,
         })
     };
     if let Some((characteristic, place)) = OF_FLANKS.iter().find_map(|(first, name)| Some((*name, at(*first)?))) {
@@ -144,7 +144,7 @@ pub(super) fn code_of(code: u32) -> Option<Meaning> {
     }
     let (_, characteristic, sided, statistic) = OF_GEAR.iter().find(|(first, ..)| *first == group)?;
     let side = sided.then_some(side);
-    Some(Meaning { characteristic: *characteristic, place: Place::Middle, statistic: *statistic, side })
+    Some(Meaning { characteristic: *characteristic, place: MeasuringPosition::Middle, statistic: *statistic, side })
 }
 
 #[cfg(test)]
@@ -154,15 +154,15 @@ mod tests {
     #[test]
     fn codes_mean_what_instruments_print() {
         let is = |code: u32| code_of(code).map(|m| (m.characteristic.symbol(), m.place, m.statistic, m.side));
-        assert_eq!(is(10113), Some(("f_Hbeta", Place::Middle, Statistic::Tooth, Some(Side::Left))));
-        assert_eq!(is(10100), Some(("f_Hbeta", Place::Middle, Statistic::Min, Some(Side::Right))));
-        assert_eq!(is(10321), Some(("f_Hbeta", Place::Second, Statistic::Tooth, Some(Side::Right))));
-        assert_eq!(is(10460), Some(("F_beta", Place::Middle, Statistic::Variation, Some(Side::Right))));
-        assert_eq!(is(20811), Some(("f_falpha", Place::First, Statistic::Tooth, Some(Side::Left))));
-        assert_eq!(is(26450), Some(("d_f", Place::Middle, Statistic::Variation, None)));
-        assert_eq!(is(26911), Some(("d_a", Place::Second, Statistic::Tooth, None)));
-        assert_eq!(is(31020), Some(("F_p", Place::Middle, Statistic::Gear, Some(Side::Right))));
-        assert_eq!(is(33410), Some(("M_dK", Place::Middle, Statistic::Max, None)));
+        assert_eq!(is(10113), Some(("f_Hbeta", MeasuringPosition::Middle, Statistic::Tooth, Some(Side::Left))));
+        assert_eq!(is(10100), Some(("f_Hbeta", MeasuringPosition::Middle, Statistic::Min, Some(Side::Right))));
+        assert_eq!(is(10321), Some(("f_Hbeta", MeasuringPosition::Second, Statistic::Tooth, Some(Side::Right))));
+        assert_eq!(is(10460), Some(("F_beta", MeasuringPosition::Middle, Statistic::Variation, Some(Side::Right))));
+        assert_eq!(is(20811), Some(("f_falpha", MeasuringPosition::First, Statistic::Tooth, Some(Side::Left))));
+        assert_eq!(is(26450), Some(("d_f", MeasuringPosition::Middle, Statistic::Variation, None)));
+        assert_eq!(is(26911), Some(("d_a", MeasuringPosition::Second, Statistic::Tooth, None)));
+        assert_eq!(is(31020), Some(("F_p", MeasuringPosition::Middle, Statistic::Gear, Some(Side::Right))));
+        assert_eq!(is(33410), Some(("M_dK", MeasuringPosition::Middle, Statistic::Max, None)));
         assert_eq!([is(21611), is(7), is(999_999)], [None, None, None]);
     }
 }

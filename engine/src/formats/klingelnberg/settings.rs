@@ -107,7 +107,7 @@ pub struct PlusMaterial {
 
 /// The section that deviations are taken in (code 183).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SliceOf {
+pub enum SectionPlane {
     Transverse,
     Normal,
     Axial,
@@ -133,7 +133,7 @@ pub struct Rules {
     /// Code 182.
     pub profile_plus_material: PlusMaterial,
     /// Code 183.
-    pub section: Option<SliceOf>,
+    pub section: Option<SectionPlane>,
 }
 
 impl Header {
@@ -263,9 +263,9 @@ impl Header {
             helix_plus_material: plus(181),
             profile_plus_material: plus(182),
             section: whole(183).and_then(|section| match section {
-                0 => Some(SliceOf::Transverse),
-                1 => Some(SliceOf::Normal),
-                2 => Some(SliceOf::Axial),
+                0 => Some(SectionPlane::Transverse),
+                1 => Some(SectionPlane::Normal),
+                2 => Some(SectionPlane::Axial),
                 _ => None,
             }),
         }

@@ -16,11 +16,11 @@ use crate::gear::{Kind, Side};
 
 /// What a positive deviation is to mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Sense {
+pub enum SignConvention {
     /// Material stands out of the nominal flank, as everywhere in [`crate::gear`].
     Material,
-    /// Slopes get the sign of DIN: profiles as [`Sense::Material`], leads positive where a positive
-    /// slope turns the helix to the right.
+    /// Slopes get the sign of DIN: profiles as [`SignConvention::Material`], leads positive where a
+    /// positive slope turns the helix to the right.
     Din,
 }
 
@@ -46,10 +46,10 @@ impl Signs {
     }
 
     /// +1 or −1, by which a stored deviation is multiplied.
-    pub fn factor(self, sense: Sense, kind: Kind, side: Side) -> f64 {
+    pub fn factor(self, sense: SignConvention, kind: Kind, side: Side) -> f64 {
         match (sense, kind) {
-            (Sense::Din, Kind::Helix) => -1.0,
-            (Sense::Material, _) | (Sense::Din, Kind::Profile) => -side.sign(),
+            (SignConvention::Din, Kind::Helix) => -1.0,
+            (SignConvention::Material, _) | (SignConvention::Din, Kind::Profile) => -side.sign(),
         }
     }
 
@@ -76,7 +76,7 @@ mod tests {
             (Kind::Helix, Side::Left, -1.0, -1.0),
             (Kind::Helix, Side::Right, 1.0, -1.0),
         ] {
-            let factors = [Sense::Material, Sense::Din].map(|sense| signs.factor(sense, kind, side));
+            let factors = [SignConvention::Material, SignConvention::Din].map(|sense| signs.factor(sense, kind, side));
             assert_eq!(factors, [material, din]);
         }
     }

@@ -152,7 +152,7 @@ fn section_of<'a>(line: Line<'a>, rest: &'a str) -> Result<Section, FileError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::file_error::Place;
+    use super::super::super::file_error::FilePosition;
     use super::*;
 
     fn head(text: &str) -> Option<TraceHead<'_>> {
@@ -192,7 +192,7 @@ mod tests {
             ("T: Zahn-Nr.: 1 /Profil:a links / 480 Werte z= 1", 24),
         ] {
             let fault = parse(Line { number: 3, text }).unwrap_err();
-            assert_eq!(fault.place(), Some(Place { line: 3, column }), "{text}: {fault}");
+            assert_eq!(fault.place(), Some(FilePosition { line: 3, column }), "{text}: {fault}");
         }
     }
 }

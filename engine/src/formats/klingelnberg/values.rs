@@ -6,7 +6,7 @@ use super::{
         source::{Line, Lines, number},
     },
     FileError, FileKind, Header,
-    results::{Characteristic, Place, Statistic, code_of},
+    results::{Characteristic, MeasuringPosition, Statistic, code_of},
     trace_head::{is_tooth, side_of},
 };
 use crate::gear::Side;
@@ -19,18 +19,18 @@ const NOT_AVAILABLE: f64 = 8999.0;
 
 /// What stands for a result.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reading {
+pub enum ResultValue {
     /// µm for deviations, mm for diameters and spans.
     Value(f64),
     NotMeasured,
     NotAvailable,
 }
 
-impl Reading {
+impl ResultValue {
     pub fn value(self) -> Option<f64> {
         match self {
-            Reading::Value(value) => Some(value),
-            Reading::NotMeasured | Reading::NotAvailable => None,
+            ResultValue::Value(value) => Some(value),
+            ResultValue::NotMeasured | ResultValue::NotAvailable => None,
         }
     }
 }
@@ -43,11 +43,11 @@ pub struct ResultLine {
     pub name: String,
     /// `None` for a code of no known meaning.
     pub characteristic: Option<Characteristic>,
-    pub place: Place,
+    pub place: MeasuringPosition,
     pub statistic: Statistic,
     pub side: Option<Side>,
     pub tooth: Option<String>,
-    pub reading: Reading,
+    pub reading: ResultValue,
     pub line: usize,
 }
 
@@ -107,9 +107,9 @@ fn result_of(line: Line, separator: char, notes: &mut Notes) -> Result<Option<Re
     let value =
         number(printed).ok_or_else(|| line.expected(if printed.is_empty() { value } else { printed }, "a value"))?;
     let reading = match value {
-        NOT_MEASURED => Reading::NotMeasured,
-        NOT_AVAILABLE => Reading::NotAvailable,
-        value => Reading::Value(value),
+        NOT_MEASURED => ResultValue::NotMeasured,
+        NOT_AVAILABLE => ResultValue::NotAvailable,
+        value => ResultValue::Value(value),
     };
     let meaning = code_of(code);
     let words = || label.split_ascii_whitespace();
@@ -133,7 +133,7 @@ fn result_of(line: Line, separator: char, notes: &mut Notes) -> Result<Option<Re
         code,
         name,
         characteristic: meaning.map(|meaning| meaning.characteristic),
-        place: meaning.map_or(Place::Middle, |meaning| meaning.place),
+        place: meaning.map_or(MeasuringPosition::Middle, |meaning| meaning.place),
         statistic,
         side: by_code.or(by_label),
         tooth: tooth.flatten().map(str::to_owned),

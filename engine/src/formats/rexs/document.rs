@@ -8,7 +8,7 @@ use quick_xml::{
 
 use super::{
     super::{
-        file_error::{FileError, Place, shown},
+        file_error::{FileError, FilePosition, shown},
         source::{number, place_in},
     },
     base64::Code,
@@ -186,7 +186,7 @@ struct Open {
 }
 
 impl Parser<'_> {
-    fn place(&self, offset: usize) -> Place {
+    fn place(&self, offset: usize) -> FilePosition {
         place_in(self.text, offset)
     }
 

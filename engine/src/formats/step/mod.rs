@@ -27,7 +27,7 @@ const UNCERTAINTY: f64 = 1e-6;
 ///
 /// ```
 /// use flankfit_engine::{
-///     formats::{CadShape, Label, Moment, NamedShape, step},
+///     formats::{CadShape, Label, NamedShape, UtcTime, step},
 ///     geometry::{BSplineBasis, curve::BSplineCurve, space::{Dimension, Vector}},
 /// };
 ///
@@ -38,7 +38,7 @@ const UNCERTAINTY: f64 = 1e-6;
 ///     name: "edge".into(),
 ///     author: String::new(),
 ///     organization: String::new(),
-///     written_at: Moment::epoch(),
+///     written_at: UtcTime::epoch(),
 /// };
 /// let file = step::write(&[NamedShape { name: "edge", shape: CadShape::Curve(&line) }], &label)?;
 /// assert!(file.starts_with("ISO-10303-21;") && file.contains("B_SPLINE_CURVE_WITH_KNOTS"));

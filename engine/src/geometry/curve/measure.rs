@@ -120,16 +120,16 @@ fn allowance(tolerance: f64) -> f64 {
 }
 
 /// A part of a smooth piece of the curve.
-struct Part {
+struct Segment {
     ends: [f64; 2],
     /// The width of the piece.
     piece: f64,
     estimate: Estimate,
 }
 
-impl Part {
+impl Segment {
     fn new(curve: &(impl Curve + ?Sized), ends: [f64; 2], piece: f64) -> Self {
-        Part { ends, piece, estimate: estimate(curve, ends[0], ends[1]) }
+        Segment { ends, piece, estimate: estimate(curve, ends[0], ends[1]) }
     }
 
     /// What rounding of the places makes of its length.
@@ -157,10 +157,10 @@ fn part_length(
     }
     // level by level, so that what is left when the halvings are used up is spread over the curve
     let first = breaks.partition_point(|place| *place <= start).saturating_sub(1);
-    let mut waiting: VecDeque<Part> = breaks[first..]
+    let mut waiting: VecDeque<Segment> = breaks[first..]
         .windows(2)
         .take_while(|piece| piece[0] < end)
-        .map(|piece| Part::new(curve, [piece[0].max(start), piece[1].min(end)], piece[1] - piece[0]))
+        .map(|piece| Segment::new(curve, [piece[0].max(start), piece[1].min(end)], piece[1] - piece[0]))
         .collect();
     let total: f64 = waiting.iter().map(|part| part.estimate.value).sum();
     // every part may err as much as its share of the parameter
@@ -177,7 +177,7 @@ fn part_length(
             noises.push(part.noise());
         } else {
             *halvings -= 1;
-            waiting.extend([[a, middle], [middle, b]].map(|ends| Part::new(curve, ends, part.piece)));
+            waiting.extend([[a, middle], [middle, b]].map(|ends| Segment::new(curve, ends, part.piece)));
         }
     }
     let length = sum2(&values).to_f64();

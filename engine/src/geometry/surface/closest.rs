@@ -80,10 +80,10 @@ struct Open {
     bound: f64,
     /// How many were there before.
     order: usize,
-    part: Part,
+    part: Region,
 }
 
-enum Part {
+enum Region {
     Ball(usize),
     Cell(Box<(Cell, Rectangle)>),
 }
@@ -117,7 +117,7 @@ struct Queue {
 }
 
 impl Queue {
-    fn push(&mut self, bound: f64, part: Part) {
+    fn push(&mut self, bound: f64, part: Region) {
         self.heap.push(Open { bound, order: self.count, part });
         self.count += 1;
     }
@@ -198,7 +198,7 @@ impl<'a> ClosestPoint<'a> {
     pub fn to(&self, node: &Vector) -> SurfacePoint {
         let mut best = Best { at: [0.0; 2], point: Vector::zeros(), square: f64::INFINITY, is_orthogonal: false };
         let mut queue = Queue::default();
-        queue.push(0.0, Part::Ball(self.tree.len() - 1));
+        queue.push(0.0, Region::Ball(self.tree.len() - 1));
         let mut halved = 0;
         while let Some(Open { bound, part, .. }) = queue.heap.pop() {
             cancel::checkpoint();
@@ -208,26 +208,26 @@ impl<'a> ClosestPoint<'a> {
                 break;
             }
             match part {
-                Part::Ball(ball) => match self.tree[ball].content {
+                Region::Ball(ball) => match self.tree[ball].content {
                     Content::Leaf(leaf) => {
                         let Leaf { cell, piece } = self.leaves[leaf];
-                        queue.push(cell.bound(node).max(bound), Part::Cell(Box::new((cell, piece))));
+                        queue.push(cell.bound(node).max(bound), Region::Cell(Box::new((cell, piece))));
                     }
                     Content::Balls(a, b) => {
                         for k in [a, b] {
                             let ball = &self.tree[k];
-                            queue.push(((ball.center - node).norm() - ball.radius).max(bound), Part::Ball(k));
+                            queue.push(((ball.center - node).norm() - ball.radius).max(bound), Region::Ball(k));
                         }
                     }
                 },
-                Part::Cell(open) => {
+                Region::Cell(open) => {
                     let (cell, piece) = *open;
                     if self.settles(&cell, piece, node, &mut best) || halved == MOST_HALVED {
                         continue;
                     }
                     halved += 1;
                     for half in cell.halves(self.surface).into_iter().flatten() {
-                        queue.push(half.bound(node).max(bound), Part::Cell(Box::new((half, piece))));
+                        queue.push(half.bound(node).max(bound), Region::Cell(Box::new((half, piece))));
                     }
                 }
             }

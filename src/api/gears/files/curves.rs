@@ -19,7 +19,7 @@ use crate::api::{
     problem::Problem,
 };
 use flankfit_engine::{
-    formats::klingelnberg::{Curves, ProfileAxis, Range, Sense, SliceOf},
+    formats::klingelnberg::{Curves, ProfileAxis, Range, SectionPlane, SignConvention},
     gear::{
         Gear, Kind, Trace,
         evaluation::{self, FlankTraces, Levelled, Position, Posted},
@@ -29,7 +29,7 @@ use flankfit_engine::{
 /// Reads the traces of a file of curves.
 pub(in crate::api) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&Gear>) -> Result<FileRead, Problem> {
     let asked = spec.evaluation.as_ref().and_then(|evaluation| evaluation.direction);
-    if curves.header.rules().section == Some(SliceOf::Axial) && asked.is_none() {
+    if curves.header.rules().section == Some(SectionPlane::Axial) && asked.is_none() {
         let detail = "deviations of axial sections (code 183) are not known to be along any direction; say it as \
             `direction` of `evaluation`";
         return Err(Problem::invalid(Faults::one("/spec/evaluation/direction", detail)));
@@ -46,7 +46,7 @@ pub(in crate::api) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&
             warnings.push(NoticeBody::new("sign_assumed", &message));
         }
     }
-    let placed = curves.place(&gear).with_sense(signs, Sense::Din);
+    let placed = curves.place(&gear).with_sense(signs, SignConvention::Din);
     for lost in &placed.unplaced {
         let message = format!("line {}: the trace of tooth {} has no positions: {}", lost.line, lost.tooth, lost.why);
         warnings.push(NoticeBody::new("trace_without_positions", &message));
@@ -101,7 +101,7 @@ fn settings(curves: &Curves, gear: &Gear, mut asked: EvaluationSettingsBody) -> 
         let length = rules.helix_length.length;
         asked.helix_reference_length_mm = length.left.or(length.right).filter(|length| *length > 0.0);
     }
-    if rules.section == Some(SliceOf::Normal) {
+    if rules.section == Some(SectionPlane::Normal) {
         asked.direction = asked.direction.or(Some(DirectionName::Normal));
     }
     asked.sign = asked.sign.or(Some(SignName::Din));

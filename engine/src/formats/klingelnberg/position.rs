@@ -2,7 +2,7 @@
 
 use super::{
     super::topography::{Topography, ascending},
-    Block, Curve, Curves, HelixSetup, ProfileAxis, ProfileSetup, Section, Sense, Sides, Signs,
+    Block, Curve, Curves, HelixSetup, ProfileAxis, ProfileSetup, Section, Sides, SignConvention, Signs,
 };
 use crate::{
     fault::words::Shown,
@@ -11,7 +11,7 @@ use crate::{
 
 /// A trace whose samples have positions.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlacedTrace {
+pub struct PositionedTrace {
     /// Deviations with the sign stored.
     pub trace: Trace,
     pub block: Block,
@@ -25,7 +25,7 @@ pub struct PlacedTrace {
 
 /// Why a trace has no positions.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum WhyUnplaced {
+pub enum PositionFault {
     /// The header does not say where it was measured.
     #[error("the header has no measuring range (codes {} and {})", .codes[0], .codes[1])]
     NoRange { codes: [u32; 2] },
@@ -40,36 +40,36 @@ pub enum WhyUnplaced {
 
 /// A trace that could not be placed: nothing of a file is left out without a word.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unplaced {
+pub struct UnpositionedTrace {
     pub tooth: String,
     pub side: Side,
     pub kind: Kind,
     pub line: usize,
-    pub why: WhyUnplaced,
+    pub why: PositionFault,
 }
 
 /// All traces of a file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Placed {
-    pub traces: Vec<PlacedTrace>,
-    pub unplaced: Vec<Unplaced>,
+pub struct PositionedTraces {
+    pub traces: Vec<PositionedTrace>,
+    pub unplaced: Vec<UnpositionedTrace>,
 }
 
 impl Curves {
     /// Gives every sample its position: roll length for profiles (equal steps of roll length from
     /// start to end of the measuring range), z for leads; section z or diameter. Deviations keep
-    /// the sign stored; see [`Placed::with_sense`].
+    /// the sign stored; see [`PositionedTraces::with_sense`].
     ///
     /// `gear` is the one that was measured, from [`Header::gear`](super::Header::gear) or known
     /// otherwise.
-    pub fn place(&self, gear: &Gear) -> Placed {
+    pub fn place(&self, gear: &Gear) -> PositionedTraces {
         let header = &self.header;
         let site = Site { gear, profile: header.profile_setup(), helix: header.helix_setup() };
-        let mut placed = Placed { traces: Vec::with_capacity(self.curves.len()), unplaced: Vec::new() };
+        let mut placed = PositionedTraces { traces: Vec::with_capacity(self.curves.len()), unplaced: Vec::new() };
         for curve in &self.curves {
             match site.place(curve) {
                 Ok(trace) => placed.traces.push(trace),
-                Err(why) => placed.unplaced.push(Unplaced {
+                Err(why) => placed.unplaced.push(UnpositionedTrace {
                     tooth: curve.tooth.clone(),
                     side: curve.side,
                     kind: curve.kind,
@@ -87,9 +87,9 @@ impl Curves {
     }
 }
 
-impl Placed {
+impl PositionedTraces {
     /// Turns every stored deviation into one sense.
-    pub fn with_sense(mut self, signs: Signs, sense: Sense) -> Self {
+    pub fn with_sense(mut self, signs: Signs, sense: SignConvention) -> Self {
         for placed in &mut self.traces {
             let factor = signs.factor(sense, placed.trace.kind, placed.trace.side);
             for value in &mut placed.trace.deviation {
@@ -101,7 +101,7 @@ impl Placed {
 
     /// Grids: the traces of one kind on one flank of a tooth at two or more sections, letters of
     /// the tooth aside. Traces of a tooth whose numbers of samples or ranges differ make no grid;
-    /// they stay among the traces. A surface needs [`Sense::Material`].
+    /// they stay among the traces. A surface needs [`SignConvention::Material`].
     pub fn topographies(&self, gear: &Gear) -> Vec<Topography> {
         let mut groups: Vec<(&str, Side, Kind, Vec<&Trace>)> = Vec::new();
         let mut index = std::collections::HashMap::new();
@@ -150,25 +150,25 @@ struct Site<'a> {
 }
 
 impl Site<'_> {
-    fn place(&self, curve: &Curve) -> Result<PlacedTrace, WhyUnplaced> {
+    fn place(&self, curve: &Curve) -> Result<PositionedTrace, PositionFault> {
         let (start, end) = match curve.kind {
             Kind::Profile => {
-                let range = self.profile.measured.of(curve.side).ok_or(WhyUnplaced::NoRange { codes: [41, 44] })?;
+                let range = self.profile.measured.of(curve.side).ok_or(PositionFault::NoRange { codes: [41, 44] })?;
                 (self.roll_length(range.start)?, self.roll_length(range.end)?)
             }
             Kind::Helix => {
-                let range = self.helix.measured.of(curve.side).ok_or(WhyUnplaced::NoRange { codes: [61, 64] })?;
+                let range = self.helix.measured.of(curve.side).ok_or(PositionFault::NoRange { codes: [61, 64] })?;
                 (range.start, range.end)
             }
         };
         let count = curve.values.len();
         if start == end && count > 1 {
-            return Err(WhyUnplaced::NoLength { at: start });
+            return Err(PositionFault::NoLength { at: start });
         }
         let steps = count.saturating_sub(1).max(1) as f64;
         let at =
             (0..count).map(|i| if i + 1 == count && i > 0 { end } else { start + (end - start) * (i as f64 / steps) });
-        Ok(PlacedTrace {
+        Ok(PositionedTrace {
             trace: Trace {
                 tooth: curve.tooth.clone(),
                 side: curve.side,
@@ -185,15 +185,15 @@ impl Site<'_> {
     }
 
     /// Roll length of a place on the profile, mm.
-    fn roll_length(&self, place: f64) -> Result<f64, WhyUnplaced> {
+    fn roll_length(&self, place: f64) -> Result<f64, PositionFault> {
         let base = 2.0 * self.gear.base_radius();
         match &self.profile.axis {
             ProfileAxis::Diameter => {
-                self.gear.roll_length(place).ok_or(WhyUnplaced::BelowBase { diameter: place, base })
+                self.gear.roll_length(place).ok_or(PositionFault::BelowBase { diameter: place, base })
             }
             ProfileAxis::RollLength => Ok(place),
             ProfileAxis::RollAngle => Ok(self.gear.base_radius() * place.to_radians()),
-            ProfileAxis::Unknown(word) => Err(WhyUnplaced::UnknownAxis { word: word.clone() }),
+            ProfileAxis::Unknown(word) => Err(PositionFault::UnknownAxis { word: word.clone() }),
         }
     }
 
