@@ -4,6 +4,7 @@ mod processor;
 
 use std::{
     ffi::{c_int, c_long},
+    io::Write as _,
     process::ExitCode,
 };
 
@@ -13,10 +14,11 @@ use std::{
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    let missing = processor::missing();
-    if !missing.is_empty() {
-        let missing = missing.join(", ");
-        eprintln!("flankfit: this program is built for x86-64-v3 processors; this one lacks {missing}");
+    if !processor::suffices() {
+        // no format: making its arguments could be an instruction that is missing
+        let _ = std::io::stderr().write_all(
+            b"flankfit: this program is built for processors with x86-64-v3 (AVX2, FMA, BMI2), which this one is not\n",
+        );
         return ExitCode::from(WRONG_PROCESSOR);
     }
     run()
