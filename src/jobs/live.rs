@@ -13,7 +13,7 @@ use tokio::sync::{OwnedMutexGuard, watch};
 use uuid::Uuid;
 
 use super::{
-    repository::Stored,
+    outcome::Stored,
     stream::{NewBlock, Stream},
 };
 use flankfit_engine::estimation::Recursive;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::repository::RepositoryError;
+use super::outcome::RepositoryError;
 use flankfit_engine::gear::{
     Side,
     tooth::{self, Position},

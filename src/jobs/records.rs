@@ -5,9 +5,9 @@ use std::sync::Arc;
 use uuid::Uuid;
 
 use super::{
+    outcome::{RepositoryError, Stored},
     page::{Page, PageRequest},
     record::{Record, RecordDraft, RecordKind, RecordSummary},
-    repository::{RepositoryError, Stored},
     service::{Jobs, Keyed},
 };
 

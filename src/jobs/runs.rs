@@ -8,7 +8,7 @@ use super::{
     draft::{IterationDraft, JobDraft},
     idempotency::ANSWERS_KEPT,
     iteration::NewRun,
-    repository::{RepositoryError, Stored},
+    outcome::{RepositoryError, Stored},
     service::{Jobs, Keyed},
 };
 

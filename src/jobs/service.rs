@@ -18,9 +18,10 @@ use super::{
     job::{Job, JobPatch},
     live::LiveStreams,
     measurand::{Measurand, Successors},
+    outcome::{Precondition, RepositoryError, Stored},
     page::{Page, PageRequest},
     record::Record,
-    repository::{Precondition, Repository, RepositoryError, Stored},
+    repository::Repository,
 };
 use flankfit_engine::estimation::Nodes;
 

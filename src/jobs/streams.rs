@@ -10,7 +10,7 @@ use super::{
     event::JobEvent,
     iteration::NewIteration,
     live::{LiveStreams, Slot},
-    repository::{Precondition, RepositoryError, Stored},
+    outcome::{Precondition, RepositoryError, Stored},
     service::{Jobs, Keyed, to_the_end},
     stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
 };

@@ -2,14 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::{
-    fault::{GearFaults, GearField, GearReason},
-    generation::rack,
-    involute::Flank,
-};
+use super::fault::GearField;
 
-/// Most teeth of a gear.
-pub const MOST_TEETH: u32 = 10_000;
 /// No length of a gear is smaller (but a radius of its tool), mm: a µm.
 pub const LEAST_LENGTH: f64 = 1e-3;
 /// No length is larger, mm: a kilometre.
@@ -112,9 +106,8 @@ pub struct Gear {
 }
 
 impl Gear {
-    /// Checks the data.
-    pub fn new(data: GearData) -> Result<Self, GearFaults> {
-        check(&data)?;
+    /// What follows from data that have been checked.
+    pub(super) fn derived(data: GearData) -> Self {
         let module = data.normal_module / data.helix_angle.cos();
         let reference = 0.5 * f64::from(data.teeth) * module;
         let transverse_pressure_angle = (data.pressure_angle.tan() / data.helix_angle.cos()).atan();
@@ -123,57 +116,14 @@ impl Gear {
         let dedendum = data.tool.map_or(DEDENDUM, |tool| tool.addendum_factor);
         let tip = data.tip_diameter.map_or(reference + out * (ADDENDUM * data.normal_module + shifted), |d| 0.5 * d);
         let root = data.root_diameter.map_or(reference - out * (dedendum * data.normal_module - shifted), |d| 0.5 * d);
-        let gear = Gear {
+        Gear {
             transverse_pressure_angle,
             base_radius: reference * transverse_pressure_angle.cos(),
             base_helix_angle: (data.helix_angle.sin() * data.pressure_angle.cos()).asin(),
             tip_radius: tip,
             root_radius: root,
             data,
-        };
-        gear.check_circles()?;
-        gear.check_tooth()?;
-        rack::check(&gear)?;
-        Ok(gear)
-    }
-
-    /// Between root and tip there must be a tooth, and a space beside it.
-    fn check_tooth(&self) -> Result<(), GearFaults> {
-        let flank = Flank::new(self, Side::Left);
-        let half_tooth = |radius: f64| flank.half_angle(self.roll_length(2.0 * radius).unwrap_or(0.0));
-        // Teeth get thinner outwards on external gears and inwards on internal ones, the spaces the
-        // other way.
-        let inner = if self.data.internal { self.tip_radius } else { self.root_radius };
-        let outer = if self.data.internal { self.root_radius } else { self.tip_radius };
-        let (thick, wide) = if self.data.internal { (outer, inner) } else { (inner, outer) };
-        let mut faults = GearFaults::default();
-        if !(half_tooth(thick) > 0.0) {
-            faults.push(GearField::ProfileShift, GearReason::NoTooth(2.0 * thick));
         }
-        if !(half_tooth(wide) < PI / self.teeth()) {
-            faults.push(GearField::ProfileShift, GearReason::NoSpace(2.0 * wide));
-        }
-        faults.into_result(())
-    }
-
-    /// Circles that leave no involute between them.
-    fn check_circles(&self) -> Result<(), GearFaults> {
-        let (tip, root, base) = (self.tip_radius, self.root_radius, self.base_radius);
-        let mut faults = GearFaults::default();
-        let internal = self.data.internal;
-        let crossed = if internal { tip >= root } else { tip <= root };
-        let (tip, root_diameter, base) = (2.0 * tip, 2.0 * root, 2.0 * base);
-        if crossed {
-            faults.push(self.given_circle(), GearReason::TipAndRoot { tip, root: root_diameter, internal });
-        } else if !internal && tip <= base {
-            faults.push(self.given_circle(), GearReason::TipWithinBase { tip, base });
-        } else if internal && root_diameter <= base {
-            faults.push(self.given_circle(), GearReason::RootWithinBase { root: root_diameter, base });
-        }
-        if !(root > 0.0) && self.data.root_diameter.is_none() {
-            faults.push(GearField::ProfileShift, GearReason::NoRoot);
-        }
-        faults.into_result(())
     }
 
     /// The datum that circles hang on.
@@ -284,47 +234,4 @@ impl Gear {
     pub fn diameter(&self, roll_length: f64) -> f64 {
         2.0 * self.base_radius.hypot(roll_length)
     }
-}
-
-fn check(data: &GearData) -> Result<(), GearFaults> {
-    let mut faults = GearFaults::default();
-    if !(1..=MOST_TEETH).contains(&data.teeth) {
-        faults.push(GearField::Teeth, GearReason::Teeth(data.teeth));
-    }
-    let lengths = [
-        (GearField::NormalModule, Some(data.normal_module)),
-        (GearField::FaceWidth, data.face_width),
-        (GearField::TipDiameter, data.tip_diameter),
-        (GearField::RootDiameter, data.root_diameter),
-    ];
-    for (field, length) in lengths {
-        if let Some(length) = length.filter(|length| !(LEAST_LENGTH..=MOST_LENGTH).contains(length)) {
-            faults.push(field, GearReason::Length(length));
-        }
-    }
-    for (field, value, [low, high]) in [
-        (GearField::PressureAngle, data.pressure_angle, PRESSURE_ANGLES),
-        (GearField::HelixAngle, data.helix_angle, HELIX_ANGLES),
-    ] {
-        let [low, high] = [low.to_radians(), high.to_radians()];
-        if !(low..high).contains(&value) {
-            faults.push(field, GearReason::Angle { value, low, high });
-        }
-    }
-    if !(data.profile_shift.abs() <= 100.0) {
-        faults.push(GearField::ProfileShift, GearReason::ProfileShift(data.profile_shift));
-    }
-    if let Some(tool) = &data.tool {
-        let parts = [
-            (GearField::ToolTipRadius, tool.tip_radius),
-            (GearField::ToolAddendum, tool.addendum_factor),
-            (GearField::ToolProtuberance, tool.protuberance),
-        ];
-        for (field, part) in parts {
-            if !(0.0..=MOST_LENGTH).contains(&part) {
-                faults.push(field, GearReason::Negative(part));
-            }
-        }
-    }
-    faults.into_result(())
 }

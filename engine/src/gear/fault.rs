@@ -6,7 +6,8 @@ use crate::fault::{
     words::{Shown, counted},
 };
 
-use super::{ProfileAxis, data::MOST_TEETH};
+/// Most teeth of a gear.
+pub const MOST_TEETH: u32 = 10_000;
 
 /// A datum of a gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,34 +156,6 @@ pub enum GearReason {
 
 /// Faults of a gear's data.
 pub type GearFaults = Faults<GearField, GearReason>;
-
-/// A place along the profile where there is no involute.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoInvolute {
-    /// What the value is.
-    pub axis: ProfileAxis,
-    /// mm, or rad.
-    pub value: f64,
-    /// d_b, mm.
-    pub base_diameter: f64,
-}
-
-impl std::fmt::Display for NoInvolute {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let value = Shown(self.value);
-        match self.axis {
-            ProfileAxis::RollLength => write!(f, "a roll length of {value} mm has no involute"),
-            ProfileAxis::RollAngle => write!(f, "a roll angle of {value} rad has no involute"),
-            ProfileAxis::Diameter => write!(
-                f,
-                "a diameter of {value} mm, where the base circle has {} mm, has no involute",
-                Shown(self.base_diameter)
-            ),
-        }
-    }
-}
-
-impl std::error::Error for NoInvolute {}
 
 /// A number that no tooth of the gear has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

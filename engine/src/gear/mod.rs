@@ -11,6 +11,7 @@
 
 #![warn(unreachable_pub)]
 
+mod check;
 pub mod correction;
 pub mod data;
 pub mod deviation;
@@ -29,9 +30,9 @@ pub mod tooth;
 pub mod trace;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
-pub use fault::{GearField, GearReason, NoInvolute, Refused};
+pub use fault::{GearField, GearReason, Refused};
 pub use flank_grid::{FlankGrid, GridSpec};
 pub use geometry::Geometry;
 pub use modification::Modifications;
-pub use profile_axis::ProfileAxis;
+pub use profile_axis::{NoInvolute, ProfileAxis};
 pub use trace::{Kind, Trace};

@@ -1,7 +1,7 @@
 //! Coordinates along the profile.
 
-use super::{Gear, NoInvolute};
-use crate::fault::Faults;
+use super::Gear;
+use crate::fault::{Faults, words::Shown};
 
 /// What profile values are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -14,6 +14,34 @@ pub enum ProfileAxis {
     /// mm.
     Diameter,
 }
+
+/// A place along the profile where there is no involute.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoInvolute {
+    /// What the value is.
+    pub axis: ProfileAxis,
+    /// mm, or rad.
+    pub value: f64,
+    /// d_b, mm.
+    pub base_diameter: f64,
+}
+
+impl std::fmt::Display for NoInvolute {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let value = Shown(self.value);
+        match self.axis {
+            ProfileAxis::RollLength => write!(f, "a roll length of {value} mm has no involute"),
+            ProfileAxis::RollAngle => write!(f, "a roll angle of {value} rad has no involute"),
+            ProfileAxis::Diameter => write!(
+                f,
+                "a diameter of {value} mm, where the base circle has {} mm, has no involute",
+                Shown(self.base_diameter)
+            ),
+        }
+    }
+}
+
+impl std::error::Error for NoInvolute {}
 
 /// What no gear reaches, and no square of it overflows, mm.
 const MOST_ROLL_LENGTH: f64 = 1e7;

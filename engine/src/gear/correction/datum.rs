@@ -5,11 +5,11 @@
 //! the same changes and standard errors as with a constant of its own for each zero, and as many
 //! degrees of freedom fewer.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::{
     fault::{CorrectionFaults, CorrectionField, CorrectionReason},
-    problem::{Asked, Correction},
+    problem::{Correction, lost},
 };
 
 /// A column of which less than this is left when its mean is taken off moves the flank as a whole,
@@ -60,15 +60,6 @@ impl Correction {
     /// Degrees of freedom that the means took.
     pub(super) fn lost(&self) -> usize {
         lost(&self.asked, &self.counted)
-    }
-}
-
-/// Means that are taken off the nodes `counted`.
-pub(super) fn lost(asked: &Asked, counted: &[usize]) -> usize {
-    match &asked.traces {
-        _ if asked.absolute => 0,
-        Some(traces) => counted.iter().map(|&k| traces[k]).collect::<BTreeSet<usize>>().len(),
-        None => 1,
     }
 }
 

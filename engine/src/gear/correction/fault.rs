@@ -1,10 +1,14 @@
 //! What is wrong with a correction, with the nodes of a machine's sensitivity, with a comparison.
 
-use super::problem::{MOST_ENTRIES, MOST_SETTINGS};
 use crate::fault::{
     Common, Faults,
     words::{Shown, counted, entries},
 };
+
+/// Most settings of a machine.
+pub const MOST_SETTINGS: usize = 64;
+/// Most entries of a sensitivity matrix.
+pub const MOST_ENTRIES: usize = 2_000_000;
 
 /// A part of a setting's limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

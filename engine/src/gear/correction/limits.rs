@@ -13,7 +13,6 @@
 use super::{
     damping::{self, Damping, Trust},
     problem::{Asked, Correction, Setting},
-    solution::Limit,
 };
 use crate::estimation::{
     FitError, FitResult, FitSpec, Nodes, fit,
@@ -21,6 +20,13 @@ use crate::estimation::{
     spec::{Attraction, Count, ExpectedSize, JamesStein, Model, Regularization},
 };
 use crate::numerics::cancel;
+
+/// Which limit a setting stands at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    Min,
+    Max,
+}
 
 /// Rounds for each setting, at most.
 const ROUNDS: usize = 8;

@@ -1,19 +1,15 @@
 //! What a correction is asked for, checked once.
 
+use std::collections::BTreeSet;
+
 use super::{
     damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping},
-    datum::lost,
-    fault::{CorrectionFaults, CorrectionField, CorrectionReason, Left, LimitField},
+    fault::{CorrectionFaults, CorrectionField, CorrectionReason, Left, LimitField, MOST_ENTRIES, MOST_SETTINGS},
 };
 use crate::{
     estimation::spec::{Include, Scaling},
     fault::Common,
 };
-
-/// Most settings of a machine.
-pub const MOST_SETTINGS: usize = 64;
-/// Most entries of a sensitivity matrix.
-pub const MOST_ENTRIES: usize = 2_000_000;
 
 /// One setting of the machine.
 #[derive(Clone, Debug, PartialEq)]
@@ -320,4 +316,13 @@ fn check_lists(asked: &Asked, nodes: usize, faults: &mut CorrectionFaults) {
         faults.push(CorrectionField::Weight { index }, CorrectionReason::Weight(*weight));
     }
     count(asked.traces.as_ref().map(Vec::len), CorrectionField::Traces, faults);
+}
+
+/// Means that are taken off the nodes `counted`.
+pub(super) fn lost(asked: &Asked, counted: &[usize]) -> usize {
+    match &asked.traces {
+        _ if asked.absolute => 0,
+        Some(traces) => counted.iter().map(|&k| traces[k]).collect::<BTreeSet<usize>>().len(),
+        None => 1,
+    }
 }

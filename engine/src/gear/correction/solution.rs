@@ -3,7 +3,7 @@
 use super::{
     damping::Trust,
     gain::Gain,
-    limits::{Fitted, fit_free, least_change, stand, unsettled},
+    limits::{Fitted, Limit, fit_free, least_change, stand, unsettled},
     problem::{Correction, Setting},
     rounding::rounded,
 };
@@ -12,13 +12,6 @@ use crate::estimation::{
     result::{NormLimitSource, Warning},
 };
 use crate::numerics::cancel::Asking;
-
-/// Which limit a setting stands at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Limit {
-    Min,
-    Max,
-}
 
 /// What becomes of one setting.
 #[derive(Clone, Debug, PartialEq)]

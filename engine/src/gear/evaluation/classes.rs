@@ -1,6 +1,6 @@
 //! Classes of the figures of a trace, and whether a hole leaves them open.
 
-use super::single::{Told, Values};
+use super::subject::{Assessable, Values};
 use crate::{
     fault::words::Shown,
     gear::{
@@ -37,16 +37,16 @@ pub(super) struct Found {
 }
 
 impl Classified<'_> {
-    pub(super) fn classes(&self, told: Told) -> Found {
+    pub(super) fn classes(&self, told: Assessable) -> Found {
         let [slope, form, total] = match self.kind {
             Kind::Profile => [Characteristic::ProfileSlope, Characteristic::ProfileForm, Characteristic::ProfileTotal],
             Kind::Helix => [Characteristic::HelixSlope, Characteristic::HelixForm, Characteristic::HelixTotal],
         };
-        let (values, whole) = (self.values, told == Told::Everything);
+        let (values, whole) = (self.values, told == Assessable::Everything);
         let (of_slope, open) = match told {
-            Told::Nothing | Told::Figures => return Found { classes: None, open: None },
-            Told::Everything => (self.class(slope, values.slope), None),
-            Told::Slope => match self.of_uncertain(slope) {
+            Assessable::Nothing | Assessable::Figures => return Found { classes: None, open: None },
+            Assessable::Everything => (self.class(slope, values.slope), None),
+            Assessable::Slope => match self.of_uncertain(slope) {
                 Ok(class) => (class, None),
                 Err(why) => (None, Some(why)),
             },

@@ -3,8 +3,8 @@
 
 use super::{
     Notice,
-    single::{Subject, Told},
     spacing::{LEAST_COVERED, LONGEST_DISTANCE, Spacing},
+    subject::{Assessable, Subject},
 };
 use crate::fault::words::{Shown, counted};
 
@@ -13,7 +13,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// What the samples tell: whether they reach both ends of the range to one distance of neighbouring
 /// samples (they are discrete), leave no hole in it, and cover enough of it.
-pub(super) fn told(subject: &Subject, u: &[f64], spacing: &Spacing, notices: &mut Vec<Notice>) -> Told {
+pub(super) fn assessable(subject: &Subject, u: &[f64], spacing: &Spacing, notices: &mut Vec<Notice>) -> Assessable {
     let window = subject.window;
     let half = 0.5 * window.length();
     let place = |u: f64| Shown(((window.low + half * (u + 1.0)) * 1e4).round() / 1e4);
@@ -89,10 +89,10 @@ pub(super) fn told(subject: &Subject, u: &[f64], spacing: &Spacing, notices: &mu
         subject.note(notices, "samples_missing", detail);
     }
     match (figures, reached, spacing.holes.is_empty()) {
-        (false, ..) => Told::Nothing,
-        (true, false, _) => Told::Figures,
-        (true, true, false) => Told::Slope,
-        (true, true, true) => Told::Everything,
+        (false, ..) => Assessable::Nothing,
+        (true, false, _) => Assessable::Figures,
+        (true, true, false) => Assessable::Slope,
+        (true, true, true) => Assessable::Everything,
     }
 }
 

@@ -1,7 +1,6 @@
 //! What is wrong with traces, pitches and readings, and with what they are evaluated by; and what a
 //! notice speaks of.
 
-use super::MOST_SAMPLES;
 use crate::{
     fault::{
         Common, Faults,
@@ -9,6 +8,9 @@ use crate::{
     },
     gear::{Kind, NoInvolute},
 };
+
+/// The most samples of all traces together.
+pub const MOST_SAMPLES: usize = 20_000_000;
 
 /// A setting of an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

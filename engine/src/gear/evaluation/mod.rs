@@ -17,6 +17,7 @@ mod gap;
 mod mean_curve;
 mod missing;
 mod noise;
+mod notice;
 mod outliers;
 pub mod pitch;
 pub mod runout;
@@ -24,6 +25,7 @@ mod samples;
 pub mod settings;
 mod single;
 mod spacing;
+mod subject;
 pub mod summary;
 mod suspects;
 mod trace_surface;
@@ -31,14 +33,16 @@ mod trace_surface;
 pub use classes::Classes;
 use classes::Classified;
 pub use design::design;
-use fault::{SettingFaults, SettingField, SettingReason, TraceFaults, TraceField, TraceReason};
+use fault::{MOST_SAMPLES, SettingFaults, SettingField, SettingReason, TraceFaults, TraceField, TraceReason};
 pub use flank_traces::{FlankTraces, flank_traces};
+pub use notice::Notice;
 pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
 pub use samples::Samples;
 use settings::{Outliers, Settings, Window};
-pub use single::{EDGE, FEWEST_SAMPLES, Told, Values};
-use single::{Outcome, Subject};
+use single::Outcome;
 pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
+use subject::Subject;
+pub use subject::{Assessable, EDGE, FEWEST_SAMPLES, Values};
 pub use summary::{Spread, Summary, Twist};
 pub use suspects::{Suspect, Suspects};
 pub use trace_surface::{Levelled, TraceFigures, TraceSurface, figures_of_traces};
@@ -59,15 +63,6 @@ use crate::numerics::cancel;
 pub struct Posted<'a> {
     pub trace: &'a Trace,
     pub design: Option<&'a [f64]>,
-}
-
-/// Something that the reader must know, with a stable code.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Notice<F = TraceField> {
-    pub code: &'static str,
-    /// What it speaks of, where it is one thing.
-    pub field: Option<F>,
-    pub message: String,
 }
 
 /// One trace, evaluated.
@@ -153,11 +148,11 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         };
         let Some(window) = window else { continue };
         let subject = Subject { gear, trace, design: posted.design, settings, window, number: i };
-        let Outcome { samples, values, told, suspects } = subject.evaluate(&mut notices);
+        let Outcome { samples, values, assessable, suspects } = subject.evaluate(&mut notices);
         let classes = match (&tolerances, &values) {
             (Ok(tolerances), Some(values)) if foreign[usize::from(trace.kind == Kind::Helix)].is_none() => {
                 let rounding = settings.rounding;
-                let found = Classified { tolerances, kind: trace.kind, rounding, values }.classes(told);
+                let found = Classified { tolerances, kind: trace.kind, rounding, values }.classes(assessable);
                 notices.extend(found.open.map(|why| subject.notice("slope_class_open", why)));
                 found.classes
             }
@@ -272,9 +267,6 @@ fn windows(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<[Optio
     let helix = window(Kind::Helix, made);
     faults.into_result([profile, helix])
 }
-
-/// The most samples of all traces together.
-pub const MOST_SAMPLES: usize = 20_000_000;
 
 fn too_large(deviation: f64) -> Common {
     Common::DeviationBeyond { value: deviation, most: MOST_DEVIATION }

@@ -2,8 +2,8 @@
 
 use super::{
     settings::Window,
-    single::{EDGE, Subject},
     spacing::Spacing,
+    subject::{EDGE, Subject},
 };
 use crate::{
     gear::trace::Direction,

@@ -3,7 +3,7 @@
 use super::{
     outliers::{Run, outliers},
     samples::{Sample, Taken},
-    single::{FEWEST_SAMPLES, Subject, Values},
+    subject::{FEWEST_SAMPLES, Subject, Values},
 };
 use crate::fault::words::Shown;
 

@@ -25,7 +25,7 @@ use std::f64::consts::PI;
 
 use super::{
     Polar,
-    fault::{ToolFaults, ToolField, ToolReason},
+    fault::{MOST_BETWEEN, MOST_POINTS, ToolFaults, ToolField, ToolReason},
 };
 use crate::geometry::{
     curve::{Curve, Ends, cubic_spline},
@@ -33,12 +33,9 @@ use crate::geometry::{
 };
 use crate::numerics::cancel::Asking;
 
-/// Most points of a profile, those of its steps and corners with them.
-pub const MOST_POINTS: usize = 200_000;
-/// Most points tried between those of the profile, so that the envelope has no gaps.
-pub const MOST_BETWEEN: usize = 200_000;
 /// Most radii at which the flank that is left is asked for.
 pub const MOST_RADII: usize = 10_000;
+
 /// Between the two normals of a corner, one for each of these angles, rad.
 const CORNER_STEP: f64 = 0.01;
 

@@ -1,6 +1,5 @@
 //! What is wrong with a tooth's steps and with the profile of a tool.
 
-use super::{envelope, tooth};
 use crate::{
     fault::{
         Faults,
@@ -9,6 +8,13 @@ use crate::{
     gear::{GearField, GearReason},
     geometry::curve::CurveFault,
 };
+
+/// Most points of a profile.
+pub const MOST_TOOTH_POINTS: usize = 2_000_000;
+/// Most points of a profile, those of its steps and corners with them.
+pub const MOST_POINTS: usize = 200_000;
+/// Most points tried between those of the profile, so that the envelope has no gaps.
+pub const MOST_BETWEEN: usize = 200_000;
 
 /// What a tooth is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +33,7 @@ pub enum ToothReason {
     /// tooth.
     #[error(
         "{} for each tooth; every part has a step, and a gear {} points at most",
-        counted(*.0, "point", "points"), tooth::MOST_POINTS
+        counted(*.0, "point", "points"), MOST_TOOTH_POINTS
     )]
     Steps(usize),
     /// The gear leaves no tooth.
@@ -58,10 +64,10 @@ pub enum ToolReason {
     #[error("{}; a profile has at least 2", counted(*.0, "point", "points"))]
     TooFew(usize),
     /// So many points are too many.
-    #[error("{} points; at most {} are taken", .0, envelope::MOST_POINTS)]
+    #[error("{} points; at most {} are taken", .0, MOST_POINTS)]
     TooMany(usize),
     /// Too many steps between the points.
-    #[error("{points} in {parts} parts each; at most {} in all", envelope::MOST_POINTS)]
+    #[error("{points} in {parts} parts each; at most {} in all", MOST_POINTS)]
     TooManyParts {
         /// Points given.
         points: usize,
@@ -72,7 +78,7 @@ pub enum ToolReason {
     #[error(
         "with the normals at their corners these points in {} parts each are more than {}: give fewer points or \
          parts, or join them by a spline",
-        .0, envelope::MOST_POINTS
+        .0, MOST_POINTS
     )]
     Corners(usize),
     /// A coordinate that no tool has.

@@ -5,14 +5,11 @@
 //! flanks meet. A gear of which the tool leaves no involute, or whose fillets meet within the
 //! tooth, has no profile.
 
-use super::fault::{ToothFaults, ToothField, ToothReason};
+use super::fault::{MOST_TOOTH_POINTS, ToothFaults, ToothField, ToothReason};
 use super::{Polar, Root};
 use crate::gear::fault::{GearField, GearReason};
 use crate::gear::{Gear, Side, geometry::pointed_diameter, involute::Flank};
 use crate::numerics::cancel;
-
-/// Most points of a profile.
-pub const MOST_POINTS: usize = 2_000_000;
 
 /// Into how many steps every part of a profile goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +51,7 @@ impl Tooth {
     pub fn new(gear: &Gear, steps: Steps) -> Result<Self, ToothFaults> {
         let parts = [steps.involute, steps.fillet, steps.tip, steps.root];
         let sum = steps.points();
-        if parts.contains(&0) || sum.saturating_mul(gear.data().teeth as usize) > MOST_POINTS {
+        if parts.contains(&0) || sum.saturating_mul(gear.data().teeth as usize) > MOST_TOOTH_POINTS {
             return Err(ToothFaults::one(ToothField::Steps, ToothReason::Steps(sum)));
         }
         let root = Root::of(gear);

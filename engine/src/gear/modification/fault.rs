@@ -1,6 +1,5 @@
 //! What is wrong with modifications: with their range, with a law, with a topography.
 
-use super::{LEAST_LENGTH, MOST, topography};
 use crate::{
     fault::{
         Faults,
@@ -8,6 +7,15 @@ use crate::{
     },
     geometry::surface::grid::GridFault,
 };
+
+/// Most nodes of one topography.
+pub const MOST_NODES: usize = 1_000_000;
+
+/// Most modifications of one flank.
+pub const MOST: usize = 100;
+/// What is shorter, mm, is no length on a flank: a relief over it would be a step, its slopes
+/// beyond all numbers.
+pub const LEAST_LENGTH: f64 = 1e-6;
 
 /// A part of the range that modifications refer to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,7 +111,7 @@ pub enum TopographyReason {
     #[error("{} does not lie above the place before it by {LEAST_LENGTH} mm or more", Shown(*.0))]
     NotAscending(f64),
     /// So many nodes are too many.
-    #[error("{} nodes; a topography has at most {}", .0, topography::MOST_NODES)]
+    #[error("{} nodes; a topography has at most {}", .0, MOST_NODES)]
     TooMany(usize),
     /// A number of rows that is not that of the profile's places.
     #[error("{} for {}", counted(*.rows, "row", "rows"), counted(*.wanted, "profile value", "profile values"))]

@@ -2,8 +2,8 @@
 //! for the twist, which is their product.
 
 use super::{
-    LEAST_LENGTH, Range, Topography,
-    fault::{LawFaults, LawField, LawReason},
+    Range, Topography,
+    fault::{LEAST_LENGTH, LawFaults, LawField, LawReason},
 };
 use crate::gear::Gear;
 

@@ -29,22 +29,18 @@
 pub mod fault;
 pub mod law;
 pub mod range;
+mod relief;
 pub mod topography;
 
 pub use law::{End, Growth, Law};
 pub use range::Range;
+pub use relief::Relief;
 pub use topography::{Interpolation, Topography};
 
 use super::{Gear, Side};
-use fault::{LawFaults, LawField, LawReason};
+use fault::{LawFaults, LawField, LawReason, MOST};
 use law::Part;
 use topography::{Columns, Contracted};
-
-/// Most modifications of one flank.
-pub const MOST: usize = 100;
-/// What is shorter, mm, is no length on a flank: a relief over it would be a step, its slopes
-/// beyond all numbers.
-pub const LEAST_LENGTH: f64 = 1e-6;
 
 /// Which flanks a modification is meant for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,17 +62,6 @@ impl Flanks {
 pub struct Modification {
     pub flanks: Flanks,
     pub law: Law,
-}
-
-/// Relief at a place and how it grows. µm, and µm per mm.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Relief {
-    /// Material removed.
-    pub value: f64,
-    /// Growth per mm of roll length.
-    pub by_roll: f64,
-    /// Growth per mm of z at the same roll length.
-    pub by_z: f64,
 }
 
 /// Checked modifications, superposed over one range.

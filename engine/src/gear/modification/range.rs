@@ -1,9 +1,6 @@
 //! The part of the flank that amounts of modifications refer to.
 
-use super::{
-    LEAST_LENGTH,
-    fault::{RangeFaults, RangeField, RangeReason},
-};
+use super::fault::{LEAST_LENGTH, RangeFaults, RangeField, RangeReason};
 use crate::gear::{Gear, Geometry};
 
 /// Ends of profile and face width, mm.

@@ -5,17 +5,14 @@
 //! constant. Beyond the border the value of the nearest border place goes on.
 
 use super::{
-    LEAST_LENGTH, Relief,
-    fault::{TopographyFaults, TopographyField, TopographyReason},
+    fault::{LEAST_LENGTH, MOST_NODES, TopographyFaults, TopographyField, TopographyReason},
+    relief::Relief,
 };
 use crate::geometry::{
     BSplineBasis,
     surface::{BSplineSurface, NodeGrid, interpolate::interpolate},
 };
 use crate::numerics::cancel::Asking;
-
-/// Most nodes of one topography.
-pub const MOST_NODES: usize = 1_000_000;
 
 /// What goes through the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

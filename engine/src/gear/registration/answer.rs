@@ -8,7 +8,7 @@ use super::{
     misfit,
     part::{Part, State},
     pose::{Motion, Pose},
-    solve::dot,
+    solve::{Found, dot},
 };
 use crate::{
     estimation::{
@@ -24,15 +24,6 @@ use crate::{
 /// The motion that a column is, or mostly is.
 fn motion_of(term: &str) -> Option<Motion> {
     if term == SCREW { Some(Motion::Rotation) } else { Motion::named(term) }
-}
-
-/// Where the iteration ended.
-pub(super) struct Found {
-    pub(super) pose: Pose,
-    /// Coefficients of the columns where it began.
-    pub(super) begun: Vec<f64>,
-    pub(super) iterations: usize,
-    pub(super) converged: bool,
 }
 
 impl Part<'_> {

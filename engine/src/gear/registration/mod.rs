@@ -15,6 +15,7 @@ mod answer;
 pub mod columns;
 pub mod fault;
 mod misfit;
+mod nearest;
 mod part;
 pub mod pose;
 mod refine;

@@ -5,8 +5,9 @@ use super::{
     Registering,
     columns::{Column, Freedom},
     fault::{RegistrationFaults, RegistrationField, RegistrationReason},
+    nearest::nearest,
     pose::Pose,
-    start::{Start, nearest},
+    start::Start,
 };
 use crate::{
     estimation::{FitError, Nodes},

@@ -3,8 +3,8 @@
 
 use super::{
     columns::{Column, Freedom},
+    nearest::nearest,
     pose::{Motion, Pose, Undoing},
-    start::nearest,
 };
 use crate::gear::{
     Gear, Side,

@@ -2,7 +2,6 @@
 
 use super::{
     Motion, Registering, Registration,
-    answer::Found,
     columns::{Column, Freedom},
     fault::RegistrationRefused,
     part::{Part, State},
@@ -21,6 +20,15 @@ use crate::{
 
 /// Most iterations; with motions of some hundred µm and µrad four to six are enough.
 pub(crate) const MOST_ITERATIONS: usize = 50;
+/// Where the iteration ended.
+pub(super) struct Found {
+    pub(super) pose: Pose,
+    /// Coefficients of the columns where it began.
+    pub(super) begun: Vec<f64>,
+    pub(super) iterations: usize,
+    pub(super) converged: bool,
+}
+
 /// A step that moves no point by more than this, µm, ends the iteration …
 const STEP: f64 = 1e-9;
 /// … or by more than this share of the gear's radius, as far as doubles tell its coordinates.

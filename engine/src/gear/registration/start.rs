@@ -20,19 +20,13 @@ use super::{
     Registering,
     columns::Freedom,
     fault::{RegistrationFaults, RegistrationField, RegistrationReason},
+    nearest::nearest,
     pose::{Pose, Undoing},
     search::{Place, Search},
     teeth::Agreement,
 };
 use crate::{
-    gear::{
-        Gear, Side,
-        deviation::{
-            Foot, Touch,
-            foot::{foot, normal},
-        },
-    },
-    geometry::space::Vector,
+    gear::{Gear, Side, deviation::Touch},
     numerics::cancel::Asking,
 };
 
@@ -184,20 +178,4 @@ fn carried(undoing: &Undoing, touches: &[Touch]) -> Vec<Touch> {
         ..*touch
     })
     .collect()
-}
-
-/// The nearest foot on the flanks that a point may belong to.
-pub(super) fn nearest(gear: &Gear, touch: &Touch, ball: f64) -> Option<Foot> {
-    let on = |side: Side| {
-        let found = foot(gear, side, touch.tooth, &touch.point, ball).ok()?;
-        let along = |given: Vector| given.dot(&normal(gear, found.tooth, side, found.roll_length, found.z)) > 0.0;
-        touch.normal.is_none_or(along).then_some(found)
-    };
-    match touch.side {
-        Some(side) => on(side),
-        None => match (on(Side::Left), on(Side::Right)) {
-            (Some(left), Some(right)) if right.distance.abs() < left.distance.abs() => Some(right),
-            (left, right) => left.or(right),
-        },
-    }
 }

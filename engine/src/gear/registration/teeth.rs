@@ -7,9 +7,9 @@ use std::{
 
 use super::{
     columns::Column,
+    nearest::nearest,
     pose::{Motion, Undoing},
     search::{Place, Search},
-    start::nearest,
 };
 use crate::gear::deviation::{Touch, foot::phase};
 

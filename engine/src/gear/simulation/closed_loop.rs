@@ -2,7 +2,7 @@
 
 use super::{
     Asked, Simulation,
-    fault::{MachineFaults, MachineField, MachineReason, RunError},
+    fault::{MOST_CORRECTIONS, MachineFaults, MachineField, MachineReason, RunError},
     rms,
 };
 use crate::numerics::cancel;
@@ -99,9 +99,6 @@ pub fn asked(
 fn changes(solution: &Solution) -> Vec<f64> {
     solution.settings.iter().map(|setting| setting.change).collect()
 }
-
-/// Most corrections of a run: settings that run away are still numbers then.
-pub const MOST_CORRECTIONS: usize = 20;
 
 /// Corrects a machine `corrections` times. Refuses more than [`MOST_CORRECTIONS`] and what
 /// [`Simulation::new`] refuses.

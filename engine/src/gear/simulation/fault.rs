@@ -1,17 +1,19 @@
 //! What is wrong with a machine to be simulated, and what ends a run.
 
-use super::{MOST_DEVIATION, closed_loop::MOST_CORRECTIONS};
 use crate::{
     estimation::FitError,
     fault::{
         Faults,
         words::{Shown, counted, entries},
     },
-    gear::correction::{
-        fault::{ComparisonFaults, ComparisonRefused, CorrectionFaults},
-        problem::{MOST_ENTRIES, MOST_SETTINGS},
-    },
+    gear::correction::fault::{ComparisonFaults, ComparisonRefused, CorrectionFaults, MOST_ENTRIES, MOST_SETTINGS},
 };
+
+/// Most corrections of a run: settings that run away are still numbers then.
+pub const MOST_CORRECTIONS: usize = 20;
+
+/// How far a setting that is off may move a node, µm: a kilometre.
+pub const MOST_DEVIATION: f64 = 1e9;
 
 /// A part of a simulated machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -18,7 +18,7 @@ pub mod case;
 pub mod closed_loop;
 pub mod fault;
 
-use fault::{MachineFaults, MachineField, MachineReason};
+use fault::{MOST_DEVIATION, MachineFaults, MachineField, MachineReason};
 
 use crate::estimation::randomization::normal::Normals;
 
@@ -26,15 +26,13 @@ pub use closed_loop::{Round, Run, Strategy, run};
 
 use super::correction::{
     Setting,
-    problem::{MOST_ENTRIES, MOST_SETTINGS},
+    fault::{MOST_ENTRIES, MOST_SETTINGS},
 };
 
 /// Most of [`Asked::response_noise`]: as much as the response itself.
 pub const MOST_RESPONSE_NOISE: f64 = 1.0;
 /// Most of [`Asked::probe_noise`], µm: a metre.
 pub const MOST_PROBE_NOISE: f64 = 1e6;
-/// How far a setting that is off may move a node, µm: a kilometre.
-pub const MOST_DEVIATION: f64 = 1e9;
 
 /// A machine to be simulated.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,7 +15,8 @@ use flankfit_engine::gear::{
     generation::{
         Polar,
         envelope::{Envelope, MOST_RADII, Motion, ToolPoint, ToolProfile},
-        tooth::{self, Steps, Tooth},
+        fault::MOST_TOOTH_POINTS,
+        tooth::{Steps, Tooth},
     },
 };
 
@@ -167,7 +168,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let teeth = if body.whole_gear == Some(true) { gear.data().teeth as usize } else { 0 };
     let points = steps.points().saturating_mul(teeth.saturating_add(2));
     // more are refused in any case
-    if points <= 2 * tooth::MOST_POINTS {
+    if points <= 2 * MOST_TOOTH_POINTS {
         room(points * POINT)?;
     }
     let tooth = Tooth::new(&gear, steps).map_err(Problem::invalid)?;

@@ -21,54 +21,22 @@
 mod figures;
 mod nodes;
 mod own_zeros;
+mod settings;
 
-use super::{
-    fault::SurfaceRefused,
-    settings::{DeviationSign, SlopeSign},
-};
+use super::fault::SurfaceRefused;
 use crate::{
     estimation::{
         self, FitError, FitSpec,
         result::{Coefficient, FitResult, TermKey},
         spec::{Degree, Include, Model, PolynomialBasis, Terms},
     },
-    gear::{Gear, Kind, Side},
+    gear::Gear,
 };
 pub use figures::{FlankFigures, flank_figures};
 use nodes::Trimmed;
-pub use nodes::{Border, FlankNodes, NodeCounts};
+pub use nodes::{FlankNodes, NodeCounts};
 pub(in crate::gear) use own_zeros::{Sample, TERMS, Through, through};
-
-/// What is asked for beside the nodes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SurfaceSettings {
-    pub side: Side,
-    /// Evaluation range in the coordinate of the nodes, ascending; by default from the first to the
-    /// last node that is there.
-    pub profile_range: Option<[f64; 2]>,
-    /// mm of z.
-    pub helix_range: Option<[f64; 2]>,
-    pub border: Border,
-    /// How deviations count; a topography has no leads of its own, so `Din` is the same as
-    /// `Material`.
-    pub given: DeviationSign,
-    /// Sign of slopes and of twist.
-    pub sign: SlopeSign,
-    /// Everything else about the fit; its model and domain are not looked at.
-    pub spec: FitSpec,
-}
-
-impl SurfaceSettings {
-    /// What slopes of profile and helix are multiplied with.
-    fn signs(&self) -> [f64; 2] {
-        // one topography counts in one way, as its profiles do
-        let given = match self.given {
-            DeviationSign::Din => DeviationSign::Material,
-            given => given,
-        };
-        [Kind::Profile, Kind::Helix].map(|kind| self.sign.of_material(given, kind, self.side))
-    }
-}
+pub use settings::{Border, SurfaceSettings};
 
 /// A figure in µm.
 #[derive(Clone, Copy, Debug, PartialEq)]

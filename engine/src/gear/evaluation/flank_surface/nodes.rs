@@ -2,7 +2,7 @@
 
 use super::{
     super::fault::{SurfaceFaults, SurfaceField, SurfaceReason, SurfaceRefused},
-    SurfaceSettings,
+    settings::{Border, SurfaceSettings},
 };
 use crate::numerics::cancel::Asking;
 use crate::{
@@ -24,17 +24,6 @@ pub struct FlankNodes<'a> {
     pub valid: Option<&'a [bool]>,
     /// Whether the axes are those of a grid; they ascend then.
     pub grid: bool,
-}
-
-/// Shares of the evaluation range that are cut off, in %: 0 to below 100 together on each axis.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct Border {
-    pub root: f64,
-    pub tip: f64,
-    /// At the end of small z.
-    pub toe: f64,
-    /// At the end of great z.
-    pub heel: f64,
 }
 
 /// Nodes by what became of them.

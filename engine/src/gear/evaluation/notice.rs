@@ -1,0 +1,12 @@
+//! What the reader of an evaluation must know.
+
+use super::fault::TraceField;
+
+/// Something that the reader must know, with a stable code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Notice<F = TraceField> {
+    pub code: &'static str,
+    /// What it speaks of, where it is one thing.
+    pub field: Option<F>,
+    pub message: String,
+}

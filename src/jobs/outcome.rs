@@ -1,0 +1,87 @@
+//! What becomes of a write or a read: what was stored, or why nothing was.
+
+use uuid::Uuid;
+
+/// What a request named and the store did not find.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    Job,
+    Iteration,
+    Fit,
+    Stream,
+    Record,
+}
+
+/// Why the store did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum RepositoryError {
+    #[error("not found: {0:?}")]
+    NotFound(What),
+    /// A job with iterations is not deleted.
+    #[error("the job has {0} iteration(s)")]
+    HasIterations(u64),
+    /// Nor is a job with streams.
+    #[error("the job has {0} stream(s)")]
+    HasStreams(u64),
+    /// What is to be stored is of a tooth that the job's gear has not got.
+    #[error("the job's gear has {teeth} teeth, not tooth {tooth}")]
+    NoSuchTooth { tooth: String, teeth: u32 },
+    /// The job's gear would lose a tooth that was measured: by an iteration, or by an open stream.
+    #[error("a gear of {teeth} teeth has no tooth {tooth}")]
+    ToothMeasured { tooth: String, teeth: u32, iteration: Option<u32> },
+    /// What is to be stored was made by a gear that the job no longer has.
+    #[error("the job's gear was changed meanwhile")]
+    GearChanged,
+    /// A finished stream takes nothing more.
+    #[error("the stream has become iteration {iteration}")]
+    StreamFinished { iteration: u32 },
+    /// A block came before its turn, or after another one took its number.
+    #[error("the stream expects block {expected}")]
+    UnexpectedBlock { expected: u64 },
+    /// The resource has moved on since the caller saw it.
+    #[error("the resource is at version {current}")]
+    VersionMismatch { current: u64 },
+    /// A fit was named that belongs elsewhere or nowhere.
+    #[error("fit {0} is not of this iteration")]
+    ForeignFit(Uuid),
+    /// An answer is already kept under this idempotency key.
+    #[error("the idempotency key is taken")]
+    KeyTaken,
+    /// Too many writes wait; nothing was stored.
+    #[error("the store's queue is full")]
+    Overloaded,
+    /// The store cannot be used now; nothing was stored.
+    #[error("the store cannot be used now: {0}")]
+    Unavailable(String),
+    /// Anything else; nothing was stored.
+    #[error("the store failed: {0}")]
+    Failed(String),
+}
+
+/// What only the store could know of something it stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stored {
+    /// The number an iteration was given (0 for what has no number).
+    pub number: u32,
+    /// The version of the job or iteration after the change.
+    pub version: u64,
+}
+
+/// What the caller says it has seen (`If-Match`).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Precondition {
+    #[default]
+    None,
+    /// One of these versions.
+    AnyOf(Vec<u64>),
+}
+
+impl Precondition {
+    /// Refuses a version that the caller has not seen.
+    pub fn check(&self, current: u64) -> Result<(), RepositoryError> {
+        match self {
+            Precondition::AnyOf(seen) if !seen.contains(&current) => Err(RepositoryError::VersionMismatch { current }),
+            _ => Ok(()),
+        }
+    }
+}
