@@ -86,9 +86,12 @@ mod tests {
         minimum([low, high], (middle, f(middle)), 1e-9, f)
     }
 
+    /// The ends of an interval, the answer, and the function.
+    type Case = (f64, f64, f64, fn(f64) -> f64);
+
     #[test]
     fn known_minima() {
-        let cases: [(f64, f64, f64, fn(f64) -> f64); 5] = [
+        let cases: [Case; 5] = [
             (-3.0, 5.0, 1.0, |x| (x - 1.0) * (x - 1.0)),
             (2.0, 6.0, std::f64::consts::PI, f64::cos),
             (0.05, 3.0, 1.0 / std::f64::consts::E, |x| x * x.ln()),

@@ -85,9 +85,12 @@ mod tests {
         root([(low, f(low)), (high, f(high))], |x| 1e-15 * x.abs().max(1e-300), f)
     }
 
+    /// The ends of an interval, the answer, and the function.
+    type Case = (f64, f64, f64, fn(f64) -> f64);
+
     #[test]
     fn known_roots() {
-        let cases: [(f64, f64, f64, fn(f64) -> f64); 7] = [
+        let cases: [Case; 7] = [
             (0.0, 1.0, 0.739_085_133_215_160_6, |x| x.cos() - x),
             (2.0, 3.0, 2.094_551_481_542_326_5, |x| x * x * x - 2.0 * x - 5.0),
             (-1.0, 4.0, 0.567_143_290_409_783_8, |x| x * x.exp() - 1.0),

@@ -191,7 +191,7 @@ fn steps_and_runs_agree() {
     }
     assert!(machine.apply(&[1.0]).is_err() && machine.apply(&[f64::NAN; 6]).is_err());
     let refused = Simulation::new(Asked { missing: 1.0, setting_error: vec![-1.0; 6], ..case::ill_conditioned(0) });
-    let fields: Vec<MachineField> = refused.unwrap_err().list().iter().map(|f| f.field.clone()).collect();
+    let fields: Vec<MachineField> = refused.unwrap_err().list().iter().map(|f| f.field).collect();
     assert_eq!((fields[0], fields[fields.len() - 1]), (MachineField::SettingError { index: 0 }, MachineField::Missing));
 }
 
@@ -214,7 +214,7 @@ fn machines_out_of_range_are_refused_by_their_place() {
         ),
     ] {
         let faults = Simulation::new(machine).unwrap_err();
-        let fields: Vec<MachineField> = faults.list().iter().map(|f| f.field.clone()).collect();
+        let fields: Vec<MachineField> = faults.list().iter().map(|f| f.field).collect();
         assert_eq!(fields, [field]);
     }
     // 45 nodes, of which 39 are missed, tell six settings

@@ -346,7 +346,7 @@ fn impossible_nodes_and_ranges_have_their_places() {
     nodes[4].z = f64::NAN;
     let backwards = Ranges { helix: [5.0, 5.0], ..ranges };
     let faults = Machine::FormGrinding.sensitivity(gear, &nodes, backwards).unwrap_err();
-    let fields: Vec<MachineField> = faults.list().iter().map(|f| f.field.clone()).collect();
+    let fields: Vec<MachineField> = faults.list().iter().map(|f| f.field).collect();
     assert_eq!(
         fields,
         [MachineField::HelixRange, MachineField::RollLength { node: 3 }, MachineField::Position { node: 4 }]

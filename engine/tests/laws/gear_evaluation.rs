@@ -247,7 +247,7 @@ fn impossible_requests_name_their_place() {
     let faults = |traces: &[Trace], settings: &Settings| -> Vec<TraceField> {
         let posted: Vec<Posted> = traces.iter().map(|trace| Posted { trace, design: None }).collect();
         let faults = evaluate(&gear, &posted, settings).expect_err("impossible");
-        faults.list().iter().map(|fault| fault.field.clone()).collect()
+        faults.list().iter().map(|fault| fault.field).collect()
     };
     assert_eq!(faults(&[], &settings()), [TraceField::Traces]);
     let none = Settings { profile: None, helix: None, ..settings() };

@@ -218,7 +218,7 @@ fn pitch_of_few_teeth_by_hand() {
 
     let wrong = PitchSettings { diameter: Some(-1.0), sector: Some(8), ..settings };
     let faults = pitch(&gear, &PitchMeasured::Index(vec![0.0; 7]), &wrong).expect_err("impossible");
-    let places: Vec<_> = faults.list().iter().map(|f| f.field.clone()).collect();
+    let places: Vec<_> = faults.list().iter().map(|f| f.field).collect();
     assert_eq!(places, [PitchField::Deviations, PitchField::Diameter, PitchField::Sector]);
 }
 

@@ -222,7 +222,7 @@ fn impossible_requests_name_their_place() {
     let full = grid(6, 5, |_, _| 0.0);
     let places = |nodes: &FlankNodes, settings: &SurfaceSettings| -> Vec<SurfaceField> {
         match flank_surface(&gear, nodes, settings).expect_err("impossible") {
-            Refused::Invalid(faults) => faults.list().iter().map(|f| f.field.clone()).collect(),
+            Refused::Invalid(faults) => faults.list().iter().map(|f| f.field).collect(),
             other => panic!("{other}"),
         }
     };

@@ -240,7 +240,7 @@ fn faults_have_fields() {
     let gear = gear();
     let base = 2.0 * gear.base_radius();
     let fields = |spec: &GridSpec| -> Vec<GridField> {
-        FlankGrid::new(&gear, spec, None).unwrap_err().list().iter().map(|f| f.field.clone()).collect()
+        FlankGrid::new(&gear, spec, None).unwrap_err().list().iter().map(|f| f.field).collect()
     };
     let good = spec(Side::Left, vec![10.0, 12.0], vec![0.0, 5.0]);
     assert_eq!(
@@ -259,7 +259,7 @@ fn faults_have_fields() {
     let refused = |laws: Vec<Law>| -> Vec<LawField> {
         let list = laws.into_iter().map(both).collect();
         let faults = Modifications::new(&gear, range, list).unwrap_err();
-        faults.list().iter().map(|f| f.field.clone()).collect()
+        faults.list().iter().map(|f| f.field).collect()
     };
     let growth = Growth::Linear;
     let tip = gear.diameter(range.profile()[1]);
@@ -280,10 +280,10 @@ fn faults_have_fields() {
         ]
     );
     let faults = Range::new(&gear, [1.0, 82.0], [3.0, 3.0]).unwrap_err();
-    let found: Vec<RangeField> = faults.list().iter().map(|f| f.field.clone()).collect();
+    let found: Vec<RangeField> = faults.list().iter().map(|f| f.field).collect();
     assert_eq!(found, [RangeField::Diameter { index: 0 }, RangeField::Helix]);
     let ragged = Topography::new(&[10.0, 9.0], &[0.0, 1.0], &[vec![1.0, 2.0], vec![1.0]], Interpolation::Bilinear);
-    let found: Vec<TopographyField> = ragged.unwrap_err().list().iter().map(|f| f.field.clone()).collect();
+    let found: Vec<TopographyField> = ragged.unwrap_err().list().iter().map(|f| f.field).collect();
     assert_eq!(found, [TopographyField::ProfileValue { index: 1 }, TopographyField::ReliefRow { row: 1 }]);
 }
 

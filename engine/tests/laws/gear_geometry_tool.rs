@@ -403,7 +403,7 @@ fn an_envelope_has_a_total_of_points() {
 fn profiles_of_tools_are_checked() {
     let point = |x: f64| [x, 0.5 * x];
     let fields = |points: &[[f64; 2]], parts| -> Vec<ToolField> {
-        ToolProfile::polyline(points, parts).unwrap_err().list().iter().map(|f| f.field.clone()).collect()
+        ToolProfile::polyline(points, parts).unwrap_err().list().iter().map(|f| f.field).collect()
     };
     assert_eq!(fields(&[point(0.0)], 3), [ToolField::Points]);
     assert_eq!(fields(&[point(0.0), point(0.0)], 3), [ToolField::Point { index: 1 }]);

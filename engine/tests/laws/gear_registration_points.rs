@@ -234,7 +234,7 @@ fn points_that_are_not_of_the_flank_are_named() {
     let before = anywhere(above(&gear, 5, Side::Left, 0.0, 3.0, 0.0) * 1.000_001);
     let touches = [good, inside, wrong_tooth, good, wrong_flank, no_tooth, endless, before];
     let faults = measure(&Reference::new(&gear), &touches, &Measurement::default()).expect_err("faults");
-    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field.clone()).collect();
+    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field).collect();
     assert_eq!(
         fields,
         [
@@ -300,7 +300,7 @@ fn settings_are_checked() {
     let gear = helical(20.0, Hand::Left);
     let bad = Measurement { ball_radius: -1.0, reach: Some(100.0), ..Measurement::default() };
     let faults = measure(&Reference::new(&gear), &[], &bad).expect_err("faults");
-    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field.clone()).collect();
+    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field).collect();
     assert_eq!(fields, [MeasureField::BallRadius, MeasureField::Reach]);
 }
 
@@ -348,7 +348,7 @@ fn bad_grids_are_refused() {
     bad.deviation[2].pop();
     bad.deviation[4][5] = f64::INFINITY;
     let faults = grid(&Reference::new(&gear), &bad).expect_err("faults");
-    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field.clone()).collect();
+    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field).collect();
     assert_eq!(
         fields,
         [
@@ -379,7 +379,7 @@ fn borders_leave_the_edges_out() {
     let mad =
         Borders { profile: Border::Trimmed { low: 60.0, high: 40.0 }, face: Border::Range { from: f64::NAN, to: 1.0 } };
     let faults = nodes.set_borders(&mad).expect_err("faults");
-    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field.clone()).collect();
+    let fields: Vec<_> = faults.list().iter().map(|fault| fault.field).collect();
     assert_eq!(fields, [BorderField::Profile, BorderField::Face]);
 }
 

@@ -27,7 +27,7 @@ fn tried(gear: &Gear, touches: &[Touch], motions: &[Motion]) -> Option<Result<Re
     let asked = Registering { motions, pivot: Some(22.0), weight: None, spec: &spec };
     let begun = match start(gear, touches, 0.0, &asked) {
         Ok(begun) => begun,
-        Err(refused) => return Some(Err(refused)),
+        Err(faults) => return Some(Err(faults.into())),
     };
     let deviations = measure(&reference, &begun.touches, &Measurement::default()).ok()?;
     Some(register_from(&reference, &deviations, &asked, &begun))

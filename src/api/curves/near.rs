@@ -98,7 +98,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveSett
         },
         weight: weight.as_deref(),
     };
-    let fit = near::curve(&points, &asked).map_err(|error| refused_curve(error))?;
+    let fit = near::curve(&points, &asked).map_err(refused_curve)?;
     let CurveFit { curve, parameters, results, spec, max_error: _, rms_error: _, steps, stop } = &fit;
     let mut texts = Vec::with_capacity(results.len());
     for (result, heights) in results.iter().zip(&columns.values) {

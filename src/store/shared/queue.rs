@@ -102,6 +102,7 @@ impl<C> Write<C> {
     }
 }
 
+#[expect(clippy::large_enum_variant, reason = "nearly every message is the large one")]
 enum Message<C> {
     Write(Write<C>),
     /// Finish what was sent before, close the database, answer.

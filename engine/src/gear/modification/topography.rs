@@ -47,10 +47,9 @@ impl Topography {
         interpolation: Interpolation,
     ) -> Result<Self, TopographyFaults> {
         let mut faults = TopographyFaults::default();
-        let value = |index| TopographyField::ProfileValue { index };
-        let position = |index| TopographyField::Position { index };
-        let axes: [(&[f64], TopographyField, &dyn Fn(usize) -> TopographyField); 2] =
-            [(roll_lengths, TopographyField::Profile, &value), (positions, TopographyField::Positions, &position)];
+        let value: fn(usize) -> TopographyField = |index| TopographyField::ProfileValue { index };
+        let position: fn(usize) -> TopographyField = |index| TopographyField::Position { index };
+        let axes = [(roll_lengths, TopographyField::Profile, value), (positions, TopographyField::Positions, position)];
         for (axis, whole, place) in axes {
             if axis.is_empty() {
                 faults.push(whole, TopographyReason::EmptyAxis);

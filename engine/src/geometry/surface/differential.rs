@@ -38,8 +38,8 @@ pub struct Differential {
 }
 
 impl Differential {
-    /// At a regular point, from the jet of the place in space (see [`Surface::place`]); `None`
-    /// where S_u × S_v vanishes.
+    /// At a regular point, from the jet of the place in space (see
+    /// [`Surface::place`](super::Surface::place)); `None` where S_u × S_v vanishes.
     pub fn of(jet: &SurfaceJet) -> Option<Self> {
         let across = jet.u.cross(&jet.v);
         let (long_u, long_cross) = (jet.u.norm(), across.norm());

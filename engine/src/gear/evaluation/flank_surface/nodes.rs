@@ -191,9 +191,9 @@ fn check(nodes: &FlankNodes, border: &Border) -> Result<(), SurfaceFaults> {
             faults.push(SurfaceField::Deviation { index }, Common::NotFinite);
         }
     }
-    let profile = |index| SurfaceField::ProfileAt { index };
-    let axes: [(&[f64], &dyn Fn(usize) -> SurfaceField); 2] =
-        [(nodes.profile, &profile), (nodes.z, &|index| SurfaceField::Position { index })];
+    let profile: fn(usize) -> SurfaceField = |index| SurfaceField::ProfileAt { index };
+    let position: fn(usize) -> SurfaceField = |index| SurfaceField::Position { index };
+    let axes = [(nodes.profile, profile), (nodes.z, position)];
     for (axis, field) in axes {
         for (i, pair) in axis.windows(2).enumerate().filter(|_| nodes.grid) {
             if pair[1] <= pair[0] {
