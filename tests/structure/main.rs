@@ -2,6 +2,7 @@
 //! draws. Between the engine and the service the compiler sees to it; here are the directions
 //! inside of each.
 
+mod circles;
 mod dependencies;
 
 use std::fs;
