@@ -5,7 +5,7 @@ use divan::{Bencher, counter::ItemsCount};
 use flankfit_engine::gear::{
     FlankGrid, Gear, GearData, Geometry, GridSpec, Hand, Modifications, ProfileAxis, Side, Tool,
     generation::tooth::{Steps, Tooth},
-    involute::{Flank, Place},
+    involute::{Flank, FlankPoint},
     modification::{End, Flanks, Growth, Law, Modification, Range},
 };
 
@@ -53,7 +53,7 @@ fn a_million_nominal_nodes(bencher: Bencher) {
 fn a_million_nominal_nodes_one_by_one(bencher: Bencher) {
     let gear = gear();
     let spec = nodes(&gear, 1000, 1000);
-    bencher.counter(ItemsCount::new(NODES)).bench_local(|| -> Vec<Place> {
+    bencher.counter(ItemsCount::new(NODES)).bench_local(|| -> Vec<FlankPoint> {
         let flank = Flank::new(&gear, spec.side);
         let row = |roll: &f64| {
             let roll = *roll;

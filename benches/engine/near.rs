@@ -10,7 +10,7 @@ use flankfit_engine::estimation::{
     },
     smoothing::{
         Smoothing, smoothing_spline,
-        spline::{Asked, Points},
+        spline::{Points, SmoothingSpec},
     },
     spec::{Criterion, Degree, FitSpec, Knots, Model, Parameter, Regularization, Tikhonov},
 };
@@ -79,7 +79,7 @@ fn smoothing_spline_of_100_000_points(bencher: Bencher, kind: &str) {
     let x: Vec<f64> = (0..100_000).map(|i| f64::from(i) * 1e-5).collect();
     let y = [x.iter().zip(&e).map(|(x, e)| (9.0 * x).sin() + 0.1 * (e - 0.5)).collect::<Vec<f64>>()];
     let parameter = if kind == "gcv" { Parameter::Criterion(Criterion::Gcv) } else { Parameter::Fixed(1e-3) };
-    let asked = Asked { smoothing: Smoothing::Parameter(parameter), noise_sigma: None, pointwise: false };
+    let asked = SmoothingSpec { smoothing: Smoothing::Parameter(parameter), noise_sigma: None, pointwise: false };
     let points = Points { x: &x, coordinates: &y, weight: None };
     smoothing_spline(&points, &asked).expect("the case is well posed");
     bencher.bench_local(|| smoothing_spline(black_box(&points), black_box(&asked)));

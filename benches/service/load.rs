@@ -66,8 +66,8 @@ impl Press {
         Press { runtime, connections }
     }
 
-    /// Sends the request so many times over all connections at once, and waits for the answers, each
-    /// of them a 2xx.
+    /// Sends the request so many times over all connections at once, and waits for the answers,
+    /// each of them a 2xx.
     pub fn round(&mut self, request: &[u8], requests: usize) {
         let of_each = requests / self.connections.len();
         let mut at_work = JoinSet::new();

@@ -7,7 +7,7 @@ use std::error::Error;
 use flankfit_engine::gear::{
     Gear, GearData, Side,
     correction::{
-        Asked, Correction,
+        Correction, CorrectionSpec,
         machine::{FlankNode, Machine, Ranges},
     },
 };
@@ -26,7 +26,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let ranges = Ranges { profile: [8.5, 10.5], helix: [0.0, 20.0] };
     let known = Machine::GeneratingGrinding.sensitivity(&gear, &nodes, ranges)?;
-    let asked = Asked { noise_sigma: Some(0.3), ..Asked::new(deviation, known.matrix, known.settings) };
+    let asked =
+        CorrectionSpec { noise_sigma: Some(0.3), ..CorrectionSpec::new(deviation, known.matrix, known.settings) };
     let solution = Correction::new(asked)?.solve()?;
 
     for setting in &solution.settings {

@@ -135,7 +135,8 @@ async fn list_iteration_fits(
     responses(
         (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody,
             headers(("ETag" = String,
-                description = "Changes when the fit is chosen and when another one is; nothing else of it does. With `include` there is none."))),
+                description = "Changes when the fit is chosen and when another one is; nothing else of it does. With \
+                    `include` there is none."))),
         (status = 422, description = "There is nothing of that name to include.", body = Problem,
             content_type = "application/problem+json")
     )

@@ -74,7 +74,7 @@ pub struct Flank<'a> {
 
 /// A place on a flank with the normal out of the material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct FlankPoint {
     /// mm.
     pub point: Vector,
     /// Of length 1.
@@ -126,13 +126,13 @@ impl<'a> Flank<'a> {
     /// assert!(touch.iter().any(|radius| (radius - rb).abs() < 1e-12));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn at(&self, roll_length: f64, z: f64) -> Place {
+    pub fn at(&self, roll_length: f64, z: f64) -> FlankPoint {
         let gear = self.gear;
         let (r, sense) = (gear.base_radius(), self.sense());
         let (sin, cos) = self.tangent_angle(roll_length, z).sin_cos();
         let (along, side) = (sense * roll_length, self.side.sign());
         let (sin_b, cos_b) = gear.base_helix_angle().sin_cos();
-        Place {
+        FlankPoint {
             point: Vector::new(-r * sin - along * cos, r * cos - along * sin, z),
             normal: Vector::new(-side * cos_b * cos, -side * cos_b * sin, -side * gear.hand() * sin_b),
         }

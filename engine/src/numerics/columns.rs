@@ -36,8 +36,8 @@ with_fma! {
         }
     }
 
-    /// The plane rotation `x <- c (x + t y)`, `y <- c (y - t x)`. Equal columns and `t = 1` leave exact
-    /// zeros in `y`.
+    /// The plane rotation `x <- c (x + t y)`, `y <- c (y - t x)`. Equal columns and `t = 1` leave
+    /// exact zeros in `y`.
     pub fn rotate<T: Real>(t: f64, c: T, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
         for (x, y) in x.iter_mut().zip(y) {
             let old = *x;

@@ -4,8 +4,8 @@
 //! flags has no instruction for it and calls the C library for each, by which loops over columns
 //! get many times slower. The functions made by `with_fma!` are compiled a second time for
 //! processors with AVX2 and FMA (Intel since 2013, AMD since 2015), and ask once in a call which of
-//! both runs. The operations and their order are the same, and so are the results, bit by bit. Where
-//! the whole build may use the instructions, nothing is asked and nothing is compiled twice.
+//! both runs. The operations and their order are the same, and so are the results, bit by bit.
+//! Where the whole build may use the instructions, nothing is asked and nothing is compiled twice.
 
 /// Whether this processor has the instructions that the second version is compiled for.
 #[cfg(all(target_arch = "x86_64", not(all(target_feature = "avx2", target_feature = "fma"))))]

@@ -4,7 +4,7 @@ use flankfit_engine::estimation::FitError;
 use flankfit_engine::estimation::result::NormLimitSource;
 use flankfit_engine::estimation::spec::{Count, Parameter, Regularization, Scheme};
 use flankfit_engine::gear::correction::fault::{CorrectionField, LimitField};
-use flankfit_engine::gear::correction::{Asked, Correction, Damping, Limit, Setting, Solution};
+use flankfit_engine::gear::correction::{Correction, CorrectionSpec, Damping, Limit, Setting, Solution};
 use flankfit_engine::gear::simulation::case;
 use proptest::prelude::*;
 
@@ -12,11 +12,14 @@ fn settings(n: usize) -> Vec<Setting> {
     (0..n).map(|j| Setting::free(format!("s{j}"), "µm")).collect()
 }
 
-fn plain(deviation: Vec<f64>, sensitivity: Vec<f64>, settings: Vec<Setting>) -> Asked {
-    Asked { damping: Damping::Asked(Regularization::None), ..Asked::new(deviation, sensitivity, settings) }
+fn plain(deviation: Vec<f64>, sensitivity: Vec<f64>, settings: Vec<Setting>) -> CorrectionSpec {
+    CorrectionSpec {
+        damping: Damping::Given(Regularization::None),
+        ..CorrectionSpec::new(deviation, sensitivity, settings)
+    }
 }
 
-fn solve(asked: Asked) -> Solution {
+fn solve(asked: CorrectionSpec) -> Solution {
     Correction::new(asked).unwrap().solve().unwrap()
 }
 
@@ -24,7 +27,7 @@ fn changes(solution: &Solution) -> Vec<f64> {
     solution.settings.iter().map(|s| s.change).collect()
 }
 
-fn fields(asked: Asked) -> Vec<CorrectionField> {
+fn fields(asked: CorrectionSpec) -> Vec<CorrectionField> {
     Correction::new(asked).unwrap_err().list().iter().map(|f| f.field.clone()).collect()
 }
 
@@ -90,7 +93,7 @@ proptest! {
             .enumerate()
             .map(|(i, s)| Setting { min: Some(size * low[i]), max: Some(size * high[i]), ..s })
             .collect();
-        let solution = solve(Asked { weight: Some(w.clone()), ..plain(d.clone(), j.clone(), limited.clone()) });
+        let solution = solve(CorrectionSpec { weight: Some(w.clone()), ..plain(d.clone(), j.clone(), limited.clone()) });
         prop_assume!(solution.fit.spectrum.condition.unwrap() < 1e4);
         let x = changes(&solution);
         let gradient = gradient(&j, &d, &w, &x);
@@ -121,7 +124,7 @@ proptest! {
         (weight[2], weight[5]) = (2.0, 0.0);
         let mut undefined = d.clone();
         undefined[7] = f64::NAN;
-        let asked = Asked { weight: Some(weight), ..plain(undefined, j.clone(), settings(4)) };
+        let asked = CorrectionSpec { weight: Some(weight), ..plain(undefined, j.clone(), settings(4)) };
         let weighted = Correction::new(asked).unwrap();
         prop_assert_eq!(weighted.counted().len(), 8);
         let weighted = weighted.solve().unwrap();
@@ -155,7 +158,7 @@ proptest! {
             (setting.min, setting.max) = (most.map(|x| -x), *most);
         }
         let deviation = times(&j, &wanted).iter().map(|d| -d).collect();
-        let solution = solve(Asked { noise_sigma: Some(1e-6), ..Asked::new(deviation, j.clone(), settings) });
+        let solution = solve(CorrectionSpec { noise_sigma: Some(1e-6), ..CorrectionSpec::new(deviation, j.clone(), settings) });
         prop_assume!(solution.settings.iter().all(|s| s.limited.is_none()));
         let bias = &solution.fit.bias;
         let length = |c: usize| j.iter().skip(c).step_by(5).map(|x| x * x).sum::<f64>().sqrt();
@@ -184,8 +187,8 @@ proptest! {
         let deviation = flankfit_engine::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
         let unit: Vec<f64> = log.iter().map(|x| 10f64.powf(*x)).collect();
         let other = asked.sensitivity.iter().enumerate().map(|(i, x)| x * unit[i % 6]).collect();
-        let one = solve(Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone()));
-        let two = solve(Asked::new(deviation, other, asked.settings));
+        let one = solve(CorrectionSpec::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone()));
+        let two = solve(CorrectionSpec::new(deviation, other, asked.settings));
         for (k, (a, b)) in one.settings.iter().zip(&two.settings).enumerate() {
             prop_assert!((a.change - b.change * unit[k]).abs() < 1e-6 * (1.0 + a.change.abs()));
         }
@@ -197,7 +200,7 @@ proptest! {
 fn targets_are_reached() {
     let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0]).collect();
     let target = times(&j, &[2.0, -0.5]);
-    let solution = solve(Asked { target: Some(target.clone()), ..plain(vec![0.0; 9], j, settings(2)) });
+    let solution = solve(CorrectionSpec { target: Some(target.clone()), ..plain(vec![0.0; 9], j, settings(2)) });
     assert!((changes(&solution)[0] - 2.0).abs() < 1e-12 && (changes(&solution)[1] + 0.5).abs() < 1e-12);
     assert!(solution.predicted.rms < 1e-12 && solution.predicted.rms_before > 1.0);
     assert!(solution.predicted.deviation.iter().zip(&target).all(|(p, t)| (p - t).abs() < 1e-12));
@@ -209,8 +212,8 @@ fn settings_that_cannot_be_told_apart_are_named() {
     let asked = case::ill_conditioned(3);
     let deviation = flankfit_engine::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
     let of = |damping| {
-        let asked = Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone());
-        solve(Asked { damping, noise_sigma: Some(0.3), ..asked })
+        let asked = CorrectionSpec::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone());
+        solve(CorrectionSpec { damping, noise_sigma: Some(0.3), ..asked })
     };
     let solution = of(Damping::Uncertainty);
     let [group] = &solution.indistinguishable[..] else { panic!("{:?}", solution.indistinguishable) };
@@ -227,14 +230,14 @@ fn settings_that_cannot_be_told_apart_are_named() {
         assert!(f / l.sqrt() <= trust.gain * (1.0 + 1e-12));
     }
     // a greater r makes the bounds greater in proportion
-    let known = Asked::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone());
-    let known = solve(Asked { noise_sigma: Some(0.3), coefficient_norm_limit: Some(300.0), ..known });
+    let known = CorrectionSpec::new(deviation.clone(), asked.sensitivity.clone(), asked.settings.clone());
+    let known = solve(CorrectionSpec { noise_sigma: Some(0.3), coefficient_norm_limit: Some(300.0), ..known });
     let ratio = 300.0 / solution.fit.bias.coefficient_norm_limit;
     for (given, own) in known.settings.iter().zip(&solution.settings) {
         let (given_bound, own_bound) = (given.bias_bound.unwrap(), ratio * own.bias_bound.unwrap());
         assert!(given.change == own.change && (given_bound - own_bound).abs() <= 1e-9 * own_bound);
     }
-    let plain = of(Damping::Asked(Regularization::None));
+    let plain = of(Damping::Given(Regularization::None));
     assert!(plain.warnings.iter().any(|w| w.code == "undamped_correction"));
     assert!(changes(&plain)[5].abs() > 1e3 && changes(&solution).iter().all(|x| x.abs() < 100.0));
     assert!(solution.predicted.rms < 1.0);
@@ -247,8 +250,8 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
     for seed in 0..40 {
         let machine = case::ill_conditioned(seed);
         let deviation = flankfit_engine::gear::simulation::Simulation::new(machine.clone()).unwrap().measure();
-        let asked = Asked::new(deviation, machine.sensitivity.clone(), machine.settings.clone());
-        let asked = Asked { noise_sigma: Some(0.3), ..asked };
+        let asked = CorrectionSpec::new(deviation, machine.sensitivity.clone(), machine.settings.clone());
+        let asked = CorrectionSpec { noise_sigma: Some(0.3), ..asked };
         let own = solve(asked.clone());
         let length = |j: usize| -> f64 {
             let rows = machine.sensitivity.chunks_exact(6).zip(&asked.deviation).filter(|(_, d)| !d.is_nan());
@@ -286,7 +289,7 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
             condition_limit: 1e12,
             lambda_star,
         };
-        let chosen = solve(Asked { damping: Damping::Asked(scheme), ..asked });
+        let chosen = solve(CorrectionSpec { damping: Damping::Given(scheme), ..asked });
         assert_eq!(chosen.fit.bias.coefficient_norm_limit_source, NormLimitSource::Estimate);
         assert_eq!(changes(&chosen), changes(&own));
     }
@@ -298,7 +301,7 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
 fn settings_that_do_the_same_share_the_change() {
     let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k) - 4.0, f64::from(k) - 4.0]).collect();
     let deviation = times(&j, &[1.0, 3.0, 3.0]);
-    let asked = Asked::new(deviation, j, settings(3));
+    let asked = CorrectionSpec::new(deviation, j, settings(3));
     let solution = solve(asked.clone());
     let x = changes(&solution);
     assert!((x[0] + 1.0).abs() < 1e-9 && (x[1] + 3.0).abs() < 1e-9 && (x[2] + 3.0).abs() < 1e-9, "{x:?}");
@@ -320,7 +323,7 @@ fn limits_settle_for_nearly_collinear_settings() {
     for seed in 0..40 {
         let asked = case::ill_conditioned(seed);
         let deviation = flankfit_engine::gear::simulation::Simulation::new(asked.clone()).unwrap().measure();
-        let mut correction = Asked::new(deviation, asked.sensitivity, asked.settings);
+        let mut correction = CorrectionSpec::new(deviation, asked.sensitivity, asked.settings);
         correction.noise_sigma = Some(0.3);
         let free = solve(correction.clone());
         let most = free.settings.iter().map(|s| s.change.abs()).fold(0.0, f64::max);
@@ -341,7 +344,7 @@ fn many_settings_at_their_limits_settle() {
     let place = |k: usize, j: usize| ((k * 37 + j * 101 + k * j * 13) % 97) as f64 / 48.0 - 1.0;
     let j: Vec<f64> = (0..120).flat_map(|k| (0..40).map(move |j| place(k, j))).collect();
     let deviation = times(&j, &(0..40).map(|j| f64::from(j) - 19.5).collect::<Vec<f64>>());
-    let mut asked = Asked::new(deviation, j, settings(40));
+    let mut asked = CorrectionSpec::new(deviation, j, settings(40));
     for setting in &mut asked.settings {
         (setting.min, setting.max) = (Some(-5.0), Some(5.0));
     }
@@ -368,28 +371,31 @@ fn all_settings_may_be_at_their_limits() {
 #[test]
 fn faults_are_named_by_their_place() {
     let j = vec![1.0; 8];
-    let good = Asked::new(vec![1.0; 4], j, settings(2));
-    assert_eq!(fields(Asked { sensitivity: vec![1.0; 7], ..good.clone() }), [CorrectionField::Matrix]);
+    let good = CorrectionSpec::new(vec![1.0; 4], j, settings(2));
+    assert_eq!(fields(CorrectionSpec { sensitivity: vec![1.0; 7], ..good.clone() }), [CorrectionField::Matrix]);
     assert_eq!(
-        fields(Asked { weight: Some(vec![1.0, -1.0, 1.0, 1.0]), ..good.clone() }),
+        fields(CorrectionSpec { weight: Some(vec![1.0, -1.0, 1.0, 1.0]), ..good.clone() }),
         [CorrectionField::Weight { index: 1 }]
     );
-    assert_eq!(fields(Asked { target: Some(vec![1.0]), ..good.clone() }), [CorrectionField::Targets]);
-    assert_eq!(fields(Asked { noise_sigma: Some(0.0), ..good.clone() }), [CorrectionField::NoiseSigma]);
+    assert_eq!(fields(CorrectionSpec { target: Some(vec![1.0]), ..good.clone() }), [CorrectionField::Targets]);
+    assert_eq!(fields(CorrectionSpec { noise_sigma: Some(0.0), ..good.clone() }), [CorrectionField::NoiseSigma]);
     assert_eq!(
-        fields(Asked { coefficient_norm_limit: Some(-1.0), ..good.clone() }),
+        fields(CorrectionSpec { coefficient_norm_limit: Some(-1.0), ..good.clone() }),
         [CorrectionField::CoefficientNormLimit]
     );
     assert_eq!(
-        fields(Asked { response_uncertainty: f64::NAN, ..good.clone() }),
+        fields(CorrectionSpec { response_uncertainty: f64::NAN, ..good.clone() }),
         [CorrectionField::ResponseUncertainty]
     );
-    assert_eq!(fields(Asked { deviation: vec![f64::NAN; 4], ..good.clone() }), [CorrectionField::Deviations]);
+    assert_eq!(fields(CorrectionSpec { deviation: vec![f64::NAN; 4], ..good.clone() }), [CorrectionField::Deviations]);
     // too few nodes: by what leaves them
     let undefined = vec![1.0, f64::NAN, f64::NAN, f64::NAN];
-    assert_eq!(fields(Asked { deviation: undefined, ..good.clone() }), [CorrectionField::Settings]);
-    assert_eq!(fields(Asked { weight: Some(vec![0.0; 4]), ..good.clone() }), [CorrectionField::Weights]);
-    assert_eq!(fields(Asked { weight: Some(vec![0.0, 0.0, 0.0, 1.0]), ..good.clone() }), [CorrectionField::Weights]);
+    assert_eq!(fields(CorrectionSpec { deviation: undefined, ..good.clone() }), [CorrectionField::Settings]);
+    assert_eq!(fields(CorrectionSpec { weight: Some(vec![0.0; 4]), ..good.clone() }), [CorrectionField::Weights]);
+    assert_eq!(
+        fields(CorrectionSpec { weight: Some(vec![0.0, 0.0, 0.0, 1.0]), ..good.clone() }),
+        [CorrectionField::Weights]
+    );
     let mut twice = good.clone();
     twice.settings[1].name = "s0".into();
     assert_eq!(fields(twice), [CorrectionField::Setting { index: 1 }]);
@@ -413,10 +419,10 @@ fn faults_are_named_by_their_place() {
     let mut still = good.clone();
     still.settings.iter_mut().for_each(|setting| setting.fixed = true);
     assert_eq!(fields(still), [CorrectionField::Limits]);
-    assert_eq!(fields(Asked { absolute: false, ..good.clone() }), [CorrectionField::Absolute]);
-    let idle = Asked { sensitivity: [1.0, 0.0].repeat(4), ..good.clone() };
+    assert_eq!(fields(CorrectionSpec { absolute: false, ..good.clone() }), [CorrectionField::Absolute]);
+    let idle = CorrectionSpec { sensitivity: [1.0, 0.0].repeat(4), ..good.clone() };
     assert_eq!(fields(idle), [CorrectionField::Setting { index: 1 }]);
-    let infinite = Asked { sensitivity: [1.0, f64::INFINITY].repeat(4), ..good };
+    let infinite = CorrectionSpec { sensitivity: [1.0, f64::INFINITY].repeat(4), ..good };
     assert_eq!(fields(infinite)[0], CorrectionField::Entry { row: 0, column: 1 });
 }
 
@@ -424,9 +430,9 @@ fn faults_are_named_by_their_place() {
 #[test]
 fn the_services_refusals_come_through() {
     let j: Vec<f64> = (0..9).flat_map(|k| [1.0, f64::from(k)]).collect();
-    let asked = Asked::new(vec![1.0; 9], j, settings(2));
-    let damping = Damping::Asked(Regularization::TruncatedSvd { rank: 7 });
-    let error = Correction::new(Asked { damping, ..asked }).unwrap().solve().unwrap_err();
+    let asked = CorrectionSpec::new(vec![1.0; 9], j, settings(2));
+    let damping = Damping::Given(Regularization::TruncatedSvd { rank: 7 });
+    let error = Correction::new(CorrectionSpec { damping, ..asked }).unwrap().solve().unwrap_err();
     assert!(matches!(error, FitError::Invalid(_)));
 }
 
@@ -457,18 +463,18 @@ fn what_all_nodes_have_in_common_is_no_deviation_without_a_datum() {
     let d: Vec<f64> = (0..9).map(|k| 0.7 * f64::from(k) + (1.3 * f64::from(k)).sin()).collect();
     let of = |level: f64| {
         let deviation = d.iter().map(|d| d + level).collect();
-        let asked = Asked {
+        let asked = CorrectionSpec {
             weight: Some((0..9).map(|k| f64::from(k % 3 + 1)).collect()),
             response_uncertainty: 0.0,
             ..plain(deviation, j.clone(), settings(3))
         };
-        solve(Asked { absolute: false, ..asked })
+        solve(CorrectionSpec { absolute: false, ..asked })
     };
     let (one, other) = (of(0.0), of(50.0));
     assert!(one.settings[0].undetermined && one.settings[0].change == 0.0 && one.settings[0].std_error.is_none());
     assert!(one.warnings.iter().any(|w| w.code == "undetermined_settings" && w.message.contains("`s0`")));
     // the same as with a constant of its own, which is what is left aside
-    let asked = Asked {
+    let asked = CorrectionSpec {
         weight: Some((0..9).map(|k| f64::from(k % 3 + 1)).collect()),
         response_uncertainty: 0.0,
         ..plain(d.clone(), j.clone(), settings(3))
@@ -565,8 +571,8 @@ fn a_bound_that_comes_from_limits_does_not_lie_beyond_them() {
         for (setting, [min, max]) in settings.iter_mut().zip(limits) {
             (setting.min, setting.max) = (Some(min), Some(max));
         }
-        let asked = Asked::new(deviation.clone(), j.clone(), settings);
-        solve(Asked { noise_sigma: Some(0.1), coefficient_norm_limit: given, ..asked })
+        let asked = CorrectionSpec::new(deviation.clone(), j.clone(), settings);
+        solve(CorrectionSpec { noise_sigma: Some(0.1), coefficient_norm_limit: given, ..asked })
     };
     let solution = with([[-10.0, 10.0], [-200.0, 300.0]], None);
     let [narrow, wide] = &solution.settings[..] else { panic!("two settings") };
@@ -590,7 +596,7 @@ fn limits_of_a_setting_that_nothing_is_said_about_are_kept() {
         let mut settings = settings(3);
         (settings[0].min, settings[0].max, settings[0].increment) = (min, max, increment);
         settings[1].increment = increment;
-        solve(Asked { absolute: false, ..plain(d.clone(), j.clone(), settings) })
+        solve(CorrectionSpec { absolute: false, ..plain(d.clone(), j.clone(), settings) })
     };
     let codes = |s: &Solution| s.warnings.iter().map(|w| w.code).collect::<Vec<_>>();
     let free = with(None, None, None);

@@ -1,6 +1,6 @@
 //! Predicted beside measured: whether the machine answered as predicted.
 
-use flankfit_engine::gear::correction::{Answer, Asked, Comparison, Correction, Noise, Verdict, compare};
+use flankfit_engine::gear::correction::{Answer, Comparison, Correction, CorrectionSpec, Noise, Verdict, compare};
 use flankfit_engine::gear::simulation::{Simulation, Strategy, case, run};
 use flankfit_engine::gear::{
     Refused,
@@ -13,10 +13,10 @@ fn answer(seed: u64, factor: f64, extra: impl Fn(usize) -> f64) -> Answer {
     let mut machine = Simulation::new(case::ill_conditioned(seed)).unwrap();
     let asked = machine.asked().clone();
     let before = machine.measure();
-    let correction = Correction::new(Asked {
+    let correction = Correction::new(CorrectionSpec {
         noise_sigma: Some(asked.probe_noise),
         response_uncertainty: asked.response_noise,
-        ..Asked::new(before, asked.sensitivity, asked.settings)
+        ..CorrectionSpec::new(before, asked.sensitivity, asked.settings)
     })
     .unwrap();
     let solution = correction.solve().unwrap();

@@ -6,7 +6,7 @@ use crate::machines::{Machine, Plant, each, times};
 use crate::oracle::random::Random;
 use flankfit_engine::estimation::result::Coefficient;
 use flankfit_engine::estimation::spec::Regularization;
-use flankfit_engine::gear::correction::{Asked, Change, Correction, Damping, ResponseErrors, Solution};
+use flankfit_engine::gear::correction::{Change, Correction, CorrectionSpec, Damping, ResponseErrors, Solution};
 use nalgebra::{DMatrix, DVector};
 
 const DRAWS: u64 = 1000;
@@ -41,11 +41,11 @@ const PLAIN: Way =
     Way { plant: BASE, plain: true, errors: ResponseErrors::Independent, sigma_known: true, limit: None, form: 0.0 };
 
 impl Way {
-    fn asked(&self, machine: &Machine, measured: Vec<f64>) -> Asked {
+    fn asked(&self, machine: &Machine, measured: Vec<f64>) -> CorrectionSpec {
         let mut asked = self.plant.asked(machine, measured);
         asked.response_errors = self.errors;
         if self.plain {
-            asked.damping = Damping::Asked(Regularization::None);
+            asked.damping = Damping::Given(Regularization::None);
         }
         if !self.sigma_known {
             asked.noise_sigma = None;
@@ -56,7 +56,7 @@ impl Way {
     }
 }
 
-fn solve(asked: Asked) -> Solution {
+fn solve(asked: CorrectionSpec) -> Solution {
     Correction::new(asked).unwrap().solve().unwrap()
 }
 
@@ -126,7 +126,7 @@ fn regularised_errors_are_about_their_average_and_bounds_do_the_rest() {
         let draws = each(DRAWS, |seed| {
             let mut machine = plant.machine_off(off.clone(), Random::new(seed));
             let measured = machine.measure();
-            let asked = Asked { coefficient_norm_limit: Some(norm), ..plant.asked(&machine, measured) };
+            let asked = CorrectionSpec { coefficient_norm_limit: Some(norm), ..plant.asked(&machine, measured) };
             solve(asked)
                 .settings
                 .iter()

@@ -3,7 +3,7 @@
 use flankfit_engine::gear::correction::machine::{FlankNode, Machine, Ranges};
 use flankfit_engine::gear::correction::{DEFAULT_RESPONSE_UNCERTAINTY, Setting, Verdict};
 use flankfit_engine::gear::simulation::fault::MachineField;
-use flankfit_engine::gear::simulation::{Asked, Run, Simulation, Strategy, case, run};
+use flankfit_engine::gear::simulation::{MachineSpec, Run, Simulation, Strategy, case, run};
 use flankfit_engine::gear::{Gear, GearData, Hand, Side};
 
 /// RMS of the true deviations by round.
@@ -13,7 +13,7 @@ fn rounds(run: &Run) -> Vec<f64> {
 
 /// True RMS by seed and round.
 fn runs(
-    machine: impl Fn(u64) -> Asked,
+    machine: impl Fn(u64) -> MachineSpec,
     strategy: &Strategy,
     eta: f64,
     corrections: usize,
@@ -70,7 +70,7 @@ fn the_case_is_as_ill_conditioned_as_it_says() {
 
 /// Eight settings of which two are nearly mixtures, in very different units; settings of both kinds
 /// off.
-fn two_mixtures(apart: f64) -> impl Fn(u64) -> Asked {
+fn two_mixtures(apart: f64) -> impl Fn(u64) -> MachineSpec {
     move |seed| {
         let unit = [1.0, 1e-3, 20.0, 1.0, 300.0, 1.0, 0.05, 7.0];
         let mut sensitivity = Vec::new();
@@ -83,7 +83,7 @@ fn two_mixtures(apart: f64) -> impl Fn(u64) -> Asked {
                 sensitivity.extend(row.iter().zip(unit).map(|(x, unit)| x * unit));
             }
         }
-        Asked {
+        MachineSpec {
             seed,
             sensitivity,
             settings: (0..8).map(|j| Setting::free(format!("axis {j}"), "unit")).collect(),
@@ -100,7 +100,7 @@ fn two_mixtures(apart: f64) -> impl Fn(u64) -> Asked {
 fn other_ill_conditioned_machines_are_brought_down() {
     for apart in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6] {
         for (probe_noise, response_noise) in [(0.3, 0.01), (0.05, 0.02), (1.0, 0.03)] {
-            let machine = |seed| Asked { probe_noise, response_noise, ..two_mixtures(apart)(seed) };
+            let machine = |seed| MachineSpec { probe_noise, response_noise, ..two_mixtures(apart)(seed) };
             let runs = runs(machine, &Strategy::uncertainty(), DEFAULT_RESPONSE_UNCERTAINTY, 4, 25);
             // what noise leaves of eight settings on 65 nodes, what the response leaves of what
             // cannot be told, and a margin
@@ -167,7 +167,7 @@ fn a_grinding_machine_is_brought_down() {
 #[test]
 fn an_exact_machine_needs_one_correction() {
     for seed in 0..10 {
-        let asked = Asked { response_noise: 0.0, probe_noise: 0.0, ..two_mixtures(1.0)(seed) };
+        let asked = MachineSpec { response_noise: 0.0, probe_noise: 0.0, ..two_mixtures(1.0)(seed) };
         let rounds = rounds(&run(&asked, &Strategy::least_squares(), 0.0, 1).unwrap());
         assert!(rounds[0] > 1.0 && rounds[1] < 1e-9 * rounds[0], "{rounds:?}");
     }
@@ -190,7 +190,8 @@ fn steps_and_runs_agree() {
         }
     }
     assert!(machine.apply(&[1.0]).is_err() && machine.apply(&[f64::NAN; 6]).is_err());
-    let refused = Simulation::new(Asked { missing: 1.0, setting_error: vec![-1.0; 6], ..case::ill_conditioned(0) });
+    let refused =
+        Simulation::new(MachineSpec { missing: 1.0, setting_error: vec![-1.0; 6], ..case::ill_conditioned(0) });
     let fields: Vec<MachineField> = refused.unwrap_err().list().iter().map(|f| f.field).collect();
     assert_eq!((fields[0], fields[fields.len() - 1]), (MachineField::SettingError { index: 0 }, MachineField::Missing));
 }
@@ -200,16 +201,16 @@ fn steps_and_runs_agree() {
 fn machines_out_of_range_are_refused_by_their_place() {
     let good = case::ill_conditioned(0);
     for (machine, field) in [
-        (Asked { missing: 0.95, ..good.clone() }, MachineField::Missing),
-        (Asked { response_noise: 1e300, ..good.clone() }, MachineField::ResponseNoise),
-        (Asked { response_noise: f64::NAN, ..good.clone() }, MachineField::ResponseNoise),
-        (Asked { probe_noise: 1e200, ..good.clone() }, MachineField::ProbeNoise),
+        (MachineSpec { missing: 0.95, ..good.clone() }, MachineField::Missing),
+        (MachineSpec { response_noise: 1e300, ..good.clone() }, MachineField::ResponseNoise),
+        (MachineSpec { response_noise: f64::NAN, ..good.clone() }, MachineField::ResponseNoise),
+        (MachineSpec { probe_noise: 1e200, ..good.clone() }, MachineField::ProbeNoise),
         (
-            Asked { setting_error: vec![12.0, 12.0, 1e200, 12.0, 12.0, 12.0], ..good.clone() },
+            MachineSpec { setting_error: vec![12.0, 12.0, 1e200, 12.0, 12.0, 12.0], ..good.clone() },
             MachineField::SettingError { index: 2 },
         ),
         (
-            Asked { setting_error: vec![12.0, 12.0, 12.0, 12.0, 12.0, f64::INFINITY], ..good.clone() },
+            MachineSpec { setting_error: vec![12.0, 12.0, 12.0, 12.0, 12.0, f64::INFINITY], ..good.clone() },
             MachineField::SettingError { index: 5 },
         ),
     ] {
@@ -218,7 +219,7 @@ fn machines_out_of_range_are_refused_by_their_place() {
         assert_eq!(fields, [field]);
     }
     // 45 nodes, of which 39 are missed, tell six settings
-    assert!(Simulation::new(Asked { missing: 39.0 / 45.0, ..good }).is_ok());
+    assert!(Simulation::new(MachineSpec { missing: 39.0 / 45.0, ..good }).is_ok());
 }
 
 /// Every way to correct runs, under a name of its own.

@@ -4,7 +4,7 @@
 
 use flankfit_engine::gear::correction::fault::MachineField;
 use flankfit_engine::gear::correction::machine::{FlankNode, Machine, Ranges, Sensitivity};
-use flankfit_engine::gear::correction::{Asked, Correction};
+use flankfit_engine::gear::correction::{Correction, CorrectionSpec};
 use flankfit_engine::gear::involute::Flank;
 use flankfit_engine::gear::{Gear, GearData, Hand, Side};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -308,7 +308,7 @@ fn one_flank_cannot_tell_offset_from_thickness() {
         let solve = |nodes: &[FlankNode]| {
             let s = Machine::GeneratingGrinding.sensitivity(&gear, nodes, ranges).unwrap();
             let deviation = column(&s, "tooth_thickness").map(|x| 6.0 * x).collect();
-            Correction::new(Asked::new(deviation, s.matrix, s.settings)).unwrap().solve().unwrap()
+            Correction::new(CorrectionSpec::new(deviation, s.matrix, s.settings)).unwrap().solve().unwrap()
         };
         let one = solve(&nodes[..25]);
         let together = one.indistinguishable.iter().any(|group| {
@@ -330,7 +330,7 @@ fn the_sentence_names_every_partner() {
     let (nodes, ranges) = nodes(gear);
     let s = Machine::FormGrinding.sensitivity(gear, &nodes[..25], ranges).unwrap();
     let deviation = column(&s, "infeed").collect();
-    let solution = Correction::new(Asked::new(deviation, s.matrix, s.settings)).unwrap().solve().unwrap();
+    let solution = Correction::new(CorrectionSpec::new(deviation, s.matrix, s.settings)).unwrap().solve().unwrap();
     let worst = &solution.indistinguishable[0];
     for name in ["tooth_thickness", "infeed", "tool_axis_offset"] {
         assert!(worst.names.iter().any(|n| n == name) && worst.sentence.contains(name), "{}", worst.sentence);

@@ -5,19 +5,19 @@ use flankfit_engine::estimation::spec::Regularization;
 use flankfit_engine::gear::correction::fault::CorrectionField;
 use flankfit_engine::gear::correction::machine::{FlankNode, Machine, Ranges};
 use flankfit_engine::gear::correction::{
-    Answer, Asked, Correction, Damping, Noise, Setting, Solution, Verdict, compare,
+    Answer, Correction, CorrectionSpec, Damping, Noise, Setting, Solution, Verdict, compare,
 };
 use flankfit_engine::gear::{Gear, GearData, Hand, Side};
 
-fn plain(deviation: Vec<f64>, sensitivity: Vec<f64>, settings: Vec<Setting>) -> Asked {
-    Asked {
-        damping: Damping::Asked(Regularization::None),
+fn plain(deviation: Vec<f64>, sensitivity: Vec<f64>, settings: Vec<Setting>) -> CorrectionSpec {
+    CorrectionSpec {
+        damping: Damping::Given(Regularization::None),
         response_uncertainty: 0.0,
-        ..Asked::new(deviation, sensitivity, settings)
+        ..CorrectionSpec::new(deviation, sensitivity, settings)
     }
 }
 
-fn solve(asked: Asked) -> Solution {
+fn solve(asked: CorrectionSpec) -> Solution {
     Correction::new(asked).unwrap().solve().unwrap()
 }
 
@@ -48,13 +48,13 @@ fn centring_each_trace_is_a_constant_for_each() {
     let of = |zeros: [f64; 4]| {
         let deviation = d.iter().zip(&nodes).map(|(d, node)| d + zeros[node.2]).collect();
         let asked = plain(deviation, j.clone(), settings(4));
-        solve(Asked { absolute: false, traces: Some(trace.clone()), weight: Some(weight.clone()), ..asked })
+        solve(CorrectionSpec { absolute: false, traces: Some(trace.clone()), weight: Some(weight.clone()), ..asked })
     };
     let (one, other) = (of([0.0; 4]), of([30.0, -12.0, 5.0, 77.0]));
     let constants = |node: &(f64, f64, usize)| (0..4).map(|t| f64::from(u8::from(t == node.2))).collect::<Vec<_>>();
     let whole = j.chunks_exact(4).zip(&nodes).flat_map(|(row, node)| [row.to_vec(), constants(node)].concat());
     let asked = plain(d.clone(), whole.collect(), settings(8));
-    let whole = solve(Asked { weight: Some(weight.clone()), ..asked });
+    let whole = solve(CorrectionSpec { weight: Some(weight.clone()), ..asked });
     for k in 0..4 {
         let (a, b, c) = (&one.settings[k], &other.settings[k], &whole.settings[k]);
         assert!((a.change - b.change).abs() < 1e-9 && (a.change - c.change).abs() < 1e-9, "{a:?} {b:?} {c:?}");
@@ -118,7 +118,7 @@ fn settings_are_told_by_traces_along_which_they_act() {
     ] {
         let (settings, matrix, traces, nodes) = machine(profiles, helices);
         let deviation = nodes.iter().map(|(u, v, t)| 3.0 * u + 2.0 * v + 10.0 * (*t as f64) + u * u).collect();
-        let asked = Asked { absolute: false, traces: Some(traces), ..plain(deviation, matrix, settings) };
+        let asked = CorrectionSpec { absolute: false, traces: Some(traces), ..plain(deviation, matrix, settings) };
         let solution = solve(asked);
         for setting in &solution.settings {
             let told = determined.contains(&setting.name.as_str());
@@ -142,11 +142,11 @@ fn zeros_of_traces_are_no_answer_of_the_machine() {
         let mut zeros = || (0..5).map(|_| size * random.normal()).collect::<Vec<f64>>();
         let (before, after) = (zeros(), zeros());
         let deviation = (0..nodes.len()).map(|k| shape[k] + noise[k][0] + before[traces[k]]).collect();
-        let asked = Asked {
+        let asked = CorrectionSpec {
             absolute: false,
             traces: Some(traces.clone()),
             noise_sigma: Some(0.2),
-            ..Asked::new(deviation, matrix.clone(), settings.clone())
+            ..CorrectionSpec::new(deviation, matrix.clone(), settings.clone())
         };
         let correction = Correction::new(asked).unwrap();
         let solution = correction.solve().unwrap();
@@ -167,16 +167,16 @@ fn zeros_of_traces_are_no_answer_of_the_machine() {
 
 #[test]
 fn traces_are_checked() {
-    let fields = |asked: Asked| -> Vec<CorrectionField> {
+    let fields = |asked: CorrectionSpec| -> Vec<CorrectionField> {
         Correction::new(asked).unwrap_err().list().iter().map(|fault| fault.field.clone()).collect()
     };
     let j: Vec<f64> = (0..8).flat_map(|k| [f64::from(k), f64::from(k * k)]).collect();
     let asked = |traces: Vec<usize>| {
         let deviation = (0..8).map(f64::from).collect();
-        Asked { absolute: false, traces: Some(traces), ..plain(deviation, j.clone(), settings(2)) }
+        CorrectionSpec { absolute: false, traces: Some(traces), ..plain(deviation, j.clone(), settings(2)) }
     };
     assert_eq!(fields(asked(vec![0; 7])), [CorrectionField::Traces]);
-    assert_eq!(fields(Asked { absolute: true, ..asked(vec![0; 8]) }), [CorrectionField::Absolute]);
+    assert_eq!(fields(CorrectionSpec { absolute: true, ..asked(vec![0; 8]) }), [CorrectionField::Absolute]);
     // a zero for each node leaves nothing to tell two settings from
     assert_eq!(fields(asked((0..8).collect())), [CorrectionField::Settings]);
     assert!(Correction::new(asked(vec![0, 0, 0, 0, 1, 1, 1, 1])).is_ok());

@@ -31,7 +31,7 @@ fn verdict(plant: &Plant, way: Way, seed: u64) -> Verdict {
     let before = machine.measure();
     let mut asked = plant.asked(&machine, before);
     if way.plain {
-        asked.damping = Damping::Asked(Regularization::None);
+        asked.damping = Damping::Given(Regularization::None);
     }
     if !way.sigma_known {
         asked.noise_sigma = None;

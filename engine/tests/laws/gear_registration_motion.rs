@@ -6,7 +6,7 @@ use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit_engine::estimation::spec::{Estimator, FitSpec, Model, Parameter, Regularization, Scaling};
 use flankfit_engine::estimation::spec::{Loss, MEstimator};
-use flankfit_engine::gear::deviation::{Deviations, Measurement, Reference, Touch, measure};
+use flankfit_engine::gear::deviation::{Deviations, MeasuredPoint, Measurement, Reference, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, columns::SCREW, register};
 use flankfit_engine::gear::{Gear, Hand, Side};
 use flankfit_engine::gear::{Refused, registration::fault::RegistrationField};
@@ -20,7 +20,13 @@ pub fn plain() -> FitSpec {
 }
 
 /// Places of the flanks: both sides of `teeth` teeth all round, `form` µm above the nominal flank.
-pub fn places(gear: &Gear, teeth: u32, sides: &[Side], form: impl Fn(Side, f64, f64) -> f64, ball: f64) -> Vec<Touch> {
+pub fn places(
+    gear: &Gear,
+    teeth: u32,
+    sides: &[Side],
+    form: impl Fn(Side, f64, f64) -> f64,
+    ball: f64,
+) -> Vec<MeasuredPoint> {
     // where no motion carries a point into the base circle, 0.15 mm below
     let [low, high] = rolls(gear);
     let low = low.max((0.3 * gear.base_radius()).sqrt());
@@ -33,7 +39,11 @@ pub fn places(gear: &Gear, teeth: u32, sides: &[Side], form: impl Fn(Side, f64, 
                     let roll = low.max(ball) + (high - low.max(ball)) * f64::from(i) / 4.0;
                     let z = 10.0 + 6.0 * f64::from(j);
                     let point = above(gear, tooth, side, roll, z, ball + 1e-3 * form(side, roll, z));
-                    touches.push(Touch { tooth: Some(tooth), side: Some(side), ..Touch::anywhere(point) });
+                    touches.push(MeasuredPoint {
+                        tooth: Some(tooth),
+                        side: Some(side),
+                        ..MeasuredPoint::anywhere(point)
+                    });
                 }
             }
         }
@@ -41,11 +51,11 @@ pub fn places(gear: &Gear, teeth: u32, sides: &[Side], form: impl Fn(Side, f64, 
     touches
 }
 
-pub fn moved(touches: &[Touch], pose: &Pose) -> Vec<Touch> {
-    touches.iter().map(|touch| Touch { point: pose.apply(&touch.point), ..*touch }).collect()
+pub fn moved(touches: &[MeasuredPoint], pose: &Pose) -> Vec<MeasuredPoint> {
+    touches.iter().map(|touch| MeasuredPoint { point: pose.apply(&touch.point), ..*touch }).collect()
 }
 
-fn measured(reference: &Reference, touches: &[Touch], ball: f64) -> Deviations {
+fn measured(reference: &Reference, touches: &[MeasuredPoint], ball: f64) -> Deviations {
     let most = 0.5 * reference.gear.base_pitch() * reference.gear.base_helix_angle().cos();
     let measurement = Measurement { ball_radius: ball, reach: Some(most), ..Measurement::default() };
     measure(reference, touches, &measurement).expect("points of the flanks")
@@ -194,9 +204,9 @@ fn a_single_flank_has_a_regularised_answer() {
     let gear = helical(20.0, Hand::Left);
     let reference = Reference::new(&gear);
     let mut random = Random::new(11);
-    let noisy: Vec<Touch> = places(&gear, 1, &[Side::Left], |_, _, _| 0.0, 0.0)
+    let noisy: Vec<MeasuredPoint> = places(&gear, 1, &[Side::Left], |_, _, _| 0.0, 0.0)
         .iter()
-        .map(|touch| Touch { point: touch.point + 3e-4 * Vector::from_fn(|_, _| random.normal()), ..*touch })
+        .map(|touch| MeasuredPoint { point: touch.point + 3e-4 * Vector::from_fn(|_, _| random.normal()), ..*touch })
         .collect();
     let deviations = measured(&reference, &noisy, 0.0);
     let answer = registered(&reference, &deviations, &Motion::ALL, &FitSpec::new(Model::Linear));
@@ -219,9 +229,12 @@ fn standard_errors_are_those_of_the_noise() {
     let mut random = Random::new(12);
     let (mut square, runs) = ([0.0; 5], 60);
     for _ in 0..runs {
-        let noisy: Vec<Touch> = clean
+        let noisy: Vec<MeasuredPoint> = clean
             .iter()
-            .map(|touch| Touch { point: touch.point + 5e-4 * Vector::from_fn(|_, _| random.normal()), ..*touch })
+            .map(|touch| MeasuredPoint {
+                point: touch.point + 5e-4 * Vector::from_fn(|_, _| random.normal()),
+                ..*touch
+            })
             .collect();
         let answer = registered(&reference, &measured(&reference, &noisy, 0.0), &FIVE, &plain());
         for (square, moved) in square.iter_mut().zip(&answer.motions) {

@@ -6,8 +6,8 @@ use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit_engine::gear::deviation::fault::{BorderField, MeasureField, TopographyField};
 use flankfit_engine::gear::deviation::{
-    Border, Borders, Deviations, Direction, Measurement, Reference, Stray, Strays, Topography, Touch, foot::foot, grid,
-    measure,
+    Border, Borders, Deviations, Direction, FootlessPoints, MeasuredPoint, Measurement, NoFoot, Reference, Topography,
+    foot::foot, grid, measure,
 };
 use flankfit_engine::gear::flank_grid::{FlankGrid, GridSpec};
 use flankfit_engine::gear::modification::{Flanks, Law, Modification, Modifications, Range};
@@ -15,11 +15,11 @@ use flankfit_engine::gear::{Gear, Hand, ProfileAxis, Side, involute::Flank};
 use flankfit_engine::geometry::space::Vector;
 use proptest::prelude::*;
 
-fn anywhere(point: Vector) -> Touch {
-    Touch::anywhere(point)
+fn anywhere(point: Vector) -> MeasuredPoint {
+    MeasuredPoint::anywhere(point)
 }
 
-fn measured(gear: &Gear, touches: &[Touch], measurement: &Measurement) -> Deviations {
+fn measured(gear: &Gear, touches: &[MeasuredPoint], measurement: &Measurement) -> Deviations {
     measure(&Reference::new(gear), touches, measurement).expect("points of the flank")
 }
 
@@ -72,7 +72,7 @@ proptest! {
             let delta = if k < 2 { 0.0 } else { random.between(-200.0, 200.0) };
             let point = above(&gear, tooth, side, roll, z, 1e-3 * delta);
             let accuracy = 1e-12 * gear.tip_radius().max(gear.root_radius()) * 1e3;
-            let named = Touch { tooth: Some(tooth), side: Some(side), ..Touch::anywhere(point) };
+            let named = MeasuredPoint { tooth: Some(tooth), side: Some(side), ..MeasuredPoint::anywhere(point) };
             for touch in [anywhere(point), named] {
                 let node = measured(&gear, &[touch], &Measurement::default()).nodes[0];
                 prop_assert_eq!((node.tooth, node.side), (tooth, side));
@@ -106,7 +106,7 @@ proptest! {
             let delta = random.between(-80.0, 80.0);
             let centre = above(&gear, tooth, side, roll, z, radius + 1e-3 * delta);
             let measurement = Measurement { ball_radius: radius, ..Measurement::default() };
-            let touch = Touch { side: Some(side), ..Touch::anywhere(centre) };
+            let touch = MeasuredPoint { side: Some(side), ..MeasuredPoint::anywhere(centre) };
             let deviations = measured(&gear, &[touch], &measurement);
             let node = deviations.nodes[0];
             prop_assert_eq!(node.tooth, tooth);
@@ -128,7 +128,7 @@ proptest! {
             let (side, roll, z) = (side(k), random.between(low, high), random.between(-20.0, 20.0));
             let delta = random.between(-20.0, 20.0);
             let point = above(&gear, 3, side, roll, z, 1e-3 * (delta - relief(side, roll, z)));
-            let touch = Touch { side: Some(side), ..Touch::anywhere(point) };
+            let touch = MeasuredPoint { side: Some(side), ..MeasuredPoint::anywhere(point) };
             let node = measure(&reference, &[touch], &Measurement::default()).expect("a point").nodes[0];
             prop_assert!((node.deviation - delta).abs() < 1e-8, "{} instead of {delta}", node.deviation);
         }
@@ -193,7 +193,7 @@ fn nodes_of_the_modified_nominal_deviate_by_nothing() {
             tooth,
         };
         let nominal = FlankGrid::new(&gear, &spec, Some(&modifications)).expect("a grid");
-        let touches: Vec<Touch> = nominal.points.iter().map(|p| anywhere(Vector::from(*p))).collect();
+        let touches: Vec<MeasuredPoint> = nominal.points.iter().map(|p| anywhere(Vector::from(*p))).collect();
         let relief = |side, l, z| modifications.relief(side, l, z).value;
         let reference = Reference { relief: Some(&relief), ..Reference::new(&gear) };
         let found = measure(&reference, &touches, &Measurement::default()).expect("points of the flank");
@@ -211,7 +211,7 @@ fn undefined_points_keep_their_place() {
         anywhere(good),
         anywhere(Vector::new(f64::NAN, 1.0, 2.0)),
         anywhere(good),
-        Touch { tooth: Some(4), ..anywhere(Vector::new(1.0, 1.0, f64::NAN)) },
+        MeasuredPoint { tooth: Some(4), ..anywhere(Vector::new(1.0, 1.0, f64::NAN)) },
     ];
     let deviations = measured(&gear, &touches, &Measurement::default());
     assert_eq!(deviations.nodes.len(), 4);
@@ -227,9 +227,9 @@ fn points_that_are_not_of_the_flank_are_named() {
     let gear = helical(20.0, Hand::Left);
     let good = anywhere(above(&gear, 5, Side::Left, 14.0, 3.0, 0.0));
     let inside = anywhere(Vector::new(0.0, 0.9 * gear.base_radius(), 1.0));
-    let wrong_tooth = Touch { tooth: Some(6), ..good };
-    let wrong_flank = Touch { side: Some(Side::Right), ..good };
-    let no_tooth = Touch { tooth: Some(32), ..good };
+    let wrong_tooth = MeasuredPoint { tooth: Some(6), ..good };
+    let wrong_flank = MeasuredPoint { side: Some(Side::Right), ..good };
+    let no_tooth = MeasuredPoint { tooth: Some(32), ..good };
     let endless = anywhere(Vector::new(f64::INFINITY, 1.0, 1.0));
     let before = anywhere(above(&gear, 5, Side::Left, 0.0, 3.0, 0.0) * 1.000_001);
     let touches = [good, inside, wrong_tooth, good, wrong_flank, no_tooth, endless, before];
@@ -253,10 +253,10 @@ fn points_that_are_not_of_the_flank_are_named() {
     assert!(faults.list()[1].reason.to_string().contains("tooth 6"), "{}", faults.list()[1].reason.to_string());
 
     // or they are left out, and listed
-    let lenient = Measurement { strays: Strays::Undefined, ..Measurement::default() };
+    let lenient = Measurement { strays: FootlessPoints::Undefined, ..Measurement::default() };
     let left = measured(&gear, &[good, inside, wrong_tooth], &lenient);
     assert_eq!((left.counted(), left.undefined()), (1, 2));
-    assert!(matches!(left.strays[..], [(1, Stray::InsideBase { .. }), (2, Stray::Far { tooth: 6, .. })]));
+    assert!(matches!(left.strays[..], [(1, NoFoot::InsideBase { .. }), (2, NoFoot::Far { tooth: 6, .. })]));
 }
 
 #[test]
@@ -269,10 +269,10 @@ fn a_normal_tells_the_flank() {
     let reach = Measurement { reach: Some(4.0), ..Measurement::default() };
     for (x, tooth, side) in [(1.0, 1, Side::Right), (-1.0, 2, Side::Left)] {
         let normal = Some(Vector::new(x, 0.0, 0.0));
-        let node = measured(&gear, &[Touch { normal, ..middle }], &reach).nodes[0];
+        let node = measured(&gear, &[MeasuredPoint { normal, ..middle }], &reach).nodes[0];
         assert_eq!((node.tooth, node.side), (tooth, side));
         assert!(node.deviation > 1000.0);
-        let wrong = Touch { normal: normal.map(|n| -n), side: Some(side), tooth: Some(tooth), ..middle };
+        let wrong = MeasuredPoint { normal: normal.map(|n| -n), side: Some(side), tooth: Some(tooth), ..middle };
         let faults = measure(&Reference::new(&gear), &[wrong], &reach).expect_err("the other flank's normal");
         assert!(
             faults.list()[0].reason.to_string().contains("into the material"),
@@ -324,10 +324,10 @@ fn a_grid_is_the_same_as_its_points() {
     topography.deviation[3][4] = f64::NAN;
     let nodes = grid(&reference, &topography).expect("a grid");
     assert_eq!((nodes.nodes.len(), nodes.undefined()), (231, 1));
-    let touches: Vec<Touch> = (0..231)
+    let touches: Vec<MeasuredPoint> = (0..231)
         .map(|i| {
             let point = nodes.point(&reference, i).unwrap_or(Vector::repeat(f64::NAN));
-            Touch { tooth: Some(2), side: Some(Side::Right), ..Touch::anywhere(point) }
+            MeasuredPoint { tooth: Some(2), side: Some(Side::Right), ..MeasuredPoint::anywhere(point) }
         })
         .collect();
     let transverse = Measurement { direction: Direction::Transverse, ..Measurement::default() };

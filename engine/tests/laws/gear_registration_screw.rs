@@ -5,7 +5,7 @@ use crate::gear_registration::helical;
 use crate::gear_registration_motion::{moved, places, plain};
 use crate::oracle::random::Random;
 use flankfit_engine::estimation::spec::{FitSpec, Model, Scaling};
-use flankfit_engine::gear::deviation::{Measurement, Reference, Touch, measure};
+use flankfit_engine::gear::deviation::{MeasuredPoint, Measurement, Reference, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, register_from, start};
 use flankfit_engine::gear::{Gear, Hand, Side};
 use flankfit_engine::geometry::space::Vector;
@@ -18,12 +18,12 @@ fn crowning(amount: f64) -> impl Fn(Side, f64, f64) -> f64 + Sync {
     move |_, _, z| amount * ((z - 22.0) / 12.0).powi(2)
 }
 
-fn part(gear: &Gear, amount: f64, pose: &Pose) -> Vec<Touch> {
+fn part(gear: &Gear, amount: f64, pose: &Pose) -> Vec<MeasuredPoint> {
     let relief = crowning(amount);
     moved(&places(gear, 4, &BOTH, |side, l, z| -relief(side, l, z), 0.0), pose)
 }
 
-fn laid(gear: &Gear, amount: f64, touches: &[Touch], motions: &[Motion], spec: &FitSpec) -> Registration {
+fn laid(gear: &Gear, amount: f64, touches: &[MeasuredPoint], motions: &[Motion], spec: &FitSpec) -> Registration {
     let relief = crowning(amount);
     let reference = Reference { relief: (amount != 0.0).then_some(&relief), ..Reference::new(gear) };
     let asked = Registering { motions, pivot: Some(22.0), weight: None, spec };
@@ -99,8 +99,8 @@ fn noise_makes_no_axial_shift_and_errors_are_true() {
     let mut random = Random::new(51);
     let (runs, mut shifted, mut square) = (40, 0, [0.0; 2]);
     for _ in 0..runs {
-        let mut noisy = |pose: &Pose| -> Vec<Touch> {
-            let noise = |touch: &Touch, e: Vector| Touch { point: touch.point + 5e-4 * e, ..*touch };
+        let mut noisy = |pose: &Pose| -> Vec<MeasuredPoint> {
+            let noise = |touch: &MeasuredPoint, e: Vector| MeasuredPoint { point: touch.point + 5e-4 * e, ..*touch };
             let each = part(&gear, 10.0, pose);
             each.iter().map(|touch| noise(touch, Vector::from_fn(|_, _| random.normal()))).collect()
         };

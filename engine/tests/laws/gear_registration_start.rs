@@ -6,7 +6,7 @@ use crate::gear_registration_motion::{moved, places, plain};
 use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit_engine::estimation::spec::{FitSpec, Model};
-use flankfit_engine::gear::deviation::{Measurement, Reference, Strays, Touch, measure};
+use flankfit_engine::gear::deviation::{FootlessPoints, MeasuredPoint, Measurement, Reference, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, register_from, start};
 use flankfit_engine::gear::{Gear, Hand, Side};
 use flankfit_engine::geometry::space::Vector;
@@ -21,19 +21,19 @@ const DOUBTS: [&str; 4] = ["poor_fit", "points_misfit", "flanks_ambiguous", "reg
 /// µm of noise in every coordinate.
 const NOISE: f64 = 0.5;
 
-fn laid(gear: &Gear, touches: &[Touch], motions: &[Motion]) -> Registration {
+fn laid(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Registration {
     let (reference, spec) = (Reference::new(gear), plain());
     let asked = Registering { motions, pivot: Some(22.0), weight: None, spec: &spec };
     let begun = start(gear, touches, 0.0, &asked).expect("motions that points tell");
-    let measurement = Measurement { strays: Strays::Undefined, ..Measurement::default() };
+    let measurement = Measurement { strays: FootlessPoints::Undefined, ..Measurement::default() };
     let deviations = measure(&reference, &begun.touches, &measurement).expect("sound points");
     register_from(&reference, &deviations, &asked, &begun).expect("a registration")
 }
 
 /// Random points of random flanks all round, moved, with noise; what is not `told` stays open.
-fn part(gear: &Gear, random: &mut Random, pose: &Pose, told: [bool; 2]) -> Vec<Touch> {
+fn part(gear: &Gear, random: &mut Random, pose: &Pose, told: [bool; 2]) -> Vec<MeasuredPoint> {
     let clean = places(gear, 5, &BOTH, |_, _, _| 0.0, 0.0);
-    let noisy = |touch: &Touch| Touch {
+    let noisy = |touch: &MeasuredPoint| MeasuredPoint {
         point: touch.point + 1e-3 * NOISE * Vector::from_fn(|_, _| random.normal()),
         tooth: touch.tooth.filter(|_| told[0]),
         side: touch.side.filter(|_| told[1]),
@@ -189,13 +189,15 @@ fn what_does_not_fit_is_said() {
     let answer = laid(&gear, &wrong, &FIVE);
     assert!(has(&answer, "teeth_contradict"), "{:?}", answer.warnings);
     // points above the tip
-    let above = |touch: &Touch| Touch { point: touch.point * 1.01, ..*touch };
-    let high: Vec<Touch> = part(&gear, &mut random, &still, [true; 2]).iter().map(above).collect();
+    let above = |touch: &MeasuredPoint| MeasuredPoint { point: touch.point * 1.01, ..*touch };
+    let high: Vec<MeasuredPoint> = part(&gear, &mut random, &still, [true; 2]).iter().map(above).collect();
     let answer = laid(&gear, &high, &[Motion::Rotation]);
     assert!(has(&answer, "points_beyond_flank"), "{:?}", answer.warnings);
     // one circle of left flanks alone might as well be of right flanks
-    let ring: Vec<Touch> = (1..=31)
-        .map(|tooth| Touch::anywhere(crate::gear_registration::above(&gear, tooth, Side::Left, 15.0, 20.0, 0.0)))
+    let ring: Vec<MeasuredPoint> = (1..=31)
+        .map(|tooth| {
+            MeasuredPoint::anywhere(crate::gear_registration::above(&gear, tooth, Side::Left, 15.0, 20.0, 0.0))
+        })
         .collect();
     let answer = laid(&gear, &ring, &[Motion::Rotation]);
     assert!(has(&answer, "flanks_ambiguous") && answer.pose.get(Motion::Rotation).abs() < 1.0, "{:?}", answer.pose);
@@ -209,8 +211,9 @@ fn what_does_not_fit_is_said() {
 fn motions_that_these_points_do_not_tell_have_no_error() {
     let gear = helical(0.0, Hand::Right);
     let point = |k: usize| crate::gear_registration::above(&gear, 1, Side::Left, 12.0 + k as f64, 20.0, 0.0);
-    let touches: Vec<Touch> =
-        (0..9).map(|k| Touch { tooth: Some(1), side: Some(Side::Left), ..Touch::anywhere(point(k)) }).collect();
+    let touches: Vec<MeasuredPoint> = (0..9)
+        .map(|k| MeasuredPoint { tooth: Some(1), side: Some(Side::Left), ..MeasuredPoint::anywhere(point(k)) })
+        .collect();
     let reference = Reference::new(&gear);
     let spec = plain();
     let motions = [Motion::XShift, Motion::YTilt, Motion::Rotation];
@@ -239,8 +242,8 @@ fn regularisation_counts_from_where_the_part_lies() {
     for rotation in [0.0, turn] {
         let pose = Pose { values: [0.0, 0.0, 0.0, 0.0, 0.0, rotation], pivot: 22.0 };
         let mut noise = || 3e-4 * Vector::from_fn(|_, _| random.normal());
-        let touches: Vec<Touch> =
-            moved(&clean, &pose).iter().map(|touch| Touch { point: touch.point + noise(), ..*touch }).collect();
+        let touches: Vec<MeasuredPoint> =
+            moved(&clean, &pose).iter().map(|touch| MeasuredPoint { point: touch.point + noise(), ..*touch }).collect();
         let begun = start(&gear, &touches, 0.0, &asked).expect("motions");
         let deviations = measure(&reference, &begun.touches, &Measurement::default()).expect("sound points");
         let answer = register_from(&reference, &deviations, &asked, &begun).expect("a registration");

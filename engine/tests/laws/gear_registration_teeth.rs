@@ -5,7 +5,7 @@ use crate::gear_registration::{gear, helical};
 use crate::gear_registration_motion::{moved, places, plain};
 use crate::oracle::random::Random;
 use crate::problems::config;
-use flankfit_engine::gear::deviation::{Measurement, Reference, Touch, measure};
+use flankfit_engine::gear::deviation::{MeasuredPoint, Measurement, Reference, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, register_from, start};
 use flankfit_engine::gear::{Gear, Hand, Side};
 use flankfit_engine::gear::{
@@ -22,7 +22,11 @@ const DOUBTS: [&str; 5] =
 const FIVE: [Motion; 5] = [Motion::XShift, Motion::YShift, Motion::XTilt, Motion::YTilt, Motion::Rotation];
 
 /// As the service does it; `None` where a point has no foot on the nominal flank.
-fn tried(gear: &Gear, touches: &[Touch], motions: &[Motion]) -> Option<Result<Registration, RegistrationRefused>> {
+fn tried(
+    gear: &Gear,
+    touches: &[MeasuredPoint],
+    motions: &[Motion],
+) -> Option<Result<Registration, RegistrationRefused>> {
     let (reference, spec) = (Reference::new(gear), plain());
     let asked = Registering { motions, pivot: Some(22.0), weight: None, spec: &spec };
     let begun = match start(gear, touches, 0.0, &asked) {
@@ -33,19 +37,19 @@ fn tried(gear: &Gear, touches: &[Touch], motions: &[Motion]) -> Option<Result<Re
     Some(register_from(&reference, &deviations, &asked, &begun))
 }
 
-fn laid(gear: &Gear, touches: &[Touch], motions: &[Motion]) -> Result<Registration, RegistrationRefused> {
+fn laid(gear: &Gear, touches: &[MeasuredPoint], motions: &[Motion]) -> Result<Registration, RegistrationRefused> {
     tried(gear, touches, motions).expect("every point has a foot")
 }
 
 /// Points of so many teeth with 0.5 µm of noise, moved.
-fn part(gear: &Gear, teeth: u32, pose: &Pose, random: &mut Random) -> Vec<Touch> {
+fn part(gear: &Gear, teeth: u32, pose: &Pose, random: &mut Random) -> Vec<MeasuredPoint> {
     let clean = places(gear, teeth, &[Side::Left, Side::Right], |_, _, _| 0.0, 0.0);
     let mut noise = || 5e-4 * Vector::from_fn(|_, _| random.normal());
-    moved(&clean, pose).iter().map(|touch| Touch { point: touch.point + noise(), ..*touch }).collect()
+    moved(&clean, pose).iter().map(|touch| MeasuredPoint { point: touch.point + noise(), ..*touch }).collect()
 }
 
 /// Names the k-th of the measured teeth otherwise, `by` teeth on.
-fn misname(gear: &Gear, touches: &mut [Touch], k: usize, by: u32) {
+fn misname(gear: &Gear, touches: &mut [MeasuredPoint], k: usize, by: u32) {
     let each = touches.len() / touches.len().div_euclid(50);
     for touch in &mut touches[k * each..(k + 1) * each] {
         touch.tooth = touch.tooth.map(|tooth| (tooth - 1 + by) % gear.data().teeth + 1);

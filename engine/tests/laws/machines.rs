@@ -2,7 +2,7 @@
 //! crate's simulation.
 
 use crate::oracle::random::Random;
-use flankfit_engine::gear::correction::{Asked, Setting};
+use flankfit_engine::gear::correction::{CorrectionSpec, Setting};
 
 /// What machines are drawn from. Columns are products of Legendre polynomials over the nodes, of
 /// RMS 1/√(2p+1)(2q+1) µm per unit.
@@ -76,12 +76,12 @@ impl Plant {
         Machine { sensitivity, response, off, sigma: self.sigma, random }
     }
 
-    pub fn asked(&self, machine: &Machine, measured: Vec<f64>) -> Asked {
+    pub fn asked(&self, machine: &Machine, measured: Vec<f64>) -> CorrectionSpec {
         let settings = (0..self.settings).map(|j| Setting::free(format!("s{j}"), "")).collect();
-        Asked {
+        CorrectionSpec {
             noise_sigma: Some(self.sigma),
             response_uncertainty: self.eta,
-            ..Asked::new(measured, machine.sensitivity.clone(), settings)
+            ..CorrectionSpec::new(measured, machine.sensitivity.clone(), settings)
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The smoothing spline: what it becomes at the ends of λ, and the dense penalised solution of an
 //! oracle.
 
-use flankfit_engine::estimation::smoothing::spline::{Asked, Points};
+use flankfit_engine::estimation::smoothing::spline::{Points, SmoothingSpec};
 use flankfit_engine::estimation::smoothing::{Smoothing, SmoothingFault, SmoothingSpline, smoothing_spline};
 use flankfit_engine::estimation::spec::{Criterion, Parameter};
 use flankfit_engine::geometry::curve::Curve;
@@ -10,19 +10,19 @@ use proptest::prelude::*;
 
 use crate::oracle::random::Random;
 
-fn asked(smoothing: Smoothing) -> Asked {
-    Asked { smoothing, noise_sigma: Some(0.1), pointwise: true }
+fn asked(smoothing: Smoothing) -> SmoothingSpec {
+    SmoothingSpec { smoothing, noise_sigma: Some(0.1), pointwise: true }
 }
 
-fn fixed(lambda: f64) -> Asked {
+fn fixed(lambda: f64) -> SmoothingSpec {
     asked(Smoothing::Parameter(Parameter::Fixed(lambda)))
 }
 
-fn by(criterion: Criterion) -> Asked {
+fn by(criterion: Criterion) -> SmoothingSpec {
     asked(Smoothing::Parameter(Parameter::Criterion(criterion)))
 }
 
-fn smooth(x: &[f64], y: &[f64], weight: Option<&[f64]>, asked: &Asked) -> SmoothingSpline {
+fn smooth(x: &[f64], y: &[f64], weight: Option<&[f64]>, asked: &SmoothingSpec) -> SmoothingSpline {
     smoothing_spline(&Points { x, coordinates: &[y.to_vec()], weight }, asked).unwrap()
 }
 

@@ -184,7 +184,7 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u
     };
     let weight = method.weight.as_ref().or(given.weight.as_ref());
     let points = spline::Points { x, coordinates: &columns.values, weight: weight.map(Vec::as_slice) };
-    let asked = spline::Asked { smoothing, noise_sigma: method.noise_sigma, pointwise: false };
+    let asked = spline::SmoothingSpec { smoothing, noise_sigma: method.noise_sigma, pointwise: false };
     let spline = smoothing_spline(&points, &asked).map_err(|fault| refused(&fault, columns.names.len()))?;
     let mut json = Json::with_capacity(1024 + 60 * x.len());
     let mut object = json.object();

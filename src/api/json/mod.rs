@@ -1,5 +1,5 @@
-//! Reading and writing JSON: a strict cursor, what serde reads of it, every fault by its JSON Pointer,
-//! and text that is written without a tree.
+//! Reading and writing JSON: a strict cursor, what serde reads of it, every fault by its JSON
+//! Pointer, and text that is written without a tree.
 
 pub mod cursor;
 pub mod decimal;

@@ -1,4 +1,5 @@
-//! serde over the cursor: JSON in, whatever a type declares out, refusals as data with their places.
+//! serde over the cursor: JSON in, whatever a type declares out, refusals as data with their
+//! places.
 //!
 //! Knows JSON's kinds of values only. What a field may be is said by the visitors of its type; an
 //! array is no object, whatever it holds, and a map has each key once.

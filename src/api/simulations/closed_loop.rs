@@ -29,7 +29,7 @@ use flankfit_engine::{
     gear::{
         correction as gear_correction,
         correction::{Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Setting, fault::CorrectionField},
-        simulation::{Asked, Simulation, Strategy, case, closed_loop},
+        simulation::{MachineSpec, Simulation, Strategy, case, closed_loop},
     },
 };
 
@@ -182,7 +182,7 @@ pub fn simulate(text: &[u8], plans: &Plans) -> Result<Simulated, Problem> {
 }
 
 impl ClosedLoopBody {
-    fn machine(&self) -> Result<(Asked, [usize; 2]), Faults> {
+    fn machine(&self) -> Result<(MachineSpec, [usize; 2]), Faults> {
         let mut machine = case::ill_conditioned(self.seed.unwrap_or(0));
         let mut grid = case::GRID;
         let mut faults = Faults::default();
@@ -251,13 +251,13 @@ impl ClosedLoopBody {
 }
 
 /// Condition of JᵀJ; `None` where settings depend on each other exactly.
-fn condition(machine: &Asked) -> Result<Option<f64>, Problem> {
+fn condition(machine: &MachineSpec) -> Result<Option<f64>, Problem> {
     let columns = machine.settings.len();
     let rows = machine.sensitivity.len() / columns.max(1);
-    let asked = gear_correction::Asked {
+    let asked = gear_correction::CorrectionSpec {
         scaling: Scaling::None,
-        damping: Damping::Asked(Regularization::None),
-        ..gear_correction::Asked::new(vec![0.0; rows], machine.sensitivity.clone(), machine.settings.clone())
+        damping: Damping::Given(Regularization::None),
+        ..gear_correction::CorrectionSpec::new(vec![0.0; rows], machine.sensitivity.clone(), machine.settings.clone())
     };
     let all = Correction::new(asked).map_err(|found| Problem::invalid(Faults::by(&found, faults::correction)))?;
     let solution = all.solve().map_err(|error| Problem::of_fit(error, |_| "/matrix".to_owned()))?;
@@ -385,7 +385,7 @@ fn iteration(
 }
 
 /// The request that a client would have posted for this correction.
-fn request(machine: &Asked, uncertainty: f64, strategy: &Strategy) -> Vec<u8> {
+fn request(machine: &MachineSpec, uncertainty: f64, strategy: &Strategy) -> Vec<u8> {
     let columns = machine.settings.len();
     let names: Vec<&str> = machine.settings.iter().map(|setting| setting.name.as_str()).collect();
     let units: Vec<&str> = machine.settings.iter().map(|setting| setting.unit.as_str()).collect();
@@ -400,7 +400,7 @@ fn request(machine: &Asked, uncertainty: f64, strategy: &Strategy) -> Vec<u8> {
     if machine.probe_noise > 0.0 {
         request["noise_sigma_um"] = machine.probe_noise.into();
     }
-    if let Damping::Asked(regularization) = &strategy.damping {
+    if let Damping::Given(regularization) = &strategy.damping {
         let body = regularization_json::regularization(regularization);
         request["regularization"] = serde_json::to_value(body).unwrap_or_default();
     }

@@ -1,5 +1,5 @@
-//! Sums over the spectrum that follow from a filter: residuals, norm, trace, bias and predicted mean
-//! squared error, with their derivatives.
+//! Sums over the spectrum that follow from a filter: residuals, norm, trace, bias and predicted
+//! mean squared error, with their derivatives.
 
 use std::ops::Range;
 

@@ -39,7 +39,7 @@ pub struct Points<'a> {
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Asked {
+pub struct SmoothingSpec {
     pub smoothing: Smoothing,
     /// σ of a height of weight 1, for `discrepancy` and `min_mse`.
     pub noise_sigma: Option<f64>,
@@ -122,7 +122,7 @@ struct Merged {
 }
 
 /// Smooths `points`.
-pub fn smoothing_spline(points: &Points, asked: &Asked) -> Result<SmoothingSpline, SmoothingFault> {
+pub fn smoothing_spline(points: &Points, asked: &SmoothingSpec) -> Result<SmoothingSpline, SmoothingFault> {
     check(points)?;
     let merged = merge(points);
     let m = merged.x.len();
@@ -225,7 +225,7 @@ fn line(merged: &Merged) -> Solution {
 
 fn report(
     points: &Points,
-    asked: &Asked,
+    asked: &SmoothingSpec,
     merged: &Merged,
     found: Found,
     solution: &Solution,

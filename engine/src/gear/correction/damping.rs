@@ -46,7 +46,7 @@ pub enum Damping {
     #[default]
     Uncertainty,
     /// What the caller asks of the service.
-    Asked(Regularization),
+    Given(Regularization),
 }
 
 /// How λ* came about, in the scaled columns.

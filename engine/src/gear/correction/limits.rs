@@ -12,7 +12,7 @@
 
 use super::{
     damping::{self, Damping, Trust},
-    problem::{Asked, Correction, Setting},
+    problem::{Correction, CorrectionSpec, Setting},
 };
 use crate::estimation::{
     FitError, FitResult, FitSpec, Nodes, fit,
@@ -97,7 +97,7 @@ pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) 
         ..FitSpec::new(Model::Linear)
     };
     match &asked.damping {
-        Damping::Asked(regularization) => {
+        Damping::Given(regularization) => {
             let regularization = among(regularization, free, change.len());
             Ok(Fitted { result: fit(&nodes, &FitSpec { regularization, ..spec })?, trust: None })
         }
@@ -118,7 +118,7 @@ pub(super) fn fit_free(correction: &Correction, free: &[usize], change: &[f64]) 
 /// How large the changes of the settings `free` are taken to be: as large as they may be where all
 /// of them have limits, else as the deviations speak for. Not as plain least squares makes them,
 /// which lets those that cannot be told apart run away.
-fn expected(asked: &Asked, free: &[usize]) -> ExpectedSize {
+fn expected(asked: &CorrectionSpec, free: &[usize]) -> ExpectedSize {
     let furthest = |j: &usize| {
         let Setting { min, max, .. } = &asked.settings[*j];
         Some(min.as_ref()?.abs().max(max.as_ref()?.abs()))

@@ -32,5 +32,5 @@ pub mod solution;
 pub use compare::{Answer, Comparison, Verdict, compare};
 pub use damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping, Trust};
 pub use limits::Limit;
-pub use problem::{Asked, Correction, ResponseErrors, Setting};
+pub use problem::{Correction, CorrectionSpec, ResponseErrors, Setting};
 pub use solution::{Change, Indistinguishable, Noise, Predicted, Solution};

@@ -42,7 +42,7 @@ impl Correction {
             });
         }
         self.warn_undetermined(settings, warnings);
-        let plain = matches!(self.asked.damping, Damping::Asked(Regularization::None));
+        let plain = matches!(self.asked.damping, Damping::Given(Regularization::None));
         if plain && let Some(worst) = fit.collinearity.near_dependencies.first() {
             warnings.push(Warning {
                 code: "undamped_correction",

@@ -66,7 +66,7 @@ pub enum ResponseErrors {
 
 /// A correction as it is asked for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Asked {
+pub struct CorrectionSpec {
     /// d, µm for each node; NaN where it is undefined: such a node takes no part and is predicted
     /// nowhere.
     pub deviation: Vec<f64>,
@@ -85,7 +85,7 @@ pub struct Asked {
     /// r of the bias bounds, in the scaled columns (µm of a whole column). By default, under
     /// [`Damping::Uncertainty`], the norm of the changes that the limits allow where every setting
     /// has both, else √n τ, what the deviations speak for
-    /// ([`crate::estimation::spec::ExpectedSize`]); under [`Damping::Asked`] the service's, the
+    /// ([`crate::estimation::spec::ExpectedSize`]); under [`Damping::Given`] the service's, the
     /// norm of the least-squares estimate.
     pub coefficient_norm_limit: Option<f64>,
     /// η, standard uncertainty of an entry of J relative to the entry.
@@ -101,10 +101,10 @@ pub struct Asked {
     pub include: Include,
 }
 
-impl Asked {
+impl CorrectionSpec {
     /// The defaults for deviations and a sensitivity matrix.
     pub fn new(deviation: Vec<f64>, sensitivity: Vec<f64>, settings: Vec<Setting>) -> Self {
-        Asked {
+        CorrectionSpec {
             deviation,
             weight: None,
             target: None,
@@ -126,7 +126,7 @@ impl Asked {
 /// A correction that can be computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correction {
-    pub(super) asked: Asked,
+    pub(super) asked: CorrectionSpec,
     /// The nodes that take part, ascending.
     pub(super) counted: Vec<usize>,
     /// J less the means of its columns (over each trace), where deviations have no datum.
@@ -142,7 +142,7 @@ pub struct Correction {
 
 impl Correction {
     /// Checks everything.
-    pub fn new(asked: Asked) -> Result<Self, CorrectionFaults> {
+    pub fn new(asked: CorrectionSpec) -> Result<Self, CorrectionFaults> {
         let mut faults = CorrectionFaults::default();
         check_settings(&asked.settings, &mut faults);
         let (rows, columns) = (asked.deviation.len(), asked.settings.len());
@@ -220,7 +220,7 @@ impl Correction {
     }
 
     /// What was asked for.
-    pub fn asked(&self) -> &Asked {
+    pub fn asked(&self) -> &CorrectionSpec {
         &self.asked
     }
 
@@ -300,7 +300,7 @@ fn check_limits(setting: &Setting, faults: &mut CorrectionFaults) {
 }
 
 /// Lists with an entry for each of so many nodes.
-fn check_lists(asked: &Asked, nodes: usize, faults: &mut CorrectionFaults) {
+fn check_lists(asked: &CorrectionSpec, nodes: usize, faults: &mut CorrectionFaults) {
     let count = |given: Option<usize>, field: CorrectionField, faults: &mut CorrectionFaults| {
         if let Some(given) = given.filter(|given| *given != nodes) {
             faults.push(field, Common::PerNode { given, nodes });
@@ -319,7 +319,7 @@ fn check_lists(asked: &Asked, nodes: usize, faults: &mut CorrectionFaults) {
 }
 
 /// Means that are taken off the nodes `counted`.
-pub(super) fn lost(asked: &Asked, counted: &[usize]) -> usize {
+pub(super) fn lost(asked: &CorrectionSpec, counted: &[usize]) -> usize {
     match &asked.traces {
         _ if asked.absolute => 0,
         Some(traces) => counted.iter().map(|&k| traces[k]).collect::<BTreeSet<usize>>().len(),

@@ -128,7 +128,7 @@ impl Correction {
     /// ```
     /// use flankfit_engine::{
     ///     estimation::spec::Regularization,
-    ///     gear::correction::{Asked, Correction, Damping, Setting},
+    ///     gear::correction::{CorrectionSpec, Correction, Damping, Setting},
     /// };
     ///
     /// // Deviations of 2 + 0.5 k µm at five nodes; an infeed that shifts all of them by 1 µm, an
@@ -136,8 +136,8 @@ impl Correction {
     /// let deviation: Vec<f64> = (0..5).map(|k| 2.0 + 0.5 * f64::from(k)).collect();
     /// let matrix: Vec<f64> = (0..5).flat_map(|k| [1.0, f64::from(k)]).collect();
     /// let settings = vec![Setting::free("infeed", "µm"), Setting::free("angle", "µm per node")];
-    /// let damping = Damping::Asked(Regularization::None);
-    /// let asked = Asked { damping, ..Asked::new(deviation, matrix, settings) };
+    /// let damping = Damping::Given(Regularization::None);
+    /// let asked = CorrectionSpec { damping, ..CorrectionSpec::new(deviation, matrix, settings) };
     /// let solution = Correction::new(asked)?.solve()?;
     /// let changes: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
     /// assert!((changes[0] + 2.0).abs() < 1e-9 && (changes[1] + 0.5).abs() < 1e-9);

@@ -1,6 +1,6 @@
 //! What is wrong with a measurement, with a topography of deviations, with borders.
 
-use super::Stray;
+use super::NoFoot;
 use crate::{
     fault::{
         Common, Faults,
@@ -51,7 +51,7 @@ pub enum MeasureReason {
     Tooth(#[from] NoSuchTooth),
     /// A point that belongs to no flank.
     #[error(transparent)]
-    Stray(#[from] Stray),
+    NoFoot(#[from] NoFoot),
 }
 
 /// Faults of a measurement.

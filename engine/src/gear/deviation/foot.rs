@@ -43,7 +43,7 @@ pub struct Foot {
 
 /// Why a point has no foot.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Stray {
+pub enum NoFoot {
     #[error("the point lies inside the base circle (diameter {} mm, base circle {} mm), where the flank has no normals",
         short(2.0 * radius), short(2.0 * base_radius))]
     InsideBase { radius: f64, base_radius: f64 },
@@ -124,11 +124,11 @@ pub fn phase(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball:
 
 /// The foot of `centre` on the flank `side` of `tooth` (`None`: of the nearest tooth), the distance
 /// being that of the ball of radius `ball` (0 for a point). Coordinates must be finite.
-pub fn foot(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: f64) -> Result<Foot, Stray> {
+pub fn foot(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: f64) -> Result<Foot, NoFoot> {
     let (base, s, outward) = (gear.base_radius(), side.sign(), gear.outward());
     let (sin_b, cos_b) = gear.base_helix_angle().sin_cos();
     let Some([turn, tangent]) = turn_of(gear, side, centre) else {
-        return Err(Stray::InsideBase { radius: centre.x.hypot(centre.y), base_radius: base });
+        return Err(NoFoot::InsideBase { radius: centre.x.hypot(centre.y), base_radius: base });
     };
     let per_angle = s * base * cos_b;
     let pitch = pitch_angle(gear);
@@ -144,7 +144,7 @@ pub fn foot(gear: &Gear, side: Side, tooth: Option<u32>, centre: &Vector, ball: 
     let distance = per_angle * turn;
     let roll_length = tangent - outward * distance * cos_b;
     if !(roll_length >= 0.0) {
-        return Err(Stray::BeforeInvolute { roll_length });
+        return Err(NoFoot::BeforeInvolute { roll_length });
     }
     Ok(Foot {
         tooth: index as u32 + 1,

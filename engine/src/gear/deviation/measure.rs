@@ -4,7 +4,7 @@
 //! touching point, so compensation is a subtraction from the normal distance.
 
 use super::{
-    Deviations, Direction, Foot, Node, Reference, Stray,
+    Deviations, Direction, Foot, NoFoot, Node, Reference,
     fault::{MeasureFaults, MeasureField, MeasureReason},
     foot::{foot, normal},
 };
@@ -19,7 +19,7 @@ const MOST_COORDINATE: f64 = 1e7;
 
 /// A measured point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
+pub struct MeasuredPoint {
     /// A point of the surface or the centre of the ball, mm; NaN in any coordinate: undefined.
     pub point: Vector,
     /// From 1, clockwise; `None`: the nearest.
@@ -31,16 +31,16 @@ pub struct Touch {
     pub normal: Option<Vector>,
 }
 
-impl Touch {
+impl MeasuredPoint {
     /// A point of which only the place is known.
     pub fn anywhere(point: Vector) -> Self {
-        Touch { point, tooth: None, side: None, normal: None }
+        MeasuredPoint { point, tooth: None, side: None, normal: None }
     }
 }
 
 /// What becomes of points without a foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Strays {
+pub enum FootlessPoints {
     /// The whole measurement is refused; every such point is named.
     #[default]
     Refuse,
@@ -57,13 +57,13 @@ pub struct Measurement {
     /// How far from its flank a point may lie, mm. By default a quarter of the normal base pitch,
     /// at most [`Measurement::MOST_REACH`]; beyond half of it a point belongs to another tooth.
     pub reach: Option<f64>,
-    pub strays: Strays,
+    pub strays: FootlessPoints,
 }
 
 impl Default for Measurement {
     /// Points of the surface, deviations along the normal.
     fn default() -> Self {
-        Measurement { ball_radius: 0.0, direction: Direction::Normal, reach: None, strays: Strays::Refuse }
+        Measurement { ball_radius: 0.0, direction: Direction::Normal, reach: None, strays: FootlessPoints::Refuse }
     }
 }
 
@@ -117,7 +117,7 @@ fn normal_base_pitch(reference: &Reference) -> f64 {
 /// ```
 pub fn measure(
     reference: &Reference,
-    touches: &[Touch],
+    touches: &[MeasuredPoint],
     measurement: &Measurement,
 ) -> Result<Deviations, MeasureFaults> {
     measurement.check(reference)?;
@@ -147,8 +147,8 @@ pub fn measure(
                     nodes.push(node);
                     continue;
                 }
-                (Err(stray), Strays::Refuse) => faults.push(MeasureField::Point { index }, stray),
-                (Err(stray), Strays::Undefined) => strays.push((index, stray)),
+                (Err(stray), FootlessPoints::Refuse) => faults.push(MeasureField::Point { index }, stray),
+                (Err(stray), FootlessPoints::Undefined) => strays.push((index, stray)),
             }
         }
         nodes.push(undefined);
@@ -163,14 +163,14 @@ pub fn measure(
 
 /// The foot within reach, on the nearer flank where none is named; of two faults that of the nearer
 /// flank.
-fn nearest(reference: &Reference, touch: &Touch, ball: f64, reach: f64) -> Result<Foot, Stray> {
+fn nearest(reference: &Reference, touch: &MeasuredPoint, ball: f64, reach: f64) -> Result<Foot, NoFoot> {
     let gear = reference.gear;
     let on = |side| {
         let found = foot(gear, side, touch.tooth, &touch.point, ball)?;
         let Foot { tooth, roll_length, z, .. } = found;
         match touch.normal {
             Some(given) if given.dot(&normal(gear, tooth, side, roll_length, z)) <= 0.0 => {
-                Err(Stray::Against { tooth, side })
+                Err(NoFoot::Against { tooth, side })
             }
             _ => within_reach(reference, found, reach),
         }
@@ -178,7 +178,7 @@ fn nearest(reference: &Reference, touch: &Touch, ball: f64, reach: f64) -> Resul
     let Some(side) = touch.side else {
         return match (on(Side::Left), on(Side::Right)) {
             (Ok(left), Ok(right)) => Ok(if right.distance.abs() < left.distance.abs() { right } else { left }),
-            (Err(Stray::Far { distance: left, .. }), Err(far @ Stray::Far { distance: right, .. }))
+            (Err(NoFoot::Far { distance: left, .. }), Err(far @ NoFoot::Far { distance: right, .. }))
                 if right.abs() < left.abs() =>
             {
                 Err(far)
@@ -191,10 +191,10 @@ fn nearest(reference: &Reference, touch: &Touch, ball: f64, reach: f64) -> Resul
 }
 
 /// Refuses feet that are far, or beyond tip and root where the gear's data name these circles.
-fn within_reach(reference: &Reference, foot: Foot, reach: f64) -> Result<Foot, Stray> {
+fn within_reach(reference: &Reference, foot: Foot, reach: f64) -> Result<Foot, NoFoot> {
     let Foot { distance, tooth, side, roll_length, .. } = foot;
     if !(distance.abs() <= reach) {
-        return Err(Stray::Far { distance, reach, tooth, side });
+        return Err(NoFoot::Far { distance, reach, tooth, side });
     }
     let gear = reference.gear;
     let (diameter, outward) = (gear.diameter(roll_length), gear.outward());
@@ -203,7 +203,7 @@ fn within_reach(reference: &Reference, foot: Foot, reach: f64) -> Result<Foot, S
         if let Some(circle) = circle
             && 0.5 * beyond * (diameter - circle) > reach
         {
-            return Err(Stray::OffTooth { diameter, circle, tip, reach });
+            return Err(NoFoot::OffTooth { diameter, circle, tip, reach });
         }
     }
     Ok(foot)

@@ -19,9 +19,9 @@ pub(in crate::gear) mod measure;
 
 pub use border::{Border, Borders};
 pub use flanks::FlankDeviations;
-pub use foot::{Foot, Stray};
+pub use foot::{Foot, NoFoot};
 pub use grid::{Topography, grid};
-pub use measure::{Measurement, Strays, Touch, measure};
+pub use measure::{FootlessPoints, MeasuredPoint, Measurement, measure};
 
 pub use super::trace::Direction;
 use super::{Gear, Side};
@@ -60,10 +60,10 @@ impl<'a> Reference<'a> {
     }
 
     /// The node at a foot.
-    pub(in crate::gear) fn node(&self, foot: &Foot, direction: Direction) -> Result<Node, Stray> {
+    pub(in crate::gear) fn node(&self, foot: &Foot, direction: Direction) -> Result<Node, NoFoot> {
         let relief = self.relief(foot.side, foot.roll_length, foot.z);
         if !relief.is_finite() {
-            return Err(Stray::NoRelief { roll_length: foot.roll_length, z: foot.z });
+            return Err(NoFoot::NoRelief { roll_length: foot.roll_length, z: foot.z });
         }
         Ok(Node {
             tooth: foot.tooth,
@@ -114,7 +114,7 @@ pub struct Deviations {
     pub ball_radius: f64,
     pub nodes: Vec<Node>,
     /// Points without a foot that were taken for undefined, by index.
-    pub strays: Vec<(usize, Stray)>,
+    pub strays: Vec<(usize, NoFoot)>,
 }
 
 impl Deviations {

@@ -37,7 +37,7 @@ const LEAST_NOISE: f64 = 1e-3;
 
 /// Mean curves over the whole range.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Told {
+pub(crate) struct GapEstimate {
     pub curves: MeanCurves,
     /// Standard errors of [`MeanCurves::figures`]; `None` where the noise is not told.
     pub errors: Option<[f64; FIGURES]>,
@@ -45,11 +45,11 @@ pub(crate) struct Told {
 
 /// Of samples at three places at least, at ascending places, with the standard deviation of their
 /// noise.
-pub(crate) fn mean_curves(u: &[f64], deviation: &[f64], spacing: &Spacing, noise: Option<f64>) -> Told {
+pub(crate) fn mean_curves(u: &[f64], deviation: &[f64], spacing: &Spacing, noise: Option<f64>) -> GapEstimate {
     let near = MeanCurves::of(u, deviation, &spacing.weight);
     if spacing.gaps.is_empty() {
         let errors = noise.map(|noise| squares(&near, u, &spacing.weight).map(|sum| noise * sum.sqrt()));
-        return Told { curves: near, errors };
+        return GapEstimate { curves: near, errors };
     }
     let cells = Cells::of(&spacing.gaps);
     let parabola: Vec<f64> = cells.at.iter().map(|u| near.parabola(*u)).collect();
@@ -59,12 +59,12 @@ pub(crate) fn mean_curves(u: &[f64], deviation: &[f64], spacing: &Spacing, noise
         MeanCurves::of(&places, &[deviation, &fill].concat(), &weights)
     };
     let still = filled(&vec![0.0; cells.at.len()]);
-    let Some(noise) = noise else { return Told { curves: still, errors: None } };
+    let Some(noise) = noise else { return GapEstimate { curves: still, errors: None } };
     let blocks = Blocks::of(u, deviation, spacing, &near);
     let factors = |u: &[f64], weight: &[f64]| -> Vec<[f64; FIGURES]> {
         u.iter().zip(weight).map(|(u, weight)| still.factors(*u, *weight)).collect()
     };
-    let asked = Asked {
+    let asked = GapModel {
         blocks: &blocks,
         cells: &cells,
         of_cells: DMatrix::from_row_iterator(
@@ -77,8 +77,8 @@ pub(crate) fn mean_curves(u: &[f64], deviation: &[f64], spacing: &Spacing, noise
     };
     let own = squares(&still, u, &spacing.weight).map(|sum| sum * noise * noise);
     match asked.predicted(own) {
-        Some((form, errors)) => Told { curves: filled(&form), errors: Some(errors) },
-        None => Told { curves: still, errors: None },
+        Some((form, errors)) => GapEstimate { curves: filled(&form), errors: Some(errors) },
+        None => GapEstimate { curves: still, errors: None },
     }
 }
 
@@ -158,7 +158,7 @@ impl Blocks {
 }
 
 /// What the prediction of the form in the gaps is from.
-struct Asked<'a> {
+struct GapModel<'a> {
     blocks: &'a Blocks,
     cells: &'a Cells,
     /// Factors of the cells, and of the samples of each block together, in the figures.
@@ -190,7 +190,7 @@ fn covariance(a: &[f64], b: &[f64], length: f64) -> DMatrix<f64> {
     })
 }
 
-impl Asked<'_> {
+impl GapModel<'_> {
     /// The most likely form in the cells, and the standard errors of the figures whose samples'
     /// noise alone has the variances `own`; `None` where blocks are too few.
     fn predicted(&self, own: [f64; FIGURES]) -> Option<(Vec<f64>, [f64; FIGURES])> {

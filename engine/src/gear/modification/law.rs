@@ -68,7 +68,7 @@ pub enum Law {
 
 /// A checked analytic modification.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Part {
+pub(super) enum AnalyticLaw {
     ProfileCrowning(f64),
     ProfileSlope(f64),
     /// From roll length `start`, where t = 0, to `end`, where t = 1.
@@ -100,7 +100,7 @@ fn grown(amount: f64, start: f64, end: f64, growth: Growth, x: f64) -> (f64, f64
     }
 }
 
-impl Part {
+impl AnalyticLaw {
     /// Checks `law`, the one of this number. A topography is checked where it is made.
     pub(super) fn new(gear: &Gear, range: &Range, law: &Law, number: usize) -> Result<Self, LawFaults> {
         let mut faults = LawFaults::default();
@@ -112,11 +112,11 @@ impl Part {
             amount
         };
         let part = match *law {
-            Law::ProfileCrowning { amount } => Part::ProfileCrowning(amount_of(amount)),
-            Law::ProfileSlope { amount } => Part::ProfileSlope(amount_of(amount)),
-            Law::HelixCrowning { amount } => Part::HelixCrowning(amount_of(amount)),
-            Law::HelixSlope { amount } => Part::HelixSlope(amount_of(amount)),
-            Law::Twist { amount } => Part::Twist(amount_of(amount)),
+            Law::ProfileCrowning { amount } => AnalyticLaw::ProfileCrowning(amount_of(amount)),
+            Law::ProfileSlope { amount } => AnalyticLaw::ProfileSlope(amount_of(amount)),
+            Law::HelixCrowning { amount } => AnalyticLaw::HelixCrowning(amount_of(amount)),
+            Law::HelixSlope { amount } => AnalyticLaw::HelixSlope(amount_of(amount)),
+            Law::Twist { amount } => AnalyticLaw::Twist(amount_of(amount)),
             Law::TipRelief { amount, start_diameter, growth } | Law::RootRelief { amount, start_diameter, growth } => {
                 let amount = amount_of(amount);
                 let to_tip = matches!(law, Law::TipRelief { .. });
@@ -130,7 +130,7 @@ impl Part {
                     let reason = LawReason::StartDiameter { diameter: start_diameter, range };
                     faults.push(LawField::StartDiameter { number }, reason);
                 }
-                Part::Profile { amount, start, end, growth }
+                AnalyticLaw::Profile { amount, start, end, growth }
             }
             Law::EndRelief { end, amount, length, growth } => {
                 let amount = amount_of(amount);
@@ -139,12 +139,12 @@ impl Part {
                     faults.push(LawField::Length { number }, LawReason::Length { length, most: high - low });
                 }
                 match end {
-                    End::Low => Part::Helix { amount, start: low + length, end: low, growth },
-                    End::High => Part::Helix { amount, start: high - length, end: high, growth },
+                    End::Low => AnalyticLaw::Helix { amount, start: low + length, end: low, growth },
+                    End::High => AnalyticLaw::Helix { amount, start: high - length, end: high, growth },
                 }
             }
             // Checked where it was made, and kept apart.
-            Law::Topography(_) => Part::Twist(0.0),
+            Law::Topography(_) => AnalyticLaw::Twist(0.0),
         };
         faults.into_result(part)
     }
@@ -153,10 +153,13 @@ impl Part {
     pub(super) fn along_profile(&self, range: &Range, roll_length: f64) -> (f64, f64) {
         let (u, slope) = (range.u(roll_length), range.u_slope());
         match *self {
-            Part::ProfileCrowning(amount) => (amount * u * u, 2.0 * amount * u * slope),
-            Part::ProfileSlope(amount) => (0.5 * amount * u, 0.5 * amount * slope),
-            Part::Profile { amount, start, end, growth } => grown(amount, start, end, growth, roll_length),
-            Part::HelixCrowning(_) | Part::HelixSlope(_) | Part::Helix { .. } | Part::Twist(_) => (0.0, 0.0),
+            AnalyticLaw::ProfileCrowning(amount) => (amount * u * u, 2.0 * amount * u * slope),
+            AnalyticLaw::ProfileSlope(amount) => (0.5 * amount * u, 0.5 * amount * slope),
+            AnalyticLaw::Profile { amount, start, end, growth } => grown(amount, start, end, growth, roll_length),
+            AnalyticLaw::HelixCrowning(_)
+            | AnalyticLaw::HelixSlope(_)
+            | AnalyticLaw::Helix { .. }
+            | AnalyticLaw::Twist(_) => (0.0, 0.0),
         }
     }
 
@@ -164,17 +167,20 @@ impl Part {
     pub(super) fn along_helix(&self, range: &Range, z: f64) -> (f64, f64) {
         let (v, slope) = (range.v(z), range.v_slope());
         match *self {
-            Part::HelixCrowning(amount) => (amount * v * v, 2.0 * amount * v * slope),
-            Part::HelixSlope(amount) => (0.5 * amount * v, 0.5 * amount * slope),
-            Part::Helix { amount, start, end, growth } => grown(amount, start, end, growth, z),
-            Part::ProfileCrowning(_) | Part::ProfileSlope(_) | Part::Profile { .. } | Part::Twist(_) => (0.0, 0.0),
+            AnalyticLaw::HelixCrowning(amount) => (amount * v * v, 2.0 * amount * v * slope),
+            AnalyticLaw::HelixSlope(amount) => (0.5 * amount * v, 0.5 * amount * slope),
+            AnalyticLaw::Helix { amount, start, end, growth } => grown(amount, start, end, growth, z),
+            AnalyticLaw::ProfileCrowning(_)
+            | AnalyticLaw::ProfileSlope(_)
+            | AnalyticLaw::Profile { .. }
+            | AnalyticLaw::Twist(_) => (0.0, 0.0),
         }
     }
 
     /// S.
     pub(super) fn twist(&self) -> f64 {
         match *self {
-            Part::Twist(amount) => amount,
+            AnalyticLaw::Twist(amount) => amount,
             _ => 0.0,
         }
     }

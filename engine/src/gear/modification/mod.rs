@@ -39,7 +39,7 @@ pub use topography::{Interpolation, Topography};
 
 use super::{Gear, Side};
 use fault::{LawFaults, LawField, LawReason, MOST};
-use law::Part;
+use law::AnalyticLaw;
 use topography::{Columns, Contracted};
 
 /// Which flanks a modification is meant for.
@@ -68,7 +68,7 @@ pub struct Modification {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modifications {
     range: Range,
-    parts: Vec<(Flanks, Part)>,
+    parts: Vec<(Flanks, AnalyticLaw)>,
     topographies: Vec<(Flanks, Topography)>,
 }
 
@@ -84,7 +84,7 @@ impl Modifications {
         for (number, modification) in list.into_iter().enumerate() {
             match modification.law {
                 Law::Topography(topography) => made.topographies.push((modification.flanks, topography)),
-                law => match Part::new(gear, &range, &law, number) {
+                law => match AnalyticLaw::new(gear, &range, &law, number) {
                     Ok(part) => made.parts.push((modification.flanks, part)),
                     Err(found) => faults.append(found),
                 },

@@ -119,8 +119,8 @@ impl Freedom {
         with
     }
 
-    /// One entry of a row: `other` are those of [`super::pose::Undoing::columns`], `slope` is that
-    /// of the relief along z, µm per µm.
+    /// One entry of a row: `other` are those of [`super::pose::InversePose::columns`], `slope` is
+    /// that of the relief along z, µm per µm.
     pub fn entry(&self, column: Column, side: Side, other: &[f64; 4], slope: f64) -> f64 {
         match column {
             Column::Screw => side.sign(),

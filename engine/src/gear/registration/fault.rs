@@ -8,7 +8,7 @@ use crate::{
     },
     gear::{
         Side,
-        deviation::{Stray, foot::word},
+        deviation::{NoFoot, foot::word},
     },
 };
 
@@ -85,7 +85,7 @@ pub enum RegistrationReason {
         /// Of the flank.
         side: Side,
         /// Why it has no foot there.
-        stray: Stray,
+        stray: NoFoot,
     },
     /// Teeth of which most are wrong however the part is turned; the best share.
     #[error(

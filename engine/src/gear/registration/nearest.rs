@@ -4,7 +4,7 @@ use crate::{
     gear::{
         Gear, Side,
         deviation::{
-            Foot, Touch,
+            Foot, MeasuredPoint,
             foot::{foot, normal},
         },
     },
@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// The nearest foot on the flanks that a point may belong to.
-pub(super) fn nearest(gear: &Gear, touch: &Touch, ball: f64) -> Option<Foot> {
+pub(super) fn nearest(gear: &Gear, touch: &MeasuredPoint, ball: f64) -> Option<Foot> {
     let on = |side: Side| {
         let found = foot(gear, side, touch.tooth, &touch.point, ball).ok()?;
         let along = |given: Vector| given.dot(&normal(gear, found.tooth, side, found.roll_length, found.z)) > 0.0;

@@ -15,7 +15,7 @@ use crate::{
     gear::{
         Side,
         deviation::{
-            Deviations, Direction, Node, Reference, Stray, Touch,
+            Deviations, Direction, MeasuredPoint, NoFoot, Node, Reference,
             foot::{foot, normal},
         },
     },
@@ -100,7 +100,7 @@ impl<'a> Part<'a> {
     }
 
     /// A point carried back: its node, with the deviation along the normal.
-    pub(super) fn carried(&self, (tooth, side): (u32, Side), point: &Vector) -> Result<Node, Stray> {
+    pub(super) fn carried(&self, (tooth, side): (u32, Side), point: &Vector) -> Result<Node, NoFoot> {
         let gear = self.reference.gear;
         let foot = foot(gear, side, Some(tooth), point, self.deviations.ball_radius)?;
         self.reference.node(&foot, Direction::Normal)
@@ -115,7 +115,7 @@ impl<'a> Part<'a> {
         if side.is_some() && touch.tooth.is_some() {
             return None;
         }
-        let open = Touch { point: *back, tooth: touch.tooth, side, normal: None };
+        let open = MeasuredPoint { point: *back, tooth: touch.tooth, side, normal: None };
         nearest(self.reference.gear, &open, self.deviations.ball_radius).map(|foot| (foot.tooth, foot.side))
     }
 

@@ -116,10 +116,10 @@ impl Pose {
     }
 
     /// The motion ready to be undone at many points.
-    pub fn undoing(&self) -> Undoing {
+    pub fn undoing(&self) -> InversePose {
         let tilt = self.tilt();
         let rotation = rotation(&tilt);
-        Undoing {
+        InversePose {
             rotation,
             inverse: rotation.transpose(),
             jacobian: right_jacobian(&tilt),
@@ -132,7 +132,7 @@ impl Pose {
 
 /// The inverse of a pose with its derivatives.
 #[derive(Clone, Copy, Debug)]
-pub struct Undoing {
+pub struct InversePose {
     rotation: Matrix3<f64>,
     inverse: Matrix3<f64>,
     jacobian: Matrix3<f64>,
@@ -141,7 +141,7 @@ pub struct Undoing {
     turn: f64,
 }
 
-impl Undoing {
+impl InversePose {
     /// Where a measured point lies on the nominal part, mm.
     pub fn point(&self, measured: &Vector) -> Vector {
         turned(self.beside_pivot(measured) + self.along * Vector::z(), -self.turn)

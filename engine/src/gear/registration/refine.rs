@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::search::{CAP, Place, Search};
+use super::search::{CAP, Candidate, Search};
 use crate::{
     gear::deviation::foot::normal,
     numerics::{cancel, quantiles::median},
@@ -15,8 +15,8 @@ const LEAST_EIGENVALUE: f64 = 1e-3;
 
 impl Search<'_> {
     /// Damped least squares from coefficients, every point at the nearest flank after each step.
-    pub(super) fn refined(&self, from: Vec<f64>) -> Place {
-        let mut place = Place { cost: self.cost(&from), p: from };
+    pub(super) fn refined(&self, from: Vec<f64>) -> Candidate {
+        let mut place = Candidate { cost: self.cost(&from), p: from };
         for _ in 0..MOST_STEPS {
             cancel::checkpoint();
             let Some(step) = self.step(&place.p) else { break };
@@ -26,7 +26,7 @@ impl Search<'_> {
                 factor *= 0.5;
                 let sane = self.pose(&p).is_sane();
                 let cost = if sane { self.cost(&p) } else { f64::INFINITY };
-                (cost < place.cost).then_some(Place { p, cost })
+                (cost < place.cost).then_some(Candidate { p, cost })
             });
             let Some(better) = better else { break };
             let done = better.cost > place.cost * (1.0 - 1e-9);

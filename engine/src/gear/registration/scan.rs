@@ -7,7 +7,7 @@ use super::{
 use crate::{
     gear::{
         Side,
-        deviation::{Touch, foot::phase},
+        deviation::{MeasuredPoint, foot::phase},
     },
     geometry::space::Vector,
     numerics::cancel,
@@ -79,7 +79,7 @@ impl Search<'_> {
     fn turned(&self, [x, y]: [f64; 2], turns: usize, arc: f64) -> Vec<f64> {
         let (pitch, cap) = (self.gear.pitch_angle(), CAP * self.module());
         let shift = Vector::new(x, y, 0.0);
-        let sides = |touch: &Touch| match touch.side {
+        let sides = |touch: &MeasuredPoint| match touch.side {
             Some(side) => [Some(side), None],
             None => [Some(Side::Left), Some(Side::Right)],
         };

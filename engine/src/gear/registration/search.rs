@@ -4,11 +4,11 @@
 use super::{
     columns::{Column, Freedom},
     nearest::nearest,
-    pose::{Motion, Pose, Undoing},
+    pose::{InversePose, Motion, Pose},
 };
 use crate::gear::{
     Gear, Side,
-    deviation::{Foot, Touch},
+    deviation::{Foot, MeasuredPoint},
 };
 
 /// Radius of the disc in which shifts are sought, modules.
@@ -18,7 +18,7 @@ pub(super) const CAP: f64 = 0.3;
 
 /// A place of the search.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct Candidate {
     /// Coefficients of the columns.
     pub(super) p: Vec<f64>,
     /// Mean square of capped distances, mm².
@@ -33,7 +33,7 @@ pub(super) struct Search<'a> {
     /// Whether points stay on the teeth that they are told to be of: flank and tooth of every one
     /// are told.
     pub(super) told: bool,
-    pub(super) points: Vec<Touch>,
+    pub(super) points: Vec<MeasuredPoint>,
 }
 
 impl Search<'_> {
@@ -53,8 +53,8 @@ impl Search<'_> {
     }
 
     /// A point carried back.
-    pub(super) fn carried(&self, undoing: &Undoing, touch: &Touch) -> Touch {
-        Touch {
+    pub(super) fn carried(&self, undoing: &InversePose, touch: &MeasuredPoint) -> MeasuredPoint {
+        MeasuredPoint {
             point: undoing.point(&touch.point),
             normal: touch.normal.map(|normal| undoing.direction(&normal)),
             ..*touch
@@ -62,9 +62,9 @@ impl Search<'_> {
     }
 
     /// Its nearest foot. While teeth are not counted, any tooth will do.
-    pub(super) fn nearest(&self, undoing: &Undoing, touch: &Touch) -> Option<Foot> {
+    pub(super) fn nearest(&self, undoing: &InversePose, touch: &MeasuredPoint) -> Option<Foot> {
         let back = self.carried(undoing, touch);
-        nearest(self.gear, &Touch { tooth: touch.tooth.filter(|_| self.told), ..back }, self.ball)
+        nearest(self.gear, &MeasuredPoint { tooth: touch.tooth.filter(|_| self.told), ..back }, self.ball)
     }
 
     /// Coefficients with a shift (mm) and a rotation.
@@ -86,17 +86,17 @@ impl Search<'_> {
     }
 
     /// The place that fits best, and whether another one with other flanks fits alike.
-    pub(super) fn best(&self) -> (Place, bool) {
+    pub(super) fn best(&self) -> (Candidate, bool) {
         let mut found = vec![self.refined(vec![0.0; self.freedom.columns.len()])];
         found.extend(self.scanned().into_iter().map(|p| self.refined(p)));
         let least = found.iter().map(|place| place.cost).fold(f64::INFINITY, f64::min);
         // a µm is no misfit
-        let alike = |place: &&Place, times: f64, floor: f64| place.cost <= times * least + floor * floor;
-        let size = |place: &&Place| self.motion(&place.p);
+        let alike = |place: &&Candidate, times: f64, floor: f64| place.cost <= times * least + floor * floor;
+        let size = |place: &&Candidate| self.motion(&place.p);
         let chosen = found.iter().filter(|place| alike(place, 2.0, 5e-4)).min_by(|a, b| size(a).total_cmp(&size(b)));
         let Some(chosen) = chosen else { return (found[0].clone(), false) };
         let assigned = self.assigned(&chosen.p);
-        let other = |place: &&Place| {
+        let other = |place: &&Candidate| {
             let differ = self.assigned(&place.p).iter().zip(&assigned).filter(|(a, b)| a != b).count();
             differ * 10 > assigned.len()
         };
@@ -112,7 +112,7 @@ impl Search<'_> {
     /// Root mean square of the way by which points are moved, mm.
     pub(super) fn motion(&self, p: &[f64]) -> f64 {
         let undoing = self.pose(p).undoing();
-        let way = |touch: &Touch| (undoing.point(&touch.point) - touch.point).norm_squared();
+        let way = |touch: &MeasuredPoint| (undoing.point(&touch.point) - touch.point).norm_squared();
         (self.points.iter().map(way).sum::<f64>() / self.points.len().max(1) as f64).sqrt()
     }
 }

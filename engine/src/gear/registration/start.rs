@@ -11,22 +11,22 @@
 //! ones counting little. Of places that fit alike the one with the least motion is taken.
 //!
 //! Rotations by whole pitches carry the teeth into each other: only points whose tooth is told
-//! (`tooth` of a [`Touch`]) say how many. With teeth *and* flanks told nothing is sought where they
-//! agree: the rotation is the angle that most of them ask for, over the full circle. Where they do
-//! not agree the part is laid by the nearest flanks, and turned by what most teeth say; the others
-//! are taken for wrongly named. Without a majority there is no place.
+//! (`tooth` of a [`MeasuredPoint`]) say how many. With teeth *and* flanks told nothing is sought
+//! where they agree: the rotation is the angle that most of them ask for, over the full circle.
+//! Where they do not agree the part is laid by the nearest flanks, and turned by what most teeth
+//! say; the others are taken for wrongly named. Without a majority there is no place.
 
 use super::{
     Registering,
     columns::Freedom,
     fault::{RegistrationFaults, RegistrationField, RegistrationReason},
     nearest::nearest,
-    pose::{Pose, Undoing},
-    search::{Place, Search},
+    pose::{InversePose, Pose},
+    search::{Candidate, Search},
     teeth::Agreement,
 };
 use crate::{
-    gear::{Gear, Side, deviation::Touch},
+    gear::{Gear, Side, deviation::MeasuredPoint},
     numerics::cancel::Asking,
 };
 
@@ -48,7 +48,7 @@ const LESS_COST: f64 = 0.25;
 pub struct Start {
     pub pose: Pose,
     /// The points carried back by `pose`, in their order; what is not told of them stays open.
-    pub touches: Vec<Touch>,
+    pub touches: Vec<MeasuredPoint>,
     /// Whether no point tells how many whole pitches the part is turned by, though it may be
     /// turned.
     pub teeth_assumed: bool,
@@ -69,9 +69,15 @@ impl Start {
 }
 
 /// Finds where to begin. Faults are those of [`Freedom::new`].
-pub fn start(gear: &Gear, touches: &[Touch], ball: f64, asked: &Registering) -> Result<Start, RegistrationFaults> {
+pub fn start(
+    gear: &Gear,
+    touches: &[MeasuredPoint],
+    ball: f64,
+    asked: &Registering,
+) -> Result<Start, RegistrationFaults> {
     let freedom = Freedom::new(gear, asked.motions)?;
-    let defined: Vec<&Touch> = touches.iter().filter(|touch| touch.point.iter().all(|x| x.is_finite())).collect();
+    let defined: Vec<&MeasuredPoint> =
+        touches.iter().filter(|touch| touch.point.iter().all(|x| x.is_finite())).collect();
     let z = defined.iter().map(|touch| touch.point.z);
     let [low, high] = z.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], z| [a.min(z), b.max(z)]);
     let middle = if defined.is_empty() { 0.0 } else { 0.5 * (low + high) };
@@ -109,7 +115,7 @@ pub fn start(gear: &Gear, touches: &[Touch], ball: f64, asked: &Registering) -> 
     start.flanks_ambiguous = flanks_ambiguous;
     let Some(said) = agreement.filter(|said| said.share < 1.0) else { return Ok(start) };
     let undoing = search.pose(&p).undoing();
-    let off = |touch: &Touch| search.pitches_off(&undoing, touch).is_some_and(|pitches| pitches > 0);
+    let off = |touch: &MeasuredPoint| search.pitches_off(&undoing, touch).is_some_and(|pitches| pitches > 0);
     let given = touches.iter().enumerate().asking(200).filter(|(_, touch)| touch.point.iter().all(|x| x.is_finite()));
     let contradicting: Vec<usize> = given.filter(|(_, touch)| off(touch)).map(|(i, _)| i).collect();
     if said.is_sure {
@@ -138,7 +144,7 @@ fn begun(search: &Search) -> Result<Found, RegistrationFaults> {
     // onto its flanks
     let by_names = search.told.then(|| search.refined(search.usual_angle())).map(|place| {
         let agreement = search.agreement(&place.p);
-        (Place { cost: open.cost(&place.p), ..place }, agreement)
+        (Candidate { cost: open.cost(&place.p), ..place }, agreement)
     });
     if let Some((place, Some(said))) = &by_names
         && said.is_whole()
@@ -170,9 +176,9 @@ fn begun(search: &Search) -> Result<Found, RegistrationFaults> {
     Ok(Found { p: search.counted(best.p, agreement), flanks_ambiguous, agreement })
 }
 
-fn carried(undoing: &Undoing, touches: &[Touch]) -> Vec<Touch> {
+fn carried(undoing: &InversePose, touches: &[MeasuredPoint]) -> Vec<MeasuredPoint> {
     let each = touches.iter().asking(100);
-    each.map(|touch| Touch {
+    each.map(|touch| MeasuredPoint {
         point: undoing.point(&touch.point),
         normal: touch.normal.map(|normal| undoing.direction(&normal)),
         ..*touch

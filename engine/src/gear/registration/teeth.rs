@@ -8,10 +8,10 @@ use std::{
 use super::{
     columns::Column,
     nearest::nearest,
-    pose::{Motion, Undoing},
-    search::{Place, Search},
+    pose::{InversePose, Motion},
+    search::{Candidate, Search},
 };
-use crate::gear::deviation::{Touch, foot::phase};
+use crate::gear::deviation::{MeasuredPoint, foot::phase};
 
 /// Root mean square of capped distances below which points lie on the flanks of a place, whatever
 /// their teeth are called, modules.
@@ -49,7 +49,7 @@ impl Search<'_> {
     /// told, over the full circle: a minority of wrong teeth does not move it, as it moves a mean.
     pub(super) fn usual_angle(&self) -> Vec<f64> {
         let told = self.points.iter().filter_map(|touch| Some((touch, touch.side?)));
-        let angle = |(touch, side): (&Touch, _)| phase(self.gear, side, touch.tooth, &touch.point, self.ball);
+        let angle = |(touch, side): (&MeasuredPoint, _)| phase(self.gear, side, touch.tooth, &touch.point, self.ball);
         let angles: Vec<f64> = told.filter_map(angle).collect();
         let apart = |a: f64, b: f64| (a - b - TAU * ((a - b) / TAU).round()).abs();
         let sum = |turn: f64| angles.iter().map(|angle| apart(*angle, turn)).sum::<f64>();
@@ -75,15 +75,15 @@ impl Search<'_> {
     }
 
     /// By how many pitches a told tooth lies on from the nearest one.
-    pub(super) fn pitches_off(&self, undoing: &Undoing, touch: &Touch) -> Option<u32> {
+    pub(super) fn pitches_off(&self, undoing: &InversePose, touch: &MeasuredPoint) -> Option<u32> {
         let teeth = self.gear.data().teeth;
         let told = touch.tooth.filter(|tooth| (1..=teeth).contains(tooth))?;
-        let back = Touch { tooth: None, ..self.carried(undoing, touch) };
+        let back = MeasuredPoint { tooth: None, ..self.carried(undoing, touch) };
         nearest(self.gear, &back, self.ball).map(|foot| (told + teeth - foot.tooth) % teeth)
     }
 
     /// Whether the points lie on flanks there, whatever their teeth are called.
-    pub(super) fn lies_on_flanks(&self, place: &Place) -> bool {
+    pub(super) fn lies_on_flanks(&self, place: &Candidate) -> bool {
         place.cost < (ON_FLANKS * self.module()).powi(2)
     }
 

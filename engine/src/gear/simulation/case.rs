@@ -1,7 +1,7 @@
 //! Machines to simulate: the case that shows what λ* is for, and any sensitivity with settings off
 //! by a given size.
 
-use super::{Asked, Setting};
+use super::{MachineSpec, Setting};
 use crate::gear::correction::machine::Sensitivity;
 
 /// Nodes along the profile and along the helix.
@@ -15,7 +15,7 @@ const OFF: f64 = 12.0;
 /// 5×9 nodes and six settings: angle errors and crownings of profile and helix, twist, and a tilt
 /// that is a mixture of helix angle and twist but for a part of 1e-5. True response 1 % off, probe
 /// noise 0.3 µm, every tenth node undefined.
-pub fn ill_conditioned(seed: u64) -> Asked {
+pub fn ill_conditioned(seed: u64) -> MachineSpec {
     let settings = [
         ("profile_angle", "µm at the tip"),
         ("helix_angle", "µm at the end"),
@@ -33,7 +33,7 @@ pub fn ill_conditioned(seed: u64) -> Asked {
             sensitivity.extend([u, v, -u * u, -v * v, u * v, tilt]);
         }
     }
-    Asked {
+    MachineSpec {
         seed,
         sensitivity,
         settings: settings.map(|(name, unit)| Setting::free(name, unit)).to_vec(),
@@ -47,7 +47,7 @@ pub fn ill_conditioned(seed: u64) -> Asked {
 /// A machine with the sensitivity of `known` whose settings are off so that each alone deviates by
 /// `size` µm RMS over the nodes (standard deviation); a setting that changes no node is not off.
 /// Response, noise and misses as in [`ill_conditioned`].
-pub fn off_by(seed: u64, known: Sensitivity, size: f64) -> Asked {
+pub fn off_by(seed: u64, known: Sensitivity, size: f64) -> MachineSpec {
     let columns = known.settings.len().max(1);
     let rows = (known.matrix.len() / columns) as f64;
     let error = |j: usize| {
@@ -56,5 +56,13 @@ pub fn off_by(seed: u64, known: Sensitivity, size: f64) -> Asked {
     };
     let setting_error = (0..known.settings.len()).map(error).collect();
     let Sensitivity { settings, matrix } = known;
-    Asked { seed, sensitivity: matrix, settings, setting_error, response_noise: 0.01, probe_noise: 0.3, missing: 0.1 }
+    MachineSpec {
+        seed,
+        sensitivity: matrix,
+        settings,
+        setting_error,
+        response_noise: 0.01,
+        probe_noise: 0.3,
+        missing: 0.1,
+    }
 }

@@ -1,7 +1,7 @@
 //! Whole runs: measure, fit, correct, machine again.
 
 use super::{
-    Asked, Simulation,
+    MachineSpec, Simulation,
     fault::{MOST_CORRECTIONS, MachineFaults, MachineField, MachineReason, RunError},
     rms,
 };
@@ -21,7 +21,7 @@ pub struct Strategy {
 impl Strategy {
     /// Plain least squares.
     pub fn least_squares() -> Self {
-        Strategy { name: "least_squares".into(), damping: Damping::Asked(Regularization::None) }
+        Strategy { name: "least_squares".into(), damping: Damping::Given(Regularization::None) }
     }
 
     /// The default of corrections: spectral, λ* from the uncertainty of J and the noise.
@@ -37,13 +37,13 @@ impl Strategy {
             condition_limit: DEFAULT_CONDITION_LIMIT,
             lambda_star: Parameter::Criterion(criterion),
         };
-        Strategy { name: format!("spectral_{}", criterion.name()), damping: Damping::Asked(regularization) }
+        Strategy { name: format!("spectral_{}", criterion.name()), damping: Damping::Given(regularization) }
     }
 
     /// Ridge with a criterion.
     pub fn ridge(criterion: Criterion) -> Self {
         let regularization = Regularization::Ridge { parameter: Parameter::Criterion(criterion) };
-        Strategy { name: format!("ridge_{}", criterion.name()), damping: Damping::Asked(regularization) }
+        Strategy { name: format!("ridge_{}", criterion.name()), damping: Damping::Given(regularization) }
     }
 
     /// All that are worth comparing, the default first and plain least squares second.
@@ -86,13 +86,13 @@ pub fn asked(
     measured: Vec<f64>,
     strategy: &Strategy,
     response_uncertainty: f64,
-) -> correction::Asked {
-    let Asked { sensitivity, settings, probe_noise, .. } = simulation.asked();
-    correction::Asked {
+) -> correction::CorrectionSpec {
+    let MachineSpec { sensitivity, settings, probe_noise, .. } = simulation.asked();
+    correction::CorrectionSpec {
         damping: strategy.damping.clone(),
         noise_sigma: Some(*probe_noise).filter(|sigma| *sigma > 0.0),
         response_uncertainty,
-        ..correction::Asked::new(measured, sensitivity.clone(), settings.clone())
+        ..correction::CorrectionSpec::new(measured, sensitivity.clone(), settings.clone())
     }
 }
 
@@ -103,7 +103,7 @@ fn changes(solution: &Solution) -> Vec<f64> {
 /// Corrects a machine `corrections` times. Refuses more than [`MOST_CORRECTIONS`] and what
 /// [`Simulation::new`] refuses.
 pub fn run(
-    machine: &Asked,
+    machine: &MachineSpec,
     strategy: &Strategy,
     response_uncertainty: f64,
     corrections: usize,

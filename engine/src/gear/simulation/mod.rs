@@ -29,14 +29,14 @@ use super::correction::{
     fault::{MOST_ENTRIES, MOST_SETTINGS},
 };
 
-/// Most of [`Asked::response_noise`]: as much as the response itself.
+/// Most of [`MachineSpec::response_noise`]: as much as the response itself.
 pub const MOST_RESPONSE_NOISE: f64 = 1.0;
-/// Most of [`Asked::probe_noise`], µm: a metre.
+/// Most of [`MachineSpec::probe_noise`], µm: a metre.
 pub const MOST_PROBE_NOISE: f64 = 1e6;
 
 /// A machine to be simulated.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Asked {
+pub struct MachineSpec {
     pub seed: u64,
     /// J row by row, µm at each node per unit of each setting: what corrections know.
     pub sensitivity: Vec<f64>,
@@ -51,7 +51,7 @@ pub struct Asked {
     pub missing: f64,
 }
 
-impl Asked {
+impl MachineSpec {
     /// Nodes that a measurement misses.
     fn missed(&self) -> usize {
         let nodes = self.sensitivity.len() / self.settings.len().max(1);
@@ -62,7 +62,7 @@ impl Asked {
 /// A machine with its hidden state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
-    asked: Asked,
+    asked: MachineSpec,
     response: Vec<f64>,
     off: Vec<f64>,
     corrections: u64,
@@ -70,7 +70,7 @@ pub struct Simulation {
 
 impl Simulation {
     /// Draws the machine.
-    pub fn new(asked: Asked) -> Result<Self, MachineFaults> {
+    pub fn new(asked: MachineSpec) -> Result<Self, MachineFaults> {
         check(&asked)?;
         let mut normals = Normals::new(asked.seed, 0);
         let off = asked.setting_error.iter().map(|error| error * normals.draw()).collect();
@@ -80,7 +80,7 @@ impl Simulation {
     }
 
     /// What it was made from.
-    pub fn asked(&self) -> &Asked {
+    pub fn asked(&self) -> &MachineSpec {
         &self.asked
     }
 
@@ -159,7 +159,7 @@ pub(super) fn rms(deviation: &[f64]) -> f64 {
     f64::sqrt(sum / count)
 }
 
-fn check(asked: &Asked) -> Result<(), MachineFaults> {
+fn check(asked: &MachineSpec) -> Result<(), MachineFaults> {
     let mut faults = MachineFaults::default();
     let columns = asked.settings.len();
     if columns == 0 || columns > MOST_SETTINGS {

@@ -5,7 +5,8 @@
 //! (so a field that is added there and not written does not compile), and for each field its
 //! documentation, name, wire type and the expression that is written. `name?` is a field that is
 //! left out when its value does not exist; `name as "key"` has another name on the wire; what is
-//! included is at hand as the name after `with`, the value itself as the one after `as`. `names!` does the same for an enum of names.
+//! included is at hand as the name after `with`, the value itself as the one after `as`. `names!`
+//! does the same for an enum of names.
 //!
 //! How an expression is written follows from its type alone ([`WriteAs`]), without dispatch at run
 //! time and without an allocation.

@@ -1,4 +1,5 @@
-//! What a fit request asks for, as it is written: models, regularisations, and the rest of the spec.
+//! What a fit request asks for, as it is written: models, regularisations, and the rest of the
+//! spec.
 //!
 //! The structs here are read (by [`super::reader`]), written (specs are stored as canonical JSON)
 //! and documented (OpenAPI). Unions carry `type` inside their variants, which is what client

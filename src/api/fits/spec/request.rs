@@ -1,9 +1,9 @@
 //! What a fit request asks for, as it is written: models, regularisations, and the rest of the
 //! spec.
 //!
-//! The structs here are read (by [`crate::api::fits::reader`]), written (specs are stored as canonical JSON)
-//! and documented (OpenAPI). Unions carry `type` inside their variants, which is what client
-//! generators cope with best.
+//! The structs here are read (by [`crate::api::fits::reader`]), written (specs are stored as
+//! canonical JSON) and documented (OpenAPI). Unions carry `type` inside their variants, which is
+//! what client generators cope with best.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

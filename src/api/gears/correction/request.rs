@@ -33,7 +33,7 @@ use flankfit_engine::{
     gear::{
         Gear, Side,
         correction::{
-            Asked, DEFAULT_RESPONSE_UNCERTAINTY, Damping, ResponseErrors, Setting,
+            CorrectionSpec, DEFAULT_RESPONSE_UNCERTAINTY, Damping, ResponseErrors, Setting,
             fault::{MachineFaults, MachineField},
             machine::{Machine, Ranges},
         },
@@ -226,7 +226,7 @@ const KEYS: [&str; 13] = [
 pub struct Read {
     /// The contract's name of the sensitivity.
     pub method: &'static str,
-    pub asked: Asked,
+    pub asked: CorrectionSpec,
     /// The flank that the nodes lie on, where the sensitivity is that of a machine.
     pub flank: Option<Flank>,
     /// Nobody said which flank it is.
@@ -283,8 +283,8 @@ pub fn read(
         flank.traces.clone_from(&traces);
     }
     let damping =
-        if fields.get("regularization").is_some() { Damping::Asked(spec.regularization) } else { Damping::default() };
-    let asked = Asked {
+        if fields.get("regularization").is_some() { Damping::Given(spec.regularization) } else { Damping::default() };
+    let asked = CorrectionSpec {
         weight: weight.or_else(|| iteration_nodes::weights(nodes)),
         target,
         damping,
@@ -296,7 +296,7 @@ pub fn read(
         traces,
         response_errors: errors.map_or_else(ResponseErrors::default, Into::into),
         include: include.fit,
-        ..Asked::new(iteration_nodes::deviations(nodes, factor), known.matrix, known.settings)
+        ..CorrectionSpec::new(iteration_nodes::deviations(nodes, factor), known.matrix, known.settings)
     };
     Ok(faults.into_result(Read {
         method: known.name,

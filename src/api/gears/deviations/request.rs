@@ -22,7 +22,7 @@ use flankfit_engine::{
     gear::{
         Gear, Side,
         deviation::{
-            Measurement, Strays, Topography, Touch,
+            FootlessPoints, MeasuredPoint, Measurement, Topography,
             fault::{TopographyFaults, TopographyField},
         },
         registration::Motion,
@@ -154,7 +154,7 @@ pub struct Asked {
 
 /// What deviations are made of.
 pub enum Given {
-    Points { touches: Vec<Touch>, measurement: Measurement },
+    Points { touches: Vec<MeasuredPoint>, measurement: Measurement },
     Grid(DeviationGridBody),
 }
 
@@ -191,8 +191,8 @@ pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<Asked>, ReadError
                 direction,
                 reach: part(&fields, "reach_mm", faults),
                 strays: match strays {
-                    None | Some(StraysName::Refuse) => Strays::Refuse,
-                    Some(StraysName::Undefined) => Strays::Undefined,
+                    None | Some(StraysName::Refuse) => FootlessPoints::Refuse,
+                    Some(StraysName::Undefined) => FootlessPoints::Undefined,
                 },
             };
             Given::Points { touches, measurement }
@@ -252,7 +252,7 @@ fn motions(names: &[String], faults: &mut Faults) -> Vec<Motion> {
     .collect()
 }
 
-fn touches(slice: &[u8], fields: &Fields<'_>, faults: &mut Faults) -> Option<Vec<Touch>> {
+fn touches(slice: &[u8], fields: &Fields<'_>, faults: &mut Faults) -> Option<Vec<MeasuredPoint>> {
     let points: Vec<Option<[f64; 3]>> = read_part(slice, "/points", faults)?;
     let teeth: Option<Vec<u32>> = part(fields, "teeth", faults);
     let flanks: Option<Vec<SideName>> = part(fields, "flanks", faults);
@@ -271,7 +271,7 @@ fn touches(slice: &[u8], fields: &Fields<'_>, faults: &mut Faults) -> Option<Vec
             faults.push(pointer, format!("{} for {} points", entries(length), points.len()));
         }
     }
-    let each = points.iter().enumerate().map(|(k, point)| Touch {
+    let each = points.iter().enumerate().map(|(k, point)| MeasuredPoint {
         point: point.map_or(Vector::repeat(f64::NAN), |[x, y, z]| Vector::new(x, y, z)),
         tooth: teeth.as_ref().and_then(|teeth| teeth.get(k)).copied(),
         side: flanks.as_ref().and_then(|flanks| flanks.get(k)).map(|side| Side::from(*side)),

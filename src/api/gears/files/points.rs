@@ -18,7 +18,9 @@ use flankfit_engine::{
     },
     gear::{
         Gear,
-        deviation::{self, Deviations, Measurement, Node, Reference, Strays, Touch, fault::MeasureField},
+        deviation::{
+            self, Deviations, FootlessPoints, MeasuredPoint, Measurement, Node, Reference, fault::MeasureField,
+        },
         trace::Direction,
     },
 };
@@ -33,11 +35,12 @@ pub(in crate::api) fn of_list(
         let detail = "missing: points say nothing of their gear; give `gear`, or give it to the job";
         return Err(Problem::invalid(Faults::one("/spec/gear", detail)));
     };
-    let touch = |listed: &ListedPoint| Touch { normal: listed.direction, ..Touch::anywhere(listed.point) };
-    let touches: Vec<Touch> = points.iter().map(touch).collect();
+    let touch =
+        |listed: &ListedPoint| MeasuredPoint { normal: listed.direction, ..MeasuredPoint::anywhere(listed.point) };
+    let touches: Vec<MeasuredPoint> = points.iter().map(touch).collect();
     let measurement = Measurement {
         ball_radius: spec.probe_radius_mm.unwrap_or(0.0),
-        strays: Strays::Undefined,
+        strays: FootlessPoints::Undefined,
         ..Measurement::default()
     };
     let reference = Reference::new(gear);
