@@ -102,14 +102,14 @@ fn normal_base_pitch(reference: &Reference) -> f64 {
 /// ```
 /// use flankfit_engine::gear::{
 ///     Gear, GearData, Side,
-///     deviation::{Measurement, Reference, Touch, measure},
+///     deviation::{MeasuredPoint, Measurement, Reference, measure},
 ///     involute::Flank,
 /// };
 ///
 /// // A point 5 µm out of the material of a left flank.
 /// let gear = Gear::new(GearData::spur(52, 1.0))?;
 /// let place = Flank::new(&gear, Side::Left).at(9.0, 4.0);
-/// let touch = Touch::anywhere(place.point + 5e-3 * place.normal);
+/// let touch = MeasuredPoint::anywhere(place.point + 5e-3 * place.normal);
 /// let found = measure(&Reference::new(&gear), &[touch], &Measurement::default())?;
 /// assert!((found.nodes[0].deviation - 5.0).abs() < 1e-6);
 /// assert!((found.nodes[0].roll_length - 9.0).abs() < 1e-9);

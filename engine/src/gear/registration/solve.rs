@@ -52,7 +52,7 @@ const REASSIGNING: usize = 25;
 ///     geometry::space::Vector,
 ///     gear::{
 ///         Gear, GearData, Side,
-///         deviation::{Measurement, Reference, Touch, measure},
+///         deviation::{MeasuredPoint, Measurement, Reference, measure},
 ///         involute::Flank,
 ///         registration::{Motion, Registering, register},
 ///     },
@@ -60,11 +60,11 @@ const REASSIGNING: usize = 25;
 ///
 /// // Both flanks of a tooth, measured on a gear that lies 7 µm too far to the right.
 /// let gear = Gear::new(GearData::spur(52, 1.0))?;
-/// let touches: Vec<Touch> = [Side::Left, Side::Right]
+/// let touches: Vec<MeasuredPoint> = [Side::Left, Side::Right]
 ///     .into_iter()
 ///     .flat_map(|side| (0..20).map(move |k| (side, 8.0 + 0.1 * f64::from(k))))
 ///     .map(|(side, roll)| Flank::new(&gear, side).at(roll, 0.0).point)
-///     .map(|point| Touch::anywhere(point + Vector::new(7e-3, 0.0, 0.0)))
+///     .map(|point| MeasuredPoint::anywhere(point + Vector::new(7e-3, 0.0, 0.0)))
 ///     .collect();
 /// let reference = Reference::new(&gear);
 /// let deviations = measure(&reference, &touches, &Measurement::default())?;
