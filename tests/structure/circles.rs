@@ -8,12 +8,10 @@ use std::{
 
 use super::{root, rust_files, split, tokens};
 
-/// Where the matter itself is a recursion: curves near points add knots and fit again, a patchwork
-/// is made of surfaces and is one, a request is read again past what was refused, and the router
-/// serves the document that is made of its routes.
-const RECURSIONS: [&[&str]; 4] = [
+/// Where the matter itself is a recursion: a patchwork is made of surfaces and is one, a request is
+/// read again past what was refused, and the router serves the document that is made of its routes.
+const RECURSIONS: [&[&str]; 3] = [
     &["api::json::mended", "api::json::reader"],
-    &["estimation::near::adaptive", "estimation::near::curve", "estimation::near::swing"],
     &["geometry::surface::patchwork", "geometry::surface::shape"],
     &["http::meta", "http::openapi", "http::router"],
 ];

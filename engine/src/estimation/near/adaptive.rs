@@ -11,10 +11,11 @@
 //! there further than all of the points are apart is not taken; of the others the one that misses
 //! by least is answered.
 
-use super::fault::{CurveFaults, CurveField, CurveRefused};
 use super::{
-    curve::{Fitted, Trial, summary, uniform},
+    fault::{CurveFaults, CurveField, CurveRefused},
+    settings::Adaptive,
     swing::{Swing, WILD},
+    trial::{Fitted, Trial, summary, uniform},
 };
 use crate::numerics::cancel::{self, Asking};
 use crate::{
@@ -30,17 +31,6 @@ const NARROWEST: f64 = 1e-9;
 const LEAST_IN_SPAN: usize = 2;
 /// Control points for each distinct parameter at most, beyond the knots to start with.
 const CROWDED: f64 = 0.75;
-
-/// When knots are good enough.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Adaptive {
-    /// Equal spans to start with, at least 1.
-    pub spans: usize,
-    /// Largest distance of a counted point from the curve at its parameter, > 0.
-    pub tolerance: f64,
-    /// No more control points than these.
-    pub most_controls: usize,
-}
 
 /// One round.
 #[derive(Clone, Debug, PartialEq)]

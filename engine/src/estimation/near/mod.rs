@@ -11,13 +11,18 @@
 mod adaptive;
 mod curve;
 pub mod fault;
+mod points;
+mod settings;
 mod shape;
 mod surface;
 mod surface_report;
 mod swing;
+mod trial;
 
-pub use adaptive::{Adaptive, Step, Stop};
-pub use curve::{CurveFit, CurvePoints, CurveSettings, KnotPlacement, Parameters, curve};
+pub use adaptive::{Step, Stop};
+pub use curve::{CurveFit, curve};
+pub use points::{CurvePoints, Parameters};
+pub use settings::{Adaptive, CurveSettings, KnotPlacement};
 pub use shape::{Shape, shape_of};
 pub use surface::{Coordinate, SurfaceFit, SurfaceInclude, SurfacePoints, Weight, surface};
 pub use swing::WILD;

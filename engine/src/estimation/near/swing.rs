@@ -1,6 +1,6 @@
 //! How far a curve near points swings out between them, where no residual sees it.
 
-use super::curve::CurvePoints;
+use super::points::CurvePoints;
 use crate::geometry::{
     curve::{BSplineCurve, Curve},
     space::Vector,
