@@ -335,7 +335,7 @@ impl From<FitError> for Problem {
                     ),
                 )
             },
-            FitError::NotConverged(what) => Problem::new(ProblemCode::NotConverged, what),
+            FitError::NotConverged(what) => Problem::new(ProblemCode::NotConverged, what.to_string()),
         }
     }
 }

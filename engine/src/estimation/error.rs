@@ -24,8 +24,47 @@ pub enum FitError {
     },
     /// An iteration did not end within its limit; nothing was returned rather than something
     /// unsure.
-    #[error("{0}")]
-    NotConverged(&'static str),
+    #[error(transparent)]
+    NotConverged(#[from] Unconverged),
+}
+
+/// What did not converge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unconverged {
+    /// Singular values of scaled columns.
+    #[error("the singular value decomposition did not converge within its limit")]
+    SingularValues,
+    /// The decomposition of matrix and penalty.
+    #[error("the decomposition of matrix and penalty did not converge within its limit")]
+    PenaltyPair,
+    /// The iterative refinement of a surface's coefficients.
+    #[error("corrections of the coefficients did not shrink")]
+    Refinement,
+    /// Knots placed by residuals.
+    #[error("no knots were tried")]
+    KnotPlacement,
+    /// The simplex of least absolute deviations.
+    #[error("the nodes determine no vertex of least absolute deviations")]
+    AbsoluteDeviations,
+    /// The simplex of the rank dispersion.
+    #[error("pairs of nodes determine no vertex of the rank dispersion")]
+    RankDispersion,
+    /// The registration of a measured flank.
+    #[error("the registration ran away to tilts beyond 0.1 rad: free fewer motions, or regularise")]
+    Registration,
+    /// The quadratic surface of a flank.
+    #[error("the fit answered other terms than those of second order")]
+    SecondOrder,
+    /// Singular values of a sensitivity matrix.
+    #[error("the singular values of the sensitivity matrix did not converge")]
+    Sensitivity,
+    /// Settings of a machine held at their limits.
+    #[error("the settings at their limits did not settle within the rounds allowed")]
+    Limits,
+    /// The comparison of two corrections.
+    #[error("the changes of the settings are too great to be compared")]
+    Comparison,
 }
 
 impl From<Faults> for FitError {

@@ -27,7 +27,7 @@ mod spectrum;
 pub use crate::fault::words;
 pub use banded::weight::Trace;
 pub use data::Nodes;
-pub use error::{FitError, Refused};
+pub use error::{FitError, Refused, Unconverged};
 pub use fault::{Fault, Faults, Field, NodeList, Reason};
 pub use filtering::{fit, fit_remembering};
 pub use fit::{Plans, is_short};

@@ -19,7 +19,11 @@ use super::{
 };
 use crate::numerics::cancel::{self, Asking};
 use crate::{
-    estimation::{design::MOST_COEFFICIENTS, error::FitError, spec::Knots},
+    estimation::{
+        design::MOST_COEFFICIENTS,
+        error::{FitError, Unconverged},
+        spec::Knots,
+    },
     geometry::BSplineBasis,
 };
 
@@ -126,7 +130,7 @@ pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitte
             steps.truncate(at + 1);
             Ok((fitted, steps, stop))
         }
-        None => Err(FitError::NotConverged("no knots were tried").into()),
+        None => Err(FitError::NotConverged(Unconverged::KnotPlacement).into()),
     }
 }
 

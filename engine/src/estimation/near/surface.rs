@@ -23,7 +23,7 @@ use crate::{
             weight::{choose, trace_of},
         },
         design::{Axis, splines},
-        error::FitError,
+        error::{FitError, Unconverged},
         smoothing::choice::{Found, NoParameter, Smoothing},
         spec::{Degree, Domain, Estimator, FitSpec, Model, Regularization, Scaling},
     },
@@ -105,7 +105,7 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
     let problem = Problem { system: &system, bases: &bases, swapped, include };
     let solved = system.solve(penalty).map_err(|fault| match fault {
         Unsolved::Undetermined(which) => FitError::Invalid(problem.undetermined(&which, penalty.is_some())),
-        Unsolved::Stagnant => FitError::NotConverged("corrections of the coefficients did not shrink"),
+        Unsolved::Stagnant => FitError::NotConverged(Unconverged::Refinement),
     })?;
     let weight = found.map(|(found, _)| Weight {
         lambda: found.lambda,

@@ -10,15 +10,14 @@ use super::{
     setup::Study,
 };
 use crate::{
-    estimation::error::FitError,
+    estimation::error::{FitError, Unconverged},
     numerics::{Dd, Real, cancel::Asking, jacobi, qr, svd_dd, triangular},
 };
 
 /// Relative error that double precision may leave in a singular value or in D before twice the
 /// precision takes over.
 const TOLERANCE: f64 = 1e-9;
-const NOT_CONVERGED: FitError =
-    FitError::NotConverged("the singular value decomposition did not converge within its limit");
+const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::SingularValues);
 
 pub fn run(study: &Study, base: &Base, stream: u64) -> Result<Outcome, FitError> {
     let mut normals = Normals::new(study.seed, stream);

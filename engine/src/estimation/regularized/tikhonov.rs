@@ -27,7 +27,7 @@ use super::{
 };
 use crate::{
     estimation::{
-        error::FitError,
+        error::{FitError, Unconverged},
         estimate::{Estimate, directions},
         factor::multiply_upper_vector,
         result::{RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
@@ -37,8 +37,7 @@ use crate::{
     numerics::{Dd, Real, triangular},
 };
 
-const NOT_CONVERGED: FitError =
-    FitError::NotConverged("the decomposition of matrix and penalty did not converge within its limit");
+const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::PenaltyPair);
 
 /// Applies the penalty asked for.
 pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {

@@ -25,7 +25,7 @@ use super::{
 use crate::{
     estimation::{
         design::Row,
-        error::FitError,
+        error::{FitError, Unconverged},
         result::{LocalSolution, Warning},
     },
     numerics::{
@@ -54,7 +54,7 @@ pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcom
     }
     let lines = Lines { n, rows: &rows.q, b: &rows.b, g: &g };
     let vertex = vertex::minimise(&lines, &approach(&rows, tilt), vertex::most_steps(m * n))
-        .ok_or(FitError::NotConverged("the nodes determine no vertex of least absolute deviations"))?;
+        .ok_or(FitError::NotConverged(Unconverged::AbsoluteDeviations))?;
     let mut warnings = Vec::new();
     if !vertex.optimal {
         warnings.push(Warning {

@@ -25,7 +25,7 @@ use super::{
 };
 use crate::{
     estimation::{
-        error::FitError,
+        error::{FitError, Unconverged},
         result::{LocalSolution, Warning},
     },
     numerics::cancel::{self, Asking},
@@ -242,7 +242,7 @@ impl Search {
             let round = Round::new(free, &order, reach);
             let lines = Lines { n, rows: &round.rows, b: &round.b, g: &round.g };
             let vertex = vertex::minimise(&lines, &self.x, limit.saturating_sub(self.steps))
-                .ok_or(FitError::NotConverged("pairs of nodes determine no vertex of the rank dispersion"))?;
+                .ok_or(FitError::NotConverged(Unconverged::RankDispersion))?;
             self.steps += vertex.steps;
             self.certificate = vertex.certificate();
             self.unique = vertex.unique;

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 use super::columns::ScaledColumns;
 use crate::{
     estimation::{
-        error::FitError,
+        error::{FitError, Unconverged},
         factor::{Axes, AxisFactor, Factor, Separable},
         spec::Scaling,
     },
@@ -22,8 +22,7 @@ use crate::{
 
 /// Relative error of an eigenvalue that double precision may leave before double-double takes over.
 const TOLERANCE: f64 = 1e-12;
-const NOT_CONVERGED: FitError =
-    FitError::NotConverged("the singular value decomposition did not converge within its limit");
+const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::SingularValues);
 
 /// The eigen analysis of the scaled columns, before a height is seen; directions in ascending order
 /// of eigenvalue.

@@ -44,7 +44,11 @@ use super::{
     problem::Correction,
     solution::Noise,
 };
-use crate::{estimation::FitError, fault::Common, numerics::fisher};
+use crate::{
+    estimation::{FitError, Unconverged},
+    fault::Common,
+    numerics::fisher,
+};
 
 /// 0.999 quantile of the standard normal distribution, one-sided (of χ²), and two-sided (of β).
 const ONE_SIDED: f64 = 3.090_232_306_167_813;
@@ -199,7 +203,7 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, ComparisonRefused> {
     Ok(answer)
 }
 
-const NOT_DEFINITE: FitError = FitError::NotConverged("the changes of the settings are too great to be compared");
+const NOT_DEFINITE: FitError = FitError::NotConverged(Unconverged::Comparison);
 
 /// The nodes that are compared.
 struct Counted {

@@ -15,7 +15,7 @@ use super::{
     problem::{Correction, CorrectionSpec, Setting},
 };
 use crate::estimation::{
-    FitError, FitResult, FitSpec, Nodes, fit,
+    FitError, FitResult, FitSpec, Nodes, Unconverged, fit,
     result::Warning,
     spec::{Attraction, Count, ExpectedSize, JamesStein, Model, Regularization},
 };
@@ -219,7 +219,7 @@ fn within(correction: &Correction, unlimited: &[f64], pinned: &[Option<f64>]) ->
     }
     match best {
         Some((_, standing)) => Ok(standing),
-        None => Err(FitError::NotConverged("the settings at their limits did not settle within the rounds allowed")),
+        None => Err(FitError::NotConverged(Unconverged::Limits)),
     }
 }
 

@@ -8,7 +8,7 @@ use super::{
     rounding::rounded,
 };
 use crate::estimation::{
-    FitError, FitResult,
+    FitError, FitResult, Unconverged,
     result::{NormLimitSource, Warning},
 };
 use crate::numerics::cancel::Asking;
@@ -119,8 +119,7 @@ fn furthest_wanted(setting: &Setting, change: f64, fit: &FitResult) -> f64 {
     }
 }
 
-const NOT_CONVERGED: FitError =
-    FitError::NotConverged("the singular values of the sensitivity matrix did not converge");
+const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::Sensitivity);
 
 impl Correction {
     /// Computes the changes of the settings. Pure; the same input gives the same bits.

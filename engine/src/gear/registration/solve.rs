@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     estimation::{
-        FitError, FitResult, FitSpec, fit,
+        FitError, FitResult, FitSpec, Unconverged, fit,
         spec::{Include, Regularization},
     },
     gear::deviation::{Deviations, Reference},
@@ -187,10 +187,7 @@ impl Part<'_> {
             let moved = state.x.chunks_exact(p.len()).map(|x| dot(x, &step).abs()).fold(0.0, f64::max);
             self.freedom.set(&mut pose, &next);
             if !pose.is_sane() {
-                return Err(FitError::NotConverged(
-                    "the registration ran away to tilts beyond 0.1 rad: free fewer motions, or regularise",
-                )
-                .into());
+                return Err(FitError::NotConverged(Unconverged::Registration).into());
             }
             // doubles tell a coefficient of this size no finer
             let finest =

@@ -81,9 +81,8 @@ fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Resul
                 add(*u, *v, *height);
             }
         }
-        Nodes::Curve(_) | Nodes::Matrix(_) => {
-            return Err(FitError::NotConverged("a flank has nodes with u and v").into());
-        }
+        // a flank has nodes with u and v: a matrix without rows is refused below
+        Nodes::Curve(_) | Nodes::Matrix(_) => {}
     }
     let nodes = Nodes::matrix(columns, 5, heights, None, None).map_err(FitError::from)?;
     Ok(estimation::fit(&nodes, &FitSpec { model: Model::Linear, domain: None, ..settings.spec.clone() })?)

@@ -26,7 +26,7 @@ mod settings;
 use super::fault::SurfaceRefused;
 use crate::{
     estimation::{
-        self, FitError, FitSpec,
+        self, FitError, FitSpec, Unconverged,
         result::{Coefficient, FitResult, TermKey},
         spec::{Degree, Include, Model, PolynomialBasis, Terms},
     },
@@ -101,7 +101,7 @@ pub fn flank_surface(
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
         found
             .map(|coefficient| Figure::new(coefficient, factor))
-            .ok_or(FitError::NotConverged("the fit answered other terms than those of second order"))
+            .ok_or(FitError::NotConverged(Unconverged::SecondOrder))
     };
     Ok(FlankSurface {
         mean: figure([0, 0], 1.0)?,
