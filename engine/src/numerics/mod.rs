@@ -11,7 +11,7 @@
 //! singular values ascend. Every result is a fixed sequence of operations: equal input gives equal
 //! bits.
 
-#![warn(missing_docs, unreachable_pub)]
+#![warn(missing_docs)]
 
 pub mod band_cholesky;
 pub mod banded;

@@ -8,7 +8,7 @@ use super::pieces::Pieces;
 use crate::numerics::cancel::Asking;
 
 /// Counted nodes in the order of their cells.
-pub struct Cells {
+pub(crate) struct Cells {
     pub u: Vec<f64>,
     pub v: Vec<f64>,
     pub weight: Option<Vec<f64>>,
@@ -24,7 +24,7 @@ pub struct Cells {
 
 /// Nodes as they were posted.
 #[derive(Clone, Copy, Debug)]
-pub struct Places<'a> {
+pub(crate) struct Places<'a> {
     pub u: &'a [f64],
     pub v: &'a [f64],
     pub heights: &'a [Vec<f64>],
@@ -33,7 +33,7 @@ pub struct Places<'a> {
 
 impl Cells {
     /// Buckets the nodes of weight above 0, keeping the order posted within a cell.
-    pub fn new(places: &Places, u: &Pieces<f64>, v: &Pieces<f64>) -> Self {
+    pub(crate) fn new(places: &Places, u: &Pieces<f64>, v: &Pieces<f64>) -> Self {
         let spans = [u.count(), v.count()];
         let counts = |k: usize| places.weight.is_none_or(|w| w[k] > 0.0);
         let cell = |k: usize| u.span_of(places.u[k]) * spans[1] + v.span_of(places.v[k]);
@@ -67,18 +67,18 @@ impl Cells {
     }
 
     /// Counted nodes.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.posted.len()
     }
 
     /// Nodes of each cell, the spans of v running fastest.
-    pub fn nodes_per_cell(&self) -> Vec<usize> {
+    pub(crate) fn nodes_per_cell(&self) -> Vec<usize> {
         self.start.windows(2).map(|ends| ends[1] - ends[0]).collect()
     }
 
     /// Weight of the node at place `k` of this order.
     #[inline(always)]
-    pub fn w(&self, k: usize) -> f64 {
+    pub(crate) fn w(&self, k: usize) -> f64 {
         self.weight.as_ref().map_or(1.0, |w| w[k])
     }
 }

@@ -7,9 +7,9 @@
 //! order 0 to 3 keeps the band ([`penalty`], [`weight`]). The front door is
 //! [`super::near::surface`].
 
-pub mod cells;
-pub mod passes;
-pub mod penalty;
-pub mod pieces;
-pub mod system;
-pub mod weight;
+pub(super) mod cells;
+pub(super) mod passes;
+pub(super) mod penalty;
+pub(super) mod pieces;
+pub(super) mod system;
+pub(super) mod weight;

@@ -18,19 +18,19 @@ const PARALLEL: usize = 65_536;
 const ROWS: usize = 16;
 
 /// The axes in one arithmetic.
-pub struct Axes<T> {
+pub(crate) struct Axes<T> {
     pub u: Pieces<T>,
     pub v: Pieces<T>,
 }
 
 impl<T: Real> Axes<T> {
     /// Coefficients.
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.u.size * self.v.size
     }
 
     /// Half-bandwidth of F.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.u.degree * self.v.size + self.v.degree
     }
 
@@ -73,7 +73,7 @@ impl<T: Real> Room<T> {
 }
 
 /// `F`, and `XᵀΩz` of each coordinate.
-pub struct Normal<T> {
+pub(crate) struct Normal<T> {
     pub fisher: SymmetricBand<T>,
     pub rhs: Vec<Vec<T>>,
 }
@@ -96,7 +96,7 @@ fn over_rows<P: Send>(cells: &Cells, work: impl Fn(usize) -> P + Sync, mut fold:
 }
 
 /// Sums F and the right-hand sides.
-pub fn normal<T: Real>(axes: &Axes<T>, cells: &Cells) -> Normal<T> {
+pub(crate) fn normal<T: Real>(axes: &Axes<T>, cells: &Cells) -> Normal<T> {
     let (n, k, across) = (axes.size(), axes.functions(), cells.spans[1]);
     let coordinates = cells.heights.len();
     let mut total =
@@ -151,7 +151,7 @@ pub fn normal<T: Real>(axes: &Axes<T>, cells: &Cells) -> Normal<T> {
 }
 
 /// What a pass over the residuals yields, by coordinate.
-pub struct Residuals {
+pub(crate) struct Residuals {
     /// `XᵀΩr`.
     pub projected: Vec<Vec<Dd>>,
     /// `Σ w r²`.
@@ -162,7 +162,7 @@ pub struct Residuals {
 }
 
 /// Residuals of the coefficients `c` (by coordinate), formed in `T`.
-pub fn residuals<T: Real>(axes: &Axes<T>, cells: &Cells, c: &[Vec<Dd>], keep: bool) -> Residuals {
+pub(crate) fn residuals<T: Real>(axes: &Axes<T>, cells: &Cells, c: &[Vec<Dd>], keep: bool) -> Residuals {
     let (n, k, across) = (axes.size(), axes.functions(), cells.spans[1]);
     let c: Vec<Vec<T>> = c.iter().map(|c| c.iter().map(|&x| T::of_dd(x)).collect()).collect();
     let coordinates = c.len();

@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// P for coefficients `i · (functions of v) + j`; for order 0 `(w_u + w_v) M_u ⊗ M_v`.
-pub fn penalty([u, v]: [&BSplineBasis; 2], order: usize, weights: [f64; 2]) -> SymmetricBand<f64> {
+pub(crate) fn penalty([u, v]: [&BSplineBasis; 2], order: usize, weights: [f64; 2]) -> SymmetricBand<f64> {
     let (p, q) = (u.degree(), v.degree());
     let mut band = SymmetricBand::zeros(u.size() * v.size(), p * v.size() + q);
     let (mass_u, mass_v) = (gram(u, 0), gram(v, 0));

@@ -10,11 +10,11 @@ use crate::{
 };
 
 /// Highest degree: powers about the middle of a span keep their digits up to here.
-pub const HIGHEST_DEGREE: usize = 9;
+pub(crate) const HIGHEST_DEGREE: usize = 9;
 
 /// The spans of an axis.
 #[derive(Clone, Debug)]
-pub struct Pieces<T> {
+pub(crate) struct Pieces<T> {
     pub degree: usize,
     /// Functions.
     pub size: usize,
@@ -33,7 +33,7 @@ struct Span<T> {
 }
 
 impl<T: Real> Pieces<T> {
-    pub fn new(basis: &BSplineBasis) -> Self {
+    pub(crate) fn new(basis: &BSplineBasis) -> Self {
         let p = basis.degree();
         let breaks = basis.distinct_knots();
         let mut values = vec![Dd::ZERO; p + 1];
@@ -63,23 +63,23 @@ impl<T: Real> Pieces<T> {
     }
 
     /// How many spans there are.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.spans.len()
     }
 
     /// The first function that is not 0 on span `s`.
-    pub fn first(&self, s: usize) -> usize {
+    pub(crate) fn first(&self, s: usize) -> usize {
         self.spans[s].first
     }
 
     /// The span that `x` lies in; the last one is closed on the right.
-    pub fn span_of(&self, x: f64) -> usize {
+    pub(crate) fn span_of(&self, x: f64) -> usize {
         self.breaks.partition_point(|&k| k <= x).clamp(1, self.spans.len()) - 1
     }
 
     /// Values of the p + 1 functions of span `s` at `x`.
     #[inline(always)]
-    pub fn values(&self, s: usize, x: f64, out: &mut [T]) {
+    pub(crate) fn values(&self, s: usize, x: f64, out: &mut [T]) {
         let span = &self.spans[s];
         let t = T::of_dd(Dd::diff(x, span.middle)).mul_f64(span.scale);
         let width = out.len();

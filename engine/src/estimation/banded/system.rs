@@ -36,7 +36,7 @@ const CHEAP: usize = 4_000_000;
 const DELICATE: f64 = 1e6;
 
 /// The nodes with their sums.
-pub struct System {
+pub(crate) struct System {
     pub cells: Cells,
     bases: [BSplineBasis; 2],
     axes: Axes<f64>,
@@ -46,13 +46,13 @@ pub struct System {
 
 /// A penalty and its weight.
 #[derive(Clone, Copy)]
-pub struct Penalty<'a> {
+pub(crate) struct Penalty<'a> {
     pub lambda: f64,
     pub matrix: &'a SymmetricBand<f64>,
 }
 
 /// The factor of F + λP.
-pub struct Factor {
+pub(crate) struct Factor {
     kind: Kind,
     /// `1/√` of the diagonal.
     scale: Vec<f64>,
@@ -65,7 +65,7 @@ enum Kind {
 }
 
 /// A solution, by coordinate.
-pub struct Solved {
+pub(crate) struct Solved {
     pub coefficients: Vec<Vec<Dd>>,
     pub residuals: Residuals,
     pub factor: Factor,
@@ -76,7 +76,7 @@ pub struct Solved {
 
 /// Why there is no solution.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Unsolved {
+pub(crate) enum Unsolved {
     /// These coefficients cannot be told.
     Undetermined(Vec<usize>),
     /// Corrections did not shrink.
@@ -84,14 +84,14 @@ pub enum Unsolved {
 }
 
 impl System {
-    pub fn new(cells: Cells, bases: [BSplineBasis; 2]) -> Self {
+    pub(crate) fn new(cells: Cells, bases: [BSplineBasis; 2]) -> Self {
         let axes = Axes { u: Pieces::new(&bases[0]), v: Pieces::new(&bases[1]) };
         let normal = normal(&axes, &cells);
         System { cells, bases, axes, normal, wide: OnceLock::new() }
     }
 
     /// n.
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.axes.size()
     }
 
@@ -109,7 +109,7 @@ impl System {
     }
 
     /// The factor in doubles, where they suffice.
-    pub fn plain_factor(&self, penalty: Option<Penalty>) -> Option<Factor> {
+    pub(crate) fn plain_factor(&self, penalty: Option<Penalty>) -> Option<Factor> {
         let matrix = match penalty {
             None => self.normal.fisher.clone(),
             Some(Penalty { lambda, matrix }) => self.normal.fisher.plus(lambda, matrix),
@@ -159,7 +159,7 @@ impl System {
     }
 
     /// The solution, refined.
-    pub fn solve(&self, penalty: Option<Penalty>) -> Result<Solved, Unsolved> {
+    pub(crate) fn solve(&self, penalty: Option<Penalty>) -> Result<Solved, Unsolved> {
         if let Some(factor) = self.plain_factor(penalty)
             && let Ok(solved) = self.refine(factor, penalty)
         {
@@ -169,7 +169,7 @@ impl System {
     }
 
     /// Residuals of coefficients, in the order of the cells.
-    pub fn residuals(&self, c: &[Vec<Dd>]) -> Residuals {
+    pub(crate) fn residuals(&self, c: &[Vec<Dd>]) -> Residuals {
         residuals(&self.axes, &self.cells, c, true)
     }
 
@@ -283,7 +283,7 @@ fn unit(matrix: &SymmetricBand<f64>) -> Option<Vec<f64>> {
 
 impl Factor {
     /// Whether doubles sufficed.
-    pub fn is_plain(&self) -> bool {
+    pub(crate) fn is_plain(&self) -> bool {
         matches!(self.kind, Kind::Plain(_))
     }
 
@@ -299,7 +299,7 @@ impl Factor {
     }
 
     /// Solves with the unscaled matrix.
-    pub fn solve(&self, b: &mut [f64]) {
+    pub(crate) fn solve(&self, b: &mut [f64]) {
         b.iter_mut().zip(&self.scale).for_each(|(b, s)| *b *= s);
         self.solve_scaled(b);
         b.iter_mut().zip(&self.scale).for_each(|(b, s)| *b *= s);
@@ -319,7 +319,7 @@ impl Factor {
     }
 
     /// The band of `(F + λP)⁻¹`.
-    pub fn inverse_band(&self) -> SymmetricBand<f64> {
+    pub(crate) fn inverse_band(&self) -> SymmetricBand<f64> {
         let scaled = match &self.kind {
             Kind::Plain(factor) => factor.inverse_band(),
             Kind::Wide(factor) => factor.inverse_band().to_f64(),

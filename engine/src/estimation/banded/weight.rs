@@ -18,8 +18,8 @@ use crate::{
 /// From how many operations (n · bandwidth²) on the trace is estimated.
 const EXACT: f64 = 4e9;
 /// Random vectors of an estimated trace, and their seed.
-pub const PROBES: usize = 32;
-pub const SEED: u64 = 0x5e_ed0f_7ace;
+pub(crate) const PROBES: usize = 32;
+pub(crate) const SEED: u64 = 0x5e_ed0f_7ace;
 /// λ is searched in units of trace(F)/trace(P), within these natural logarithms.
 const RANGE: [f64; 2] = [-23.0, 16.0];
 
@@ -35,7 +35,7 @@ pub enum Trace {
 }
 
 /// How traces of this system are found.
-pub fn trace_of(system: &System) -> Trace {
+pub(crate) fn trace_of(system: &System) -> Trace {
     let (n, w) = (system.size() as f64, system.normal.fisher.width() as f64);
     if n * w * w <= EXACT { Trace::Exact } else { Trace::Estimated { probes: PROBES, seed: SEED } }
 }
@@ -47,7 +47,7 @@ fn alike(system: &System, matrix: &SymmetricBand<f64>) -> f64 {
 }
 
 /// Finds λ.
-pub fn choose(
+pub(crate) fn choose(
     system: &System,
     matrix: &SymmetricBand<f64>,
     asked: Smoothing,
@@ -138,7 +138,7 @@ fn figures(
 }
 
 /// `trace(F (F + λP)⁻¹)` of a solution.
-pub fn effective(system: &System, solved: &Solved) -> f64 {
+pub(crate) fn effective(system: &System, solved: &Solved) -> f64 {
     let probes = probes(system);
     let fisher = &system.normal.fisher;
     if probes.is_empty() {

@@ -4,7 +4,7 @@ use super::sample::Sample;
 use crate::numerics::{Dd, cancel::Asking, wide::LANES};
 
 /// Weighted sums over the heights.
-pub struct Heights {
+pub(crate) struct Heights {
     /// Σ w.
     pub weight: f64,
     /// Σ w (z − z̄)².
@@ -21,7 +21,7 @@ pub struct Heights {
 const BLOCK: usize = 1024;
 
 impl Heights {
-    pub fn new(sample: &Sample) -> Self {
+    pub(crate) fn new(sample: &Sample) -> Self {
         let mut weight = Dd::ZERO;
         let (mut sum, mut squares, mut largest, mut largest_plain) = (Dd::ZERO, Dd::ZERO, 0.0f64, 0.0f64);
         over_blocks(sample, |z, w| {

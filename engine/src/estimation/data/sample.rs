@@ -4,7 +4,7 @@ use super::nodes::Nodes;
 use crate::numerics::wide::LANES;
 
 /// Counted nodes, borrowed from the node set in the order posted (grids row by row).
-pub struct Sample<'a> {
+pub(crate) struct Sample<'a> {
     places: Places<'a>,
     heights: &'a [f64],
     weight: Option<&'a [f64]>,
@@ -23,7 +23,7 @@ enum Places<'a> {
 
 /// Four nodes side by side; where fewer are left the rest repeat a node with weight 0.
 #[derive(Clone, Copy)]
-pub struct FourNodes {
+pub(crate) struct FourNodes {
     pub u: [f64; LANES],
     pub v: [f64; LANES],
     pub z: [f64; LANES],
@@ -32,7 +32,7 @@ pub struct FourNodes {
 
 impl<'a> Sample<'a> {
     /// The counted nodes of `nodes`.
-    pub fn new(nodes: &'a Nodes) -> Self {
+    pub(crate) fn new(nodes: &'a Nodes) -> Self {
         let (places, heights, weight) = match nodes {
             Nodes::Curve(c) => (Places::Curve { x: &c.x }, &c.y, &c.weight),
             Nodes::Scattered(s) => (Places::Scattered { u: &s.u, v: &s.v }, &s.z, &s.weight),
@@ -49,7 +49,7 @@ impl<'a> Sample<'a> {
 
     /// The same counted nodes with other weights, one for each posted node; 0 silences a node
     /// without leaving it out.
-    pub fn reweighted<'b>(&self, weight: &'b [f64]) -> Sample<'b>
+    pub(crate) fn reweighted<'b>(&self, weight: &'b [f64]) -> Sample<'b>
     where
         'a: 'b,
     {
@@ -63,22 +63,22 @@ impl<'a> Sample<'a> {
     }
 
     /// m, the number of counted nodes.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.count
     }
 
     /// Which posted nodes count, when not all do.
-    pub fn index(&self) -> Option<&[u32]> {
+    pub(crate) fn index(&self) -> Option<&[u32]> {
         self.index.as_deref()
     }
 
     /// The heights as posted, when all of them count.
-    pub fn all_heights(&self) -> Option<&[f64]> {
+    pub(crate) fn all_heights(&self) -> Option<&[f64]> {
         self.index.is_none().then_some(self.heights)
     }
 
     /// The axes of a grid on which every node counts.
-    pub fn full_axes(&self) -> Option<(&[f64], &[f64])> {
+    pub(crate) fn full_axes(&self) -> Option<(&[f64], &[f64])> {
         match self.places {
             Places::Grid { u, v } if self.index.is_none() => Some((u, v)),
             _ => None,
@@ -87,36 +87,36 @@ impl<'a> Sample<'a> {
 
     /// Whether this is a full, unweighted grid, so that its measurement matrix separates into those
     /// of its axes.
-    pub fn separates(&self) -> bool {
+    pub(crate) fn separates(&self) -> bool {
         self.full_axes().is_some() && !self.weighted()
     }
 
     /// Whether any node carries a weight of its own.
-    pub fn weighted(&self) -> bool {
+    pub(crate) fn weighted(&self) -> bool {
         self.weight.is_some()
     }
 
     /// Posted number of counted node `k`.
     #[inline(always)]
-    pub fn posted(&self, k: usize) -> usize {
+    pub(crate) fn posted(&self, k: usize) -> usize {
         self.index.as_ref().map_or(k, |index| index[k] as usize)
     }
 
     /// Height of counted node `k`.
     #[inline(always)]
-    pub fn z(&self, k: usize) -> f64 {
+    pub(crate) fn z(&self, k: usize) -> f64 {
         self.heights[self.posted(k)]
     }
 
     /// Weight of counted node `k`.
     #[inline(always)]
-    pub fn w(&self, k: usize) -> f64 {
+    pub(crate) fn w(&self, k: usize) -> f64 {
         self.weight.map_or(1.0, |w| w[self.posted(k)])
     }
 
     /// Abscissae of counted node `k`; v is 0 for curves. (Matrix nodes have none: 0, 0.)
     #[inline(always)]
-    pub fn place(&self, k: usize) -> (f64, f64) {
+    pub(crate) fn place(&self, k: usize) -> (f64, f64) {
         let i = self.posted(k);
         match self.places {
             Places::Curve { x } => (x[i], 0.0),
@@ -128,7 +128,7 @@ impl<'a> Sample<'a> {
 
     /// Row of counted node `k` in the posted measurement matrix (empty for other node sets).
     #[inline(always)]
-    pub fn matrix_row(&self, k: usize) -> &[f64] {
+    pub(crate) fn matrix_row(&self, k: usize) -> &[f64] {
         match self.places {
             Places::Matrix { x, columns } => &x[self.posted(k) * columns..][..columns],
             _ => &[],
@@ -137,7 +137,7 @@ impl<'a> Sample<'a> {
 
     /// Counted nodes `start .. start + 4`.
     #[inline(always)]
-    pub fn four(&self, start: usize) -> FourNodes {
+    pub(crate) fn four(&self, start: usize) -> FourNodes {
         let mut four = FourNodes { u: [0.0; LANES], v: [0.0; LANES], z: [0.0; LANES], w: [1.0; LANES] };
         if start + LANES <= self.count && self.index.is_none() {
             match self.places {

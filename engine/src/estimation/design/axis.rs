@@ -12,13 +12,13 @@ use crate::{
 
 /// The functions on one axis.
 #[derive(Clone)]
-pub enum Axis {
+pub(crate) enum Axis {
     Polynomial { family: Family, mapping: Mapping, size: usize },
     Spline(BSplineBasis),
 }
 
 impl Axis {
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         match self {
             Axis::Polynomial { size, .. } => *size,
             Axis::Spline(basis) => basis.size(),
@@ -26,7 +26,7 @@ impl Axis {
     }
 
     /// Every working function at `x`, zeros included.
-    pub fn row<T: Real>(&self, x: f64, out: &mut [T]) {
+    pub(crate) fn row<T: Real>(&self, x: f64, out: &mut [T]) {
         match self {
             Axis::Polynomial { mapping, .. } => polynomial::chebyshev_values(mapping.map::<T>(x), out),
             Axis::Spline(basis) => {
@@ -40,7 +40,7 @@ impl Axis {
     }
 
     /// Values and first derivatives of the *caller's* functions at `x`.
-    pub fn caller_row(&self, x: f64, values: &mut [f64], derivatives: &mut [f64]) {
+    pub(crate) fn caller_row(&self, x: f64, values: &mut [f64], derivatives: &mut [f64]) {
         match self {
             Axis::Polynomial { family, .. } => polynomial::values_and_derivatives(*family, x, values, derivatives),
             Axis::Spline(basis) => {
@@ -54,7 +54,7 @@ impl Axis {
     }
 
     /// The change of basis of this axis.
-    pub fn change(&self) -> DMatrix<Dd> {
+    pub(crate) fn change(&self) -> DMatrix<Dd> {
         match self {
             Axis::Polynomial { family, mapping, size } => polynomial::change_of_basis(*family, *mapping, *size),
             Axis::Spline(basis) => identity(basis.size()),

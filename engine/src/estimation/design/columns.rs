@@ -7,7 +7,7 @@ use crate::{
     numerics::cancel::Asking,
 };
 
-pub fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<Design, Faults> {
+pub(crate) fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<Design, Faults> {
     too_many(n, Field::List(NodeList::X))?;
     let mut largest = vec![0.0f64; n];
     let mut same = vec![true; n];
@@ -24,7 +24,7 @@ pub fn columns(sample: &Sample, n: usize, names: Option<&[String]>) -> Result<De
 }
 
 /// Posted columns divided by `scale`, of which `constants` do not vary.
-pub fn of_columns(scale: Vec<f64>, constants: &[usize], names: Option<&[String]>) -> Design {
+pub(crate) fn of_columns(scale: Vec<f64>, constants: &[usize], names: Option<&[String]>) -> Design {
     let n = scale.len();
     Design {
         basis: Basis::Columns { scale },
@@ -39,7 +39,7 @@ pub fn of_columns(scale: Vec<f64>, constants: &[usize], names: Option<&[String]>
 }
 
 /// The power of 2 next below `x > 0`.
-pub fn power_of_two(x: f64) -> f64 {
+pub(crate) fn power_of_two(x: f64) -> f64 {
     let truncated = f64::from_bits(x.to_bits() & 0x7ff0_0000_0000_0000);
     if truncated > 0.0 { truncated } else { f64::MIN_POSITIVE }
 }

@@ -10,7 +10,7 @@ use crate::{
     numerics::cancel::Asking,
 };
 
-pub fn bounding_box(sample: &Sample) -> ([f64; 2], [f64; 2]) {
+pub(crate) fn bounding_box(sample: &Sample) -> ([f64; 2], [f64; 2]) {
     if let Some((u, v)) = sample.full_axes() {
         // axes ascend
         return ([u[0], u[u.len() - 1]], [v[0], v[v.len() - 1]]);
@@ -25,10 +25,10 @@ pub fn bounding_box(sample: &Sample) -> ([f64; 2], [f64; 2]) {
     (box_u, box_v)
 }
 
-pub type Boxes = ([f64; 2], [f64; 2]);
+pub(crate) type Boxes = ([f64; 2], [f64; 2]);
 
 /// The caller's domain where one is given (no node may lie outside), else the box.
-pub fn checked_domain(
+pub(crate) fn checked_domain(
     nodes: &Nodes,
     sample: &Sample,
     surface: bool,
@@ -59,7 +59,7 @@ pub fn checked_domain(
 }
 
 /// Names every axis position or node outside the given ranges.
-pub fn outside(nodes: &Nodes, sample: &Sample, (u, v): Boxes, faults: &mut Faults, of: &str) {
+pub(super) fn outside(nodes: &Nodes, sample: &Sample, (u, v): Boxes, faults: &mut Faults, of: &str) {
     let out = |x: f64, range: [f64; 2]| x < range[0] || x > range[1];
     let text =
         |x: f64, range: [f64; 2]| format!("{} lies outside {of} [{}, {}]", Shown(x), Shown(range[0]), Shown(range[1]));

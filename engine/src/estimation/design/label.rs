@@ -1,7 +1,7 @@
 //! Readable names of terms.
 
 /// A readable name: `u^2*v`, `T2(u)*T1(v)`, `B3(u)*B0(v)`, `R3,0(u,v)`; curves are written in x.
-pub fn label((i, j): (usize, usize), letter: Option<char>, surface: bool) -> String {
+pub(super) fn label((i, j): (usize, usize), letter: Option<char>, surface: bool) -> String {
     if letter == Some('R') && surface {
         // a rational function of two parameters is no product
         return format!("R{i},{j}(u,v)");

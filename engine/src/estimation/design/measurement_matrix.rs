@@ -17,11 +17,11 @@ use crate::{
 };
 
 /// The largest number of coefficients: the n×n analysis must stay within seconds.
-pub const MOST_COEFFICIENTS: usize = 600;
+pub(crate) const MOST_COEFFICIENTS: usize = 600;
 
 /// A checked model on checked nodes.
 #[derive(Clone)]
-pub struct Design {
+pub(crate) struct Design {
     pub basis: Basis,
     /// `(i, j)` of every coefficient, in coefficient order.
     pub terms: Vec<(usize, usize)>,
@@ -38,7 +38,7 @@ pub struct Design {
 
 /// The working basis.
 #[derive(Clone)]
-pub enum Basis {
+pub(crate) enum Basis {
     Product {
         u: Axis,
         v: Axis,
@@ -51,12 +51,12 @@ pub enum Basis {
 
 impl Design {
     /// n, the number of coefficients.
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.terms.len()
     }
 
     /// Whether coefficients are all products of the two axes' functions.
-    pub fn is_full_product(&self) -> bool {
+    pub(crate) fn is_full_product(&self) -> bool {
         match &self.basis {
             // a denominator that is no product of functions of u and v does not separate
             Basis::Product { u, v } => self.terms.len() == u.size() * v.size() && self.rational.is_none(),
@@ -65,7 +65,7 @@ impl Design {
     }
 
     /// `T`, n×n upper triangular (diagonal for posted columns).
-    pub fn change_of_basis(&self) -> DMatrix<Dd> {
+    pub(crate) fn change_of_basis(&self) -> DMatrix<Dd> {
         let n = self.size();
         if let Some(net) = &self.rational {
             let weights = net.weights();
@@ -86,7 +86,7 @@ impl Design {
     }
 }
 
-pub fn too_many(n: usize, field: Field) -> Result<(), Faults> {
+pub(super) fn too_many(n: usize, field: Field) -> Result<(), Faults> {
     if n <= MOST_COEFFICIENTS {
         return Ok(());
     }

@@ -10,7 +10,7 @@ mod model;
 mod row;
 mod slopes;
 mod splines;
-pub mod tile;
+pub(super) mod tile;
 
 pub(crate) use axis::Axis;
 pub(crate) use columns::{columns, of_columns, power_of_two};

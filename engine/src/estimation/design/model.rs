@@ -20,7 +20,7 @@ use crate::{
 
 impl Design {
     /// Checks `spec` against the nodes.
-    pub fn new(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Self, Faults> {
+    pub(crate) fn new(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Self, Faults> {
         if sample.count() == 0 {
             return Err(Faults::one(Field::List(nodes.heights()), "every node is missing or of weight 0"));
         }
@@ -63,7 +63,7 @@ fn product(nodes: &Nodes, sample: &Sample, model: &Model, domain: Option<Domain>
 
 /// A product of functions of u and v (of x alone for a curve) before any node is known: the
 /// caller's functions live on `domains`, the working ones on `boxes`.
-pub fn product_on(
+pub(crate) fn product_on(
     surface: bool,
     model: &Model,
     (domain_u, domain_v): Boxes,

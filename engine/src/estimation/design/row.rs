@@ -4,7 +4,7 @@ use super::measurement_matrix::{Basis, Design};
 use crate::{estimation::data::Sample, numerics::Real};
 
 /// One row of the working matrix `W`: the columns that are not 0 and their values.
-pub struct Row<T> {
+pub(crate) struct Row<T> {
     pub index: Vec<usize>,
     pub values: Vec<T>,
     u: Vec<T>,
@@ -13,7 +13,7 @@ pub struct Row<T> {
 
 impl<T: Real> Row<T> {
     /// Room for the rows of `design`.
-    pub fn new(design: &Design) -> Self {
+    pub(crate) fn new(design: &Design) -> Self {
         let zeros = |size: usize| vec![T::of(0.0); size];
         let (u, v) = match &design.basis {
             Basis::Product { u, v } => (zeros(u.size()), zeros(v.size())),
@@ -23,7 +23,7 @@ impl<T: Real> Row<T> {
     }
 
     /// Fills in the row of counted node `k`.
-    pub fn at(&mut self, design: &Design, sample: &Sample, k: usize) {
+    pub(crate) fn at(&mut self, design: &Design, sample: &Sample, k: usize) {
         self.index.clear();
         self.values.clear();
         match &design.basis {

@@ -4,7 +4,7 @@ use super::measurement_matrix::{Basis, Design};
 use crate::{estimation::data::Sample, numerics::cancel::Asking};
 
 /// `Σ w ((∂x/∂u)² + (∂x/∂v)²)` over the nodes, by column.
-pub fn slopes(design: &Design, sample: &Sample) -> Vec<f64> {
+pub(crate) fn slopes(design: &Design, sample: &Sample) -> Vec<f64> {
     let n = design.size();
     let mut sums = vec![0.0; n];
     match &design.basis {
@@ -28,7 +28,7 @@ pub fn slopes(design: &Design, sample: &Sample) -> Vec<f64> {
 
 /// Adds `weight ((∂x/∂u)² + (∂x/∂v)²)` of every column; `u` and `v` hold values and slopes of the
 /// caller's functions.
-pub fn add_slopes(design: &Design, weight: f64, u: [&[f64]; 2], v: [&[f64]; 2], sums: &mut [f64]) {
+pub(crate) fn add_slopes(design: &Design, weight: f64, u: [&[f64]; 2], v: [&[f64]; 2], sums: &mut [f64]) {
     if let Some(net) = &design.rational {
         let weights = net.weights();
         net.slopes(u, v, |column, along_u, along_v| {

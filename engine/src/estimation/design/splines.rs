@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// The knots asked for, as the functions of each axis.
-pub fn splines(
+pub(crate) fn splines(
     knots: &Knots,
     (p, q): (usize, usize),
     surface: bool,
@@ -64,7 +64,7 @@ pub fn splines(
     Ok((Axis::Spline(u), v.map_or_else(flat, Axis::Spline)))
 }
 
-pub fn weight_net(weights: &[f64], (rows, columns): (usize, usize), surface: bool) -> Result<WeightNet, Faults> {
+pub(super) fn weight_net(weights: &[f64], (rows, columns): (usize, usize), surface: bool) -> Result<WeightNet, Faults> {
     too_many(rows.saturating_mul(columns), Field::Knots)?;
     WeightNet::new(weights.to_vec(), rows, columns).map_err(|fault| {
         let field = match &fault {
@@ -77,7 +77,7 @@ pub fn weight_net(weights: &[f64], (rows, columns): (usize, usize), surface: boo
 }
 
 /// No node may lie beyond the knots.
-pub fn within_knots(design: &Design, nodes: &Nodes, sample: &Sample) -> Result<(), Faults> {
+pub(crate) fn within_knots(design: &Design, nodes: &Nodes, sample: &Sample) -> Result<(), Faults> {
     let Basis::Product { u, v } = &design.basis else { return Ok(()) };
     let span = |axis: &Axis| match axis {
         Axis::Spline(basis) => <[f64; 2]>::from(basis.domain()),

@@ -15,12 +15,12 @@ use crate::{
 };
 
 /// Groups of four nodes in a tile.
-pub const GROUPS: usize = 8;
+pub(crate) const GROUPS: usize = 8;
 /// Nodes in a tile.
-pub const TILE: usize = GROUPS * LANES;
+pub(crate) const TILE: usize = GROUPS * LANES;
 
 /// Counted nodes side by side; places left over repeat a node with weight 0.
-pub struct Tile {
+pub(crate) struct Tile {
     pub u: [F64x4; GROUPS],
     pub v: [F64x4; GROUPS],
     pub z: [F64x4; GROUPS],
@@ -32,7 +32,7 @@ pub struct Tile {
 impl Sample<'_> {
     /// The counted nodes from `start` on.
     #[inline(always)]
-    pub fn tile(&self, start: usize) -> Tile {
+    pub(crate) fn tile(&self, start: usize) -> Tile {
         let none = [F64x4::ZERO; GROUPS];
         let mut tile = Tile { u: none, v: none, z: none, w: none, counted: (self.count() - start).min(TILE) };
         for g in 0..GROUPS {
@@ -45,7 +45,7 @@ impl Sample<'_> {
 }
 
 /// The two mapped axes of a product of Chebyshev polynomials.
-pub struct Chebyshev<'a> {
+pub(crate) struct Chebyshev<'a> {
     pub u: (Mapping, usize),
     pub v: (Mapping, usize),
     pub terms: &'a [(usize, usize)],
@@ -53,7 +53,7 @@ pub struct Chebyshev<'a> {
 
 impl<'a> Chebyshev<'a> {
     /// Where the working basis of `design` is one.
-    pub fn of(design: &'a Design) -> Option<Self> {
+    pub(crate) fn of(design: &'a Design) -> Option<Self> {
         match &design.basis {
             Basis::Product {
                 u: Axis::Polynomial { mapping: mu, size: p, .. },
@@ -64,14 +64,14 @@ impl<'a> Chebyshev<'a> {
     }
 
     /// Functions on each axis.
-    pub fn shape(&self) -> (usize, usize) {
+    pub(crate) fn shape(&self) -> (usize, usize) {
         (self.u.1, self.v.1)
     }
 }
 
 /// T₀, T₁, … at the mapped `x`, as many as `out` has room for.
 #[inline(always)]
-pub fn chebyshev<L: Lanes>(x: &[F64x4; GROUPS], mapping: Mapping, out: &mut [[L; GROUPS]]) {
+pub(crate) fn chebyshev<L: Lanes>(x: &[F64x4; GROUPS], mapping: Mapping, out: &mut [[L; GROUPS]]) {
     let one = L::from_doubles(F64x4::ONE);
     let t: [L; GROUPS] = std::array::from_fn(|g| L::mapped(x[g], mapping.center, mapping.scale));
     for i in 0..out.len() {
@@ -85,7 +85,7 @@ pub fn chebyshev<L: Lanes>(x: &[F64x4; GROUPS], mapping: Mapping, out: &mut [[L;
 
 /// `sum + Σ a b` over a tile.
 #[inline(always)]
-pub fn products<L: Lanes>(a: &[L; GROUPS], b: &[L; GROUPS], mut sum: L) -> L {
+pub(crate) fn products<L: Lanes>(a: &[L; GROUPS], b: &[L; GROUPS], mut sum: L) -> L {
     for g in 0..GROUPS {
         sum = sum.accumulate(a[g], b[g]);
     }

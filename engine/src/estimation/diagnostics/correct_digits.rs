@@ -30,7 +30,7 @@ const LATTICE: usize = 16;
 const MOST_DIGITS: f64 = 14.5;
 
 /// What the estimate needs of a fit.
-pub struct Fitted<'a> {
+pub(crate) struct Fitted<'a> {
     pub design: &'a Design,
     pub evidence: Evidence<'a>,
     /// max √w |z|.
@@ -54,7 +54,7 @@ pub struct Fitted<'a> {
 }
 
 /// Whether a double is likely to be what was meant, not the rounding of a decimal fraction.
-pub fn exact(x: f64) -> bool {
+pub(crate) fn exact(x: f64) -> bool {
     x == 0.0 || (x.to_bits() | 1 << 52).trailing_zeros() >= 16
 }
 
@@ -64,7 +64,7 @@ fn rounded(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Correct decimal digits of the worst coefficient.
-pub fn correct_digits(fit: &Fitted) -> f64 {
+pub(crate) fn correct_digits(fit: &Fitted) -> f64 {
     let count = fit.evidence.count();
     let any_rounded = match fit.evidence {
         Evidence::Posted { sample, .. } => (0..count).any(|k| !exact(sample.z(k))),

@@ -12,7 +12,7 @@ use crate::estimation::{
 
 /// Whether the columns can add up to 1 at every node. Where the model does not say, the constant is
 /// projected on them: `‖P1‖² = Σ (Vᵢᵀ X̃ᵀΩ1)²/λᵢ` against `Σw`.
-pub fn constant_in_span(
+pub(crate) fn constant_in_span(
     design: &Design,
     factor: &Factor,
     columns: &ScaledColumns,
@@ -38,7 +38,7 @@ pub fn constant_in_span(
 }
 
 /// Dependent columns: named in a warning, or refused where Eq. 39 would divide by 0.
-pub fn refuse_dependence(
+pub(crate) fn refuse_dependence(
     design: &Design,
     columns: &ScaledColumns,
     spectrum: &Directions,
@@ -63,7 +63,7 @@ pub fn refuse_dependence(
 }
 
 /// The refusal of dependent columns by an estimator that needs independent ones.
-pub fn dependence(design: &Design, factor: &Factor, weight: f64) -> FitError {
+pub(crate) fn dependence(design: &Design, factor: &Factor, weight: f64) -> FitError {
     let caller = caller_columns(factor);
     let analysed = ScaledColumns::new(design, &caller, Scaling::UnitLength, weight)
         .and_then(|columns| Directions::new(factor, &columns, Scaling::UnitLength, None).map(|d| (columns, d)));

@@ -1,11 +1,11 @@
 //! What a caller should know about a fit: dependent columns, the reach of uncertain nodes, correct
 //! digits, numbers beyond double precision.
 
-pub mod collinearity;
-pub mod correct_digits;
+pub(crate) mod collinearity;
+pub(crate) mod correct_digits;
 mod dependence;
 pub mod finite;
-pub mod perturbation;
+pub(crate) mod perturbation;
 mod range;
 
 pub(crate) use dependence::{constant_in_span, dependence, refuse_dependence};

@@ -12,7 +12,7 @@ use crate::estimation::{
 };
 
 /// What the bounds need of one estimate.
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// cond(FIM) = κ².
     pub condition: Option<f64>,
     /// Largest eigenvalue, ‖X‖².
@@ -25,7 +25,7 @@ pub struct Estimate {
 ///
 /// Bounds for least squares and for the regularised estimate (B held fixed, whose residual is that
 /// of least squares).
-pub fn report(
+pub(crate) fn report(
     slopes: f64,
     weight: f64,
     uncertainty: NodeUncertainty,

@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Lengths of columns are squared: they must neither overflow nor vanish.
-pub fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(), FitError> {
+pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(), FitError> {
     const RANGE: std::ops::Range<f64> = 1e-145..1e145;
     let rows = caller.nrows();
     for (label, column) in design.labels.iter().zip(caller.as_slice().chunks_exact(rows)) {
@@ -31,7 +31,7 @@ pub fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Result<(),
 }
 
 /// Squares of heights are summed: they must neither overflow nor vanish.
-pub fn within_range(field: Field, heights: &Heights) -> Result<(), FitError> {
+pub(crate) fn within_range(field: Field, heights: &Heights) -> Result<(), FitError> {
     if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
         return Err(Faults::one(
             field,

@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// The caller's columns in Q's coordinates, scaled and analysed.
-pub struct Frame {
+pub(crate) struct Frame {
     pub caller: DMatrix<Dd>,
     pub columns: ScaledColumns,
     pub directions: Directions,
@@ -33,7 +33,7 @@ pub struct Frame {
 impl Frame {
     /// Analyses the columns of `factor`; `weight` is Σw. Reads nothing of it that depends on the
     /// heights.
-    pub fn new(design: &Design, factor: &Factor, spec: &FitSpec, weight: f64) -> Result<Self, FitError> {
+    pub(crate) fn new(design: &Design, factor: &Factor, spec: &FitSpec, weight: f64) -> Result<Self, FitError> {
         let caller = caller_columns(factor);
         columns_within_range(design, &caller)?;
         let columns = ScaledColumns::new(design, &caller, spec.scaling, weight)?;

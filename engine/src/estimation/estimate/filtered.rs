@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// The regularised estimate and the spread of both.
-pub struct Estimate {
+pub(crate) struct Estimate {
     pub coefficients: Vec<f64>,
     /// √(variance/σ²) of each regularised coefficient.
     pub spread: Vec<f64>,
@@ -28,7 +28,7 @@ pub struct Estimate {
 
 /// `P V` for directions V of the scaled columns: what each contributes to the n coefficients of the
 /// caller.
-pub fn directions(columns: &ScaledColumns, v: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
+pub(crate) fn directions(columns: &ScaledColumns, v: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
     let mut out = DMatrix::zeros(n, v.ncols());
     let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();
     let means: Option<(usize, Vec<f64>)> =
@@ -49,7 +49,7 @@ pub fn directions(columns: &ScaledColumns, v: &DMatrix<f64>, n: usize) -> DMatri
 }
 
 impl Estimate {
-    pub fn new(
+    pub(crate) fn new(
         columns: &ScaledColumns,
         spectrum: &Spectrum,
         filtered: &[Filtered],
@@ -94,7 +94,7 @@ impl Estimate {
 }
 
 /// Residuals of the regularised estimate; those of least squares where nothing was regularised.
-pub fn residuals(
+pub(crate) fn residuals(
     linear: &LinearProblem,
     spectrum: &Spectrum,
     filtered: &[Filtered],

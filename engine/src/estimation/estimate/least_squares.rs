@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Plain least squares (Eq. 15).
-pub struct LeastSquares {
+pub(crate) struct LeastSquares {
     /// In the caller's terms.
     pub coefficients: Vec<f64>,
     pub working: Vec<Dd>,
@@ -19,7 +19,7 @@ pub struct LeastSquares {
 }
 
 impl LeastSquares {
-    pub fn new(linear: &LinearProblem, columns: &ScaledColumns, spectrum: &Spectrum) -> Self {
+    pub(crate) fn new(linear: &LinearProblem, columns: &ScaledColumns, spectrum: &Spectrum) -> Self {
         let factor = linear.factor;
         if let (Some(working), true) = (&factor.working, spectrum.full_rank()) {
             let mut coefficients = working.clone();

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Plain least squares beside another estimate, in the caller's terms.
-pub struct PlainEstimate {
+pub(crate) struct PlainEstimate {
     pub coefficients: Vec<f64>,
     /// √((XᵀX)⁻¹)ⱼⱼ.
     pub leverage: Vec<f64>,
@@ -20,7 +20,7 @@ pub struct PlainEstimate {
 
 impl PlainEstimate {
     /// Of the posted nodes, `linear` holding their factor and `frame` the analysis of its columns.
-    pub fn new(linear: &LinearProblem, frame: &Frame) -> Self {
+    pub(crate) fn new(linear: &LinearProblem, frame: &Frame) -> Self {
         let Frame { caller, columns, directions, .. } = frame;
         let qty = &linear.factor.qty;
         let level = columns.constant.as_ref().map_or(Dd::ZERO, |constant| constant.level(caller, qty));

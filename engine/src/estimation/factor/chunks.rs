@@ -11,7 +11,11 @@ const CHUNK: usize = 4096;
 const PARALLEL: usize = 65_536;
 
 /// Runs `work` over every chunk and folds the results in order.
-pub fn over_chunks<P: Send>(count: usize, work: impl Fn(std::ops::Range<usize>) -> P + Sync, fold: impl FnMut(P)) {
+pub(super) fn over_chunks<P: Send>(
+    count: usize,
+    work: impl Fn(std::ops::Range<usize>) -> P + Sync,
+    fold: impl FnMut(P),
+) {
     let chunks = count.div_ceil(CHUNK);
     let handle = cancel::current();
     let work = |range| {

@@ -22,14 +22,14 @@ use crate::{
 };
 
 /// `WᵀΩW`, `WᵀΩz` and `WᵀΩ1` of the working basis, Ω being the weights.
-pub struct Normal {
+pub(super) struct Normal {
     pub gram: DMatrix<f64>,
     pub rhs: Vec<f64>,
     pub ones: Vec<f64>,
 }
 
 /// The normal equations in double precision.
-pub fn normal_equations(design: &Design, sample: &Sample) -> Normal {
+pub(super) fn normal_equations(design: &Design, sample: &Sample) -> Normal {
     match Chebyshev::of(design) {
         Some(axes) => from_moments(&axes, sample),
         None => from_rows(design, sample),

@@ -42,7 +42,7 @@ const BLOCK: usize = 512;
 const CHEAP: usize = 2_000;
 
 /// R, b and what is known of them.
-pub struct Factor {
+pub(crate) struct Factor {
     /// n×n upper triangular, of the working matrix.
     pub r: DMatrix<Dd>,
     /// T, the change of basis to the caller's columns.
@@ -68,14 +68,14 @@ pub struct Factor {
 
 impl Factor {
     /// Factors the working matrix of `design` on the counted nodes.
-    pub fn new(design: &Design, sample: &Sample) -> Result<Self, FitError> {
+    pub(crate) fn new(design: &Design, sample: &Sample) -> Result<Self, FitError> {
         let change = design.change_of_basis();
         let factor = by_normal_equations(design, sample, &change).unwrap_or_else(|| by_qr(design, sample, change));
         factor.finite()
     }
 
     /// Itself, unless numbers in it left the range of double precision.
-    pub fn finite(self) -> Result<Self, FitError> {
+    pub(crate) fn finite(self) -> Result<Self, FitError> {
         if self.r.as_slice().iter().chain(&self.qty).chain(self.change.as_slice()).all(|x| x.is_finite()) {
             Ok(self)
         } else {
@@ -87,7 +87,7 @@ impl Factor {
     }
 
     /// The factor of a full grid from the product `r` of its axes' factors.
-    pub fn of_axes(r: DMatrix<Dd>, change: DMatrix<Dd>, separable: Separable) -> Self {
+    pub(crate) fn of_axes(r: DMatrix<Dd>, change: DMatrix<Dd>, separable: Separable) -> Self {
         let qty = separable.qty.clone();
         let mut working = qty.clone();
         triangular::solve_upper(&r, &mut working);
@@ -107,14 +107,14 @@ impl Factor {
     }
 
     /// n.
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.qty.len()
     }
 }
 
 /// How much larger errors of the working coefficients may appear in the caller's: `max_j (|T⁻¹|
 /// |c|)_j / |(T⁻¹c)_j|`.
-pub fn amplification(change: &DMatrix<Dd>, working: &[Dd]) -> f64 {
+pub(super) fn amplification(change: &DMatrix<Dd>, working: &[Dd]) -> f64 {
     let inverse = triangular::inverse_upper(change);
     let n = working.len();
     let mut worst: f64 = 1.0;
@@ -213,7 +213,7 @@ fn by_normal_equations(design: &Design, sample: &Sample, change: &DMatrix<Dd>) -
 }
 
 /// `x := R x` for upper triangular R.
-pub fn multiply_upper_vector<T: Real>(r: &DMatrix<T>, x: &mut [T]) {
+pub(crate) fn multiply_upper_vector<T: Real>(r: &DMatrix<T>, x: &mut [T]) {
     for i in 0..x.len() {
         let mut sum = T::of(0.0);
         for j in i..x.len() {
@@ -279,7 +279,7 @@ fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
 
 /// Lengths of the columns of R and a bound on its condition once they are divided by them; `None`
 /// when R is singular for all that double-double can tell.
-pub fn scaled_condition(r: &DMatrix<Dd>) -> Option<(Vec<f64>, f64)> {
+pub(crate) fn scaled_condition(r: &DMatrix<Dd>) -> Option<(Vec<f64>, f64)> {
     let n = r.ncols();
     let length: Vec<f64> = (0..n).map(|j| r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
     if !(0..n).all(|i| r[(i, i)].to_f64().abs() > 1e-27 * length[i]) {

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// What one pass over the residuals `z − Wc` yields.
-pub struct ResidualPass {
+pub(crate) struct ResidualPass {
     /// `WᵀΩr`.
     pub projected: Vec<Dd>,
     /// `Σ w r²`.
@@ -32,7 +32,7 @@ pub struct ResidualPass {
 
 /// How exactly a residual pass is to be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Precision {
+pub(crate) enum Precision {
     Double,
     DoubleDouble,
 }
@@ -42,13 +42,13 @@ pub enum Precision {
 const MANY: usize = 2_048;
 
 /// Relative error that projecting residuals leaves in a double-double pass over `count` nodes.
-pub fn projection_error(count: usize, residual: f64, size: f64) -> f64 {
+pub(super) fn projection_error(count: usize, residual: f64, size: f64) -> f64 {
     if count >= MANY && size > 0.0 { f64::EPSILON * residual / size / (count as f64).sqrt() } else { 0.0 }
 }
 
 /// What a pass is made for, beside `Σ w r²` and `max |r|`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
+pub(crate) enum Wanted {
     Sums,
     /// `WᵀΩr` as well.
     Projection,
@@ -57,7 +57,13 @@ pub enum Wanted {
 }
 
 /// Residuals of the working coefficients `c`, evaluated to `precision`.
-pub fn residual_pass(design: &Design, sample: &Sample, c: &[Dd], precision: Precision, wanted: Wanted) -> ResidualPass {
+pub(crate) fn residual_pass(
+    design: &Design,
+    sample: &Sample,
+    c: &[Dd],
+    precision: Precision,
+    wanted: Wanted,
+) -> ResidualPass {
     match (Chebyshev::of(design), precision) {
         (Some(axes), Precision::Double) => tiled_residuals::<F64x4, F64x4>(&axes, sample, c, wanted),
         (Some(axes), Precision::DoubleDouble) if sample.count() >= MANY => {

@@ -31,13 +31,13 @@ const PARALLEL: usize = 65_536;
 const SMALL: f64 = 1e-7;
 
 /// The two axes of a full grid, before a height is seen.
-pub struct Axes {
+pub(crate) struct Axes {
     pub u: AxisFactor,
     pub v: AxisFactor,
 }
 
 /// The factors of a full grid.
-pub struct Separable {
+pub(crate) struct Separable {
     pub axes: Arc<Axes>,
     /// `Q_uᵀ Z Q_v`, row by row: b in the order of the terms.
     pub qty: Vec<Dd>,
@@ -47,7 +47,7 @@ pub struct Separable {
 }
 
 /// QR of one axis.
-pub struct AxisFactor {
+pub(crate) struct AxisFactor {
     pub r: DMatrix<Dd>,
     /// T of this axis.
     pub change: DMatrix<Dd>,
@@ -92,20 +92,20 @@ impl AxisFactor {
 
 impl Axes {
     /// Factors the axes of a grid; `None` where one of them leaves its functions undetermined.
-    pub fn new(design: &Design, grid: &Grid) -> Option<Self> {
+    pub(crate) fn new(design: &Design, grid: &Grid) -> Option<Self> {
         let Basis::Product { u, v } = &design.basis else { return None };
         Some(Axes { u: AxisFactor::new(u, &grid.u)?, v: AxisFactor::new(v, &grid.v)? })
     }
 
     /// `R = R_u ⊗ R_v`.
-    pub fn r(&self) -> DMatrix<Dd> {
+    pub(crate) fn r(&self) -> DMatrix<Dd> {
         kronecker(&self.u.r, &self.v.r)
     }
 }
 
 impl Separable {
     /// Projects the heights of a full, unweighted grid.
-    pub fn new(axes: Arc<Axes>, grid: &Grid) -> Self {
+    pub(crate) fn new(axes: Arc<Axes>, grid: &Grid) -> Self {
         let qty = contract(&axes.u.q, &axes.v.q, &grid.z);
         let mut separable = Separable { axes, qty, rss: 0.0, max_abs: 0.0, relative_error: 1e-28 };
         let (rss, max_abs, _) = separable.residuals(grid, &separable.qty, Precision::Double, false);
@@ -121,7 +121,7 @@ impl Separable {
     }
 
     /// `Σ r²`, `max |r|` and, if asked for, the residuals `Z − Q_u B Q_vᵀ` of `b` (row by row).
-    pub fn residuals(&self, grid: &Grid, b: &[Dd], precision: Precision, keep: bool) -> (f64, f64, Vec<f64>) {
+    pub(crate) fn residuals(&self, grid: &Grid, b: &[Dd], precision: Precision, keep: bool) -> (f64, f64, Vec<f64>) {
         match precision {
             Precision::Double => residuals::<F64x4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
             Precision::DoubleDouble => residuals::<Ddx4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
@@ -130,7 +130,7 @@ impl Separable {
 }
 
 /// The Kronecker product of two upper triangular matrices.
-pub fn kronecker<T: Real>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {
+pub(crate) fn kronecker<T: Real>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {
     let (p, q) = (a.ncols(), b.ncols());
     let mut out = DMatrix::from_element(a.nrows() * b.nrows(), p * q, T::of(0.0));
     for i in 0..p {

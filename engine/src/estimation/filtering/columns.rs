@@ -38,7 +38,7 @@ const MOST_NUMBERS: usize = 20_000_000;
 const DEGENERATE: f64 = 1e11;
 
 /// Figures before and after; what cannot be given is left out, with a warning.
-pub fn compare(
+pub(super) fn compare(
     nodes: &Nodes,
     filtered: &Nodes,
     steps: &[Step],

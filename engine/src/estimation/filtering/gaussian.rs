@@ -43,9 +43,9 @@ const REACH: f64 = 3.420;
 /// 3/Φ⁻¹(0.75): three standard deviations in medians of |r|.
 const TUKEY: f64 = 4.447_806_655_516_806;
 /// Movement of the heights, in units of c, that ends the iteration.
-pub const TOLERANCE: f64 = 1e-6;
+pub(super) const TOLERANCE: f64 = 1e-6;
 /// Rounds after which it ends in any case.
-pub const ROUNDS: usize = 200;
+pub(super) const ROUNDS: usize = 200;
 /// Rounds after which the scale of a line does not grow any more.
 const SETTLING: usize = 10;
 /// Share of the widest possible norm below which an order is not determined by the nodes.
@@ -53,14 +53,14 @@ const UNDETERMINED: f64 = 1e-10;
 
 /// A linear filter, or a robust one with its weights as they came out.
 #[derive(Clone, Debug)]
-pub struct GaussianFilter {
+pub(super) struct GaussianFilter {
     width: f64,
     order: Order,
 }
 
 /// What the iteration of a robust filter ended with.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Robust {
+pub(super) struct Robust {
     /// δ of every posted node; 1 where it is missing.
     pub delta: Vec<f64>,
     /// Rounds of the line that took the most.
@@ -70,7 +70,7 @@ pub struct Robust {
 }
 
 impl GaussianFilter {
-    pub fn new(cutoff: f64, order: Order) -> Self {
+    pub(super) fn new(cutoff: f64, order: Order) -> Self {
         let gamma = match order {
             Order::Zero => GAMMA_0,
             Order::Two => GAMMA_2,
@@ -85,7 +85,7 @@ impl GaussianFilter {
     }
 
     /// Pairs of places under a window, all windows of one line together.
-    pub fn pairs(&self, lines: &Lines) -> usize {
+    pub(super) fn pairs(&self, lines: &Lines) -> usize {
         let (mut low, mut high, mut pairs) = (0, 0, 0usize);
         let (x, reach) = (&lines.x, REACH * self.width);
         for k in 0..x.len() {
@@ -101,7 +101,7 @@ impl GaussianFilter {
     }
 
     /// Filters columns, each with one number for every posted node; numbers of missing nodes stay.
-    pub fn apply(&self, lines: &Lines, present: &[bool], delta: Option<&[f64]>, columns: &mut [Vec<f64>]) {
+    pub(super) fn apply(&self, lines: &Lines, present: &[bool], delta: Option<&[f64]>, columns: &mut [Vec<f64>]) {
         let everything: Vec<usize> = (0..lines.count).collect();
         let done = {
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
@@ -119,7 +119,7 @@ impl GaussianFilter {
     }
 
     /// Filtered heights, with the weights that the robust iteration ends with.
-    pub fn robust(&self, lines: &Lines, present: &[bool], z: &[f64]) -> (Vec<f64>, Robust) {
+    pub(super) fn robust(&self, lines: &Lines, present: &[bool], z: &[f64]) -> (Vec<f64>, Robust) {
         let mut heights = z.to_vec();
         let mut delta = vec![1.0; z.len()];
         let mut open: Vec<usize> = (0..lines.count).collect();

@@ -23,7 +23,7 @@ const MEAN: f64 = 1.253_314_137_315_500_3;
 
 /// A peak, and what would stand in its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Peak {
+pub(super) struct Peak {
     /// The posted node.
     pub node: usize,
     /// The median of its window.
@@ -33,7 +33,7 @@ pub struct Peak {
 }
 
 /// Peaks along lines, in ascending order of node.
-pub fn along(lines: &Lines, z: &[f64], present: &[bool], window: usize, threshold: f64) -> Vec<Peak> {
+pub(super) fn along(lines: &Lines, z: &[f64], present: &[bool], window: usize, threshold: f64) -> Vec<Peak> {
     let reach = window / 2;
     let handle = cancel::current();
     let line = |line: usize| {
@@ -55,7 +55,7 @@ pub fn along(lines: &Lines, z: &[f64], present: &[bool], window: usize, threshol
 }
 
 /// Peaks of a grid of `nu × nv` places under a square window.
-pub fn over(shape: (usize, usize), z: &[f64], present: &[bool], window: usize, threshold: f64) -> Vec<Peak> {
+pub(super) fn over(shape: (usize, usize), z: &[f64], present: &[bool], window: usize, threshold: f64) -> Vec<Peak> {
     let (nu, nv) = shape;
     let reach = window / 2;
     let around = |i: usize, n: usize| i.saturating_sub(reach)..(i + reach + 1).min(n);

@@ -11,7 +11,7 @@ use crate::{
 
 /// Lines that share their positions.
 #[derive(Clone, Debug)]
-pub struct Lines {
+pub(super) struct Lines {
     /// Positions, ascending; equal ones are repeated measurements.
     pub x: Vec<f64>,
     /// What each place stands for: half the way to both neighbours, at the ends the whole way to
@@ -32,7 +32,7 @@ enum Layout {
 
 impl Lines {
     /// The lines of `nodes` along `axis` (`u` for a curve); `None` for scattered nodes.
-    pub fn of(nodes: &Nodes, axis: FilterAxis) -> Option<Self> {
+    pub(super) fn of(nodes: &Nodes, axis: FilterAxis) -> Option<Self> {
         match nodes {
             Nodes::Curve(curve) => {
                 let mut order: Vec<usize> = (0..curve.x.len()).collect();
@@ -59,7 +59,7 @@ impl Lines {
     }
 
     /// One line with these ascending positions.
-    pub fn single(x: &[f64]) -> Self {
+    pub(super) fn single(x: &[f64]) -> Self {
         Self::new(x.to_vec(), 1, Layout::Strided { line: 0, place: 1 })
     }
 
@@ -68,13 +68,13 @@ impl Lines {
     }
 
     /// Places on each line.
-    pub fn places(&self) -> usize {
+    pub(super) fn places(&self) -> usize {
         self.x.len()
     }
 
     /// The posted node at a place of a line.
     #[inline(always)]
-    pub fn node(&self, line: usize, place: usize) -> usize {
+    pub(super) fn node(&self, line: usize, place: usize) -> usize {
         match &self.layout {
             Layout::Strided { line: a, place: b } => line * a + place * b,
             Layout::Sorted(order) => order[place],
@@ -82,13 +82,13 @@ impl Lines {
     }
 
     /// The least distance of two different positions; infinite where there are none.
-    pub fn closest(&self) -> f64 {
+    pub(super) fn closest(&self) -> f64 {
         self.x.windows(2).map(|pair| pair[1] - pair[0]).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min)
     }
 }
 
 /// Cells of ascending positions.
-pub fn cells(x: &[f64]) -> Vec<f64> {
+pub(super) fn cells(x: &[f64]) -> Vec<f64> {
     let mut cells = vec![1.0; x.len()];
     // the different positions, and where their measurements begin
     let starts: Vec<usize> = (0..x.len()).filter(|&i| i == 0 || x[i] > x[i - 1]).collect();

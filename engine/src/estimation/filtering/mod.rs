@@ -12,7 +12,7 @@
 //!
 //! The paper (section 4) warns that filtering raises collinearity; `columns` says by how much.
 
-pub mod columns;
+mod columns;
 mod gaussian;
 mod hampel;
 mod lines;

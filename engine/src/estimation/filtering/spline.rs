@@ -24,13 +24,13 @@ use crate::numerics::cancel::{self, Asking};
 
 /// A spline filter.
 #[derive(Clone, Copy, Debug)]
-pub struct SplineFilter {
+pub(super) struct SplineFilter {
     pub cutoff: f64,
 }
 
 impl SplineFilter {
     /// Filters columns, each with one number for every posted node; numbers of missing nodes stay.
-    pub fn apply(&self, lines: &Lines, present: &[bool], columns: &mut [Vec<f64>]) {
+    pub(super) fn apply(&self, lines: &Lines, present: &[bool], columns: &mut [Vec<f64>]) {
         let done: Vec<(Knots, Vec<Vec<f64>>)> = {
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
             let handle = cancel::current();

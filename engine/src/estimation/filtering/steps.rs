@@ -29,7 +29,7 @@ const MOST_ROBUST_PRODUCTS: usize = 20_000_000;
 const MOST_WINDOWED: usize = 200_000_000;
 
 /// A filter with its decisions taken.
-pub enum Step {
+pub(super) enum Step {
     /// Peaks took the heights of other nodes.
     Replaced(Vec<Peak>),
     /// Peaks are missing from here on.
@@ -51,7 +51,7 @@ pub enum Step {
 
 impl Step {
     /// Does to columns of numbers, one for every posted node, what was done to the heights.
-    pub fn apply(&self, columns: &mut [Vec<f64>]) {
+    pub(super) fn apply(&self, columns: &mut [Vec<f64>]) {
         match self {
             Step::Replaced(peaks) => {
                 for column in columns.iter_mut().asking(10 * peaks.len()) {
@@ -69,7 +69,7 @@ impl Step {
     }
 
     /// Products of a weight and a number for one column.
-    pub fn products(&self) -> usize {
+    pub(super) fn products(&self) -> usize {
         match self {
             Step::Replaced(_) | Step::Removed => 0,
             Step::Gaussian { filter, lines, .. } => filter.pairs(lines).saturating_mul(lines.count),
@@ -78,7 +78,7 @@ impl Step {
     }
 
     /// The axis of a map that is the same on every line, and that map on one line.
-    pub fn along_axis(&self) -> Option<(FilterAxis, Step)> {
+    pub(super) fn along_axis(&self) -> Option<(FilterAxis, Step)> {
         let single = |lines: &Lines| (Lines::single(&lines.x), vec![true; lines.places()]);
         match self {
             Step::Gaussian { filter, lines, axis, present, delta: None } if present.iter().all(|there| *there) => {
@@ -95,7 +95,7 @@ impl Step {
 }
 
 /// Filtered nodes and how they came about.
-pub struct Applied {
+pub(super) struct Applied {
     pub nodes: Nodes,
     pub steps: Vec<Step>,
     pub reports: Vec<FilterReport>,
@@ -103,7 +103,7 @@ pub struct Applied {
 }
 
 /// Applies filters in order.
-pub fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults> {
+pub(super) fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults> {
     check(nodes, filters)?;
     let (mut z, mut present) = heights(nodes);
     let posted_present = present.clone();

@@ -23,7 +23,7 @@ use crate::{
 
 /// A robust estimate goes on as the least-squares problem that it solves, plain least squares
 /// beside it; `linear` and `frame` are of the posted nodes.
-pub fn conclude_robust(
+pub(super) fn conclude_robust(
     linear: &LinearProblem,
     sample: &Sample,
     nodes: &Nodes,
@@ -49,7 +49,7 @@ pub fn conclude_robust(
 
 /// Everything from the factor on. What needs the nodes themselves asks `linear`; where they are
 /// gone (a stream keeps sums only) such figures are left out.
-pub fn report(linear: &LinearProblem, heights: &Heights, spec: &FitSpec) -> Result<FitResult, FitError> {
+pub(crate) fn report(linear: &LinearProblem, heights: &Heights, spec: &FitSpec) -> Result<FitResult, FitError> {
     let frame = Frame::new(linear.design, linear.factor, spec, heights.weight)?;
     conclude(linear, heights, spec, &frame, None)
 }
@@ -57,7 +57,7 @@ pub fn report(linear: &LinearProblem, heights: &Heights, spec: &FitSpec) -> Resu
 /// What the heights have along the directions of the columns, and everything that follows: λ*,
 /// estimate, bounds. For a robust estimate `linear` holds the problem that it solves, `heights` are
 /// those of the posted nodes.
-pub fn conclude(
+pub(super) fn conclude(
     linear: &LinearProblem,
     heights: &Heights,
     spec: &FitSpec,

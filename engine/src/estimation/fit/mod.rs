@@ -7,6 +7,6 @@ mod run;
 
 pub(crate) use conclude::report;
 pub use cost::is_short;
-pub use plan::{Plan, Plans};
+pub use plan::Plans;
 pub(crate) use run::fit_together;
-pub use run::{fit, fit_remembering};
+pub(super) use run::{fit, fit_remembering};

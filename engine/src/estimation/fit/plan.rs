@@ -27,7 +27,7 @@ const MOST_COEFFICIENTS: usize = 64;
 const MOST_POSITIONS: usize = 4_096;
 
 /// What positions and spec decide.
-pub struct Plan {
+pub(super) struct Plan {
     pub design: Design,
     axes: Arc<Axes>,
     r: DMatrix<Dd>,
@@ -45,13 +45,13 @@ impl Plan {
     }
 
     /// The factor with the heights of `grid`.
-    pub fn factor(&self, grid: &Grid) -> Result<Factor, FitError> {
+    pub(super) fn factor(&self, grid: &Grid) -> Result<Factor, FitError> {
         let separable = Separable::new(Arc::clone(&self.axes), grid);
         Factor::of_axes(self.r.clone(), self.change.clone(), separable).finite()
     }
 
     /// The analysis of the columns, made once.
-    pub fn frame(&self, factor: &Factor, spec: &FitSpec, weight: f64) -> Result<&Frame, FitError> {
+    pub(super) fn frame(&self, factor: &Factor, spec: &FitSpec, weight: f64) -> Result<&Frame, FitError> {
         match self.frame.get() {
             Some(frame) => Ok(frame),
             None => {
@@ -118,7 +118,7 @@ impl std::fmt::Debug for Plans {
 impl Plans {
     /// The grid of `nodes` and its plan, found or made; `None` for nodes that do not separate into
     /// axes.
-    pub fn of<'a>(
+    pub(super) fn of<'a>(
         &self,
         nodes: &'a Nodes,
         sample: &Sample,

@@ -20,13 +20,13 @@ use crate::estimation::{
 
 /// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same
 /// bits.
-pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
+pub(crate) fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     fit_remembering(nodes, spec, &Plans::default())
 }
 
 /// The same, bit for bit; what depends on the positions of a full grid and the spec alone is kept
 /// in `plans` and found there again when other heights are posted for them.
-pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
+pub(crate) fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     let sample = Sample::new(nodes);
     let heights = Heights::new(&sample);
     let evidence = Evidence::Posted { sample: &sample, nodes };
@@ -55,7 +55,7 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
 
 /// Several heights over the same places with the same weights (the coordinates of a curve): bit for
 /// bit what [`fit`] answers for each, but the columns are analysed once.
-pub fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitResult>, FitError> {
+pub(crate) fn fit_together(nodes: &[Nodes], spec: &FitSpec) -> Result<Vec<FitResult>, FitError> {
     let mut analysed: Option<(Design, Frame)> = None;
     let mut results = Vec::with_capacity(nodes.len());
     for nodes in nodes {

@@ -60,7 +60,11 @@ pub enum Stop {
 }
 
 /// Places knots over `domain`; the best fit found, the rounds up to it, and why they ended.
-pub fn place(trial: &Trial, asked: &Adaptive, domain: [f64; 2]) -> Result<(Fitted, Vec<Step>, Stop), CurveRefused> {
+pub(super) fn place(
+    trial: &Trial,
+    asked: &Adaptive,
+    domain: [f64; 2],
+) -> Result<(Fitted, Vec<Step>, Stop), CurveRefused> {
     let degree = trial.asked.degree;
     let mut faults = CurveFaults::default();
     if !(asked.tolerance > 0.0 && asked.tolerance.is_finite()) {
@@ -252,7 +256,7 @@ fn halving(points: &mut [(f64, f64)]) -> Option<f64> {
 
 /// Whether every function can be given a parameter of its own inside its support, in ascending
 /// order.
-pub fn schoenberg_whitney(basis: &BSplineBasis, ascending: &[f64]) -> bool {
+pub(super) fn schoenberg_whitney(basis: &BSplineBasis, ascending: &[f64]) -> bool {
     let (knots, p) = (basis.knots(), basis.degree());
     let (low, high) = basis.domain();
     let mut next = 0;

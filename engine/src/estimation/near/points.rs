@@ -36,7 +36,7 @@ impl CurvePoints<'_> {
 }
 
 /// Coordinate `c` of point `k`; without a coordinate its parameter.
-pub fn place(points: &CurvePoints, k: usize, c: Option<usize>) -> CurveField {
+pub(super) fn place(points: &CurvePoints, k: usize, c: Option<usize>) -> CurveField {
     match (points.coordinates.len(), c, points.parameters) {
         (1, None, _) => CurveField::Abscissa(k),
         (1, Some(_), _) => CurveField::Ordinate(k),
@@ -47,7 +47,7 @@ pub fn place(points: &CurvePoints, k: usize, c: Option<usize>) -> CurveField {
 }
 
 /// What the geometry of curves refused, as faults of the points.
-pub fn curve_fault(points: &CurvePoints, fault: &CurveFault) -> CurveFaults {
+pub(super) fn curve_fault(points: &CurvePoints, fault: &CurveFault) -> CurveFaults {
     let field = match (fault.part(), fault.indices().first().copied()) {
         (Some(Part::Controls), _) => CurveField::ControlCount,
         (Some(Part::Degree), _) => Field::Degree.into(),
@@ -58,7 +58,7 @@ pub fn curve_fault(points: &CurvePoints, fault: &CurveFault) -> CurveFaults {
 }
 
 /// Faults of the fit of a coordinate, as those of the curve.
-pub fn translated(points: &CurvePoints, faults: Faults) -> CurveFaults {
+pub(super) fn translated(points: &CurvePoints, faults: Faults) -> CurveFaults {
     faults.placed(|field| match field {
         Field::Entry(NodeList::X, k) => place(points, k, None),
         Field::Entry(NodeList::Weight, k) => CurveField::Weight(k),

@@ -84,7 +84,7 @@ pub struct Weight {
 }
 
 /// The fit that is reported on.
-pub struct Problem<'a> {
+pub(super) struct Problem<'a> {
     pub system: &'a System,
     /// In the caller's order.
     pub bases: &'a [BSplineBasis; 2],
@@ -121,7 +121,7 @@ impl Problem<'_> {
 
     /// Names the coefficients that nodes (and penalty) leave open, with the spans that they live
     /// on.
-    pub fn undetermined(&self, which: &[usize], penalised: bool) -> Faults {
+    pub(super) fn undetermined(&self, which: &[usize], penalised: bool) -> Faults {
         let [u, v] = self.bases;
         let nodes = self.nodes_per_span();
         let (breaks_u, breaks_v) = (u.distinct_knots(), v.distinct_knots());
@@ -156,7 +156,7 @@ impl Problem<'_> {
 }
 
 /// Reports on the solution.
-pub fn report(
+pub(super) fn report(
     problem: &Problem,
     solved: Solved,
     penalty: Option<Penalty>,

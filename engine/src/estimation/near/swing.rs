@@ -14,7 +14,7 @@ pub const WILD: f64 = 1.0;
 const LOOKS: usize = 4;
 
 /// What swings are measured by.
-pub struct Swing<'a> {
+pub(super) struct Swing<'a> {
     /// Distinct parameters of counted points, ascending.
     parameters: &'a [f64],
     /// The longest side of the box around the counted points.
@@ -23,7 +23,7 @@ pub struct Swing<'a> {
 
 impl<'a> Swing<'a> {
     /// Of points with `parameters`, distinct and ascending; points of weight 0 do not count.
-    pub fn of(points: &CurvePoints, parameters: &'a [f64]) -> Self {
+    pub(super) fn of(points: &CurvePoints, parameters: &'a [f64]) -> Self {
         let range = |values: &Vec<f64>| {
             let counted = values.iter().enumerate().filter(|(k, _)| points.counts(*k)).map(|(_, value)| *value);
             let (low, high) = counted.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
@@ -37,7 +37,7 @@ impl<'a> Swing<'a> {
 
     /// The farthest that the curve leaves the box of its places at two neighbouring parameters,
     /// over the extent of the points; 0 where it never does.
-    pub fn out(&self, curve: &BSplineCurve) -> f64 {
+    pub(super) fn out(&self, curve: &BSplineCurve) -> f64 {
         let mut most = 0.0f64;
         let [low, high] = curve.domain();
         let place = |t: f64| curve.value(t.clamp(low, high));

@@ -21,7 +21,7 @@ use crate::geometry::{
 };
 
 /// The points with everything but the knots.
-pub struct Trial<'a> {
+pub(super) struct Trial<'a> {
     pub points: &'a CurvePoints<'a>,
     pub asked: &'a CurveSettings,
     pub dimension: Dimension,
@@ -29,7 +29,7 @@ pub struct Trial<'a> {
 }
 
 /// All coordinates with one knot vector.
-pub struct Fitted {
+pub(super) struct Fitted {
     pub basis: BSplineBasis,
     pub results: Vec<FitResult>,
     /// Posted number and distance of every counted point.
@@ -39,7 +39,7 @@ pub struct Fitted {
 
 impl Trial<'_> {
     /// The curve that the coefficients of all coordinates are the control points of.
-    pub fn shape(&self, fitted: &Fitted) -> Result<BSplineCurve, CurveRefused> {
+    pub(super) fn shape(&self, fitted: &Fitted) -> Result<BSplineCurve, CurveRefused> {
         let coordinate =
             |i: usize, c: usize| fitted.results.get(c).map_or(0.0, |result: &FitResult| result.coefficients[i].value);
         let controls = (0..fitted.basis.size()).map(|i| Vector::from_fn(|c, _| coordinate(i, c))).collect();
@@ -48,7 +48,7 @@ impl Trial<'_> {
     }
 
     /// Fits with these knots.
-    pub fn fit(&self, knots: Knots) -> Result<Fitted, CurveRefused> {
+    pub(super) fn fit(&self, knots: Knots) -> Result<Fitted, CurveRefused> {
         let Knots::Curve(full) = &knots else {
             return Err(CurveFaults::one(Field::Knots, "one knot vector").into());
         };
@@ -87,13 +87,13 @@ impl Trial<'_> {
 }
 
 /// Largest and root mean square.
-pub fn summary(errors: &[(usize, f64)]) -> (f64, f64) {
+pub(super) fn summary(errors: &[(usize, f64)]) -> (f64, f64) {
     let squares: f64 = errors.iter().map(|(_, e)| e * e).sum();
     (errors.iter().map(|(_, e)| *e).fold(0.0, f64::max), (squares / errors.len().max(1) as f64).sqrt())
 }
 
 /// Equal spans.
-pub fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, CurveFaults> {
+pub(super) fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, CurveFaults> {
     if spans == 0 {
         return Err(CurveFaults::one(Field::Spans, "at least one span"));
     }

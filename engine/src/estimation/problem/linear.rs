@@ -14,7 +14,7 @@ use crate::{
 const SMALL: f64 = 1e-7;
 
 /// Residuals of one coefficient vector.
-pub struct Residuals {
+pub(crate) struct Residuals {
     pub rss: f64,
     /// `None` where the nodes are gone.
     pub max_abs: Option<f64>,
@@ -23,7 +23,7 @@ pub struct Residuals {
 }
 
 /// Where coefficients stand in Q's coordinates and in the working basis.
-pub struct LinearProblem<'a> {
+pub(crate) struct LinearProblem<'a> {
     pub design: &'a Design,
     pub factor: &'a Factor,
     /// Σ w z².
@@ -40,7 +40,7 @@ impl LinearProblem<'_> {
     }
 
     /// Residuals of the coefficients whose image `R c` is `b`.
-    pub fn of_image(&self, b: &[Dd], keep: bool) -> Residuals {
+    pub(crate) fn of_image(&self, b: &[Dd], keep: bool) -> Residuals {
         if let (Some(separable), Some(grid)) = (&self.factor.separable, self.grid()) {
             let run = |precision| {
                 let (rss, max_abs, values) = separable.residuals(grid, b, precision, keep);
@@ -57,7 +57,7 @@ impl LinearProblem<'_> {
     }
 
     /// Residuals of working coefficients.
-    pub fn of_working(&self, working: &[Dd], keep: bool) -> Residuals {
+    pub(crate) fn of_working(&self, working: &[Dd], keep: bool) -> Residuals {
         match self.evidence {
             Evidence::Posted { sample, .. } => self.sharpened(|precision| {
                 let wanted = if keep { Wanted::Values } else { Wanted::Sums };

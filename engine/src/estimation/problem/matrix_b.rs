@@ -13,7 +13,7 @@ use crate::{
 
 /// Rows of B in the caller's columns: `√w W R⁻¹ (Σ cᵢ X̃Vᵢ Vᵢᵀ) S`, whose product with the caller's
 /// A is what Eq. 29 adds.
-pub fn matrix_b(
+pub(crate) fn matrix_b(
     design: &Design,
     sample: &Sample,
     factor: &Factor,

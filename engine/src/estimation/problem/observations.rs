@@ -10,14 +10,14 @@ use crate::estimation::{
 
 /// Nodes, or what is left of them.
 #[derive(Clone, Copy)]
-pub enum Evidence<'a> {
+pub(crate) enum Evidence<'a> {
     Posted { sample: &'a Sample<'a>, nodes: &'a Nodes },
     Summed(&'a SummaryStatistics),
 }
 
 impl Evidence<'_> {
     /// m, the number of counted nodes.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         match self {
             Evidence::Posted { sample, .. } => sample.count(),
             Evidence::Summed(summary) => summary.count,
@@ -25,7 +25,7 @@ impl Evidence<'_> {
     }
 
     /// Which posted nodes count, when not all do and they are at hand.
-    pub fn counted(&self) -> Option<&[u32]> {
+    pub(crate) fn counted(&self) -> Option<&[u32]> {
         match self {
             Evidence::Posted { sample, .. } => sample.index(),
             Evidence::Summed(_) => None,
@@ -33,7 +33,7 @@ impl Evidence<'_> {
     }
 
     /// `Σ w ((∂x̃/∂u)² + (∂x̃/∂v)²)` over nodes and scaled columns.
-    pub fn slopes(&self, design: &Design, columns: &ScaledColumns) -> f64 {
+    pub(crate) fn slopes(&self, design: &Design, columns: &ScaledColumns) -> f64 {
         match self {
             Evidence::Posted { sample, .. } => of_scaled(&slopes(design, sample), columns),
             Evidence::Summed(summary) => of_scaled(&summary.slopes, columns),

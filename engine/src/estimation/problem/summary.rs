@@ -4,7 +4,7 @@ use crate::numerics::Dd;
 
 /// Sizes do not grow with the nodes seen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SummaryStatistics {
+pub(crate) struct SummaryStatistics {
     /// Counted nodes.
     pub count: usize,
     /// What the columns cannot reach: `Σ w r²` of the least-squares residuals.

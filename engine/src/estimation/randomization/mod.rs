@@ -28,7 +28,7 @@ mod result;
 mod setup;
 
 pub use measured::Measured;
-pub use result::{Figures, LevelResult, Optimum, Reference, ReferenceChoice, StudyResult, Summary};
+pub use result::{Figures, LevelResult, Optimum, Reference, ReferenceChoice, References, StudyResult, Summary};
 pub use setup::{ColumnScaling, Setup, Study, StudyFaults, StudyField};
 
 use rayon::prelude::*;

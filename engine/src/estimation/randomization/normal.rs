@@ -11,14 +11,14 @@ use rand_chacha::{
 };
 
 /// A stream of standard normal numbers.
-pub struct Normals {
+pub(crate) struct Normals {
     generator: ChaCha8Rng,
     spare: Option<f64>,
 }
 
 impl Normals {
     /// Stream number `stream` of `seed`.
-    pub fn new(seed: u64, stream: u64) -> Self {
+    pub(crate) fn new(seed: u64, stream: u64) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(stream);
         Normals { generator, spare: None }
@@ -31,7 +31,7 @@ impl Normals {
     }
 
     /// The next number.
-    pub fn draw(&mut self) -> f64 {
+    pub(crate) fn draw(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;
         }
@@ -47,7 +47,7 @@ impl Normals {
     }
 
     /// The next `count` numbers.
-    pub fn take(&mut self, count: usize) -> Vec<f64> {
+    pub(crate) fn take(&mut self, count: usize) -> Vec<f64> {
         (0..count).map(|_| self.draw()).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! What one repetition found.
 
 /// What one repetition found.
-pub struct Outcome {
+pub(super) struct Outcome {
     pub levels: Vec<LevelFigures>,
     /// ‖e‖² less what the columns of X reach, and uᵢᵀe along each direction.
     pub rss: f64,
@@ -10,7 +10,7 @@ pub struct Outcome {
 
 /// Figures of one level; not finite where the columns depend on each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LevelFigures {
+pub(super) struct LevelFigures {
     pub condition: f64,
     pub log10_determinant: f64,
     pub error: f64,

@@ -28,7 +28,7 @@ use crate::{
 };
 
 /// The spectrum of X and where A lies in it.
-pub struct Base {
+pub(super) struct Base {
     spectrum: Directions,
     /// U, row by row.
     u: DMatrix<f64>,
@@ -40,7 +40,7 @@ pub struct Base {
 }
 
 impl Base {
-    pub fn new(study: &Study) -> Result<Self, FitError> {
+    pub(super) fn new(study: &Study) -> Result<Self, FitError> {
         let (m, n) = (study.rows, study.columns);
         let nodes = Nodes::matrix(study.x.clone(), n, vec![0.0; m], None, None)?;
         let sample = Sample::new(&nodes);
@@ -71,22 +71,22 @@ impl Base {
         Ok(Base { spectrum, u, alpha, rows: m, variance, correlation })
     }
 
-    pub fn lambda(&self) -> &[f64] {
+    pub(super) fn lambda(&self) -> &[f64] {
         &self.spectrum.lambda
     }
 
     /// |V₁ᵀA|/‖A‖.
-    pub fn along_smallest(&self) -> Option<f64> {
+    pub(super) fn along_smallest(&self) -> Option<f64> {
         let norm = self.alpha.iter().map(|a| a * a).sum::<f64>().sqrt();
         Some(self.alpha[0].abs() / norm).filter(|share| share.is_finite())
     }
 
     /// Uᵀe; 0 along directions that are numerically zero.
-    pub fn project(&self, noise: &[f64]) -> Vec<f64> {
+    pub(super) fn project(&self, noise: &[f64]) -> Vec<f64> {
         self.u.column_iter().map(|u| u.iter().zip(noise).map(|(u, e)| u * e).sum()).collect()
     }
 
-    pub fn references(&self, outcomes: &[Outcome], warnings: &mut Vec<Warning>) -> References {
+    pub(super) fn references(&self, outcomes: &[Outcome], warnings: &mut Vec<Warning>) -> References {
         let least_squares = self.summaries(outcomes, |_| (Rule::None, 0.0));
         let spectral = |scheme| {
             self.spectrum.full_rank().then(|| {

@@ -19,7 +19,7 @@ use crate::{
 const TOLERANCE: f64 = 1e-9;
 const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::SingularValues);
 
-pub fn run(study: &Study, base: &Base, stream: u64) -> Result<Outcome, FitError> {
+pub(super) fn run(study: &Study, base: &Base, stream: u64) -> Result<Outcome, FitError> {
     let mut normals = Normals::new(study.seed, stream);
     let noise: Vec<f64> = normals.take(study.rows).into_iter().map(|x| study.noise_sigma * x).collect();
     let change = normals.take(study.rows * study.columns);

@@ -4,10 +4,10 @@ use crate::fault::words::{Shown, counted, entries};
 use crate::{estimation::fault::Reason, fault::Faults};
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.
-pub const MOST_WORK: usize = 300_000_000;
+pub(super) const MOST_WORK: usize = 300_000_000;
 /// Most repetitions and most levels.
-pub const MOST_REPETITIONS: usize = 10_000;
-pub const MOST_LEVELS: usize = 200;
+pub(super) const MOST_REPETITIONS: usize = 10_000;
+pub(super) const MOST_LEVELS: usize = 200;
 
 /// Columns in which norms, eigenvalues and λ* are understood.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

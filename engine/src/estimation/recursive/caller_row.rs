@@ -7,14 +7,14 @@ use crate::estimation::{
 };
 
 /// Values and derivatives of the caller's functions on either axis.
-pub struct CallerRow {
+pub(super) struct CallerRow {
     u: [Vec<f64>; 2],
     v: [Vec<f64>; 2],
 }
 
 impl CallerRow {
     /// Room for the functions of `design`.
-    pub fn new(design: &Design) -> Self {
+    pub(super) fn new(design: &Design) -> Self {
         let zeros = |axis: &Axis| [vec![0.0; axis.size()], vec![0.0; axis.size()]];
         match &design.basis {
             Basis::Product { u, v } => CallerRow { u: zeros(u), v: zeros(v) },
@@ -29,7 +29,7 @@ impl CallerRow {
     }
 
     /// Adds `w ((∂x/∂u)² + (∂x/∂v)²)` of every column (w for entries that are posted themselves).
-    pub fn add_slopes(&mut self, design: &Design, sample: &Sample, k: usize, sums: &mut [f64]) {
+    pub(super) fn add_slopes(&mut self, design: &Design, sample: &Sample, k: usize, sums: &mut [f64]) {
         let weight = sample.w(k);
         let Basis::Product { u, v } = &design.basis else {
             sums.iter_mut().for_each(|sum| *sum += weight);
@@ -42,7 +42,7 @@ impl CallerRow {
 
     /// Whether every column is 0 at node `k` or far from where squares leave the range of double
     /// precision: so far that no number of such nodes gets there.
-    pub fn is_plain(&mut self, design: &Design, sample: &Sample, k: usize) -> bool {
+    pub(super) fn is_plain(&mut self, design: &Design, sample: &Sample, k: usize) -> bool {
         const PLAIN: std::ops::Range<f64> = 1e-130..1e130;
         let root = sample.w(k).sqrt();
         let plain = |x: f64| x == 0.0 || PLAIN.contains(&(root * x.abs()));

@@ -23,7 +23,7 @@ use crate::{
 impl Sums {
     /// Lets the working box grow where nodes fall outside of it and the caller fixed no domain;
     /// says whether it did.
-    pub fn make_room(&mut self, sample: &Sample, spec: &FitSpec) -> Result<bool, Faults> {
+    pub(super) fn make_room(&mut self, sample: &Sample, spec: &FitSpec) -> Result<bool, Faults> {
         let Model::Polynomial { .. } = &spec.model else { return Ok(false) };
         let domain = spec.domain.unwrap_or_default();
         let (u, v) = bounding_box(sample);

@@ -15,7 +15,7 @@ use crate::{
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped
 /// bases or equal spans without a domain), and what the model rules out whatever the nodes will be.
-pub fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
+pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if !(forgetting > 0.0 && forgetting <= 1.0) {
         faults.push(Field::ForgettingFactor, format!("{} is not in (0, 1]", Shown(forgetting)));
@@ -32,7 +32,7 @@ pub fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
 }
 
 /// The design that the first block leads to, and where its working functions live.
-pub fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(Form, Design, Boxes), Faults> {
+pub(super) fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(Form, Design, Boxes), Faults> {
     let form = Form::of(nodes);
     let (design, boxes) = match (&spec.model, &form) {
         (Model::Linear, Form::Matrix { columns, names }) => {
@@ -90,7 +90,7 @@ pub struct Taken {
     pub matrices: bool,
 }
 
-pub fn taken(spec: &FitSpec) -> Taken {
+pub(super) fn taken(spec: &FitSpec) -> Taken {
     let matrices = spec.model == Model::Linear;
     let surface = is_surface(spec);
     Taken { curves: !matrices && surface != Some(true), surfaces: !matrices && surface != Some(false), matrices }
@@ -157,7 +157,7 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
 
 /// Faults of the stream's own model, met when its first block tells what the nodes are: at the
 /// `place` that told it.
-pub fn met_at<T>(result: Result<T, Faults>, place: Field) -> Result<T, Faults> {
+pub(super) fn met_at<T>(result: Result<T, Faults>, place: Field) -> Result<T, Faults> {
     result.map_err(|faults| {
         let mut told = Faults::default();
         for Fault { field, reason } in faults.list() {

@@ -17,7 +17,7 @@ use crate::{
 
 impl Sums {
     /// The design with what only the nodes could tell.
-    pub fn caller_design(&self, spec: &FitSpec) -> Design {
+    pub(super) fn caller_design(&self, spec: &FitSpec) -> Design {
         match &self.form {
             Form::Matrix { names, .. } => {
                 let Basis::Columns { scale } = &self.design.basis else { return self.design.clone() };
@@ -34,7 +34,7 @@ impl Sums {
         }
     }
 
-    pub fn heights(&self) -> Heights {
+    pub(super) fn heights(&self) -> Heights {
         let [weight, sum, squares] = self.moments;
         Heights {
             weight: weight.to_f64(),
@@ -47,14 +47,14 @@ impl Sums {
 
     /// Whether a look at the nodes alone shows that the caller's columns stay within range. O(n) a
     /// node.
-    pub fn are_plain(&self, sample: &Sample) -> bool {
+    pub(super) fn are_plain(&self, sample: &Sample) -> bool {
         let mut row = CallerRow::new(&self.design);
         (0..sample.count()).all(|k| row.is_plain(&self.design, sample, k))
     }
 
     /// Whether every later fit can take the caller's columns; a block that spoils them is refused,
     /// since it could not be taken back.
-    pub fn columns_within_range(&self) -> Result<(), Faults> {
+    pub(super) fn columns_within_range(&self) -> Result<(), Faults> {
         let beyond = || Faults::one(Field::Nodes, "powers of these numbers leave the range of double precision");
         let change = self.design.change_of_basis();
         if !change.iter().all(|x| x.is_finite()) {
@@ -67,7 +67,7 @@ impl Sums {
         })
     }
 
-    pub fn factor(&self, design: &Design, heights: &Heights) -> Result<Factor, FitError> {
+    pub(super) fn factor(&self, design: &Design, heights: &Heights) -> Result<Factor, FitError> {
         let r = self.triangle.r();
         let qty = self.triangle.qty().to_vec();
         let change = design.change_of_basis();

@@ -15,7 +15,7 @@ use crate::{
 };
 
 impl Sums {
-    pub fn state(&self) -> State {
+    pub(super) fn state(&self) -> State {
         let mut numbers = Vec::new();
         let (form, names) = match &self.form {
             Form::Curve => (0.0, None),
@@ -40,7 +40,7 @@ impl Sums {
         State { numbers, names }
     }
 
-    pub fn restore(spec: &FitSpec, state: &State) -> Option<Self> {
+    pub(super) fn restore(spec: &FitSpec, state: &State) -> Option<Self> {
         let mut input = Numbers::new(&state.numbers);
         let [form, size, count] = input.array()?;
         let (n, count) = (size as usize, count as usize);

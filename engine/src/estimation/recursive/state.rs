@@ -15,27 +15,27 @@ pub(super) struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    pub fn new(numbers: &'a [f64]) -> Self {
+    pub(super) fn new(numbers: &'a [f64]) -> Self {
         Numbers { rest: numbers }
     }
 
-    pub fn take(&mut self, count: usize) -> Option<Vec<f64>> {
+    pub(super) fn take(&mut self, count: usize) -> Option<Vec<f64>> {
         let (taken, rest) = self.rest.split_at_checked(count)?;
         self.rest = rest;
         Some(taken.to_vec())
     }
 
-    pub fn array<const N: usize>(&mut self) -> Option<[f64; N]> {
+    pub(super) fn array<const N: usize>(&mut self) -> Option<[f64; N]> {
         self.take(N)?.try_into().ok()
     }
 
     /// Double-doubles.
-    pub fn wide(&mut self, count: usize) -> Option<Vec<Dd>> {
+    pub(super) fn wide(&mut self, count: usize) -> Option<Vec<Dd>> {
         let pairs = self.take(count.checked_mul(2)?)?;
         Some(pairs.as_chunks::<2>().0.iter().map(|&[hi, lo]| Dd { hi, lo }).collect())
     }
 
-    pub fn is_at_end(&self) -> bool {
+    pub(super) fn is_at_end(&self) -> bool {
         self.rest.is_empty()
     }
 }

@@ -14,7 +14,7 @@ use crate::{
 
 /// What is kept of the nodes.
 #[derive(Clone)]
-pub struct Sums {
+pub(super) struct Sums {
     pub form: Form,
     pub design: Design,
     /// Where the working functions live.
@@ -34,7 +34,7 @@ pub struct Sums {
 
 impl Sums {
     /// Before the first node of `form`.
-    pub fn new(form: Form, design: Design, boxes: Boxes, sample: &Sample, spec: &FitSpec) -> Self {
+    pub(super) fn new(form: Form, design: Design, boxes: Boxes, sample: &Sample, spec: &FitSpec) -> Self {
         let n = design.size();
         let matrix = matches!(form, Form::Matrix { .. });
         Sums {
@@ -59,13 +59,13 @@ impl Sums {
         }
     }
 
-    pub fn is_finite(&self) -> bool {
+    pub(super) fn is_finite(&self) -> bool {
         self.triangle.is_finite()
             && self.ones.iter().chain(&self.moments).all(|x| x.is_finite())
             && self.summary.slopes.iter().all(|x| x.is_finite())
     }
 
-    pub fn add(&mut self, sample: &Sample, forgetting: f64, slopes: bool) {
+    pub(super) fn add(&mut self, sample: &Sample, forgetting: f64, slopes: bool) {
         let fading = Dd::from(forgetting);
         let root_fading = fading.sqrt();
         let n = self.design.size();

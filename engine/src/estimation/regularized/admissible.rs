@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Refuses a scaling and regularisation of `spec` that `design` rules out.
-pub fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
+pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let size = scaled_size(design, spec.scaling)?;
     match &spec.regularization {
         Regularization::None => Ok(()),

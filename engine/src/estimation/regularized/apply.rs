@@ -8,7 +8,7 @@ use super::{
 use crate::estimation::{error::FitError, result::Warning, spec::Regularization};
 
 /// Applies what the spec asks for.
-pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     check_admissible(context.linear.design, context.spec)?;
     match &context.spec.regularization {
         Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. } => {

@@ -12,7 +12,7 @@ use crate::estimation::{
 };
 
 /// The three figures.
-pub struct Bias {
+pub(super) struct Bias {
     pub norm: f64,
     pub sharp: f64,
     pub paper: Option<f64>,
@@ -20,7 +20,7 @@ pub struct Bias {
 }
 
 /// Bias of the estimate filtered by `filtered` (one for each direction) at `parameter`, given r.
-pub fn bias(spectrum: &Spectrum, rule: Rule, parameter: f64, filtered: &[Filtered], r: f64) -> Bias {
+pub(super) fn bias(spectrum: &Spectrum, rule: Rule, parameter: f64, filtered: &[Filtered], r: f64) -> Bias {
     let norm = spectrum.a.iter().zip(filtered).map(|(a, f)| (a * f.removed).powi(2)).sum::<f64>().sqrt();
     let sharp = r * filtered.iter().map(|f| f.removed).fold(0.0, f64::max);
     let coefficients: Option<Vec<f64>> =
@@ -44,7 +44,7 @@ pub fn bias(spectrum: &Spectrum, rule: Rule, parameter: f64, filtered: &[Filtere
 
 /// Sharp bound on each caller's coefficient: `r ‖ℓⱼᵀ V diag(1−f)‖`, `directions` holding `ℓⱼᵀV` in
 /// its rows.
-pub fn per_coefficient(directions: &nalgebra::DMatrix<f64>, filtered: &[Filtered], r: f64) -> Vec<f64> {
+pub(super) fn per_coefficient(directions: &nalgebra::DMatrix<f64>, filtered: &[Filtered], r: f64) -> Vec<f64> {
     (0..directions.nrows())
         .map(|j| {
             r * filtered.iter().enumerate().map(|(i, f)| (directions[(j, i)] * f.removed).powi(2)).sum::<f64>().sqrt()

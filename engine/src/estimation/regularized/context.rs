@@ -14,7 +14,7 @@ use crate::estimation::{
 };
 
 /// Everything known of the fit before it is regularised.
-pub struct Context<'a> {
+pub(crate) struct Context<'a> {
     pub spec: &'a FitSpec,
     pub linear: &'a LinearProblem<'a>,
     pub columns: &'a ScaledColumns,
@@ -30,17 +30,17 @@ pub struct Context<'a> {
 
 impl Context<'_> {
     /// m.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.linear.evidence.count()
     }
 
     /// Coefficients that no filter acts on: the constant of standardised columns.
-    pub fn unpenalised(&self) -> usize {
+    pub(crate) fn unpenalised(&self) -> usize {
         usize::from(self.columns.constant.is_some())
     }
 
     /// r, with a warning where that of the request lies below ‖Â‖. `regularized` is ‖Â_B‖.
-    pub fn norm_limit(&self, regularized: f64, warnings: &mut Vec<Warning>) -> f64 {
+    pub(crate) fn norm_limit(&self, regularized: f64, warnings: &mut Vec<Warning>) -> f64 {
         let a = &self.spectrum.a;
         let norm = a.iter().map(|a| a * a).sum::<f64>().sqrt();
         let Some(r) = self.spec.coefficient_norm_limit else {
@@ -63,7 +63,7 @@ impl Context<'_> {
     }
 
     /// √n τ with τ² = Σλᵢ aᵢ² / Σλᵢ; 0 where the columns reach nothing.
-    pub fn size_of_heights(&self) -> f64 {
+    pub(crate) fn size_of_heights(&self) -> f64 {
         let (lambda, a) = (&self.spectrum.lambda, &self.spectrum.a);
         let total: f64 = lambda.iter().sum();
         let reached: f64 = lambda.iter().zip(a).map(|(l, a)| (l.sqrt() * a).powi(2)).sum();
@@ -71,7 +71,7 @@ impl Context<'_> {
     }
 
     /// Norm of the caller's coefficients in the scaled columns.
-    pub fn norm_of(&self, coefficients: &[f64]) -> f64 {
+    pub(crate) fn norm_of(&self, coefficients: &[f64]) -> f64 {
         let ScaledColumns { kept, scale, .. } = self.columns;
         let scaled = kept.iter().zip(scale).filter_map(|(&j, scale)| Some(coefficients.get(j)? * scale.to_f64()));
         scaled.map(|a| a * a).sum::<f64>().sqrt()
@@ -79,14 +79,14 @@ impl Context<'_> {
 
     /// Whether what the estimate has along the small directions may be held against the choice that
     /// stands.
-    pub fn judge(&self, choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
+    pub(crate) fn judge(&self, choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
         if self.spec.expected_size == ExpectedSize::Estimated {
             warn_about(choices, chosen, warnings);
         }
     }
 
     /// The report on a bias that has neither e nor Ineq. 51.
-    pub fn bias(&self, norm: f64, sharp_bound: f64, r: f64) -> BiasReport {
+    pub(crate) fn bias(&self, norm: f64, sharp_bound: f64, r: f64) -> BiasReport {
         BiasReport {
             norm,
             sharp_bound,
@@ -103,7 +103,7 @@ impl Context<'_> {
     }
 
     /// Says what was included but does not exist for `kind`.
-    pub fn warn_of_missing(&self, kind: &str, curve: bool, warnings: &mut Vec<Warning>) {
+    pub(crate) fn warn_of_missing(&self, kind: &str, curve: bool, warnings: &mut Vec<Warning>) {
         let include = self.spec.include;
         if include.lambda_curve && !curve {
             warnings.push(Warning { code: "no_lambda_curve", message: format!("{kind} has no λ* to run along") });
@@ -115,7 +115,7 @@ impl Context<'_> {
         self.warn_of_trace(warnings);
     }
 
-    pub fn warn_of_trace(&self, warnings: &mut Vec<Warning>) {
+    pub(crate) fn warn_of_trace(&self, warnings: &mut Vec<Warning>) {
         if self.spec.include.ridge_trace {
             warnings.push(Warning { code: "no_ridge_trace", message: "only ridge has a ridge trace".into() });
         }
@@ -123,7 +123,7 @@ impl Context<'_> {
 }
 
 /// What stands after regularisation.
-pub struct Applied {
+pub(crate) struct Applied {
     pub estimate: Estimate,
     pub residuals: Residuals,
     /// Σ w r², as the spectral sums have it.

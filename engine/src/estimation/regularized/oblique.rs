@@ -17,7 +17,7 @@ use super::pair::product;
 use crate::numerics::{Dd, Real, jacobi, root::boundary, svd_dd};
 
 /// The directions in the scaled columns.
-pub struct Oblique {
+pub(super) struct Oblique {
     /// Column i is zᵢ.
     pub z: DMatrix<f64>,
     /// Z⁻¹.
@@ -40,7 +40,7 @@ pub struct Oblique {
 
 impl Oblique {
     /// Directions `z` with their inverse, and the least-squares coefficients along them.
-    pub fn new(
+    pub(super) fn new(
         z: DMatrix<Dd>,
         inverse: DMatrix<Dd>,
         delta: Vec<f64>,
@@ -75,12 +75,12 @@ impl Oblique {
     }
 
     /// fᵢ.
-    pub fn factor(&self, i: usize, lambda: f64) -> f64 {
+    pub(super) fn factor(&self, i: usize, lambda: f64) -> f64 {
         if i < self.silent { 0.0 } else { 1.0 / (1.0 + lambda * self.delta[i]) }
     }
 
     /// 1 − fᵢ, without cancellation.
-    pub fn removed(&self, i: usize, lambda: f64) -> f64 {
+    pub(super) fn removed(&self, i: usize, lambda: f64) -> f64 {
         let pull = lambda * self.delta[i];
         match i < self.silent {
             true => 1.0,
@@ -94,22 +94,22 @@ impl Oblique {
     }
 
     /// `‖Â − Â_λ‖`.
-    pub fn bias(&self, lambda: f64) -> f64 {
+    pub(super) fn bias(&self, lambda: f64) -> f64 {
         (&self.z * self.each(|i| self.removed(i, lambda) * self.a[i])).norm()
     }
 
     /// `‖Â_λ‖`.
-    pub fn norm(&self, lambda: f64) -> f64 {
+    pub(super) fn norm(&self, lambda: f64) -> f64 {
         (&self.z * self.each(|i| self.factor(i, lambda) * self.a[i])).norm()
     }
 
     /// `‖Y − XÂ_λ‖² − RSS`.
-    pub fn risen(&self, lambda: f64) -> f64 {
+    pub(super) fn risen(&self, lambda: f64) -> f64 {
         (self.silent..self.size()).map(|i| (self.removed(i, lambda) * self.a[i]).powi(2)).sum()
     }
 
     /// The predicted mean squared error and its derivative by ln λ; `None` without σ.
-    pub fn mse(&self, lambda: f64) -> Option<(f64, f64)> {
+    pub(super) fn mse(&self, lambda: f64) -> Option<(f64, f64)> {
         let variance = self.variance?;
         let moved = &self.z * self.each(|i| self.removed(i, lambda) * self.real[i]);
         let slope = &self.z * self.each(|i| self.factor(i, lambda) * self.removed(i, lambda) * self.real[i]);
@@ -128,12 +128,12 @@ impl Oblique {
     }
 
     /// Whether every `1 + λδ` is a number that can be worked with.
-    pub fn within_range(&self, lambda: f64) -> bool {
+    pub(super) fn within_range(&self, lambda: f64) -> bool {
         (0..self.size()).all(|i| (1e-280..1e280).contains(&self.lifted(i, lambda)))
     }
 
     /// Eigenvalues of `X̃ᵀX̃ + λP`, ascending; `None` if the iteration does not end.
-    pub fn eigenvalues(&self, lambda: f64) -> Option<Vec<f64>> {
+    pub(super) fn eigenvalues(&self, lambda: f64) -> Option<Vec<f64>> {
         /// Relative error that double precision may leave.
         const TOLERANCE: f64 = 1e-12;
         let roots: Vec<Dd> = (0..self.size()).map(|i| Dd::from(self.lifted(i, lambda)).sqrt()).collect();
@@ -149,7 +149,7 @@ impl Oblique {
     /// Condition of `X̃ᵀX̃ + λP` and the derivative of its logarithm by ln λ. Its largest
     /// eigenvalue is a convex function of λ and its smallest a concave one, so this slope changes
     /// its sign at most once.
-    pub fn condition(&self, lambda: f64) -> Option<(f64, f64)> {
+    pub(super) fn condition(&self, lambda: f64) -> Option<(f64, f64)> {
         let lifted = self.each(|i| self.lifted(i, lambda));
         let (high, x) = largest(&self.dual, &lifted);
         let (low, y) = largest(&self.z, &lifted.map(|g| 1.0 / g));
@@ -162,7 +162,7 @@ impl Oblique {
     }
 
     /// `M = Z diag(1−f) Z⁻¹`, formed in double-double: Z may be long where M is not.
-    pub fn removal(&self, lambda: f64) -> DMatrix<f64> {
+    pub(super) fn removal(&self, lambda: f64) -> DMatrix<f64> {
         let mut turned = self.inverse.clone();
         for (i, mut row) in turned.row_iter_mut().enumerate() {
             let removed = self.removed(i, lambda);
@@ -173,7 +173,7 @@ impl Oblique {
 }
 
 /// `‖M‖₂`.
-pub fn spectral_norm(matrix: &DMatrix<f64>) -> f64 {
+pub(super) fn spectral_norm(matrix: &DMatrix<f64>) -> f64 {
     let ones = DVector::from_element(matrix.ncols(), 1.0);
     largest(matrix, &ones).0.sqrt()
 }

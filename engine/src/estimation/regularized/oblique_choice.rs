@@ -17,20 +17,20 @@ use crate::estimation::{
 };
 
 /// The λ that is used, with its figures.
-pub struct SelectedPenalty {
+pub(super) struct SelectedPenalty {
     pub selection: Selection<Lambda>,
     pub figures: Choice,
 }
 
 /// λ, and whether a discrepancy was reached.
 #[derive(Clone, Copy)]
-pub struct Lambda {
+pub(super) struct Lambda {
     pub value: f64,
     reached: bool,
 }
 
 /// Decides for `oblique`.
-pub fn decide(
+pub(super) fn decide(
     context: &Context,
     oblique: &Oblique,
     parameter: Parameter,

@@ -26,7 +26,7 @@ const NULL: f64 = 4.0;
 
 /// Why there is no decomposition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PairFault {
+pub(super) enum PairFault {
     /// Matrix and penalty leave the same combination of coefficients free.
     Undetermined,
     NotConverged,
@@ -34,7 +34,7 @@ pub enum PairFault {
 
 /// Directions by ascending 1/δ: first those that the nodes do not see, last those without penalty.
 #[derive(Debug)]
-pub struct Pair {
+pub(super) struct Pair {
     /// Column i is zᵢ, in working coefficients.
     pub z: DMatrix<Dd>,
     /// Z⁻¹.
@@ -51,7 +51,7 @@ pub struct Pair {
 
 impl Pair {
     /// Decomposes upper triangular `r` with `l`; `rank` is that of r.
-    pub fn new(r: &DMatrix<Dd>, l: &DMatrix<Dd>, rank: usize) -> Result<Self, PairFault> {
+    pub(super) fn new(r: &DMatrix<Dd>, l: &DMatrix<Dd>, rank: usize) -> Result<Self, PairFault> {
         let n = r.ncols();
         let size = |matrix: &DMatrix<Dd>| matrix.iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt();
         let (of_r, of_l) = (size(r), size(l));
@@ -105,7 +105,7 @@ impl Pair {
 
     /// Turns the directions without penalty so that the last one runs along `constant` (working
     /// coefficients), which lies among them; false where it does not.
-    pub fn turn_last_to(&mut self, constant: &[Dd]) -> bool {
+    pub(super) fn turn_last_to(&mut self, constant: &[Dd]) -> bool {
         let n = self.delta.len();
         let first = n - self.free;
         // its share in every direction: Z⁻¹ applied to it
@@ -164,7 +164,7 @@ fn separated(penalty: &DMatrix<Dd>, mut v: DMatrix<Dd>, sigma: &[Dd]) -> Option<
 }
 
 /// `A B`.
-pub fn product(a: &DMatrix<Dd>, b: &DMatrix<Dd>) -> DMatrix<Dd> {
+pub(super) fn product(a: &DMatrix<Dd>, b: &DMatrix<Dd>) -> DMatrix<Dd> {
     let height = lanes_for(a.nrows());
     let mut columns = vec![DdLanes::ZERO; height * a.ncols()];
     for (j, column) in a.column_iter().enumerate() {

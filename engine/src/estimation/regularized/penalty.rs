@@ -22,13 +22,13 @@ use crate::{
 };
 
 /// Orders of derivatives that a penalty may have.
-pub const HIGHEST_ORDER: usize = 3;
+pub(super) const HIGHEST_ORDER: usize = 3;
 
 /// Entries of L are squared.
 const RANGE: std::ops::Range<f64> = 1e-140..1e140;
 
 /// Refuses a penalty that the model has no roughness for; of `size` scaled columns.
-pub fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -> Result<(), Faults> {
+pub(super) fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -> Result<(), Faults> {
     let order = asked.order;
     if order > HIGHEST_ORDER {
         return Err(Faults::one(Field::Order, format!("{order} is not one of 0 to {HIGHEST_ORDER}")));
@@ -77,7 +77,7 @@ fn degree(axis: &Axis) -> usize {
 }
 
 /// L: as many columns as working coefficients. `asked` has been checked.
-pub fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults> {
+pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults> {
     let design = context.linear.design;
     let order = asked.order;
     let weights = weights(asked, design);
@@ -212,7 +212,7 @@ fn halves(low: f64, high: f64) -> (Dd, Dd) {
 }
 
 /// The triangular factor of a tall matrix.
-pub fn triangular(rows: DMatrix<Dd>) -> DMatrix<Dd> {
+pub(super) fn triangular(rows: DMatrix<Dd>) -> DMatrix<Dd> {
     let height = rows.nrows();
     qr::qr_with_rhs(rows, DVector::from_element(height, Dd::ZERO)).r
 }

@@ -27,7 +27,7 @@ fn points_beyond(ratio: f64) -> usize {
 
 /// L (square, upper triangular) of `Σ w_axis ∫∫ (∂ᵏφ/∂axisᵏ)²` for working functions φ, the
 /// integrals over the knots.
-pub fn factor(axes: [&Axis; 2], net: &WeightNet, weights: &[f64], order: usize) -> DMatrix<Dd> {
+pub(super) fn factor(axes: [&Axis; 2], net: &WeightNet, weights: &[f64], order: usize) -> DMatrix<Dd> {
     let q = axes[1].size();
     let [spans_u, spans_v] = axes.map(spans);
     let ratio = |u: &Span, v: &Span| {

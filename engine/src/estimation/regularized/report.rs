@@ -3,7 +3,7 @@
 use crate::estimation::result::{RegularizationKind, RegularizationReport, RegularizedSpectrum};
 
 /// A report of `kind` in which nothing stands yet.
-pub fn report(kind: RegularizationKind) -> RegularizationReport {
+pub(super) fn report(kind: RegularizationKind) -> RegularizationReport {
     RegularizationReport {
         kind,
         scheme: None,
@@ -23,7 +23,7 @@ pub fn report(kind: RegularizationKind) -> RegularizationReport {
 }
 
 /// Condition of positive eigenvalues; `None` where one is 0.
-pub fn condition(values: impl Iterator<Item = f64>) -> Option<f64> {
+pub(super) fn condition(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (mut low, mut high) = (f64::INFINITY, 0.0f64);
     for value in values {
         (low, high) = (low.min(value), high.max(value));
@@ -31,12 +31,12 @@ pub fn condition(values: impl Iterator<Item = f64>) -> Option<f64> {
     Some(high / low).filter(|c| low > 0.0 && c.is_finite())
 }
 
-pub fn log10_determinant(values: impl Iterator<Item = f64>) -> Option<f64> {
+pub(super) fn log10_determinant(values: impl Iterator<Item = f64>) -> Option<f64> {
     Some(values.map(f64::log10).sum::<f64>()).filter(|sum| sum.is_finite())
 }
 
 /// The report on eigenvalues that stand in the order of their directions.
-pub fn regularized_spectrum(eigenvalues: Vec<f64>) -> RegularizedSpectrum {
+pub(crate) fn regularized_spectrum(eigenvalues: Vec<f64>) -> RegularizedSpectrum {
     RegularizedSpectrum {
         condition: condition(eigenvalues.iter().copied()),
         log10_determinant: log10_determinant(eigenvalues.iter().copied()),

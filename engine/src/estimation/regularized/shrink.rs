@@ -23,7 +23,7 @@ use crate::estimation::{
 };
 
 /// Refuses to shrink fewer directions than pay for their factor.
-pub fn check_directions(p: usize) -> Result<(), Faults> {
+pub(super) fn check_directions(p: usize) -> Result<(), Faults> {
     if p >= 3 {
         return Ok(());
     }
@@ -34,7 +34,11 @@ pub fn check_directions(p: usize) -> Result<(), Faults> {
 }
 
 /// Shrinks by the factor that the data give.
-pub fn james_stein(context: &Context, asked: &JamesStein, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+pub(super) fn james_stein(
+    context: &Context,
+    asked: &JamesStein,
+    warnings: &mut Vec<Warning>,
+) -> Result<Applied, FitError> {
     let target = match (asked.factor, &asked.target) {
         (ShrinkageFactor::EfronMorris, None) => AttractionTarget::at_the_mean(context, warnings)?,
         (_, target) => AttractionTarget::at(context, target.as_deref(), warnings),
@@ -81,7 +85,11 @@ impl Drawn {
 }
 
 /// Draws Â to the target with the weight asked for.
-pub fn attraction(context: &Context, asked: &Attraction, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+pub(super) fn attraction(
+    context: &Context,
+    asked: &Attraction,
+    warnings: &mut Vec<Warning>,
+) -> Result<Applied, FitError> {
     let target = AttractionTarget::at(context, Some(&asked.target), warnings);
     context.warn_of_missing("attraction", true, warnings);
     // seen from T, every direction of X(Â − T) is alike: the sums of ridge with eigenvalue 1

@@ -27,7 +27,7 @@ use crate::estimation::{
 const MOST_OF_B: usize = 1_000_000;
 
 /// Applies the rule asked for.
-pub fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
     let problem = Spectral::new(
         &spectrum.lambda,

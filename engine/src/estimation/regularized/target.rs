@@ -26,7 +26,7 @@ use crate::{
 };
 
 /// The target, in every coordinate that is needed.
-pub struct AttractionTarget<'a> {
+pub(super) struct AttractionTarget<'a> {
     context: &'a Context<'a>,
     /// T in the caller's terms; of standardised columns the constant follows from the others.
     caller: Vec<Dd>,
@@ -48,7 +48,7 @@ struct Constant {
 
 impl<'a> AttractionTarget<'a> {
     /// A vector of the caller (as long as there are coefficients), 0 where none is given.
-    pub fn at(context: &'a Context<'a>, target: Option<&[f64]>, warnings: &mut Vec<Warning>) -> Self {
+    pub(super) fn at(context: &'a Context<'a>, target: Option<&[f64]>, warnings: &mut Vec<Warning>) -> Self {
         let n = context.linear.design.size();
         let given = |j: usize| target.map_or(0.0, |t| t[j]);
         if let Some(constant) = &context.columns.constant
@@ -65,7 +65,7 @@ impl<'a> AttractionTarget<'a> {
 
     /// The grand mean of the heights; of standardised columns it is what the unpenalised constant
     /// does anyway.
-    pub fn at_the_mean(context: &'a Context<'a>, warnings: &mut Vec<Warning>) -> Result<Self, FitError> {
+    pub(super) fn at_the_mean(context: &'a Context<'a>, warnings: &mut Vec<Warning>) -> Result<Self, FitError> {
         if context.columns.constant.is_some() {
             return Ok(Self::at(context, None, warnings));
         }
@@ -100,7 +100,7 @@ impl<'a> AttractionTarget<'a> {
     }
 
     /// Numerically nonzero directions, which are drawn to the target.
-    pub fn directions(&self) -> usize {
+    pub(super) fn directions(&self) -> usize {
         self.context.spectrum.rank - usize::from(self.mean.is_some())
     }
 
@@ -109,7 +109,7 @@ impl<'a> AttractionTarget<'a> {
     }
 
     /// `Q = ‖X(Â − T)‖²`.
-    pub fn reach(&self) -> f64 {
+    pub(super) fn reach(&self) -> f64 {
         self.nonzero().map(|(i, lambda)| lambda * self.away[i] * self.away[i]).sum()
     }
 
@@ -120,7 +120,7 @@ impl<'a> AttractionTarget<'a> {
 
     /// `S = Σ max((aᵢ−tᵢ)² − σ²/λᵢ, 0)`, what of the distance is more than noise, and `N = Σ
     /// σ²/λᵢ`, the noise.
-    pub fn signal_and_noise(&self, variance: f64) -> (f64, f64) {
+    pub(super) fn signal_and_noise(&self, variance: f64) -> (f64, f64) {
         self.nonzero().fold((0.0, 0.0), |(signal, noise), (i, lambda)| {
             let own = variance * (1.0 / lambda - self.mean_share(i)).max(0.0);
             (signal + (self.away[i] * self.away[i] - own).max(0.0), noise + own)
@@ -128,7 +128,7 @@ impl<'a> AttractionTarget<'a> {
     }
 
     /// The figures of factor `c` beside those of the criteria.
-    pub fn choice(&self, c: f64) -> Choice {
+    pub(super) fn choice(&self, c: f64) -> Choice {
         let context = self.context;
         let distance = self.away.iter().map(|d| d * d).sum::<f64>().sqrt();
         Choice {
@@ -146,12 +146,12 @@ impl<'a> AttractionTarget<'a> {
     }
 
     /// `‖Y − X Â_c‖²`, since Â − T lies at right angles to the residuals.
-    pub fn rss(&self, c: f64) -> f64 {
+    pub(super) fn rss(&self, c: f64) -> f64 {
         self.context.least_squares.rss + (1.0 - c) * (1.0 - c) * self.reach()
     }
 
     /// `‖T + c(Â − T)‖` in the scaled columns.
-    pub fn norm(&self, c: f64) -> f64 {
+    pub(super) fn norm(&self, c: f64) -> f64 {
         self.along.iter().zip(&self.away).map(|(t, d)| (t + c * d).powi(2)).sum::<f64>().sqrt()
     }
 
@@ -188,7 +188,7 @@ impl<'a> AttractionTarget<'a> {
     }
 
     /// The estimate with factor `c`, `factors` standing for it in the answer.
-    pub fn apply(&self, c: f64, regularization: RegularizationReport, warnings: &mut Vec<Warning>) -> Applied {
+    pub(super) fn apply(&self, c: f64, regularization: RegularizationReport, warnings: &mut Vec<Warning>) -> Applied {
         let context = self.context;
         let Context { spectrum, columns, least_squares, linear, spec, .. } = *context;
         let filtered: Vec<Filtered> =
@@ -228,7 +228,7 @@ impl<'a> AttractionTarget<'a> {
     }
 
     /// A report of `kind` with least squares as the first choice.
-    pub fn report(&self, kind: RegularizationKind) -> RegularizationReport {
+    pub(super) fn report(&self, kind: RegularizationKind) -> RegularizationReport {
         RegularizationReport { choices: vec![self.choice(1.0)], ..report(kind) }
     }
 }

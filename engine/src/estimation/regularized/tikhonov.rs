@@ -40,7 +40,7 @@ use crate::{
 const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::PenaltyPair);
 
 /// Applies the penalty asked for.
-pub fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, linear, columns, spectrum, least_squares, .. } = *context;
     let factor = linear.factor;
     let n = factor.size();

@@ -18,7 +18,7 @@ const HIGH: f64 = 10.0;
 const WIDEST: f64 = 1e-14;
 
 /// k = 0, an even grid on log k, and the chosen k in its place; ascending.
-pub fn points(context: &Context, chosen: Option<Chosen>) -> Vec<RidgeTracePoint> {
+pub(super) fn points(context: &Context, chosen: Option<Chosen>) -> Vec<RidgeTracePoint> {
     let lambda = &context.spectrum.lambda;
     let high = HIGH * context.spectrum.largest();
     let chosen = chosen.map(|chosen| chosen.lambda_star).filter(|k| *k > 0.0 && k.is_finite());

@@ -19,7 +19,7 @@ use crate::estimation::{
 };
 
 /// Refuses to keep none, or more than `there` are.
-pub fn check_rank(rank: usize, there: usize, what: &str) -> Result<(), Faults> {
+pub(super) fn check_rank(rank: usize, there: usize, what: &str) -> Result<(), Faults> {
     if (1..=there).contains(&rank) {
         return Ok(());
     }
@@ -28,7 +28,7 @@ pub fn check_rank(rank: usize, there: usize, what: &str) -> Result<(), Faults> {
 }
 
 /// Keeps the `rank` largest singular values.
-pub fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
+pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
     let n = spectrum.lambda.len();
     check_rank(rank, spectrum.rank, "singular values told from 0")?;

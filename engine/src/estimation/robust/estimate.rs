@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// A robust estimate as a fit reports it.
-pub struct RobustSolution<'a> {
+pub(crate) struct RobustSolution<'a> {
     pub estimate: &'a RobustEstimate,
     pub plain: PlainEstimate,
     /// The nodes as posted: the linear problem of the fit has the weights of the problem that was
@@ -32,7 +32,7 @@ pub struct RobustSolution<'a> {
 
 impl RobustSolution<'_> {
     /// Σ w r² and max |r| of residuals, with the posted weights.
-    pub fn sums(&self, residuals: &[f64]) -> (f64, f64) {
+    pub(crate) fn sums(&self, residuals: &[f64]) -> (f64, f64) {
         let (mut squares, mut largest) = (Dd::ZERO, 0.0f64);
         for (k, r) in residuals.iter().enumerate() {
             squares += Dd::product(self.posted.w(k) * r, *r);
@@ -43,7 +43,7 @@ impl RobustSolution<'_> {
 }
 
 /// An estimate as the least-squares problem that it solves.
-pub struct RobustEstimate {
+pub(crate) struct RobustEstimate {
     /// Of `√(wω) X` (or `√w X`); `working` is the estimate, `rss` its weighted sum of squares.
     pub factor: Factor,
     /// wω by posted node; `None` where node weights stand.
@@ -56,7 +56,7 @@ pub struct RobustEstimate {
 }
 
 /// Estimates as asked; `None` for least squares, which `measured` already is.
-pub fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Option<RobustEstimate>, FitError> {
+pub(crate) fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Option<RobustEstimate>, FitError> {
     if *estimator == Estimator::LeastSquares {
         return Ok(None);
     }

@@ -8,15 +8,15 @@
 use super::super::result::Warning;
 
 /// Scale below this share of the largest height is rounding.
-pub const EXACT: f64 = 1e-14;
+pub(super) const EXACT: f64 = 1e-14;
 
 /// Residuals up to here lie on the surface; `largest` is the largest height (times √weight).
-pub fn rounding(largest: f64) -> f64 {
+pub(super) fn rounding(largest: f64) -> f64 {
     64.0 * EXACT * largest
 }
 
 /// The warning about an exact fit.
-pub fn warning(on: usize, m: usize) -> Warning {
+pub(super) fn warning(on: usize, m: usize) -> Warning {
     Warning {
         code: "exact_fit",
         message: format!(
@@ -28,7 +28,7 @@ pub fn warning(on: usize, m: usize) -> Warning {
 }
 
 /// A scale with what hangs on it, as it is answered.
-pub struct Settled {
+pub(super) struct Settled {
     /// `None` where there is none to be told.
     pub scale: Option<f64>,
     /// τ.
@@ -38,7 +38,7 @@ pub struct Settled {
 }
 
 /// Looks whether `scale` and `dispersion` are more than rounding of the `residuals`.
-pub fn settled(
+pub(super) fn settled(
     scale: Option<f64>,
     dispersion: Option<f64>,
     residuals: &[f64],

@@ -39,7 +39,7 @@ use crate::{
 const APPROACH: usize = 8;
 
 /// Least absolute deviations.
-pub fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
+pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     solve(0.5, 1.0, measured)
 }
 

@@ -35,7 +35,7 @@ fn fall(p: f64) -> f64 {
     if p < 1.1 { 0.75 } else { 0.5 }
 }
 
-pub fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
+pub(super) fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
     let rows = Rows::new(measured)?;
     let (m, n) = (rows.count(), rows.n);
     let largest = rows.b.iter().map(|b| b.abs()).fold(0.0, f64::max);

@@ -44,12 +44,12 @@ const WORK: usize = 20_000_000_000;
 const STEPS: usize = 200;
 
 /// How many nodes the sum has.
-pub fn subset_size(coverage: f64, m: usize, n: usize) -> usize {
+pub(super) fn subset_size(coverage: f64, m: usize, n: usize) -> usize {
     let asked = (coverage * m as f64 * (1.0 + 4.0 * f64::EPSILON)).floor() as usize;
     asked.clamp((m + n).div_ceil(2).min(m), m)
 }
 
-pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome, FitError> {
+pub(super) fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome, FitError> {
     let Measured { linear, sample, .. } = *measured;
     let design = linear.design;
     let rows = Rows::new(measured)?;
@@ -104,7 +104,7 @@ pub fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome
 
 /// Weights from which an M-estimator may start: 1 on the half of the nodes with the least trimmed
 /// sum.
-pub fn start_weights(measured: &Measured) -> Result<Vec<f64>, FitError> {
+pub(super) fn start_weights(measured: &Measured) -> Result<Vec<f64>, FitError> {
     let rows = Rows::new(measured)?;
     let (m, n) = (rows.count(), rows.n);
     let h = subset_size(DEFAULT_COVERAGE.min(0.5), m, n);

@@ -33,7 +33,7 @@ use crate::{
     numerics::cancel::{self, Asking},
 };
 
-pub fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitError> {
+pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcome, FitError> {
     let Measured { linear, sample, heights } = *measured;
     let design = linear.design;
     let (m, n) = (sample.count(), design.size());

@@ -6,12 +6,12 @@ use crate::numerics::root::boundary;
 const SERIES: f64 = 2.5;
 
 /// φ(x).
-pub fn density(x: f64) -> f64 {
+pub(super) fn density(x: f64) -> f64 {
     (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt()
 }
 
 /// 1 − Φ(x), to nearly full precision for x ≥ 0.
-pub fn upper_tail(x: f64) -> f64 {
+pub(super) fn upper_tail(x: f64) -> f64 {
     if x < 0.0 {
         return 1.0 - upper_tail(-x);
     }
@@ -34,7 +34,7 @@ pub fn upper_tail(x: f64) -> f64 {
 }
 
 /// Φ⁻¹(p) for 0 < p < 1, by bisection; ±∞ at the ends.
-pub fn quantile(p: f64) -> f64 {
+pub(super) fn quantile(p: f64) -> f64 {
     if p <= 0.0 {
         return f64::NEG_INFINITY;
     }

@@ -13,7 +13,7 @@ use crate::{
 
 /// Nodes with their least-squares factor.
 #[derive(Clone, Copy)]
-pub struct Measured<'a> {
+pub(crate) struct Measured<'a> {
     pub linear: &'a LinearProblem<'a>,
     pub sample: &'a Sample<'a>,
     pub heights: &'a Heights,
@@ -21,7 +21,7 @@ pub struct Measured<'a> {
 
 impl Measured<'_> {
     /// Node weights times ω, by posted node; ω is by counted node.
-    pub fn posted_weights(&self, omega: &[f64]) -> Vec<f64> {
+    pub(crate) fn posted_weights(&self, omega: &[f64]) -> Vec<f64> {
         let posted =
             self.sample.index().and_then(|index| index.last()).map_or(self.sample.count(), |k| *k as usize + 1);
         let mut weights = vec![0.0; posted];
@@ -33,7 +33,7 @@ impl Measured<'_> {
 }
 
 /// What an estimator found.
-pub struct Outcome {
+pub(super) struct Outcome {
     pub solved: Solved,
     pub converged: bool,
     pub iterations: usize,
@@ -78,7 +78,7 @@ impl Default for Outcome {
 }
 
 /// The form in which the estimate came.
-pub enum Solved {
+pub(super) enum Solved {
     /// Weights, and the factor with them.
     Weighted(Weighting),
     /// A step from least squares, in Q's coordinates.
@@ -87,14 +87,14 @@ pub enum Solved {
     Working(Vec<Dd>),
 }
 
-pub struct Weighting {
+pub(super) struct Weighting {
     pub factor: Box<Factor>,
     /// By counted node.
     pub omega: Vec<f64>,
 }
 
 /// A direction in Q's coordinates along which the standard deviation is another one.
-pub struct Along {
+pub(crate) struct Along {
     pub direction: Vec<f64>,
     pub dispersion: f64,
 }

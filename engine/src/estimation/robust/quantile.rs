@@ -8,6 +8,6 @@ use super::{
 };
 use crate::estimation::error::FitError;
 
-pub fn estimate(tau: f64, measured: &Measured) -> Result<Outcome, FitError> {
+pub(super) fn estimate(tau: f64, measured: &Measured) -> Result<Outcome, FitError> {
     least_absolute::solve(tau, 1.0 / 2.0, measured)
 }

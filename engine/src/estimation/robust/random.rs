@@ -1,10 +1,10 @@
 //! A small generator of reproducible numbers (splitmix64: Steele, Lea and Flood 2014).
 
 /// Its whole state.
-pub struct SplitMix(u64);
+pub(super) struct SplitMix(u64);
 
 impl SplitMix {
-    pub fn new(seed: u64) -> Self {
+    pub(super) fn new(seed: u64) -> Self {
         SplitMix(seed)
     }
 
@@ -17,17 +17,17 @@ impl SplitMix {
     }
 
     /// Uniform on [0, 1).
-    pub fn unit(&mut self) -> f64 {
+    pub(super) fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
     /// Uniform below `end` > 0 (its bias, of order 2⁻⁶⁴·end, does not matter here).
-    pub fn below(&mut self, end: usize) -> usize {
+    pub(super) fn below(&mut self, end: usize) -> usize {
         ((u128::from(self.next()) * end as u128) >> 64) as usize
     }
 
     /// `count` different numbers below `end`, in random order; all of them when there are no more.
-    pub fn distinct(&mut self, count: usize, end: usize) -> Vec<usize> {
+    pub(super) fn distinct(&mut self, count: usize, end: usize) -> Vec<usize> {
         let count = count.min(end);
         let mut chosen: Vec<usize> = Vec::with_capacity(count);
         if 4 * count > end {

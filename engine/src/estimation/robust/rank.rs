@@ -37,7 +37,7 @@ const ROUNDS: usize = 60;
 /// Newton's steps that lead near the answer.
 const APPROACH: usize = 20;
 
-pub fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
+pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     let rows = Rows::new(measured)?;
     let (m, n) = (rows.count(), rows.n);
     let constant = constant(&rows);

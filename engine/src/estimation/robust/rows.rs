@@ -22,7 +22,7 @@ const MOST: usize = 20_000_000;
 const EASY: f64 = 1e3;
 
 /// Rows and heights of a problem, row by row.
-pub struct Rows {
+pub(super) struct Rows {
     pub n: usize,
     pub q: Vec<f64>,
     pub b: Vec<f64>,
@@ -30,7 +30,7 @@ pub struct Rows {
 
 impl Rows {
     /// The rows of all counted nodes; refuses more numbers than memory should hold.
-    pub fn new(measured: &Measured) -> Result<Self, FitError> {
+    pub(super) fn new(measured: &Measured) -> Result<Self, FitError> {
         let Measured { linear, sample, .. } = *measured;
         let (design, factor) = (linear.design, linear.factor);
         let (m, n) = (sample.count(), design.size());
@@ -63,17 +63,17 @@ impl Rows {
     }
 
     /// m.
-    pub fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.b.len()
     }
 
     /// qₖ.
-    pub fn row(&self, k: usize) -> &[f64] {
+    pub(super) fn row(&self, k: usize) -> &[f64] {
         &self.q[k * self.n..][..self.n]
     }
 
     /// `b − Qx`.
-    pub fn residuals(&self, x: &[f64]) -> Vec<f64> {
+    pub(super) fn residuals(&self, x: &[f64]) -> Vec<f64> {
         self.b.iter().zip(self.q.chunks_exact(self.n)).asking(self.n).map(|(b, q)| b - dot(q, x)).collect()
     }
 }
@@ -99,13 +99,13 @@ fn orthonormal<T: Real>(measured: &Measured, r: &nalgebra::DMatrix<T>) -> Vec<f6
 }
 
 /// Σ aᵢbᵢ.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Solves the weighted normal equations `(Σ ωₖ qₖqₖᵀ) x = Σ ωₖ qₖ yₖ`; `None` where the weights
 /// leave too little.
-pub fn weighted_solution(n: usize, q: &[f64], weights: &[f64], y: &[f64]) -> Option<Vec<f64>> {
+pub(super) fn weighted_solution(n: usize, q: &[f64], weights: &[f64], y: &[f64]) -> Option<Vec<f64>> {
     let mut gram = nalgebra::DMatrix::<f64>::zeros(n, n);
     let mut right = vec![0.0; n];
     for ((row, &w), &y) in q.chunks_exact(n).zip(weights).zip(y).asking(n * n).filter(|((_, w), _)| **w != 0.0) {

@@ -9,16 +9,16 @@ use super::normal;
 use crate::{estimation::spec::ScaleRule, numerics::cancel};
 
 /// Φ⁻¹(0.75).
-pub const NORMAL_QUARTILE: f64 = 0.674_489_750_196_081_7;
+pub(super) const NORMAL_QUARTILE: f64 = 0.674_489_750_196_081_7;
 
 /// Median of |r|; of an even number the mean of the middle two.
-pub fn median_abs(residuals: &[f64]) -> f64 {
+pub(super) fn median_abs(residuals: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
     median(&mut sizes)
 }
 
 /// Median; orders `values` partly. 0 of none.
-pub fn median(values: &mut [f64]) -> f64 {
+pub(super) fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
@@ -29,7 +29,7 @@ pub fn median(values: &mut [f64]) -> f64 {
 }
 
 /// `E min(Z², k²)` of a standard normal Z: θ + k²(1 − θ) − 2kφ(k), θ = 2Φ(k) − 1.
-pub fn proposal2_gamma(k: f64) -> f64 {
+pub(super) fn proposal2_gamma(k: f64) -> f64 {
     let theta = 1.0 - 2.0 * normal::upper_tail(k);
     theta + k * k * (1.0 - theta) - 2.0 * k * normal::density(k)
 }
@@ -39,7 +39,7 @@ pub fn proposal2_gamma(k: f64) -> f64 {
 ///
 /// Proposal 2 takes one step from `last` (from the MAD at first), so that its fixed point is
 /// reached together with that of the coefficients.
-pub fn scale(rule: ScaleRule, residuals: &[f64], last: Option<f64>, n: usize) -> f64 {
+pub(super) fn scale(rule: ScaleRule, residuals: &[f64], last: Option<f64>, n: usize) -> f64 {
     match rule {
         ScaleRule::Mad06745 => median_abs(residuals) / 0.6745,
         ScaleRule::Mad => median_abs(residuals) / NORMAL_QUARTILE,

@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// What standard errors are made of.
-pub struct Spread {
+pub(crate) struct Spread {
     dispersion: Option<f64>,
     along: Option<Along>,
     /// `R_ω R⁻¹`; `None` where they are the same.
@@ -27,7 +27,13 @@ pub struct Spread {
 }
 
 impl Spread {
-    pub fn new(factor: &Factor, plain: &Factor, dispersion: Option<f64>, along: Option<Along>, weighted: bool) -> Self {
+    pub(crate) fn new(
+        factor: &Factor,
+        plain: &Factor,
+        dispersion: Option<f64>,
+        along: Option<Along>,
+        weighted: bool,
+    ) -> Self {
         let turn = weighted.then(|| {
             let inverse = triangular::inverse_upper(&plain.r);
             triangular::multiply_upper(&factor.r, &inverse).map(|x| x.to_f64())
@@ -37,7 +43,7 @@ impl Spread {
 
     /// σ of a height of weight 1 in the problem that was solved: τ² times the mean of ω over the
     /// directions of X.
-    pub fn sigma(&self) -> Option<f64> {
+    pub(crate) fn sigma(&self) -> Option<f64> {
         let mean = self.turn.as_ref().map_or(1.0, |turn| turn.norm_squared() / turn.ncols() as f64);
         self.dispersion.map(|tau| tau * mean.sqrt())
     }
@@ -47,7 +53,7 @@ impl Spread {
     /// Where the filter acts along the eigenvectors they are exact. Where it acts along others
     /// (Tikhonov), or toward a target, those of the unregularised estimate shrink in the proportion
     /// in which regularisation shrinks `(XᵀX)⁻¹`.
-    pub fn standard_errors(
+    pub(crate) fn standard_errors(
         &self,
         estimate: &Estimate,
         spectrum: &Spectrum,

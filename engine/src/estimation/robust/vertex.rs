@@ -28,7 +28,7 @@ const SLACK: f64 = 1e-9;
 const FRESH: usize = 32;
 
 /// A problem: rows one after the other, heights, and the linear part.
-pub struct Lines<'a> {
+pub(super) struct Lines<'a> {
     pub n: usize,
     pub rows: &'a [f64],
     pub b: &'a [f64],
@@ -36,7 +36,7 @@ pub struct Lines<'a> {
 }
 
 /// Where the walk ended.
-pub struct Vertex {
+pub(super) struct Vertex {
     /// The rows of residual 0 that determine `x`.
     pub basis: Vec<usize>,
     pub x: Vec<f64>,
@@ -52,20 +52,20 @@ pub struct Vertex {
 
 impl Vertex {
     /// `max |dᵢ|` on the basis: at most 1 (but for rounding) where the vertex is optimal.
-    pub fn certificate(&self) -> f64 {
+    pub(super) fn certificate(&self) -> f64 {
         self.basis.iter().map(|&k| self.dual[k].abs()).fold(0.0, f64::max)
     }
 }
 
 /// Steps that a walk over this many numbers may take, so that it ends within a minute or so; a
 /// hundred times what it takes as a rule.
-pub fn most_steps(numbers: usize) -> usize {
+pub(super) fn most_steps(numbers: usize) -> usize {
     (40_000_000_000 / numbers.max(1)).clamp(1_000, 100_000)
 }
 
 /// Walks from the vertex nearest to `start`, for at most `limit` steps. `None` when the rows do not
 /// span.
-pub fn minimise(lines: &Lines, start: &[f64], limit: usize) -> Option<Vertex> {
+pub(super) fn minimise(lines: &Lines, start: &[f64], limit: usize) -> Option<Vertex> {
     let mut walk = Walk::new(lines, start)?;
     let mut steps = 0;
     let optimal = loop {

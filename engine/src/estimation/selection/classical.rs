@@ -15,7 +15,7 @@ use super::{
 use crate::estimation::spec::Criterion;
 
 /// k of ridge by `criterion`, for coefficients `a` along the directions of `problem`.
-pub fn ridge_parameter(criterion: Criterion, problem: &Spectral, a: &[f64]) -> Result<Chosen, Unavailable> {
+pub(super) fn ridge_parameter(criterion: Criterion, problem: &Spectral, a: &[f64]) -> Result<Chosen, Unavailable> {
     let variance = problem.variance.ok_or(Unavailable::NoSigma)?;
     let nonzero = || problem.lambda.iter().zip(a).filter(|(lambda, _)| **lambda > 0.0);
     let p = nonzero().count() as f64;

@@ -17,7 +17,7 @@ use crate::estimation::spec::Scheme;
 
 /// Which filter, without its parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rule {
+pub(crate) enum Rule {
     /// Plain least squares.
     None,
     /// The `count` smallest eigenvalues are regularised.
@@ -30,7 +30,7 @@ pub enum Rule {
 
 /// One direction's filter at one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Filtered {
+pub(crate) struct Filtered {
     /// fᵢ.
     pub factor: f64,
     /// 1 − fᵢ, without cancellation.
@@ -42,7 +42,7 @@ pub struct Filtered {
 impl Rule {
     /// The filter of direction `i` with eigenvalue `lambda` at λ* (or k) = `parameter`.
     #[inline(always)]
-    pub fn at(self, i: usize, lambda: f64, parameter: f64) -> Filtered {
+    pub(crate) fn at(self, i: usize, lambda: f64, parameter: f64) -> Filtered {
         let untouched = Filtered { factor: 1.0, removed: 0.0, eigenvalue: lambda };
         match self {
             Rule::None => untouched,
@@ -69,7 +69,7 @@ impl Rule {
     }
 
     /// cᵢ of Eq. 40; `None` for ridge, which has none.
-    pub fn coefficient(self, i: usize, lambda: f64, parameter: f64) -> Option<f64> {
+    pub(crate) fn coefficient(self, i: usize, lambda: f64, parameter: f64) -> Option<f64> {
         match self {
             Rule::Ridge => None,
             Rule::None => Some(0.0),

@@ -15,7 +15,7 @@ use crate::estimation::{
 };
 
 /// The rule that is applied, and its parameter.
-pub struct SelectedFilter {
+pub(crate) struct SelectedFilter {
     pub kind: RegularizationKind,
     pub rule: Rule,
     /// λ* or k; no answer where nothing is regularised.
@@ -24,14 +24,14 @@ pub struct SelectedFilter {
 
 impl SelectedFilter {
     /// The parameter to evaluate the rule at.
-    pub fn parameter(&self) -> f64 {
+    pub(crate) fn parameter(&self) -> f64 {
         self.selection.answer.map_or(0.0, |chosen| chosen.lambda_star)
     }
 }
 
 /// The rule asked for, with its parameter; `auto` counts the eigenvalues beyond the condition
 /// limit.
-pub fn rule(
+pub(crate) fn rule(
     regularization: &Regularization,
     lambda: &[f64],
 ) -> Result<(RegularizationKind, Rule, Option<Parameter>), FitError> {
@@ -55,7 +55,7 @@ pub fn rule(
 }
 
 /// A number of eigenvalues to be regularised, out of `all`.
-pub fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
+pub(crate) fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
     if count < all {
         return Ok(count);
     }
@@ -70,7 +70,7 @@ pub fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
 
 /// Decides for `problem` with coefficients `a` along its directions; `weight` is Σw, for the root
 /// mean squares.
-pub fn decide(
+pub(crate) fn decide(
     regularization: &Regularization,
     problem: &Spectral,
     a: &[f64],
@@ -192,7 +192,7 @@ fn figures(
 }
 
 /// The scheme and L, where there are any.
-pub fn scheme_and_count(rule: Rule) -> (Option<Scheme>, Option<usize>) {
+pub(crate) fn scheme_and_count(rule: Rule) -> (Option<Scheme>, Option<usize>) {
     match rule {
         Rule::Spectral { scheme, count } => (Some(scheme), Some(count)),
         Rule::None | Rule::Ridge => (None, None),

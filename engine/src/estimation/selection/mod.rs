@@ -2,10 +2,10 @@
 
 mod classical;
 mod filter;
-pub mod filters;
-pub mod scan;
+pub(super) mod filters;
+pub(super) mod scan;
 mod search;
-pub mod selector;
+pub(super) mod selector;
 mod spectral;
 
 pub(crate) use filter::{Filtered, Rule};

@@ -9,7 +9,7 @@ const MOST: f64 = 400.0;
 
 /// The place of the least value of `at(x)` → (value, slope) for x in `[low, high]`; of equal ones
 /// the first.
-pub fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> f64 {
+pub(crate) fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> f64 {
     let cells = ((high - low) * DENSITY).ceil().clamp(1.0, MOST) as usize;
     let grid: Vec<(f64, f64, f64)> = (0..=cells)
         .map(|i| {
@@ -40,7 +40,7 @@ pub fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> f64 {
 
 /// Where a slope that changes its sign once turns positive; `None` where it does not within `[low,
 /// high]`.
-pub fn turning([low, high]: [f64; 2], slope: impl Fn(f64) -> f64) -> Option<f64> {
+pub(crate) fn turning([low, high]: [f64; 2], slope: impl Fn(f64) -> f64) -> Option<f64> {
     if slope(low) >= 0.0 {
         return Some(low);
     }

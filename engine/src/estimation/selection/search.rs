@@ -31,7 +31,7 @@ const WORTH_REFINING: f64 = 0.25;
 
 /// What a criterion answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chosen {
+pub(crate) struct Chosen {
     pub lambda_star: f64,
     /// All minimisers, where they form a plateau.
     pub interval: Option<[f64; 2]>,
@@ -42,7 +42,7 @@ pub struct Chosen {
 
 /// Why a criterion has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unavailable {
+pub(crate) enum Unavailable {
     /// There is no σ: as many coefficients as nodes and no `noise_sigma`.
     NoSigma,
     /// Least condition has no minimiser for ridge: the condition falls for ever.
@@ -50,7 +50,7 @@ pub enum Unavailable {
 }
 
 /// Where λ* is searched: [λ₁, λₙ], and for ridge [1e-8 λ₁, 1e4 λₙ].
-pub fn range(problem: &Spectral, rule: Rule) -> [f64; 2] {
+pub(crate) fn range(problem: &Spectral, rule: Rule) -> [f64; 2] {
     let low = problem.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(1.0);
     let high = problem.lambda.last().copied().unwrap_or(1.0).max(low);
     match rule {
@@ -61,7 +61,7 @@ pub fn range(problem: &Spectral, rule: Rule) -> [f64; 2] {
 
 /// λ* by least condition, closed form (mathematics in docs/mathematics-notes.md): for `1 ≤ L < n`
 /// the low end of the plateau [b, a], or a.
-pub fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> Chosen {
+pub(super) fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> Chosen {
     let largest = lambda[lambda.len() - 1];
     let (low, high) = match scheme {
         Scheme::Exact => (lambda[count], largest),
@@ -82,7 +82,7 @@ pub fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> Chosen {
 /// Sums over a grid on ln λ*, shared by all criteria. Between two regularised eigenvalues every
 /// criterion is smooth; at them its slope jumps, so each stretch has a grid of its own, its ends
 /// seen from inside.
-pub struct Search<'a> {
+pub(crate) struct Search<'a> {
     problem: &'a Spectral<'a>,
     rule: Rule,
     stretches: Vec<Stretch>,
@@ -95,7 +95,7 @@ struct Stretch {
 
 impl<'a> Search<'a> {
     /// Lays the grids.
-    pub fn new(problem: &'a Spectral<'a>, rule: Rule) -> Self {
+    pub(crate) fn new(problem: &'a Spectral<'a>, rule: Rule) -> Self {
         let stretches = problem
             .stretches(rule, range(problem, rule))
             .into_iter()
@@ -123,7 +123,7 @@ impl<'a> Search<'a> {
     }
 
     /// What `criterion` chooses.
-    pub fn choose(&self, criterion: Criterion) -> Result<Chosen, Unavailable> {
+    pub(crate) fn choose(&self, criterion: Criterion) -> Result<Chosen, Unavailable> {
         let chosen = |x: f64| Ok(Chosen { lambda_star: x.exp(), interval: None, reached: true });
         let freedom = self.problem.count > self.problem.lambda.len() + self.problem.unpenalised;
         match (criterion, self.rule) {
@@ -150,7 +150,7 @@ impl<'a> Search<'a> {
     }
 
     /// `‖Y − X Â_B‖² / (1 − Σfᵢ/m)²`; infinite where nothing is left in the denominator.
-    pub fn gcv(&self, sums: &Sums) -> f64 {
+    pub(crate) fn gcv(&self, sums: &Sums) -> f64 {
         let left = 1.0 - sums.trace[0] / self.problem.count as f64;
         if left > 1e-14 { sums.rss[0] / (left * left) } else { f64::INFINITY }
     }

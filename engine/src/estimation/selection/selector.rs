@@ -17,7 +17,7 @@ use crate::estimation::{
 const POINTS: usize = 60;
 
 /// A problem with one parameter that a caller fixes or a criterion chooses.
-pub trait ParameterProblem {
+pub(crate) trait ParameterProblem {
     /// A parameter, with what is known of how it was found.
     type Answer: Copy;
     /// Why there is none.
@@ -38,7 +38,7 @@ pub trait ParameterProblem {
 }
 
 /// A problem cheap enough for every criterion to be answered beside the one asked for.
-pub trait Comparison: ParameterProblem<Refusal = Unavailable> {
+pub(crate) trait Comparison: ParameterProblem<Refusal = Unavailable> {
     /// What messages call the parameter.
     const PARAMETER: &'static str;
 
@@ -55,7 +55,7 @@ pub trait Comparison: ParameterProblem<Refusal = Unavailable> {
 }
 
 /// The parameter that is used, and what else could have been.
-pub struct Selection<A> {
+pub(crate) struct Selection<A> {
     /// `None` where the criterion has no answer: least squares is answered.
     pub answer: Option<A>,
     pub criterion: Option<Criterion>,
@@ -66,7 +66,7 @@ pub struct Selection<A> {
 }
 
 /// Selects the parameter for `problem`.
-pub fn select<P: Comparison>(
+pub(crate) fn select<P: Comparison>(
     problem: &P,
     parameter: Parameter,
     want_curve: bool,
@@ -111,7 +111,7 @@ pub fn select<P: Comparison>(
 }
 
 /// Says that `what` needs σ, and that least squares is answered without it.
-pub fn warn_of_missing_sigma(what: &str, warnings: &mut Vec<Warning>) {
+pub(crate) fn warn_of_missing_sigma(what: &str, warnings: &mut Vec<Warning>) {
     warnings.push(Warning {
         code: "criterion_unavailable",
         message: format!(
@@ -121,7 +121,7 @@ pub fn warn_of_missing_sigma(what: &str, warnings: &mut Vec<Warning>) {
 }
 
 /// Why a criterion cannot be had of a regularisation at all.
-pub fn no_minimiser(wanted: Criterion) -> Faults {
+pub(crate) fn no_minimiser(wanted: Criterion) -> Faults {
     let field = Field::Criterion;
     match wanted {
         Criterion::MinCondition => Faults::one(
@@ -140,7 +140,7 @@ pub fn no_minimiser(wanted: Criterion) -> Faults {
 }
 
 /// Warnings about the choice that stands.
-pub fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
+pub(crate) fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec<Warning>) {
     let [least_squares, ..] = choices else { return };
     if let (Some(here), Some(there)) = (chosen.predicted_mse, least_squares.predicted_mse)
         && here > there * (1.0 + 1e-9)

@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// What every criterion needs to know of a fit, laid out for repeated summation.
-pub struct Spectral<'a> {
+pub(crate) struct Spectral<'a> {
     /// λᵢ ascending, 0 where numerically zero.
     pub lambda: &'a [f64],
     /// σ², where there is one.
@@ -81,7 +81,7 @@ struct Above {
 
 /// Sums over the spectrum at one parameter; derivatives are by ln λ*.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Sums {
+pub(crate) struct Sums {
     /// `‖Y − X Â_B‖²` and its derivatives.
     pub rss: [f64; 3],
     /// `‖Â_B‖²` and its derivatives.
@@ -99,7 +99,7 @@ const CARRIED: usize = 11;
 
 impl<'a> Spectral<'a> {
     /// Lays out a problem with coefficients `a` along the directions of `lambda`.
-    pub fn new(
+    pub(crate) fn new(
         lambda: &'a [f64],
         a: &[f64],
         variance: Option<f64>,
@@ -143,13 +143,13 @@ impl<'a> Spectral<'a> {
     }
 
     /// The sums at λ* (or k) = `parameter`.
-    pub fn sums(&self, rule: Rule, parameter: f64) -> Sums {
+    pub(crate) fn sums(&self, rule: Rule, parameter: f64) -> Sums {
         self.sums_touching(rule, parameter, self.touched(rule, parameter))
     }
 
     /// Where the set of touched directions changes, and with it the slope of every sum: stretches
     /// of ln λ* between the eigenvalues, with what is touched inside.
-    pub fn stretches(&self, rule: Rule, [low, high]: [f64; 2]) -> Vec<([f64; 2], Range<usize>)> {
+    pub(crate) fn stretches(&self, rule: Rule, [low, high]: [f64; 2]) -> Vec<([f64; 2], Range<usize>)> {
         let mut stretches = Vec::new();
         let mut from = low;
         if let Rule::Spectral { count, .. } = rule {
@@ -170,7 +170,7 @@ impl<'a> Spectral<'a> {
     /// inside: four directions at a time. Inlined, so that a caller pays only for the sums that it
     /// reads.
     #[inline(always)]
-    pub fn sums_touching(&self, rule: Rule, parameter: f64, touched: Range<usize>) -> Sums {
+    pub(crate) fn sums_touching(&self, rule: Rule, parameter: f64, touched: Range<usize>) -> Sums {
         let (whole, partial) = (touched.end / LANES, touched.end % LANES);
         let last = (partial > 0).then(|| self.blocks[whole].first(partial));
         let sums = carried(rule, self.blocks[..whole].iter().copied().chain(last), F64x4::splat(parameter));
@@ -178,7 +178,7 @@ impl<'a> Spectral<'a> {
     }
 
     /// The same at four parameters side by side.
-    pub fn sums_at_four(&self, rule: Rule, parameters: [f64; LANES], touched: Range<usize>) -> [Sums; LANES] {
+    pub(crate) fn sums_at_four(&self, rule: Rule, parameters: [f64; LANES], touched: Range<usize>) -> [Sums; LANES] {
         let directions = touched.clone().map(|i| self.blocks[i / LANES].repeated(i % LANES));
         let sums = carried(rule, directions, F64x4::new(parameters));
         let sums = sums.map(F64x4::to_array);
@@ -201,7 +201,7 @@ impl<'a> Spectral<'a> {
     }
 
     /// Condition of the regularised matrix at `parameter`; `None` where an eigenvalue stays 0.
-    pub fn condition(&self, rule: Rule, parameter: f64) -> Option<f64> {
+    pub(crate) fn condition(&self, rule: Rule, parameter: f64) -> Option<f64> {
         let (mut low, mut high) = (f64::INFINITY, 0.0f64);
         for (i, &lambda) in self.lambda.iter().enumerate() {
             let eigenvalue = rule.at(i, lambda, parameter).eigenvalue;

@@ -13,7 +13,7 @@ use super::choice::Figures;
 use crate::numerics::{Dd, cancel::Asking};
 
 /// Strictly ascending abscissae with weights, three at least.
-pub struct Equations {
+pub(super) struct Equations {
     /// 1/w.
     spread: Vec<Dd>,
     /// Q: the three entries of each column.
@@ -35,7 +35,7 @@ struct Factor {
 }
 
 /// The spline of one λ.
-pub struct Solution {
+pub(super) struct Solution {
     /// Values at the abscissae, and second derivatives there (0 at the ends), by coordinate.
     pub values: Vec<Vec<Dd>>,
     pub bends: Vec<Vec<Dd>>,
@@ -48,7 +48,7 @@ pub struct Solution {
 }
 
 impl Equations {
-    pub fn new(x: &[f64], weight: &[f64]) -> Self {
+    pub(super) fn new(x: &[f64], weight: &[f64]) -> Self {
         let steps: Vec<Dd> = x.windows(2).asking(10).map(|pair| Dd::diff(pair[1], pair[0])).collect();
         let spread: Vec<Dd> = weight.iter().asking(20).map(|&w| Dd::ONE / Dd::from(w)).collect();
         let inner = x.len() - 2;
@@ -71,7 +71,7 @@ impl Equations {
     }
 
     /// ln λ from where the spline as good as interpolates to where it is a straight line.
-    pub fn range(&self) -> [f64; 2] {
+    pub(super) fn range(&self) -> [f64; 2] {
         let ratio = self.r.iter().zip(&self.k).map(|(r, k)| (r[0] / k[0]).to_f64()).fold(f64::INFINITY, f64::min);
         let length = self.steps.iter().fold(Dd::ZERO, |sum, &h| sum + h).to_f64();
         let weight: f64 = self.spread.iter().map(|&s| 1.0 / s.to_f64()).sum();
@@ -124,7 +124,7 @@ impl Equations {
 
     /// What λ gives for `heights`, by coordinate; `apart` is added to RSS (what repeated abscissae
     /// leave).
-    pub fn figures(&self, heights: &[Vec<Dd>], lambda: f64, apart: f64) -> Figures {
+    pub(super) fn figures(&self, heights: &[Vec<Dd>], lambda: f64, apart: f64) -> Figures {
         let factor = self.factor(lambda);
         let (a, b) = (factor.a, factor.b);
         let (mut rss, mut roughness, mut slope) = (apart, 0.0, 0.0);
@@ -150,7 +150,7 @@ impl Equations {
     }
 
     /// The spline itself.
-    pub fn solve(&self, heights: &[Vec<Dd>], lambda: f64) -> Solution {
+    pub(super) fn solve(&self, heights: &[Vec<Dd>], lambda: f64) -> Solution {
         let factor = self.factor(lambda);
         let (a, b) = (factor.a, factor.b);
         let inverse = factor.inverse();

@@ -18,12 +18,12 @@ use crate::{
 };
 
 /// The squared Frobenius norm of δX̃ for unit moves, from the sums over nodes of each column.
-pub fn of_scaled(sums: &[f64], columns: &ScaledColumns) -> f64 {
+pub(crate) fn of_scaled(sums: &[f64], columns: &ScaledColumns) -> f64 {
     columns.kept.iter().zip(&columns.scale).map(|(&j, s)| sums[j] / (s.to_f64() * s.to_f64())).sum()
 }
 
 /// `P` and what it leaves aside.
-pub struct ScaledColumns {
+pub(crate) struct ScaledColumns {
     /// `R P` in Q's coordinates: n rows, one column for each scaled column.
     pub matrix: DMatrix<Dd>,
     /// Which coefficient each scaled column belongs to.
@@ -35,7 +35,7 @@ pub struct ScaledColumns {
 }
 
 /// The constant column, left out of the analysis.
-pub struct Constant {
+pub(crate) struct Constant {
     /// Which coefficient.
     pub index: usize,
     /// Mean of each kept column in units of the constant column.
@@ -50,7 +50,7 @@ fn length_squared(matrix: &DMatrix<Dd>, column: usize) -> Dd {
 }
 
 /// The caller's columns `X = W T` in Q's coordinates.
-pub fn caller_columns(factor: &Factor) -> DMatrix<Dd> {
+pub(crate) fn caller_columns(factor: &Factor) -> DMatrix<Dd> {
     match factor.separable.as_ref().map(|separable| &separable.axes) {
         Some(axes) => crate::estimation::factor::kronecker(
             &crate::numerics::triangular::multiply_upper(&axes.u.r, &axes.u.change),
@@ -62,7 +62,7 @@ pub fn caller_columns(factor: &Factor) -> DMatrix<Dd> {
 
 impl ScaledColumns {
     /// Scales the caller's columns `caller` (in Q's coordinates) as asked; `weight` is Σw.
-    pub fn new(design: &Design, caller: &DMatrix<Dd>, scaling: Scaling, weight: f64) -> Result<Self, FitError> {
+    pub(crate) fn new(design: &Design, caller: &DMatrix<Dd>, scaling: Scaling, weight: f64) -> Result<Self, FitError> {
         let n = caller.ncols();
         match scaling {
             Scaling::None | Scaling::UnitLength => {
@@ -92,7 +92,7 @@ fn positive(length: Dd) -> Dd {
 
 /// How many scaled columns there will be. Refuses what a model with its number of columns rules
 /// out; whether a posted column is constant, the nodes have to tell.
-pub fn scaled_size(design: &Design, scaling: Scaling) -> Result<usize, Faults> {
+pub(crate) fn scaled_size(design: &Design, scaling: Scaling) -> Result<usize, Faults> {
     let n = design.size();
     match scaling {
         Scaling::None | Scaling::UnitLength => Ok(n),
@@ -150,7 +150,7 @@ fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<Sc
 impl Constant {
     /// Coefficient of the constant when all others are 0: the projection of the heights on the
     /// constant column.
-    pub fn level(&self, caller: &DMatrix<Dd>, qty: &[Dd]) -> Dd {
+    pub(crate) fn level(&self, caller: &DMatrix<Dd>, qty: &[Dd]) -> Dd {
         let own = length_squared(caller, self.index);
         let shared = qty.iter().enumerate().fold(Dd::ZERO, |sum, (k, &b)| sum + caller[(k, self.index)] * b);
         shared / own

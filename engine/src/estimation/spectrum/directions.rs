@@ -27,7 +27,7 @@ const NOT_CONVERGED: FitError = FitError::NotConverged(Unconverged::SingularValu
 /// The eigen analysis of the scaled columns, before a height is seen; directions in ascending order
 /// of eigenvalue.
 #[derive(Clone)]
-pub struct Directions {
+pub(crate) struct Directions {
     /// λᵢ; 0 where the arithmetic cannot tell it from 0.
     pub lambda: Vec<f64>,
     /// Column i is Vᵢ, in the scaled columns.
@@ -51,7 +51,7 @@ enum Exact {
 }
 
 /// The directions with what the heights have along them.
-pub struct Spectrum {
+pub(crate) struct Spectrum {
     pub directions: Directions,
     /// aᵢ = Vᵢᵀ Â; 0 where λᵢ is.
     pub a: Vec<f64>,
@@ -114,7 +114,7 @@ fn rounding_floor(r: &DMatrix<Dd>, change: &DMatrix<Dd>, scale: impl Fn(usize) -
 impl Directions {
     /// Analyses the scaled columns. Rank does not depend on how columns are scaled, but is told
     /// best on columns of unit length: where it is known from there, `rank` says so.
-    pub fn new(
+    pub(crate) fn new(
         factor: &Factor,
         columns: &ScaledColumns,
         scaling: Scaling,
@@ -208,19 +208,19 @@ impl Directions {
     }
 
     /// λₙ.
-    pub fn largest(&self) -> f64 {
+    pub(crate) fn largest(&self) -> f64 {
         self.lambda.last().copied().unwrap_or(0.0)
     }
 
     /// Whether every eigenvalue is numerically nonzero.
-    pub fn full_rank(&self) -> bool {
+    pub(crate) fn full_rank(&self) -> bool {
         self.rank == self.lambda.len()
     }
 }
 
 impl Spectrum {
     /// What the heights, seen as `b = Qᵀ√Ωz`, have along `directions`.
-    pub fn new(directions: Directions, qty: &[Dd], level: Dd) -> Self {
+    pub(crate) fn new(directions: Directions, qty: &[Dd], level: Dd) -> Self {
         let (a, scaled) = match &*directions.exact {
             Exact::Whole(parts) => along_whole(parts, &directions.lambda, qty),
             Exact::Product { u, v, order } => along_product(u, v, order, &directions.lambda, qty),

@@ -13,7 +13,7 @@ use crate::{
 
 /// Pearson correlations of centred columns; a column that does not vary has none with any other
 /// (0).
-pub fn correlations(centred: &DMatrix<f64>, deviation: &[f64], varies: impl Fn(usize) -> bool) -> Vec<Vec<f64>> {
+pub(super) fn correlations(centred: &DMatrix<f64>, deviation: &[f64], varies: impl Fn(usize) -> bool) -> Vec<Vec<f64>> {
     let n = deviation.len();
     let rows = centred.nrows();
     let columns: Vec<&[f64]> = centred.as_slice().chunks_exact(rows).collect();
@@ -50,19 +50,19 @@ fn dot4(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
 }
 
 /// Lengths of the columns.
-pub fn lengths(matrix: &DMatrix<f64>) -> Vec<f64> {
+pub(super) fn lengths(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.as_slice().chunks_exact(matrix.nrows()).map(|column| dot(column, column).sqrt()).collect()
 }
 
 /// Centred columns in Q's coordinates.
-pub struct Centred {
+pub(super) struct Centred {
     pub matrix: DMatrix<f64>,
     /// Where the constant lies outside the span of the columns: its coefficients on them, and what
     /// is left of it.
     pub beyond: Option<(Vec<f64>, f64)>,
 }
 
-pub fn centred(design: &Design, factor: &Factor, caller: &DMatrix<Dd>, weight: f64) -> Centred {
+pub(super) fn centred(design: &Design, factor: &Factor, caller: &DMatrix<Dd>, weight: f64) -> Centred {
     let n = caller.ncols();
     let dot = |a: &dyn Fn(usize) -> Dd, b: usize| (0..n).fold(Dd::ZERO, |sum, k| sum + a(k) * caller[(k, b)]);
     if design.constant == Some(0) && (1..n).all(|k| caller[(k, 0)] == Dd::ZERO) {

@@ -9,7 +9,7 @@ use crate::numerics::{
 };
 
 /// The columns divided by their lengths, and how many lanes each has.
-pub fn unit_columns(plain: &DMatrix<f64>, length: &[f64]) -> (Vec<F64Lanes>, usize) {
+pub(super) fn unit_columns(plain: &DMatrix<f64>, length: &[f64]) -> (Vec<F64Lanes>, usize) {
     let stride = lanes::lanes_for(plain.nrows());
     let mut unit = vec![F64Lanes::ZERO; stride * length.len()];
     let columns = plain.as_slice().chunks_exact(plain.nrows());
@@ -24,7 +24,7 @@ pub fn unit_columns(plain: &DMatrix<f64>, length: &[f64]) -> (Vec<F64Lanes>, usi
 
 /// R² (about 0) of the first of `terms` on the others: modified Gram–Schmidt on the columns, the
 /// first one last. `unit` has the columns of unit length, each of `stride` lanes.
-pub fn explained(unit: &[F64Lanes], stride: usize, terms: &[usize], room: &mut Vec<F64Lanes>) -> f64 {
+pub(super) fn explained(unit: &[F64Lanes], stride: usize, terms: &[usize], room: &mut Vec<F64Lanes>) -> f64 {
     room.clear();
     for &j in terms[1..].iter().chain(&terms[..1]) {
         room.extend_from_slice(&unit[j * stride..(j + 1) * stride]);
@@ -73,6 +73,6 @@ fn remove(d: &[F64Lanes], factor: f64, columns: &mut [F64Lanes]) {
 }
 
 /// Condition index of two columns of unit length with this cosine, if there were no others.
-pub fn pair_index(cosine: f64) -> f64 {
+pub(super) fn pair_index(cosine: f64) -> f64 {
     ((1.0 + cosine.abs()) / (1.0 - cosine.abs())).sqrt()
 }

@@ -29,11 +29,11 @@ use near_dependency::near_dependencies;
 use proportions::Shares;
 
 /// Up to how many coefficients the two n×n matrices are given unasked.
-pub const MATRICES_UP_TO: usize = 64;
+pub(crate) const MATRICES_UP_TO: usize = 64;
 
 /// The report for `caller` (the caller's columns in Q's coordinates) with the spectrum of its
 /// unit-length columns.
-pub fn report(
+pub(crate) fn report(
     design: &Design,
     factor: &Factor,
     caller: &DMatrix<Dd>,

@@ -35,11 +35,11 @@ fn partners(weights: &[f64], owes: impl Fn(usize) -> bool) -> Vec<usize> {
 }
 
 /// Terms that take part in an exact dependency, the leading one first.
-pub fn dependent_terms(weights: &[f64]) -> Vec<usize> {
+pub(crate) fn dependent_terms(weights: &[f64]) -> Vec<usize> {
     partners(weights, |j| weights[j] * weights[j] > NUMERICALLY_ZERO)
 }
 
-pub fn near_dependencies(
+pub(super) fn near_dependencies(
     design: &Design,
     plain: &DMatrix<f64>,
     length: &[f64],

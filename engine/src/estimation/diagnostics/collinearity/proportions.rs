@@ -6,10 +6,10 @@ use crate::estimation::spectrum::Directions;
 /// weight (Belsley, Kuh and Welsch): without that column the others would be told apart far better.
 const SHARE: f64 = 0.5;
 /// Squared weight of a column that takes part in an exact dependency.
-pub const NUMERICALLY_ZERO: f64 = 1e-12;
+pub(super) const NUMERICALLY_ZERO: f64 = 1e-12;
 
 /// How the variance of each unit-length column's coefficient is shared among the directions.
-pub struct Shares {
+pub(super) struct Shares {
     /// `Σᵢ V_ji²/λᵢ` over numerically nonzero directions.
     pub total: Vec<f64>,
     /// Whether the coefficient takes part in an exact dependency.
@@ -19,7 +19,7 @@ pub struct Shares {
 }
 
 impl Shares {
-    pub fn new(unit: &Directions) -> Self {
+    pub(super) fn new(unit: &Directions) -> Self {
         let n = unit.v.nrows();
         let (mut total, mut lost, mut undetermined) = (vec![0.0; n], vec![0.0; n], vec![false; n]);
         for (i, &lambda) in unit.lambda.iter().enumerate() {
@@ -38,7 +38,7 @@ impl Shares {
 
     /// Whether term j owes most of its variance to a direction of eigenvalue `lambda` in which it
     /// has the weight `weight`.
-    pub fn owes(&self, j: usize, weight: f64, lambda: f64) -> bool {
+    pub(super) fn owes(&self, j: usize, weight: f64, lambda: f64) -> bool {
         let square = weight * weight;
         match (self.undetermined[j], lambda > 0.0) {
             (true, false) => square >= SHARE * self.lost[j],
@@ -48,7 +48,7 @@ impl Shares {
     }
 
     /// Per term, one share for each eigenvalue; an exact dependency takes all of it.
-    pub fn proportions(&self, unit: &Directions) -> Vec<Vec<f64>> {
+    pub(super) fn proportions(&self, unit: &Directions) -> Vec<Vec<f64>> {
         let n = unit.v.nrows();
         let inverse: Vec<f64> = unit.lambda.iter().map(|&l| if l > 0.0 { 1.0 / l } else { 0.0 }).collect();
         let exact: Vec<f64> = unit.lambda.iter().map(|&l| if l > 0.0 { 0.0 } else { 1.0 }).collect();

@@ -10,7 +10,7 @@ const NAMED: usize = 4;
 /// What a person reads. `pair` is the cosine of the two leading terms, where they are nearly
 /// parallel without the others.
 #[inline(never)]
-pub fn sentence(
+pub(super) fn sentence(
     names: &[String],
     cosine: Option<f64>,
     r_squared: Option<f64>,
