@@ -1,15 +1,11 @@
 //! Request bodies: collected once, limited, decompressed.
 //!
-//! The limit counts decompressed bytes, and decompression stops where it is reached, so a small
-//! body that expands to gigabytes costs no more than the limit. Decompressing is processor work and
-//! belongs on the pool: a [`Payload`] carries the bytes as they came and is decoded there. Both the
-//! bytes as they came and the decompressed ones are weighed on the budget, together with the
-//! numbers that are read from them.
+//! The limit counts decompressed bytes. Decompressing is processor work and belongs on the pool: a
+//! [`Payload`] carries the bytes as they came and is decoded there. Both the bytes as they came and
+//! the decompressed ones are weighed on the budget, together with the numbers that are read from
+//! them.
 
-use std::{
-    io::Read,
-    sync::{Arc, OnceLock},
-};
+use std::sync::{Arc, OnceLock};
 
 use axum::{
     body::{Body, Bytes},
@@ -21,6 +17,7 @@ use sha2::{Digest, Sha256};
 
 use super::{
     budget::{Held, Permit},
+    content_encoding::{Encoding, PIECE, too_large},
     media_type,
     state::AppState,
 };
@@ -28,14 +25,6 @@ use crate::{
     api::problem::{Problem, ProblemCode},
     pool::checkpoint,
 };
-
-/// How the body is compressed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Encoding {
-    Identity,
-    Gzip,
-    Zstd,
-}
 
 /// What the body says it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -58,11 +47,11 @@ pub struct Payload {
     encoding: Encoding,
     media: Media,
     /// Where whoever unpacks it notes its digest.
-    seen: Option<Seen>,
+    digest: Option<BodyDigest>,
 }
 
 /// The digest of a body, once it has been read.
-pub type Seen = Arc<OnceLock<[u8; 32]>>;
+pub type BodyDigest = Arc<OnceLock<[u8; 32]>>;
 
 impl FromRequest<AppState> for Payload {
     type Rejection = Problem;
@@ -75,7 +64,7 @@ impl FromRequest<AppState> for Payload {
 impl Payload {
     /// A body of at most `limit` bytes.
     pub async fn collect(request: Request, state: &AppState, limit: usize) -> Result<Self, Problem> {
-        let encoding = encoding(request.headers())?;
+        let encoding = Encoding::of(request.headers())?;
         let media = media(request.headers())?;
         let settings = &state.settings;
         let mut permit = state.budget.permit();
@@ -87,7 +76,7 @@ impl Payload {
                 format!("The body did not arrive within {} s.", settings.body_timeout),
             )
         })??;
-        Ok(Payload { bytes, permit, numbers, encoding, media, seen: None })
+        Ok(Payload { bytes, permit, numbers, encoding, media, digest: None })
     }
 
     pub fn media(&self) -> &Media {
@@ -100,19 +89,19 @@ impl Payload {
     }
 
     /// Has the digest noted of the body when it is unpacked, so that it is unpacked once.
-    pub fn watched(mut self) -> (Self, Seen) {
-        let seen = Seen::default();
-        self.seen = Some(Arc::clone(&seen));
-        (self, seen)
+    pub fn digested(mut self) -> (Self, BodyDigest) {
+        let digest = BodyDigest::default();
+        self.digest = Some(Arc::clone(&digest));
+        (self, digest)
     }
 
     /// The decompressed bytes, with a permit for what is computed with them, and where their digest
     /// is to be noted. Processor work for compressed bodies.
-    pub fn unpack(self, limit: usize) -> Result<(Held<Bytes>, Option<Seen>), Problem> {
-        let Payload { bytes, mut permit, numbers, encoding, seen, .. } = self;
+    pub fn unpack(self, limit: usize) -> Result<(Held<Bytes>, Option<BodyDigest>), Problem> {
+        let Payload { bytes, mut permit, numbers, encoding, digest, .. } = self;
         if encoding == Encoding::Identity {
             permit.grow(numbers * NUMBER)?;
-            return Ok((Held::new(bytes, permit), seen));
+            return Ok((Held::new(bytes, permit), digest));
         }
         let packed = bytes.len();
         let hint = encoding.unpacked_length(&bytes).map_or(0, |length| length.min(limit as u64) as usize);
@@ -129,17 +118,17 @@ impl Payload {
         })?;
         drop(bytes);
         permit.shrink_to(permit.bytes() - packed);
-        Ok((Held::new(whole.into(), permit), seen))
+        Ok((Held::new(whole.into(), permit), digest))
     }
 
     /// The same where the bytes themselves are what counts.
     pub fn into_bytes(self, limit: usize) -> Result<Held<Bytes>, Problem> {
-        let (held, seen) = self.unpack(limit)?;
-        if let Some(seen) = seen {
-            seen.get_or_init(|| {
-                let mut digest = Sha256::new();
-                add(&mut digest, &held);
-                digest.finalize().into()
+        let (held, digest) = self.unpack(limit)?;
+        if let Some(digest) = digest {
+            digest.get_or_init(|| {
+                let mut sha256 = Sha256::new();
+                add(&mut sha256, &held);
+                sha256.finalize().into()
             });
         }
         Ok(held)
@@ -182,70 +171,6 @@ fn numbers(text: &[u8]) -> usize {
     memchr::memchr_iter(b',', text).count()
 }
 
-impl Encoding {
-    /// Hands over the decompressed bytes piece by piece, and stops where they exceed the limit.
-    fn pieces(
-        self,
-        bytes: &[u8],
-        limit: usize,
-        mut take: impl FnMut(&[u8]) -> Result<(), Problem>,
-    ) -> Result<(), Problem> {
-        match self {
-            Encoding::Identity => bytes.chunks(PIECE).try_for_each(|piece| {
-                checkpoint();
-                take(piece)
-            }),
-            Encoding::Gzip => pieces(flate2::bufread::MultiGzDecoder::new(bytes), limit, "gzip", take),
-            Encoding::Zstd => {
-                let mut decoder =
-                    zstd::stream::read::Decoder::with_buffer(bytes).map_err(|error| broken("zstd", &error))?;
-                decoder.window_log_max(WINDOW_LOG).map_err(|error| broken("zstd", &error))?;
-                pieces(decoder, limit, "zstd", take)
-            }
-        }
-    }
-
-    /// What a compressed body says of its length, which need not be true.
-    fn unpacked_length(self, bytes: &[u8]) -> Option<u64> {
-        match self {
-            Encoding::Identity => None,
-            Encoding::Gzip => bytes.last_chunk().map(|length| u64::from(u32::from_le_bytes(*length))),
-            Encoding::Zstd => zstd::zstd_safe::get_frame_content_size(bytes).ok().flatten(),
-        }
-    }
-}
-
-/// The largest window of zstd as a content encoding (RFC 9659): 8 MiB.
-const WINDOW_LOG: u32 = 23;
-
-/// Decompressed bytes that are handed over at a time.
-const PIECE: usize = 128 << 10;
-
-fn pieces(
-    mut decoder: impl Read,
-    limit: usize,
-    form: &str,
-    mut take: impl FnMut(&[u8]) -> Result<(), Problem>,
-) -> Result<(), Problem> {
-    let mut piece = vec![0; PIECE.min(limit.saturating_add(1))];
-    let mut length = 0;
-    loop {
-        // a bomb is not unpacked for a client that has left
-        checkpoint();
-        let read = match decoder.read(&mut piece) {
-            Ok(0) => return Ok(()),
-            Ok(read) => read,
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
-            Err(error) => return Err(broken(form, &error)),
-        };
-        length += read;
-        if length > limit {
-            return Err(too_large(limit));
-        }
-        take(&piece[..read])?;
-    }
-}
-
 /// 415 for a media type that is not among `wanted`.
 pub fn unsupported(got: &str, wanted: &str) -> Problem {
     let got = if got.is_empty() { "no content-type".to_owned() } else { format!("content-type `{got}`") };
@@ -259,17 +184,6 @@ pub fn foreign(charset: &str) -> Problem {
         ProblemCode::UnsupportedMediaType,
         format!("The charset `{charset}` is not supported; send UTF-8, which needs no charset."),
     )
-}
-
-fn too_large(limit: usize) -> Problem {
-    Problem::new(
-        ProblemCode::BodyTooLarge,
-        format!("The body is larger than {limit} bytes (counted after decompression)."),
-    )
-}
-
-fn broken(form: &str, error: &std::io::Error) -> Problem {
-    Problem::new(ProblemCode::MalformedBody, format!("The {form} stream of the body is broken: {error}."))
 }
 
 /// The bytes of a body, with a permit for each chunk before the next one is asked for, and how much
@@ -345,26 +259,6 @@ async fn next_chunk(body: &mut Body) -> Result<Option<Bytes>, Problem> {
         }
     }
     Ok(None)
-}
-
-fn encoding(headers: &HeaderMap) -> Result<Encoding, Problem> {
-    let mut values = headers.get_all(header::CONTENT_ENCODING).iter();
-    let Some(value) = values.next() else { return Ok(Encoding::Identity) };
-    let name = value.to_str().unwrap_or("?").trim().to_ascii_lowercase();
-    match name.as_str() {
-        _ if values.next().is_some() => Err(unsupported_encoding("several")),
-        "" | "identity" => Ok(Encoding::Identity),
-        "gzip" | "x-gzip" => Ok(Encoding::Gzip),
-        "zstd" => Ok(Encoding::Zstd),
-        other => Err(unsupported_encoding(other)),
-    }
-}
-
-fn unsupported_encoding(got: &str) -> Problem {
-    Problem::new(
-        ProblemCode::UnsupportedMediaType,
-        format!("The content-encoding `{got}` is not supported; send gzip, zstd or none."),
-    )
 }
 
 fn media(headers: &HeaderMap) -> Result<Media, Problem> {

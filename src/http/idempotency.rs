@@ -4,6 +4,8 @@
 //! free again: asked once more, the work is done anew. What the store has been given is stored all
 //! the same, and the key stays claimed until it is.
 
+use std::sync::Arc;
+
 use axum::{
     extract::FromRequestParts,
     http::{HeaderName, HeaderValue, StatusCode, header, request::Parts},
@@ -12,13 +14,13 @@ use axum::{
 use utoipa::IntoParams;
 
 use super::{
-    body::{Payload, Seen},
+    body::{BodyDigest, Payload},
     multipart,
     state::AppState,
 };
 use crate::{
     api::problem::{Problem, ProblemCode},
-    jobs::{Answer, KeyClaim, Keyed, Stored},
+    jobs::{Answer, KeyClaim, Keyed, KeyedRequest, Stored},
 };
 
 /// Says that an answer is given again.
@@ -51,22 +53,27 @@ impl FromRequestParts<AppState> for IdempotencyKey {
     }
 }
 
-/// A key with what it is a key to.
-pub struct Known {
+/// A key claimed for a request whose body is still to be read.
+pub struct ClaimedKey {
     key: String,
     scope: String,
     /// Noted when the body was read.
-    request: Seen,
+    digest: BodyDigest,
     claim: KeyClaim,
 }
 
-impl Known {
+impl ClaimedKey {
+    /// The key with the digest of its request. To be asked once the body has been read.
+    pub fn request(self) -> KeyedRequest {
+        let ClaimedKey { key, scope, digest, claim } = self;
+        // a body that was never read is like none that could come again
+        let request_sha256 = digest.get().copied().unwrap_or_default();
+        KeyedRequest { key, scope, request_sha256, claim: Some(Arc::new(claim)) }
+    }
+
     /// What is kept under the key: the answer that `answer` writes.
     pub fn answered_by<T>(self, answer: impl Fn(&T, Stored) -> Answer + Send + Sync + 'static) -> Keyed<T> {
-        let Known { key, scope, request, claim } = self;
-        // a body that was never read is like none that could come again
-        let request_sha256 = request.get().copied().unwrap_or_default();
-        Keyed { key, scope, request_sha256, answer: Box::new(answer), claim: Some(claim) }
+        self.request().answered_by(answer)
     }
 }
 
@@ -80,7 +87,7 @@ pub async fn once<W, F>(
     work: W,
 ) -> Result<Response, Problem>
 where
-    W: FnOnce(AppState, Payload, Option<Known>) -> F,
+    W: FnOnce(AppState, Payload, Option<ClaimedKey>) -> F,
     F: Future<Output = Result<Answer, Problem>>,
 {
     let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
@@ -92,8 +99,8 @@ where
         .retry_after(1));
     };
     let Some((first, answer)) = state.jobs.repository().answer(key.clone(), scope.clone()).await? else {
-        let (payload, request) = payload.watched();
-        return work(state, payload, Some(Known { key, scope, request, claim })).await.map(respond);
+        let (payload, digest) = payload.digested();
+        return work(state, payload, Some(ClaimedKey { key, scope, digest, claim })).await.map(respond);
     };
     let limit = state.settings.body_limit;
     if state.pool.run(move || multipart::digest(payload, limit)).await?? != first {

@@ -22,7 +22,7 @@ use axum::{
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
-use super::{budget::Held, extract::PathOf, observe::too_late, state::AppState, stream_flow};
+use super::{budget::Held, extract::PathOf, observe::too_late, state::AppState, streams};
 use crate::{
     api::{
         problem::{Problem, ProblemCode},
@@ -73,10 +73,7 @@ async fn connect_stream(
         let detail = "Web pages of this origin may not connect: name it in `--cors-origins`.";
         return Err(Problem::new(ProblemCode::Forbidden, detail));
     }
-    let stream = state.jobs.stream(id).await?;
-    if let Some(iteration) = stream.iteration {
-        return Err(RepositoryError::StreamFinished { iteration }.into());
-    }
+    state.jobs.stream(id).await?.check_open()?;
     let upgrade = upgrade.map_err(|rejection| {
         Problem::new(ProblemCode::MalformedRequest, format!("This path speaks WebSocket: {}.", rejection.body_text()))
     })?;
@@ -121,7 +118,7 @@ async fn serve(state: AppState, id: Uuid, mut socket: WebSocket) {
 }
 
 async fn talk(state: &AppState, id: Uuid, socket: &mut WebSocket) -> End {
-    let mut ends = state.jobs.live().ends();
+    let mut ends = state.jobs.listen_for_stream_ends();
     let mut stopped = std::pin::pin!(state.closing.stopped());
     let mut pings = tokio::time::interval_at(tokio::time::Instant::now() + PING, PING);
     let mut silent = 0;
@@ -213,7 +210,7 @@ async fn block(state: &AppState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
         let permit = state.budget.take(text.len())?;
         let text = Held::new(text, permit);
         let block = state.pool.run(move || stream::read_block(&text)).await??;
-        stream_flow::add_block(state, id, block, None).await
+        streams::add_block(state, id, block, None).await
     };
     let outcome = tokio::time::timeout(state.settings.request_timeout(), outcome).await;
     let bytes = match outcome.unwrap_or_else(|_elapsed| Err(too_late(state))) {

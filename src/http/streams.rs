@@ -1,6 +1,8 @@
 //! `/v1/jobs/{job_id}/streams` and `/v1/streams/{stream_id}`: nodes that arrive while the probe is
 //! still moving.
 
+use std::time::Instant;
+
 use axum::{extract::State, http::StatusCode, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
@@ -11,20 +13,20 @@ use super::{
     conditional::{IfMatch, etag, set_etag},
     extract::PathOf,
     fits::json,
-    idempotency::{IdempotencyKey, once},
+    idempotency::{ClaimedKey, IdempotencyKey, once},
     iterations,
     state::AppState,
-    stream_flow,
 };
 use crate::{
     api::{
-        fits::reader,
         jobs::{fits, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
         streams::stream::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
     },
-    jobs::{Answer, IterationDraft, NewStream, RepositoryError, Stored},
+    jobs::{Answer, FinishDraft, KeyedRequest, NewStream, PostedBlock, Stored},
+    telemetry,
 };
+use flankfit_engine::estimation::{FitSpec, Nodes};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
@@ -92,8 +94,13 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
         headers(("ETag" = String, description = "Version of the stream."))))
 )]
 async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
-    let (stream, told) = stream_flow::look(&state, id).await?;
-    let mut response = json(stream::stream(&stream, told.as_ref()));
+    let (stream, estimate) = state.jobs.stream_with_estimate(&state, id).await?;
+    let input_sha256 = stream.input_sha256;
+    let estimate = match estimate {
+        Some(estimate) => Some(state.pool.run(move || stream::tell(&estimate, &input_sha256)).await??),
+        None => None,
+    };
+    let mut response = json(stream::stream(&stream, estimate.as_ref()));
     set_etag(response.headers_mut(), stream.version);
     Ok(response)
 }
@@ -129,9 +136,22 @@ async fn add_stream_nodes(
     let scope = format!("POST /v1/streams/{id}/nodes");
     once(state, key, scope, payload, move |state, payload, known| async move {
         let block = read_json(&state, payload, stream::read_block).await?;
-        stream_flow::add_block(&state, id, block, known).await
+        add_block(&state, id, block, known.map(ClaimedKey::request)).await
     })
     .await
+}
+
+/// Adds a block that came as a request or as a message.
+pub async fn add_block(
+    state: &AppState,
+    id: Uuid,
+    block: PostedBlock,
+    key: Option<KeyedRequest>,
+) -> Result<Answer, Problem> {
+    let begun = Instant::now();
+    let answer = state.jobs.add_block(state, id, block, key).await;
+    metrics::histogram!(telemetry::BLOCK_SECONDS).record(begun.elapsed().as_secs_f64());
+    answer
 }
 
 /// Makes the stream an iteration of its job: all nodes are fitted at once, each counting in full.
@@ -164,30 +184,17 @@ async fn finish_stream(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/streams/{id}/finish");
     once(state, key, scope, payload, move |state, payload, known| async move {
-        let said: FinishBody = read_optional_json(&state, payload).await?;
-        let mut slot = state.jobs.live().slot(id).await;
-        let stream = stream_flow::present(&state, id, &mut slot).await?.stream.clone();
-        if let Some(iteration) = stream.iteration {
-            return Err(RepositoryError::StreamFinished { iteration }.into());
-        }
-        let nodes = stream_flow::all_nodes(&state, &stream).await?;
-        let spec = reader::read_stored(&stream.spec).map_err(Problem::internal)?;
-        let fitted = nodes.clone();
-        let plans = state.plans.clone();
-        let computed = state.pool.run(move || fits::compute(&fitted, &spec, &plans)).await??;
-        let draft = IterationDraft {
-            nodes,
-            computed,
-            measurand: stream.measurand.clone(),
-            measured_at: said.measured_at.map(|moment| moment.0),
-            instrument: said.instrument.map(String::from),
-            operator: said.operator.map(String::from),
-            note: said.note.map(String::from),
-            records: Vec::new(),
-            expected_gear: None,
+        let body: FinishBody = read_optional_json(&state, payload).await?;
+        let draft = FinishDraft {
+            measured_at: body.measured_at.map(|moment| moment.0),
+            instrument: body.instrument.map(String::from),
+            operator: body.operator.map(String::from),
+            note: body.note.map(String::from),
         };
+        let plans = state.plans.clone();
+        let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute(nodes, spec, &plans);
         let keyed = known.map(|known| known.answered_by(iterations::created));
-        let (iteration, stored) = state.jobs.finish_stream(slot, &stream, draft, keyed).await?;
+        let (iteration, stored) = state.jobs.finish_stream(&state, id, draft, fit, keyed).await?;
         Ok(iterations::created(&iteration, stored))
     })
     .await
@@ -213,8 +220,6 @@ async fn delete_stream(
     PathOf(id): PathOf<Uuid>,
     IfMatch(precondition): IfMatch,
 ) -> Result<StatusCode, Problem> {
-    let slot = state.jobs.live().slot(id).await;
-    let stream = state.jobs.stream(id).await?;
-    state.jobs.delete_stream(slot, &stream, precondition).await?;
+    state.jobs.delete_stream(id, precondition).await?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -52,16 +52,13 @@ pub struct StreamDraft {
     pub measurand: Measurand,
 }
 
-/// A block to add to a stream.
-#[derive(Clone, Debug)]
-pub struct BlockDraft {
-    pub sequence: u64,
-    pub sha256: [u8; 32],
-    /// The stream's chain after this block.
-    pub input_sha256: [u8; 32],
-    pub nodes: Arc<Nodes>,
-    /// The estimate's numbers after this block, when it is time to write them down.
-    pub state: Option<Vec<u8>>,
+/// What is known of a measurement whose nodes came as a stream.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FinishDraft {
+    pub measured_at: Option<Timestamp>,
+    pub instrument: Option<String>,
+    pub operator: Option<String>,
+    pub note: Option<String>,
 }
 
 /// Another fit of nodes already stored.

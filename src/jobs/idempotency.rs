@@ -26,23 +26,52 @@ pub struct Answer {
     pub body: Vec<u8>,
 }
 
-/// What is kept of a keyed request.
-pub struct Receipt {
+/// A request that came with a key.
+#[derive(Clone, Debug)]
+pub struct KeyedRequest {
     pub key: String,
     /// Method and path.
     pub scope: String,
     pub request_sha256: [u8; 32],
+    /// Given back when the write has ended, one way or the other: until then the key is being
+    /// worked on, also when the client has left meanwhile.
+    pub claim: Option<Arc<KeyClaim>>,
+}
+
+impl KeyedRequest {
+    /// What is kept under the key: the answer that `answer` writes.
+    pub fn answered_by<T>(self, answer: impl Fn(&T, Stored) -> Answer + Send + Sync + 'static) -> Keyed<T> {
+        Keyed { request: self, answer: Box::new(answer) }
+    }
+}
+
+/// What is kept of a keyed request.
+pub struct Receipt {
+    pub request: KeyedRequest,
     /// Writes the answer, once the store knows what only it can know. Runs inside the transaction,
     /// perhaps twice (a transaction may have to be repeated): pure and quick.
     pub answer: Box<dyn Fn(Stored) -> Answer + Send + Sync>,
-    /// Given back when the write has ended, one way or the other: until then the key is being
-    /// worked on, also when the client has left meanwhile.
-    pub claim: Option<KeyClaim>,
 }
 
 impl std::fmt::Debug for Receipt {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Receipt").field("key", &self.key).field("scope", &self.scope).finish_non_exhaustive()
+        f.debug_struct("Receipt").field("request", &self.request).finish_non_exhaustive()
+    }
+}
+
+/// Writes the answer to what was stored.
+pub type AnswerWriter<T> = Box<dyn Fn(&T, Stored) -> Answer + Send + Sync>;
+
+/// A keyed request, before what it stores has ids: the receipt's answer is written from `T`.
+pub struct Keyed<T> {
+    pub request: KeyedRequest,
+    pub answer: AnswerWriter<T>,
+}
+
+impl<T: Send + Sync + 'static> Keyed<T> {
+    pub(super) fn receipt(self, of: Arc<T>) -> Receipt {
+        let Keyed { request, answer } = self;
+        Receipt { request, answer: Box::new(move |stored| answer(&of, stored)) }
     }
 }
 

@@ -18,8 +18,9 @@ mod fit;
 mod gear;
 mod idempotency;
 mod iteration;
+mod iterations;
 mod job;
-mod live;
+mod known_jobs;
 mod measurand;
 pub mod nodes_codec;
 mod outcome;
@@ -30,26 +31,26 @@ mod replay;
 mod repository;
 mod runs;
 mod service;
-mod stream;
 mod streams;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
-pub use draft::{BlockDraft, ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
+pub use draft::{ExpectedGear, FinishDraft, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use event::{EventKind, JobEvent, JobNotifier, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;
-pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Receipt, RunningKeys};
+pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Keyed, KeyedRequest, Receipt, RunningKeys};
 pub use iteration::{
     Choice, Decision, Earlier, Event, FitSummary, Iteration, MAX_LISTED, NewIteration, NewRun, Ruling, Trace,
     TracedFit, TracedIteration,
 };
 pub use job::{Job, JobPatch, Update};
-pub use live::{LiveStream, LiveStreams, Slot};
 pub use measurand::{Measurand, Successors, beyond, side_name, side_named};
 pub use outcome::{Precondition, RepositoryError, Stored, What};
 pub use page::{Cursor, List, NoCursor, Page, PageRequest};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
 pub use repository::{Repository, RepositoryFuture};
-pub use service::{Jobs, Keyed};
-pub use stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState};
+pub use service::Jobs;
+pub use streams::{
+    Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState,
+};

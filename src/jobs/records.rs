@@ -5,10 +5,11 @@ use std::sync::Arc;
 use uuid::Uuid;
 
 use super::{
+    idempotency::Keyed,
     outcome::{RepositoryError, Stored},
     page::{Page, PageRequest},
     record::{Record, RecordDraft, RecordKind, RecordSummary},
-    service::{Jobs, Keyed},
+    service::Jobs,
 };
 
 impl Jobs {

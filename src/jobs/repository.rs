@@ -15,7 +15,7 @@ use super::{
     outcome::{Precondition, RepositoryError, Stored},
     page::{Page, PageRequest},
     record::{Record, RecordKind, RecordSummary},
-    stream::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
+    streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
 };
 use flankfit_engine::estimation::Nodes;
 
@@ -95,7 +95,7 @@ pub trait Repository: Send + Sync + 'static {
     fn blocks(&self, id: Uuid, after: u64) -> RepositoryFuture<'_, Vec<Block>>;
     /// Digest of one block.
     fn block_sha256(&self, id: Uuid, sequence: u64) -> RepositoryFuture<'_, Option<[u8; 32]>>;
-    /// Adds the block that is expected next, and no other.
+    /// Adds the block that is expected next, behind the blocks whose chain it names, and no other.
     fn insert_block(&self, block: Arc<NewBlock>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
     /// Makes the stream an iteration, if its last block is the one named.
     fn finish_stream(&self, finished: FinishedStream, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;

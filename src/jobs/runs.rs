@@ -6,10 +6,10 @@ use uuid::Uuid;
 
 use super::{
     draft::{IterationDraft, JobDraft},
-    idempotency::ANSWERS_KEPT,
+    idempotency::{ANSWERS_KEPT, Keyed},
     iteration::NewRun,
     outcome::{RepositoryError, Stored},
-    service::{Jobs, Keyed},
+    service::Jobs,
 };
 
 /// Answers forgotten in one transaction, so that no other write waits long.

@@ -3,7 +3,7 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use flankfit::jobs::{Answer, Receipt, Repository, RepositoryError, What};
+use flankfit::jobs::{Answer, KeyedRequest, Receipt, Repository, RepositoryError, What};
 use sqlx::Row;
 use tokio::task::JoinSet;
 
@@ -11,16 +11,18 @@ use crate::support::{Place, WHOLE};
 
 fn receipt(key: &str) -> Receipt {
     Receipt {
-        key: key.to_owned(),
-        scope: "POST /v1/jobs/1/iterations".to_owned(),
-        request_sha256: [7; 32],
+        request: KeyedRequest {
+            key: key.to_owned(),
+            scope: "POST /v1/jobs/1/iterations".to_owned(),
+            request_sha256: [7; 32],
+            claim: None,
+        },
         answer: Box::new(|stored| Answer {
             status: 201,
             location: Some("/there".to_owned()),
             etag: None,
             body: format!("{{\"number\":{}}}", stored.number).into_bytes(),
         }),
-        claim: None,
     }
 }
 

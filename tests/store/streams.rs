@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    EventKind, FinishedStream, JobEvent, Precondition, Repository, RepositoryError, StreamEvent, What,
+    EventKind, FinishedStream, JobEvent, NewBlock, Precondition, Repository, RepositoryError, StreamEvent, What,
 };
 use flankfit::store::{Store, migrations};
 use sqlx::{AssertSqlSafe, ConnectOptions, sqlite::SqliteConnectOptions};
@@ -61,6 +61,11 @@ async fn blocks_are_taken_in_their_turn_by_whoever_comes_first() {
     let blocks = store.blocks(stream.id, 2).await.unwrap();
     assert!(blocks.iter().map(|block| block.sequence).eq(3..=5));
     assert_eq!(store.block_sha256(stream.id, 4).await.unwrap(), Some([4; 32]));
+
+    // nor behind other blocks than those that its estimate has seen
+    let other = NewBlock { previous_sha256: [9; 32], ..NewBlock::clone(&place.block(stream.id, 6)) };
+    let refused = store.insert_block(Arc::new(other), None).await;
+    assert!(matches!(refused, Err(RepositoryError::UnexpectedBlock { expected: 6 })));
 
     // finished only as it was seen
     let finish = |sequence| FinishedStream { stream: stream.id, sequence, iteration: place.iteration(job) };

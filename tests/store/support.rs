@@ -169,6 +169,7 @@ impl Place {
             stream,
             sequence,
             sha256: [sequence as u8; 32],
+            previous_sha256: if sequence == 1 { [1; 32] } else { [99 + sequence as u8; 32] },
             input_sha256: [100 + sequence as u8; 32],
             nodes: Arc::new(nodes()),
             state: Some(vec![sequence as u8; 5]),

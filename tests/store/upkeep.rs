@@ -10,8 +10,8 @@ use std::{
 
 use flankfit::{
     jobs::{
-        ANSWERS_KEPT, Answer, Clock, Job, JobDraft, Jobs, Keyed, NewRun, OrderedIds, PageRequest, Receipt, Repository,
-        RepositoryError,
+        ANSWERS_KEPT, Answer, Clock, Job, JobDraft, Jobs, Keyed, KeyedRequest, NewRun, OrderedIds, PageRequest,
+        Receipt, Repository, RepositoryError,
     },
     store::{OpenError, Store, StoreSettings},
 };
@@ -55,11 +55,13 @@ impl Clock for Hands {
 
 fn keyed(key: &str) -> Keyed<Job> {
     Keyed {
-        key: key.to_owned(),
-        scope: "POST /v1/jobs".to_owned(),
-        request_sha256: [0; 32],
+        request: KeyedRequest {
+            key: key.to_owned(),
+            scope: "POST /v1/jobs".to_owned(),
+            request_sha256: [0; 32],
+            claim: None,
+        },
         answer: Box::new(|_, _| Answer { status: 201, location: None, etag: None, body: Vec::new() }),
-        claim: None,
     }
 }
 
@@ -102,11 +104,13 @@ async fn runs_are_stored_as_a_whole_or_not_at_all() {
         NewRun { job, iterations }
     };
     let receipt = || Receipt {
-        key: "k".to_owned(),
-        scope: "POST /v1/simulations/closed-loop".to_owned(),
-        request_sha256: [0; 32],
+        request: KeyedRequest {
+            key: "k".to_owned(),
+            scope: "POST /v1/simulations/closed-loop".to_owned(),
+            request_sha256: [0; 32],
+            claim: None,
+        },
         answer: Box::new(|_| Answer { status: 200, location: None, etag: None, body: b"first".to_vec() }),
-        claim: None,
     };
     let runs = [run(2), run(3)];
     store.insert_runs(runs.to_vec(), Some(receipt()), place.now()).await.unwrap();

@@ -64,21 +64,14 @@ pub fn nodes_sha256(nodes: &Nodes) -> [u8; 32] {
     digest.finalize().into()
 }
 
-/// Where the digests of a stream begin: `flankfit-stream-v1\n`, its spec without `include`, and the
-/// bits of its forgetting factor.
+/// Where the chain of digests of a stream begins: `flankfit-stream-v1\n`, its spec without
+/// `include`, and the bits of its forgetting factor. Each block makes it the digest of the one
+/// before and the block's.
 pub fn stream_sha256(spec: &FitSpec, forgetting_factor: f64) -> [u8; 32] {
     let mut digest = Sha256::new();
     digest.update(STREAM_TAG);
     digest.update(without_include(spec).as_bytes());
     digest.update(forgetting_factor.to_le_bytes());
-    digest.finalize().into()
-}
-
-/// The digest of a stream after another block: that of the digest before and the block's.
-pub fn after_block(before: &[u8; 32], block: &[u8; 32]) -> [u8; 32] {
-    let mut digest = Sha256::new();
-    digest.update(before);
-    digest.update(block);
     digest.finalize().into()
 }
 

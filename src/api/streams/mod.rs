@@ -1,4 +1,4 @@
 //! Streams of nodes.
 
-pub mod state;
+mod problem;
 pub mod stream;

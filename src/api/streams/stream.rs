@@ -28,10 +28,10 @@ use crate::{
         problem::Problem,
         warning::WarningBody,
     },
-    jobs::{NewStream, Stream, StreamDraft},
+    jobs::{NewStream, PostedBlock, Stream, StreamDraft},
 };
 use flankfit_engine::{
-    estimation::{Nodes, Recursive, near},
+    estimation::{Recursive, near},
     fault::words::counted,
 };
 
@@ -201,15 +201,6 @@ pub fn read_stream(text: &[u8]) -> Result<StreamDraft, Problem> {
     Ok(StreamDraft { spec: json::to_json(&spec).into(), forgetting_factor, input_sha256, measurand })
 }
 
-/// A block as it came.
-#[derive(Clone, Debug)]
-pub struct PostedBlock {
-    pub sequence: u64,
-    pub nodes: Arc<Nodes>,
-    /// Digest of the nodes.
-    pub sha256: [u8; 32],
-}
-
 /// Reads a block. Processor work.
 pub fn read_block(text: &[u8]) -> Result<PostedBlock, Problem> {
     let (nodes, Turn { sequence }) = reader::read_nodes::<Turn>(text)?;
@@ -218,25 +209,6 @@ pub fn read_block(text: &[u8]) -> Result<PostedBlock, Problem> {
     }
     let sha256 = canonical::nodes_sha256(&nodes);
     Ok(PostedBlock { sequence, nodes: Arc::new(nodes), sha256 })
-}
-
-/// An estimate before any node, for a stored stream.
-pub fn empty_estimate(stream: &Stream) -> Result<Recursive, Problem> {
-    let spec = reader::read_stored(&stream.spec).map_err(Problem::internal)?;
-    Recursive::new(&spec, stream.forgetting_factor)
-        .map_err(|faults| Problem::internal(format!("a stored stream is refused: {:?}", faults.list())))
-}
-
-/// The estimate whose numbers were stored; `None` when they are of another form.
-pub fn restored_estimate(stream: &Stream, data: &[u8]) -> Option<Recursive> {
-    let spec = reader::read_stored(&stream.spec).ok()?;
-    Recursive::restore(&spec, stream.forgetting_factor, &super::state::decode(data)?)
-}
-
-/// Where the digests of a stored stream begin.
-pub fn first_sha256(stream: &Stream) -> Result<[u8; 32], Problem> {
-    let spec = reader::read_stored(&stream.spec).map_err(Problem::internal)?;
-    Ok(canonical::stream_sha256(&spec, stream.forgetting_factor))
 }
 
 /// What an estimate tells: its result as JSON, or why there is none.

@@ -12,8 +12,8 @@ use crate::{
 /// Whether an answer is kept under the key of a receipt.
 pub async fn is_taken(db: &mut SqliteConnection, receipt: &Receipt) -> Result<bool, sqlx::Error> {
     let row = sqlx::query("SELECT 1 FROM idempotency_keys WHERE key = ? AND scope = ?")
-        .bind(receipt.key.as_str())
-        .bind(receipt.scope.as_str())
+        .bind(receipt.request.key.as_str())
+        .bind(receipt.request.scope.as_str())
         .fetch_optional(db)
         .await?;
     Ok(row.is_some())
@@ -36,9 +36,9 @@ pub async fn keep(db: &mut SqliteConnection, receipt: Option<&Receipt>, stored: 
         "INSERT INTO idempotency_keys (key, scope, request_sha256, status, location, etag, body, created_at)
          VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
     )
-    .bind(receipt.key.as_str())
-    .bind(receipt.scope.as_str())
-    .bind(receipt.request_sha256.as_slice())
+    .bind(receipt.request.key.as_str())
+    .bind(receipt.request.scope.as_str())
+    .bind(receipt.request.request_sha256.as_slice())
     .bind(i64::from(answer.status))
     .bind(answer.location)
     .bind(answer.etag)

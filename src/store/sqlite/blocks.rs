@@ -72,9 +72,10 @@ impl Run<SqliteConnection> for InsertBlock {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
         let InsertBlock { block, nodes, receipt } = self;
         let (seq, stream) = streams::located(db, block.stream).await?;
-        streams::refuse_finished(&stream)?;
-        if block.sequence != stream.sequence + 1 {
-            return Err(RepositoryError::UnexpectedBlock { expected: stream.sequence + 1 }.into());
+        stream.check_open()?;
+        let expected = stream.expected();
+        if (block.sequence, block.previous_sha256) != (expected, stream.input_sha256) {
+            return Err(RepositoryError::UnexpectedBlock { expected }.into());
         }
         answers::refuse_taken(db, receipt.as_ref()).await?;
         let posted = block.nodes.posted() as u64;

@@ -93,7 +93,7 @@ impl LastNumbers {
         taken: &HashSet<(String, String)>,
     ) -> Result<Numbered<'a>, RepositoryError> {
         let job = self.jobs.get_mut(&new.iteration.job_id).ok_or(RepositoryError::NotFound(What::Job))?;
-        let key = new.receipt.as_ref().map(|receipt| (receipt.key.clone(), receipt.scope.clone()));
+        let key = new.receipt.as_ref().map(|receipt| (receipt.request.key.clone(), receipt.request.scope.clone()));
         if key.is_some_and(|key| taken.contains(&key)) {
             return Err(RepositoryError::KeyTaken);
         }
@@ -153,7 +153,7 @@ async fn taken_keys(db: &mut SqliteConnection, incoming: &[&InsertIteration]) ->
     let mut taken = HashSet::new();
     for receipt in incoming.iter().filter_map(|new| new.receipt.as_ref()) {
         if answers::is_taken(db, receipt).await? {
-            taken.insert((receipt.key.clone(), receipt.scope.clone()));
+            taken.insert((receipt.request.key.clone(), receipt.request.scope.clone()));
         }
     }
     Ok(taken)

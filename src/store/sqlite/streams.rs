@@ -34,11 +34,6 @@ pub async fn stream(db: &SqlitePool, id: Uuid) -> Outcome<Stream> {
     Ok(located(&mut db, id).await?.1)
 }
 
-/// Refuses what a finished stream no longer takes.
-pub fn refuse_finished(stream: &Stream) -> Result<(), RepositoryError> {
-    stream.iteration.map_or(Ok(()), |iteration| Err(RepositoryError::StreamFinished { iteration }))
-}
-
 #[derive(FromRow)]
 struct JobOfStream {
     seq: i64,
@@ -83,9 +78,9 @@ impl Run<SqliteConnection> for FinishStream {
     /// The iteration is inserted as any other; the blocks go, since the iteration holds the nodes.
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
         let (seq, stream) = located(db, self.stream).await?;
-        refuse_finished(&stream)?;
+        stream.check_open()?;
         if self.sequence != stream.sequence {
-            return Err(RepositoryError::UnexpectedBlock { expected: stream.sequence + 1 }.into());
+            return Err(RepositoryError::UnexpectedBlock { expected: stream.expected() }.into());
         }
         let mut stored = insert_iterations::insert(db, &[&self.iteration]).await?;
         let stored = stored.pop().unwrap_or(Err(RepositoryError::NotFound(What::Job)))?;

@@ -13,6 +13,7 @@ mod lean;
 mod life;
 mod measurand;
 mod refusals;
+mod replicas;
 mod socket;
 mod stream_kill;
 mod stream_opening;

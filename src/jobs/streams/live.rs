@@ -1,8 +1,8 @@
 //! Estimates of open streams, kept in memory between blocks.
 //!
 //! What is here can be made again from the store, so it may be dropped at any time: the number of
-//! estimates and their size are bounded. A stream's slot is also the lock that puts its blocks in
-//! order.
+//! estimates and their size are bounded. A stream's slot is also the lock that puts the blocks that
+//! come to this process in order.
 
 use std::{
     collections::HashMap,
@@ -12,10 +12,7 @@ use std::{
 use tokio::sync::{OwnedMutexGuard, watch};
 use uuid::Uuid;
 
-use super::{
-    outcome::Stored,
-    stream::{NewBlock, Stream},
-};
+use super::stream::Stream;
 use flankfit_engine::estimation::Recursive;
 
 /// A stream with its estimate after the last block.
@@ -25,28 +22,8 @@ pub struct LiveStream {
     /// Digest of the last block.
     pub last_sha256: Option<[u8; 32]>,
     pub estimate: Recursive,
-    /// Nodes since the estimate was written down last.
-    pub unwritten: u64,
-}
-
-impl LiveStream {
-    /// The stream after its next block, which is stored.
-    pub(super) fn after(self, block: &NewBlock, stored: Stored, estimate: Recursive) -> Self {
-        let posted = block.nodes.posted() as u64;
-        LiveStream {
-            stream: Stream {
-                sequence: block.sequence,
-                node_count: self.stream.node_count + posted,
-                input_sha256: block.input_sha256,
-                version: stored.version,
-                updated_at: block.created_at,
-                ..self.stream
-            },
-            last_sha256: Some(block.sha256),
-            estimate,
-            unwritten: if block.state.is_some() { 0 } else { self.unwritten + posted },
-        }
-    }
+    /// Nodes since the estimate was stored last.
+    pub unsaved: u64,
 }
 
 /// One stream at a time.

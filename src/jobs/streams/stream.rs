@@ -1,11 +1,12 @@
-//! A stream: nodes of a job that arrive block by block and become an iteration in the end.
+//! A stream and its blocks.
 
 use std::sync::Arc;
 
 use jiff::Timestamp;
+use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
-use super::{iteration::NewIteration, measurand::Measurand};
+use crate::jobs::{iteration::NewIteration, measurand::Measurand, outcome::RepositoryError};
 use flankfit_engine::estimation::Nodes;
 
 /// A stream about to be stored.
@@ -45,6 +46,40 @@ pub struct Stream {
     pub updated_at: Timestamp,
 }
 
+impl Stream {
+    /// The number of the next block.
+    pub fn expected(&self) -> u64 {
+        self.sequence + 1
+    }
+
+    /// Refuses what a finished stream no longer takes.
+    pub fn check_open(&self) -> Result<(), RepositoryError> {
+        self.iteration.map_or(Ok(()), |iteration| Err(RepositoryError::StreamFinished { iteration }))
+    }
+
+    /// The stream after its next block, but for the time of that.
+    pub(super) fn after(&self, sha256: &[u8; 32], posted: usize) -> Self {
+        let chain = Sha256::new().chain_update(self.input_sha256).chain_update(sha256);
+        Stream {
+            sequence: self.expected(),
+            node_count: self.node_count + posted as u64,
+            input_sha256: chain.finalize().into(),
+            version: self.version + 1,
+            ..self.clone()
+        }
+    }
+}
+
+/// A block as it was posted.
+#[derive(Clone, Debug)]
+pub struct PostedBlock {
+    /// From 1.
+    pub sequence: u64,
+    pub nodes: Arc<Nodes>,
+    /// Digest of the nodes in their canonical form.
+    pub sha256: [u8; 32],
+}
+
 /// A block about to be stored.
 #[derive(Clone, Debug)]
 pub struct NewBlock {
@@ -52,6 +87,8 @@ pub struct NewBlock {
     pub sequence: u64,
     /// Digest of the nodes in their canonical form.
     pub sha256: [u8; 32],
+    /// The stream's chain before this block: behind other blocks it is refused.
+    pub previous_sha256: [u8; 32],
     /// The stream's chain after this block.
     pub input_sha256: [u8; 32],
     pub nodes: Arc<Nodes>,

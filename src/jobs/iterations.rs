@@ -1,0 +1,149 @@
+//! The use cases of iterations: nodes, their fits, which of them stands, and what was decided.
+
+use std::sync::Arc;
+
+use uuid::Uuid;
+
+use super::{
+    draft::{IterationDraft, RefitDraft},
+    fit::{FitRecord, NewFit},
+    idempotency::Keyed,
+    iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling},
+    measurand::{Measurand, Successors},
+    outcome::{Precondition, RepositoryError, Stored},
+    page::{Page, PageRequest},
+    record::Record,
+    service::Jobs,
+};
+use flankfit_engine::estimation::Nodes;
+
+impl Jobs {
+    /// Stores nodes with their first fit, which stands until somebody chooses another.
+    pub async fn add_iteration(
+        &self,
+        job_id: Uuid,
+        draft: IterationDraft,
+        keyed: Option<Keyed<NewIteration>>,
+    ) -> Result<(Arc<NewIteration>, Stored), RepositoryError> {
+        let iteration = Arc::new(self.new_iteration(job_id, draft));
+        let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
+        self.write(job_id, |repository| async move {
+            let stored = repository.insert_iteration(iteration.clone(), receipt).await?;
+            Ok((iteration, stored))
+        })
+        .await
+    }
+
+    /// An iteration with its first fit, before it is stored.
+    pub(super) fn new_iteration(&self, job_id: Uuid, draft: IterationDraft) -> NewIteration {
+        let now = self.clock.now();
+        NewIteration {
+            id: self.ids.fresh(now),
+            job_id,
+            measurand: draft.measurand,
+            measured_at: draft.measured_at,
+            instrument: draft.instrument,
+            operator: draft.operator,
+            note: draft.note,
+            created_at: now,
+            nodes: draft.nodes,
+            fit: NewFit { id: self.ids.fresh(now), computed: draft.computed, reason: None, created_at: now },
+            records: draft
+                .records
+                .into_iter()
+                .map(|draft| Record { id: self.ids.fresh(now), created_at: now, draft })
+                .collect(),
+            expected_gear: draft.expected_gear,
+        }
+    }
+
+    pub async fn iteration(&self, job: Uuid, number: u32) -> Result<Iteration, RepositoryError> {
+        self.repository.iteration(job, number).await
+    }
+
+    pub async fn nodes(&self, job: Uuid, number: u32) -> Result<Nodes, RepositoryError> {
+        self.repository.nodes(job, number).await
+    }
+
+    /// What the nodes of an iteration are of.
+    pub async fn measurand(&self, job: Uuid, number: u32) -> Result<Measurand, RepositoryError> {
+        self.repository.measurand(job, number).await
+    }
+
+    /// What was measured after an iteration.
+    pub async fn successors(&self, job: Uuid, number: u32) -> Result<Successors, RepositoryError> {
+        self.repository.successors(job, number).await
+    }
+
+    /// The nodes of an iteration if they take at most so many bytes in the store, else how many
+    /// they take.
+    pub async fn nodes_up_to(
+        &self,
+        job: Uuid,
+        number: u32,
+        most: usize,
+    ) -> Result<Result<Nodes, usize>, RepositoryError> {
+        self.repository.nodes_up_to(job, number, most).await
+    }
+
+    /// Stores another fit of stored nodes. It does not stand until it is chosen.
+    pub async fn add_fit(
+        &self,
+        job: Uuid,
+        number: u32,
+        draft: RefitDraft,
+        keyed: Option<Keyed<NewFit>>,
+    ) -> Result<(Arc<NewFit>, Stored), RepositoryError> {
+        let now = self.clock.now();
+        let fit = Arc::new(NewFit {
+            id: self.ids.fresh(now),
+            computed: draft.computed,
+            reason: draft.reason,
+            created_at: now,
+        });
+        let receipt = keyed.map(|keyed| keyed.receipt(fit.clone()));
+        self.write(job, |repository| async move {
+            let stored = repository.insert_fit(job, number, fit.clone(), receipt).await?;
+            Ok((fit, stored))
+        })
+        .await
+    }
+
+    /// From now on this fit of the iteration stands.
+    pub async fn choose_fit(
+        &self,
+        job: Uuid,
+        number: u32,
+        fit_id: Uuid,
+        reason: Option<String>,
+        precondition: Precondition,
+    ) -> Result<Iteration, RepositoryError> {
+        let choice = Choice { fit_id, event: Event { reason, created_at: self.clock.now() } };
+        self.write(job, |repository| async move { repository.choose(job, number, choice, precondition).await }).await?;
+        self.iteration(job, number).await
+    }
+
+    /// What is done with the gear after this iteration.
+    pub async fn decide(
+        &self,
+        job: Uuid,
+        number: u32,
+        decision: Decision,
+        reason: Option<String>,
+        precondition: Precondition,
+    ) -> Result<Iteration, RepositoryError> {
+        let ruling = Ruling { decision, event: Event { reason, created_at: self.clock.now() } };
+        self.write(job, |repository| async move { repository.rule(job, number, ruling, precondition).await }).await?;
+        self.iteration(job, number).await
+    }
+
+    /// A stored fit in full.
+    pub async fn fit(&self, job: Uuid, number: u32, fit: Uuid) -> Result<FitRecord, RepositoryError> {
+        self.repository.fit(job, number, fit).await
+    }
+
+    /// Fits of an iteration in the order in which they were made.
+    pub async fn fits(&self, job: Uuid, number: u32, page: PageRequest) -> Result<Page<FitSummary>, RepositoryError> {
+        self.repository.fits(job, number, page).await
+    }
+}
