@@ -19,16 +19,50 @@ pub struct BSplineBasis {
 /// Why a knot vector is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum KnotFault {
+    /// Fewer knots than a basis of this degree has.
     #[error("{}: degree {degree} asks for at least {least}", counted(*.given, "knot", "knots"))]
-    TooFew { given: usize, degree: usize, least: usize },
+    TooFew {
+        /// Knots given.
+        given: usize,
+        /// Degree p asked for.
+        degree: usize,
+        /// Knots at least needed, 2 (p + 1).
+        least: usize,
+    },
+    /// A knot is NaN or infinite.
     #[error("knot {index} is not finite")]
-    NotFinite { index: usize },
+    NotFinite {
+        /// Its index, from 0.
+        index: usize,
+    },
+    /// A knot lies below the one before it.
     #[error("knot {index} ({}) lies below the one before it ({})", Shown(*.value), Shown(*.before))]
-    Descending { index: usize, value: f64, before: f64 },
+    Descending {
+        /// Its index, from 0.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// Value of the knot before it.
+        before: f64,
+    },
+    /// A knot of higher multiplicity than degree + 1.
     #[error("the knot {} stands more than degree + 1 = {most} times", Shown(*.value))]
-    TooMany { index: usize, value: f64, most: usize },
+    TooMany {
+        /// Index of its first occurrence too many.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// The highest multiplicity allowed, degree + 1.
+        most: usize,
+    },
+    /// The domain `[k_p, k_n]` is a single place.
     #[error("the domain of the knots, [{}, {}], has no width", Shown(*.low), Shown(*.high))]
-    NoWidth { low: f64, high: f64 },
+    NoWidth {
+        /// Lower end of the domain.
+        low: f64,
+        /// Upper end of the domain.
+        high: f64,
+    },
 }
 
 impl KnotFault {

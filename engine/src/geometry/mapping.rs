@@ -7,7 +7,9 @@ use crate::numerics::{Dd, Real};
 /// at all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mapping {
+    /// Centre of the axis, which maps onto 0.
     pub center: f64,
+    /// Factor from the axis to [-1, 1]: one over half its width.
     pub scale: f64,
 }
 

@@ -16,9 +16,19 @@ pub enum Family {
     /// `xʲ` of the raw abscissa.
     Monomial,
     /// `Tⱼ(τ)`, τ being the domain `[low, high]` mapped onto [-1, 1].
-    Chebyshev { low: f64, high: f64 },
+    Chebyshev {
+        /// Lower end of the domain.
+        low: f64,
+        /// Upper end of the domain.
+        high: f64,
+    },
     /// `Pⱼ(τ)` on the same map.
-    Legendre { low: f64, high: f64 },
+    Legendre {
+        /// Lower end of the domain.
+        low: f64,
+        /// Upper end of the domain.
+        high: f64,
+    },
 }
 
 /// `T₀(t) … T_d(t)` into `out` (length d + 1).

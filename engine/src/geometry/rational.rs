@@ -9,13 +9,30 @@ use crate::numerics::Real;
 /// Why weights are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WeightFault {
+    /// Weights that are not one for each control point.
     #[error("{given} weights for {wanted} control points")]
-    Count { given: usize, wanted: usize },
+    Count {
+        /// Weights given.
+        given: usize,
+        /// Control points, each of which needs one.
+        wanted: usize,
+    },
     /// What is fitted must be seen: a control point of weight 0 moves nothing.
     #[error("the weight {value:e} is not a finite number greater than 0, so that nothing tells its control point")]
-    NotPositive { index: usize, value: f64 },
+    NotPositive {
+        /// Index of the weight, from 0.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// Weights whose ratio leaves no digits in double precision.
     #[error("weights from {least:e} to {largest:e} are too far apart for double precision")]
-    Apart { least: f64, largest: f64 },
+    Apart {
+        /// The smallest weight.
+        least: f64,
+        /// The largest weight.
+        largest: f64,
+    },
 }
 
 /// Largest ratio of two weights.

@@ -49,18 +49,48 @@ impl Dimension {
 /// Why control points and weights are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ControlFault {
+    /// A degree above [`HIGHEST_DEGREE`].
     #[error("degree {degree} is above {HIGHEST_DEGREE}, the highest that curves and surfaces have here")]
-    Degree { degree: usize },
+    Degree {
+        /// Degree asked for.
+        degree: usize,
+    },
+    /// Control points that are not as many as knots and degree ask for.
     #[error("{}; knots and degree ask for {wanted}", counted(*.given, "control point", "control points"))]
-    Count { given: usize, wanted: usize },
+    Count {
+        /// Control points given.
+        given: usize,
+        /// Control points that knots and degree ask for.
+        wanted: usize,
+    },
+    /// A control point with a coordinate that is NaN or infinite.
     #[error("control point {index} is not finite")]
-    NotFinite { index: usize },
+    NotFinite {
+        /// Its index, from 0; in a net counted by rows.
+        index: usize,
+    },
+    /// Weights that are not one for each control point.
     #[error("{} for {}", counted(*.given, "weight", "weights"), counted(*.wanted, "control point", "control points"))]
-    WeightCount { given: usize, wanted: usize },
+    WeightCount {
+        /// Weights given.
+        given: usize,
+        /// Control points, each of which needs one.
+        wanted: usize,
+    },
+    /// A weight below 0, NaN or infinite.
     #[error("weight {index} ({value:e}) is not a finite number ≥ 0")]
-    Weight { index: usize, value: f64 },
+    Weight {
+        /// Its index, from 0; in a net counted by rows.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// Weights that vanish together, so that the denominator is 0 at a place.
     #[error("the weights around parameter {place:e} are all 0, so that no point is defined there")]
-    NoWeight { place: f64 },
+    NoWeight {
+        /// The place: a knot.
+        place: f64,
+    },
 }
 
 impl ControlFault {

@@ -5,8 +5,7 @@ use flankfit_engine::geometry::{
     curve::Parametrization,
     space::{Dimension, Vector},
     surface::{
-        BSplineSurface, BezierSurface, Evaluator, NodeGrid, Surface, SurfaceShape,
-        grid::GridFault,
+        BSplineSurface, BezierSurface, Evaluator, GridFault, NodeGrid, Surface, SurfaceShape,
         interpolate::interpolate,
         least_squares::{AxisKnots, FINE, least_squares},
     },

@@ -7,8 +7,8 @@ use flankfit_engine::geometry::{
     curve::{BSplineCurve, Curve, CurveShape, KnotChoice, Parametrization, interpolate::interpolate},
     space::{Dimension, Vector},
     surface::{
-        BSplineSurface, Boundaries, Built, CoonsPatch, Field, Given, Method, Patchwork, Surface, SurfaceFault,
-        SurfaceShape,
+        BSplineSurface, Boundaries, Built, CoonsPatch, Field, Given, MeshFault, Method, Patchwork, Surface,
+        SurfaceFault, SurfaceShape,
         boundaries::BoundaryFault,
         build,
         construct::Net,
@@ -16,7 +16,7 @@ use flankfit_engine::geometry::{
         coons::Twists,
         gregory_fill::gregory,
         least_squares::AxisKnots,
-        mesh::{CurveMesh, Fill, MeshFault},
+        mesh::{CurveMesh, Fill},
         patchwork::PatchworkFault,
     },
 };

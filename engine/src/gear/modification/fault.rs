@@ -5,7 +5,7 @@ use crate::{
         Faults,
         words::{Shown, counted},
     },
-    geometry::surface::grid::GridFault,
+    geometry::surface::GridFault,
 };
 
 /// Most nodes of one topography.

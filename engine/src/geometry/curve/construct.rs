@@ -10,6 +10,7 @@ use super::{
 /// A curve through points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constructed {
+    /// The curve through the points.
     pub shape: CurveShape,
     /// Where on the curve the points lie: x of a graph, else one parameter per point.
     pub parameters: Vec<f64>,

@@ -18,7 +18,12 @@ pub enum End {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ends {
     /// One condition each.
-    Each { start: End, end: End },
+    Each {
+        /// Condition at the first node.
+        start: End,
+        /// Condition at the last node.
+        end: End,
+    },
     /// It ends as it starts: value, first and second derivative. The first and last value are
     /// equal.
     Periodic,

@@ -34,59 +34,212 @@ pub enum Part {
 /// Why a curve is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CurveFault {
+    /// Fewer entries than the method needs.
     #[error("{given} are too few: at least {least} are needed")]
-    TooFew { part: Part, given: usize, least: usize },
+    TooFew {
+        /// The list that the fault is in.
+        part: Part,
+        /// Entries given.
+        given: usize,
+        /// Entries at least needed.
+        least: usize,
+    },
+    /// More entries than the method can take.
     #[error("{given} are too many: at most {most} are possible")]
-    TooMany { part: Part, given: usize, most: usize },
+    TooMany {
+        /// The list that the fault is in.
+        part: Part,
+        /// Entries given.
+        given: usize,
+        /// Entries at most possible.
+        most: usize,
+    },
+    /// A list whose length does not fit the others.
     #[error("{given} are given where {wanted} are needed")]
-    Count { part: Part, given: usize, wanted: usize },
+    Count {
+        /// The list that the fault is in.
+        part: Part,
+        /// Entries given.
+        given: usize,
+        /// Entries needed.
+        wanted: usize,
+    },
+    /// An entry is NaN or infinite.
     #[error("number {index} is not finite")]
-    NotFinite { part: Part, index: usize },
+    NotFinite {
+        /// The list that the fault is in.
+        part: Part,
+        /// Its index, from 0.
+        index: usize,
+    },
+    /// A derivative at a node is NaN or infinite.
     #[error("number {order} at node {node} is not finite")]
-    DerivativeNotFinite { node: usize, order: usize },
+    DerivativeNotFinite {
+        /// Index of the node, from 0.
+        node: usize,
+        /// Its index among the derivatives of the node: 0 is the first derivative.
+        order: usize,
+    },
+    /// More derivatives at a node than are allowed.
     #[error("{given} derivatives are given at node {node}, more than {most}")]
-    TooManyDerivatives { node: usize, given: usize, most: usize },
+    TooManyDerivatives {
+        /// Index of the node, from 0.
+        node: usize,
+        /// Derivatives given there.
+        given: usize,
+        /// Derivatives at most allowed at a node.
+        most: usize,
+    },
+    /// Two nodes with the same abscissa or parameter.
     #[error("number {index} ({}) repeats number {first}", Shown(*.value))]
-    Repeated { part: Part, index: usize, first: usize, value: f64 },
+    Repeated {
+        /// The list that the fault is in.
+        part: Part,
+        /// Index of the later one, from 0.
+        index: usize,
+        /// Index of the earlier one, from 0.
+        first: usize,
+        /// The value that both have.
+        value: f64,
+    },
+    /// Two neighbours so close that their difference has no correct digits in a double.
     #[error("number {index} ({}) lies no more than {difference:e} above the one before it, which leaves a double no \
         digits", Shown(*.value))]
-    TooClose { part: Part, index: usize, value: f64, difference: f64 },
+    TooClose {
+        /// The list that the fault is in.
+        part: Part,
+        /// Index of the later of the two, from 0.
+        index: usize,
+        /// Value of the later of the two.
+        value: f64,
+        /// Difference of the two.
+        difference: f64,
+    },
+    /// A node lies below the one before it.
     #[error("number {index} ({}) lies below the one before it ({}); the order of nodes is never changed",
         Shown(*.value), Shown(*.before))]
-    Descending { part: Part, index: usize, value: f64, before: f64 },
+    Descending {
+        /// The list that the fault is in.
+        part: Part,
+        /// Index of the later of the two, from 0.
+        index: usize,
+        /// Value of the later of the two.
+        value: f64,
+        /// Value of the node before it.
+        before: f64,
+    },
+    /// Fewer nodes than the degree asks for.
     #[error("degree {degree} asks for at least {least} nodes, {nodes} are given")]
-    DegreeAboveNodes { degree: usize, nodes: usize, least: usize },
+    DegreeAboveNodes {
+        /// Degree asked for.
+        degree: usize,
+        /// Nodes given.
+        nodes: usize,
+        /// Nodes at least needed.
+        least: usize,
+    },
+    /// A degree that the method does not have.
     #[error("degree {degree} is not within {least} to {most}")]
-    Degree { degree: usize, least: usize, most: usize },
+    Degree {
+        /// Degree asked for.
+        degree: usize,
+        /// Lowest degree of the method.
+        least: usize,
+        /// Highest degree of the method.
+        most: usize,
+    },
+    /// The knot vector is refused.
     #[error("{0}")]
     Knots(#[from] KnotFault),
+    /// A node outside of the support of its basis function, so that the equations are singular
+    /// (condition of Schoenberg and Whitney).
     #[error(
         "node {node} (at {}) does not lie inside the support of its basis function, knots {knot} to {until} \
          ({} to {}): the condition of Schoenberg and Whitney",
         Shown(*.value), Shown(*.low), Shown(*.high)
     )]
-    SchoenbergWhitney { node: usize, value: f64, knot: usize, until: usize, low: f64, high: f64 },
+    SchoenbergWhitney {
+        /// Index of the node and of its basis function, from 0.
+        node: usize,
+        /// Abscissa or parameter of the node.
+        value: f64,
+        /// Index of the first knot of the support.
+        knot: usize,
+        /// Index of the last knot of the support.
+        until: usize,
+        /// Lower end of the support.
+        low: f64,
+        /// Upper end of the support.
+        high: f64,
+    },
+    /// The control points or weights are refused.
     #[error("{0}")]
     Controls(#[from] ControlFault),
+    /// A periodic curve whose nodes do not close.
     #[error("a periodic curve ends where it starts, but node {index} differs from node 0 by {difference:e}")]
-    NotPeriodic { part: Part, index: usize, difference: f64 },
+    NotPeriodic {
+        /// The list that the fault is in.
+        part: Part,
+        /// Index of the last node, from 0.
+        index: usize,
+        /// Largest difference of a coordinate between the last node and the first.
+        difference: f64,
+    },
+    /// The equations of the curve are singular in double precision.
     #[error("the equations of the curve are singular at unknown {index}")]
-    Singular { index: usize },
+    Singular {
+        /// Index of the unknown without a pivot, from 0.
+        index: usize,
+    },
+    /// A place outside of the curve's domain.
     #[error("the place {} is not within the domain [{}, {}]", Shown(*.value), Shown(*.low), Shown(*.high))]
-    OutOfDomain { value: f64, low: f64, high: f64 },
+    OutOfDomain {
+        /// The place.
+        value: f64,
+        /// Lower end of the domain.
+        low: f64,
+        /// Upper end of the domain.
+        high: f64,
+    },
+    /// A node outside of the domain of the knots.
     #[error("node {node} (at {}) is not within the domain [{}, {}] of the knots", Shown(*.value), Shown(*.low),
         Shown(*.high))]
-    NodeOutOfDomain { node: usize, value: f64, low: f64, high: f64 },
+    NodeOutOfDomain {
+        /// Index of the node, from 0.
+        node: usize,
+        /// Abscissa or parameter of the node.
+        value: f64,
+        /// Lower end of the domain.
+        low: f64,
+        /// Upper end of the domain.
+        high: f64,
+    },
+    /// A coefficient beyond the range of a double.
     #[error("coefficient {index} of the curve is beyond the range of a double")]
-    NotRepresentable { index: usize },
+    NotRepresentable {
+        /// Its index, from 0.
+        index: usize,
+    },
+    /// The computed curve misses a node by more than rounding should.
     #[error("by rounding alone the curve misses node {index} by {miss:e}")]
-    Misses { index: usize, miss: f64 },
+    Misses {
+        /// Index of the node, from 0.
+        index: usize,
+        /// Distance of the curve from it, in the unit of the coordinates.
+        miss: f64,
+    },
+    /// An interpolating polynomial that double-double precision does not suffice for.
     #[error(
         "in double-double precision the polynomial still misses node {index} by {miss:e}: too many nodes in this \
          order; \
          use the barycentric form or a spline"
     )]
-    Unstable { index: usize, miss: f64 },
+    Unstable {
+        /// Index of the node, from 0.
+        index: usize,
+        /// Distance of the curve from it, in the unit of the coordinates.
+        miss: f64,
+    },
 }
 
 impl CurveFault {

@@ -3,12 +3,21 @@
 /// Why a figure does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Absence {
+    /// The tangents depend on the values in a nonlinear way, so that there is no constant.
     #[error("the rule of the tangents is not linear in the values, so that no constant bounds the amplification")]
     NotLinear,
+    /// The curve is made piece by piece, without equations to be conditioned.
     #[error("the curve is made piece by piece; no equations are solved")]
     NoEquations,
+    /// More conditions than the figure is computed for.
     #[error("{nodes} conditions are more than the {most} for which the figure is computed")]
-    TooMany { nodes: usize, most: usize },
+    TooMany {
+        /// Conditions of the curve.
+        nodes: usize,
+        /// Conditions up to which the figure is computed.
+        most: usize,
+    },
+    /// The figure is beyond the range of a double.
     #[error("the figure is beyond the range of a double")]
     NotFinite,
 }

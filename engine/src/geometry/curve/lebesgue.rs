@@ -36,6 +36,7 @@ const PASSES: usize = 7;
 /// The Lebesgue constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lebesgue {
+    /// The largest Σ |Cᵢ(t)| over the curve's domain, at least 1.
     pub constant: f64,
     /// The parameter at which it is reached.
     pub at: f64,

@@ -54,6 +54,7 @@ pub fn bending(curve: &(impl Curve + ?Sized), t: f64) -> Bending {
 /// A length and a bound on its error, both in the unit of the coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcLength {
+    /// Length of the arc.
     pub length: f64,
     /// What quadrature may be off, and what rounding of the places leaves unknown.
     pub error: f64,

@@ -11,9 +11,21 @@ use crate::geometry::space::{Dimension, Vector};
 pub enum Points {
     /// (x, y(x)): as many y as x. Polynomials take the x in any order, everything else ascending;
     /// no order is ever changed.
-    Graph { x: Vec<f64>, y: Vec<f64> },
+    Graph {
+        /// Abscissae of the nodes.
+        x: Vec<f64>,
+        /// Ordinates, one for each x.
+        y: Vec<f64>,
+    },
     /// Points of plane or space, in the order in which the curve passes them.
-    Space { points: Vec<Vector>, dimension: Dimension, parametrization: Parametrization },
+    Space {
+        /// The points; of the plane, the third coordinate is 0.
+        points: Vec<Vector>,
+        /// Whether they are points of the plane or of space.
+        dimension: Dimension,
+        /// How parameters are assigned to the points.
+        parametrization: Parametrization,
+    },
 }
 
 /// How the curve is made. Derivatives are by x for a graph, by the parameter (0 to 1) for points of
@@ -26,13 +38,22 @@ pub enum Method {
     Newton,
     /// One polynomial that has also given derivatives: at node i those of order 1, 2, … in
     /// `derivatives[i]` (Eqs. 3 and 4).
-    Hermite { derivatives: Vec<Vec<Vector>> },
+    Hermite {
+        /// Derivatives of each node by rising order, from the first; empty lists where only the
+        /// value is known.
+        derivatives: Vec<Vec<Vector>>,
+    },
     /// Cubics between the nodes with common tangents (Eq. 5).
     CubicHermite(Tangents),
     /// Cubics with continuous second derivative.
     CubicSpline(Ends),
     /// A B-spline of a degree from 1 (Eqs. 6 to 8).
-    BSpline { degree: usize, knots: KnotChoice },
+    BSpline {
+        /// Degree p, from 1.
+        degree: usize,
+        /// Knots, or the rule that places them.
+        knots: KnotChoice,
+    },
 }
 
 /// Points as the methods take them: parameters and values.

@@ -15,6 +15,7 @@ const MOST: usize = 4096;
 /// An area with what is known of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Area {
+    /// The area, in the square of the coordinates' unit.
     pub area: f64,
     /// The sum of the differences of two rules: usually far above the true error.
     pub error_estimate: f64,

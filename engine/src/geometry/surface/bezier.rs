@@ -22,10 +22,25 @@ pub struct BezierSurface {
 /// Why a Bézier net is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BezierFault {
+    /// A net with fewer than two control points along a parameter.
     #[error("{rows} × {columns} control points are no net: along each parameter there must be at least 2")]
-    Net { rows: usize, columns: usize },
+    Net {
+        /// Control points along u.
+        rows: usize,
+        /// Control points along v.
+        columns: usize,
+    },
+    /// A domain without width.
     #[error("the domain [{}, {}] has no width", Shown(*.low), Shown(*.high))]
-    Domain { axis: usize, low: f64, high: f64 },
+    Domain {
+        /// The axis: 0 for u, 1 for v.
+        axis: usize,
+        /// Lower end of the domain.
+        low: f64,
+        /// Upper end of the domain.
+        high: f64,
+    },
+    /// The control points or weights are refused.
     #[error(transparent)]
     Control(#[from] ControlFault),
 }

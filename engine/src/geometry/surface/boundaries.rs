@@ -16,13 +16,18 @@ use crate::{
 /// One of the four borders of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Border {
+    /// The curve over v at the lowest u.
     U0,
+    /// The curve over v at the highest u.
     U1,
+    /// The curve over u at the lowest v.
     V0,
+    /// The curve over u at the highest v.
     V1,
 }
 
 impl Border {
+    /// All four, in the order in which lists have them.
     pub const ALL: [Border; 4] = [Border::U0, Border::U1, Border::V0, Border::V1];
 
     /// `u0`, `u1`, `v0` or `v1`.
@@ -61,29 +66,79 @@ impl std::fmt::Display for Border {
 /// Why boundary curves are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BoundaryFault {
+    /// Borders with values of different dimensions.
     #[error(
         "border {border} has values of {given} coordinates; heights (1) or points of space (3) are wanted, as on {like}"
     )]
-    Dimension { border: Border, given: usize, like: Border },
+    Dimension {
+        /// The border at fault.
+        border: Border,
+        /// Coordinates of its values.
+        given: usize,
+        /// The border that it should be like.
+        like: Border,
+    },
+    /// A border over another domain than the one opposite.
     #[error(
         "border {border} runs over [{}, {}], the one opposite over [{}, {}]",
         Shown(*.low), Shown(*.high), Shown(*.wanted_low), Shown(*.wanted_high)
     )]
-    Domain { border: Border, low: f64, high: f64, wanted_low: f64, wanted_high: f64 },
+    Domain {
+        /// The border at fault.
+        border: Border,
+        /// Lower end of its domain.
+        low: f64,
+        /// Upper end of its domain.
+        high: f64,
+        /// Lower end of the domain of the one opposite.
+        wanted_low: f64,
+        /// Upper end of the domain of the one opposite.
+        wanted_high: f64,
+    },
+    /// Two borders that do not meet at their corner.
     #[error("borders u{i} and v{j} are {gap:e} apart at their corner, more than {tolerance:e}", i = corner[0],
         j = corner[1])]
-    Corner { corner: [usize; 2], gap: f64, tolerance: f64 },
+    Corner {
+        /// Indices (i, j) of the corner of borders uᵢ and vⱼ.
+        corner: [usize; 2],
+        /// Distance of their ends.
+        gap: f64,
+        /// Distance allowed.
+        tolerance: f64,
+    },
+    /// A cross derivative that does not agree with the border that runs along it at a corner.
     #[error("at the corner of u{i} and v{j} the cross derivative of {border} is {gap:e} off the border that runs \
         there, more than {tolerance:e}", i = corner[0], j = corner[1])]
-    Cross { border: Border, corner: [usize; 2], gap: f64, tolerance: f64 },
+    Cross {
+        /// The border that the cross derivative belongs to.
+        border: Border,
+        /// Indices (i, j) of the corner of borders uᵢ and vⱼ.
+        corner: [usize; 2],
+        /// How far the two derivatives differ.
+        gap: f64,
+        /// Difference allowed.
+        tolerance: f64,
+    },
+    /// More borders are missing than the tip of a three-sided patch accounts for.
     #[error(
         "border {border} is missing; only one of the four may be, where a patch of points in space has three sides"
     )]
-    Missing { border: Border },
+    Missing {
+        /// A missing border.
+        border: Border,
+    },
+    /// A tolerance that is negative or not finite.
     #[error("a tolerance of {tolerance} is not a finite number ≥ 0")]
-    Tolerance { tolerance: f64 },
+    Tolerance {
+        /// The tolerance.
+        tolerance: f64,
+    },
+    /// A twist vector that is NaN or infinite.
     #[error("twist ({i}, {j}) is not finite", i = corner[0], j = corner[1])]
-    Twist { corner: [usize; 2] },
+    Twist {
+        /// Indices (i, j) of the corner of borders uᵢ and vⱼ.
+        corner: [usize; 2],
+    },
 }
 
 impl BoundaryFault {

@@ -2,13 +2,13 @@
 //! of it.
 
 use super::{
-    BSplineSurface, BezierSurface, Boundaries, CoonsPatch, GregoryPatch, NodeGrid, Surface, SurfaceShape,
+    BSplineSurface, BezierSurface, Boundaries, CoonsPatch, GregoryPatch, GridFault, NodeGrid, Surface, SurfaceShape,
     construct_fault::SurfaceFault,
     continuity::{Joint, Worst, joints},
     coons::{Twists, corner_twists},
     gregory::GregoryNet,
     gregory_fill::{deviation, gregory},
-    grid::{GridFault, check_degree},
+    grid::check_degree,
     interpolate::interpolate,
     least_squares::{AxisKnots, least_squares},
     mesh::{CurveMesh, Fill, bicubic},
@@ -27,15 +27,40 @@ const LOOKS: usize = 9;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Given {
     /// z(uᵢ, vⱼ) in rows, one for each u; u and v ascend.
-    Grid { u: Vec<f64>, v: Vec<f64>, z: Vec<Vec<f64>> },
+    Grid {
+        /// Places of the rows, ascending.
+        u: Vec<f64>,
+        /// Places of the columns, ascending.
+        v: Vec<f64>,
+        /// Heights, a row for each u and a column for each v.
+        z: Vec<Vec<f64>>,
+    },
     /// Points of space in rows.
-    Points { rows: Vec<Vec<Vector>>, parametrization: Parametrization },
+    Points {
+        /// Points of space, in rows of equal length.
+        rows: Vec<Vec<Vector>>,
+        /// How parameters are assigned to rows and columns.
+        parametrization: Parametrization,
+    },
     /// Boundary curves in the order u0, u1, v0, v1 (see [`super::boundaries`]), one of which may be
     /// missing, the derivatives across them as far as known, and how far the curves' ends may be
     /// apart.
-    Boundaries { curves: Box<[Option<CurveShape>; 4]>, cross: Box<[Option<CurveShape>; 4]>, tolerance: f64 },
+    Boundaries {
+        /// The boundary curves; `None` for a border that is a point.
+        curves: Box<[Option<CurveShape>; 4]>,
+        /// Derivatives across the borders, as curves over the same parameters; `None` where not
+        /// known.
+        cross: Box<[Option<CurveShape>; 4]>,
+        /// Distance up to which two curves count as meeting, in the unit of the coordinates.
+        tolerance: f64,
+    },
     /// A mesh of curves and how far they may be apart where they cross.
-    Mesh { mesh: CurveMesh, tolerance: f64 },
+    Mesh {
+        /// The curves over u and over v.
+        mesh: CurveMesh,
+        /// Distance up to which two curves count as meeting, in the unit of the coordinates.
+        tolerance: f64,
+    },
     /// A net in rows, one for each index along u.
     ControlPoints(Net),
 }
@@ -43,7 +68,9 @@ pub enum Given {
 /// Control points of a Bézier, B-spline, NURBS or Gregory surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Net {
+    /// Control points, a row for each index along u.
     pub rows: Vec<Vec<Vector>>,
+    /// Whether they are heights or points of space.
     pub dimension: Dimension,
     /// As many weights in as many rows, for a rational surface.
     pub weights: Option<Vec<Vec<f64>>>,
@@ -60,23 +87,42 @@ pub enum Method {
     CoonsBilinear,
     /// The same, bicubically blended. In a mesh or on a grid the twists are common to the patches
     /// around a node (C¹).
-    CoonsBicubic { twists: Twists },
+    CoonsBicubic {
+        /// Mixed derivatives S_uv at the corners.
+        twists: Twists,
+    },
     /// Gregory patches: of a net of 16 + 4 points, of boundary curves, or in every mesh.
     Gregory,
     /// Of a net of any degrees; bicubic of boundary curves, or in every mesh.
     Bezier,
     /// Through a grid, knots averaged where not given; or of a net, with knots or with clamped
     /// uniform ones.
-    BSpline { degrees: [usize; 2], knots: [Option<Vec<f64>>; 2] },
+    BSpline {
+        /// Degrees along u and v, from 1.
+        degrees: [usize; 2],
+        /// Full knot vectors along u and v; `None` for the method's own.
+        knots: [Option<Vec<f64>>; 2],
+    },
     /// Near a grid.
-    BSplineLeastSquares { degrees: [usize; 2], knots: [AxisKnots; 2] },
+    BSplineLeastSquares {
+        /// Degrees along u and v, from 1.
+        degrees: [usize; 2],
+        /// Knots along u and v, or how many spans to place.
+        knots: [AxisKnots; 2],
+    },
     /// Of a net with weights; knots as for a B-spline.
-    Nurbs { degrees: [usize; 2], knots: [Option<Vec<f64>>; 2] },
+    Nurbs {
+        /// Degrees along u and v, from 1.
+        degrees: [usize; 2],
+        /// Full knot vectors along u and v; `None` for the method's own.
+        knots: [Option<Vec<f64>>; 2],
+    },
 }
 
 /// A surface and what is to be said of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Built {
+    /// The surface.
     pub shape: SurfaceShape,
     /// Parameters of the nodes along u and v, of a grid.
     pub parameters: Option<[Vec<f64>; 2]>,

@@ -1,8 +1,8 @@
 //! Why a surface is refused, and where in what was given the reason stands.
 
 use super::{
-    bezier::BezierFault, boundaries::BoundaryFault, gregory::GregoryFault, grid::GridFault, mesh::MeshFault,
-    patchwork::PatchworkFault,
+    bezier::BezierFault, boundaries::BoundaryFault, gregory::GregoryFault, grid_fault::GridFault,
+    mesh_fault::MeshFault, patchwork::PatchworkFault,
 };
 use crate::{
     fault::words::counted,
@@ -30,6 +30,7 @@ pub enum Field {
     ControlPoints,
     /// The second points of a Gregory patch's pairs.
     Inner,
+    /// Weights in rows.
     Weights,
     /// Index 0 for u, 1 for v, then the knot.
     Knots,
@@ -39,55 +40,127 @@ pub enum Field {
     Spans,
     /// Index 0 for u, 1 for v.
     Domain,
+    /// Twists at the corners.
     Twists,
+    /// The distance up to which curves count as meeting.
     Tolerance,
+    /// The method of construction.
     Method,
 }
 
 /// Why a surface is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SurfaceFault {
+    /// A method that does not apply to what is given.
     #[error("of {given} no surface is made by the method {method}")]
-    Combination { given: &'static str, method: &'static str },
+    Combination {
+        /// What is given.
+        given: &'static str,
+        /// The method asked for.
+        method: &'static str,
+    },
+    /// Twists of one patch for something made of several.
     #[error("twists are given for one patch, not for {given}")]
-    OwnTwists { given: &'static str },
+    OwnTwists {
+        /// What is given.
+        given: &'static str,
+    },
+    /// The grid of nodes is refused.
     #[error(transparent)]
     Grid(#[from] GridFault),
+    /// The boundary curves are refused.
     #[error(transparent)]
     Boundary(#[from] BoundaryFault),
+    /// The mesh of curves is refused.
     #[error(transparent)]
     Mesh(#[from] MeshFault),
+    /// The Gregory net is refused.
     #[error(transparent)]
     Gregory(#[from] GregoryFault),
+    /// The Bézier net is refused.
     #[error("{fault}")]
-    Bezier { fault: BezierFault, columns: usize },
+    Bezier {
+        /// Why it is refused.
+        fault: BezierFault,
+        /// Points in a row of the net, from which row and column of an index follow.
+        columns: usize,
+    },
+    /// The control points or weights are refused.
     #[error("{fault}")]
-    Control { fault: ControlFault, columns: usize },
+    Control {
+        /// Why they are refused.
+        fault: ControlFault,
+        /// Points in a row of the net, from which row and column of an index follow.
+        columns: usize,
+    },
+    /// No spline can be laid through a line of nodes.
     #[error("no curve goes through a line of nodes: {fault}")]
-    Network { axis: usize, fault: CurveFault },
+    Network {
+        /// The axis along which the line runs: 0 for u, 1 for v.
+        axis: usize,
+        /// Why the curve is refused.
+        fault: CurveFault,
+    },
+    /// Rows of the net of unequal length.
     #[error("row {row} of the net has {}, the first one {wanted}", counted(*.given, "point", "points"))]
-    RaggedNet { row: usize, given: usize, wanted: usize },
+    RaggedNet {
+        /// Index of the row, from 0.
+        row: usize,
+        /// Points in it.
+        given: usize,
+        /// Points in the first row.
+        wanted: usize,
+    },
+    /// A net of points of the plane.
     #[error("control points of a surface are heights or points of space, not of a plane")]
     PlaneNet,
+    /// Rows of weights that are not as many as those of the net.
     #[error(
         "{} of weights for {} of control points",
         counted(*.given, "row", "rows"),
         counted(*.wanted, "row", "rows")
     )]
-    WeightRows { given: usize, wanted: usize },
+    WeightRows {
+        /// Rows of weights given.
+        given: usize,
+        /// Rows of control points.
+        wanted: usize,
+    },
+    /// A row of weights that is not as long as those of the net.
     #[error(
         "row {row} of the weights has {}, a row of the net {}",
         counted(*.given, "number", "numbers"),
         counted(*.wanted, "point", "points")
     )]
-    RaggedWeights { row: usize, given: usize, wanted: usize },
+    RaggedWeights {
+        /// Index of the row, from 0.
+        row: usize,
+        /// Weights in it.
+        given: usize,
+        /// Control points in a row of the net.
+        wanted: usize,
+    },
+    /// Knots that are not as many as degree and control points ask for.
     #[error("{}; degree and control points ask for {wanted}", counted(*.given, "knot", "knots"))]
-    KnotCount { axis: usize, given: usize, wanted: usize },
+    KnotCount {
+        /// The axis: 0 for u, 1 for v.
+        axis: usize,
+        /// Knots given.
+        given: usize,
+        /// Knots needed: control points along the axis + degree + 1.
+        wanted: usize,
+    },
+    /// A net that is not that of a Gregory patch.
     #[error(
         "a Gregory patch has a net of 4 × 4 points, 2 × 2 further inner points and no weights; the net is {rows} × \
          {columns}"
     )]
-    GregoryNet { rows: usize, columns: usize },
+    GregoryNet {
+        /// Control points along u.
+        rows: usize,
+        /// Control points along v.
+        columns: usize,
+    },
 }
 
 impl SurfaceFault {

@@ -15,7 +15,9 @@ const ASIDE: f64 = 8.0 * f64::EPSILON;
 /// The largest of some figures and where it was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Worst {
+    /// Its value.
     pub value: f64,
+    /// Its parameters (u, v).
     pub at: [f64; 2],
 }
 

@@ -16,6 +16,7 @@ const SINGULAR: f64 = 1e-10;
 /// What the derivatives at a point tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differential {
+    /// The point S(u, v).
     pub point: Vector,
     /// Unit normal, along S_u × S_v.
     pub normal: Vector,

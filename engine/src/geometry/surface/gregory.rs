@@ -23,6 +23,7 @@ use crate::{
 /// the `b` points of these four.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GregoryNet {
+    /// The net `[i][j]`, i along u and j along v, with the a points inside.
     pub net: [[Vector; 4]; 4],
     /// `b[i][j]` belongs to `net[i + 1][j + 1]`.
     pub b: [[Vector; 2]; 2],
@@ -41,8 +42,16 @@ pub struct GregoryPatch {
 /// Why a Gregory net is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GregoryFault {
+    /// A domain without width.
     #[error("the domain [{}, {}] has no width", Shown(*.low), Shown(*.high))]
-    Domain { axis: usize, low: f64, high: f64 },
+    Domain {
+        /// The axis: 0 for u, 1 for v.
+        axis: usize,
+        /// Lower end of the domain.
+        low: f64,
+        /// Upper end of the domain.
+        high: f64,
+    },
     /// Indices 0..16 count the net by rows, 16..20 the b points.
     #[error(transparent)]
     Control(#[from] ControlFault),

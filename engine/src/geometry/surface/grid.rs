@@ -1,15 +1,13 @@
 //! Grids of nodes, (uᵢ, vⱼ, zᵢⱼ) or points of space in rows: what they are checked for, and which
 //! parameters points get.
 
-use crate::numerics::cancel;
-use crate::{
-    fault::words::{Shown, counted},
-    geometry::{
-        BSplineBasis, KnotFault,
-        curve::{CurveFault, Parametrization},
-        space::{Dimension, HIGHEST_DEGREE, Vector},
-    },
+use super::GridFault;
+use crate::geometry::{
+    BSplineBasis,
+    curve::{CurveFault, Parametrization},
+    space::{Dimension, HIGHEST_DEGREE, Vector},
 };
+use crate::numerics::cancel;
 
 /// Values at all crossings of two lists of parameters, v running fastest.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,60 +16,6 @@ pub struct NodeGrid {
     dimension: Dimension,
     values: Vec<Vector>,
 }
-
-/// Why nodes on a grid, or a surface asked of them, are refused. Axis 0 is u, axis 1 is v.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum GridFault {
-    #[error("{} along {}; at least {least} are needed", counted(*.given, "node", "nodes"), AXES[*axis])]
-    TooFew { axis: usize, given: usize, least: usize },
-    #[error("{} for {rows} × {columns} nodes", counted(*.given, "value", "values"))]
-    Count { given: usize, rows: usize, columns: usize },
-    #[error("row {row} has {}, the first one {wanted}", counted(*.given, "point", "points"))]
-    Ragged { row: usize, given: usize, wanted: usize },
-    #[error("the value at ({row}, {column}) is not finite")]
-    NotFinite { row: usize, column: usize },
-    #[error("{} number {index} is not finite", AXES[*axis])]
-    ParameterNotFinite { axis: usize, index: usize },
-    #[error(
-        "{} number {index} ({}) does not lie above the one before it ({})",
-        AXES[*axis], Shown(*.value), Shown(*.before)
-    )]
-    NotAscending { axis: usize, index: usize, value: f64, before: f64 },
-    #[error("the points ({row}, {column}) and the one before it along {} are one, so that no parameter lies between \
-        them", AXES[*axis])]
-    Coincident { axis: usize, row: usize, column: usize },
-    #[error("along {} all points of every line are one", AXES[*axis])]
-    NoExtent { axis: usize },
-    #[error("degree {degree} along {} is not within 1 to {most}", AXES[*axis])]
-    Degree { axis: usize, degree: usize, most: usize },
-    #[error("{spans} spans along {} ask for more functions than the {nodes} nodes there determine at degree {degree}",
-        AXES[*axis])]
-    Spans { axis: usize, spans: usize, nodes: usize, degree: usize },
-    #[error("knots along {}: {fault}", AXES[*axis])]
-    Knots { axis: usize, fault: KnotFault },
-    #[error("{functions} functions along {} for {nodes} nodes", AXES[*axis])]
-    Functions { axis: usize, functions: usize, nodes: usize },
-    #[error(
-        "node {index} along {} ({}) lies outside of the knots' domain, [{}, {}]",
-        AXES[*axis], Shown(*.value), Shown(*.low), Shown(*.high)
-    )]
-    OutOfDomain { axis: usize, index: usize, value: f64, low: f64, high: f64 },
-    #[error(
-        "no node along {} is left for function {function}, which lives between knots {} and {} (the condition of \
-         Schoenberg and Whitney)", AXES[*axis], Shown(*.low), Shown(*.high)
-    )]
-    SchoenbergWhitney { axis: usize, function: usize, low: f64, high: f64 },
-    #[error(
-        "the nodes along {} determine function {function}, which lives between knots {} and {}, no better than \
-         rounding",
-        AXES[*axis], Shown(*.low), Shown(*.high)
-    )]
-    Rank { axis: usize, function: usize, low: f64, high: f64 },
-    #[error("control point {index} is beyond the range of a double")]
-    NotRepresentable { index: usize },
-}
-
-const AXES: [&str; 2] = ["u", "v"];
 
 impl NodeGrid {
     /// Heights z(u, v): `z` has one number for every (u, v), v running fastest; parameters are

@@ -5,8 +5,8 @@
 //! double-double and is rounded once.
 
 use super::{
-    BSplineSurface,
-    grid::{GridFault, NodeGrid, basis_of, check_degree},
+    BSplineSurface, GridFault,
+    grid::{NodeGrid, basis_of, check_degree},
 };
 use crate::geometry::{
     BSplineBasis,

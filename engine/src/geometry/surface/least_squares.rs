@@ -11,8 +11,8 @@
 //! rounding of the largest.
 
 use super::{
-    BSplineSurface,
-    grid::{GridFault, NodeGrid, basis_of, check_degree},
+    BSplineSurface, GridFault,
+    grid::{NodeGrid, basis_of, check_degree},
     least_squares_axis::{AxisFit, Lines},
 };
 use crate::geometry::{BSplineBasis, curve::knots, space::Vector};

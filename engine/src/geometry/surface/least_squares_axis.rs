@@ -4,7 +4,7 @@
 //! Lines lie eight abreast, so that one step of the elimination is a few operations on whole
 //! registers.
 
-use super::grid::GridFault;
+use super::GridFault;
 use crate::geometry::BSplineBasis;
 use crate::numerics::{
     Dd, Real,

@@ -39,6 +39,7 @@ impl Differential {
 /// A place of a surface with whatever the derivatives tell there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalGeometry {
+    /// The point S(u, v).
     pub point: Vector,
     /// Unit normal along S_u × S_v; where the parameters are singular its limit from inside, which
     /// may exist where curvatures have none (at the tip of a three-sided patch that ends as a cone

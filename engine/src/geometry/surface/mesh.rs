@@ -9,22 +9,18 @@
 //! patches there have three sides.
 
 use super::{
-    BezierSurface, CoonsPatch, Patchwork, SurfaceShape,
+    BezierSurface, CoonsPatch, GridFault, MeshFault, Patchwork, SurfaceShape,
     boundaries::{Boundaries, BoundaryFault, CORNERS},
     continuity::Worst,
     coons::{Twists, corner_twists},
     gregory_fill::{deviation, gregory},
-    grid::{GridFault, ascending},
-    patchwork::PatchworkFault,
+    grid::ascending,
+};
+use crate::geometry::{
+    curve::{BSplineCurve, Curve, CurveShape},
+    space::{Dimension, Vector},
 };
 use crate::numerics::cancel;
-use crate::{
-    fault::words::{Shown, counted},
-    geometry::{
-        curve::{BSplineCurve, Curve, CurveFault, CurveShape},
-        space::{Dimension, Vector},
-    },
-};
 
 /// The curves of a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,38 +54,13 @@ pub enum Fill {
 /// A filled mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filled {
+    /// The patches, one for each mesh.
     pub patchwork: Patchwork,
     /// The largest gap at a crossing of two curves, and where.
     pub gap: Worst,
     /// How far borders of patches are from the curves at worst, and where: by cubics that curves
     /// are replaced by, and by corners half-way between curves that leave a gap.
     pub deviation: Worst,
-}
-
-/// Why a mesh is refused. Family 0 are the curves at given u (over v), family 1 those at given v.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MeshFault {
-    #[error(transparent)]
-    Lines(#[from] GridFault),
-    #[error("{} for {}", counted(*.given, "curve", "curves"), counted(*.wanted, "place", "places"))]
-    Count { family: usize, given: usize, wanted: usize },
-    #[error("the curve is missing; only the first or last of one family of points in space may be")]
-    Missing { family: usize, index: usize },
-    #[error("the curve has values of {}, where {wanted} are wanted", counted(*.given, "coordinate", "coordinates"))]
-    Dimension { family: usize, index: usize, given: usize, wanted: usize },
-    #[error(
-        "the curve runs over [{}, {}], the mesh over [{}, {}]",
-        Shown(*.low), Shown(*.high), Shown(*.wanted_low), Shown(*.wanted_high)
-    )]
-    Domain { family: usize, index: usize, low: f64, high: f64, wanted_low: f64, wanted_high: f64 },
-    #[error("the curve is no B-spline: {fault}")]
-    Curve { family: usize, index: usize, fault: CurveFault },
-    #[error("curve {i} over v and curve {j} over u are {gap:e} apart where they cross, more than {tolerance:e}")]
-    Crossing { i: usize, j: usize, gap: f64, tolerance: f64 },
-    #[error("patch ({i}, {j}): {fault}")]
-    Patch { i: usize, j: usize, fault: BoundaryFault },
-    #[error(transparent)]
-    Patchwork(#[from] PatchworkFault),
 }
 
 /// Where curves stand, the curves, and the places along them.

@@ -27,12 +27,14 @@ pub mod evaluate;
 pub mod gregory;
 pub mod gregory_fill;
 pub mod grid;
+mod grid_fault;
 pub mod interpolate;
 mod jets;
 pub mod least_squares;
 mod least_squares_axis;
 mod local;
 pub mod mesh;
+mod mesh_fault;
 pub mod patchwork;
 mod refine;
 pub mod shape;
@@ -50,7 +52,9 @@ pub use differential::Differential;
 pub use evaluate::Evaluator;
 pub use gregory::GregoryPatch;
 pub use grid::NodeGrid;
+pub use grid_fault::GridFault;
 pub use local::{LocalGeometry, normal};
+pub use mesh_fault::MeshFault;
 pub use patchwork::Patchwork;
 pub use shape::SurfaceShape;
 
@@ -59,11 +63,17 @@ use super::space::{Dimension, Vector};
 /// Value and derivatives at one pair of parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceJet {
+    /// The point S.
     pub value: Vector,
+    /// First derivative S_u.
     pub u: Vector,
+    /// First derivative S_v.
     pub v: Vector,
+    /// Second derivative S_uu.
     pub uu: Vector,
+    /// Mixed derivative S_uv.
     pub uv: Vector,
+    /// Second derivative S_vv.
     pub vv: Vector,
 }
 

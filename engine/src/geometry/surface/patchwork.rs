@@ -1,7 +1,7 @@
 //! Surfaces of several patches on a grid of parameters, as a mesh of boundary curves divides them
 //! (section 2.1 of the paper).
 
-use super::{Surface, SurfaceJet, SurfaceShape, boundaries::merged, grid::GridFault, grid::ascending};
+use super::{GridFault, Surface, SurfaceJet, SurfaceShape, boundaries::merged, grid::ascending};
 use crate::geometry::space::{Dimension, Vector};
 use crate::{fault::words::counted, numerics::cancel};
 
@@ -16,16 +16,45 @@ pub struct Patchwork {
 /// Why patches are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PatchworkFault {
+    /// The lines between the patches are refused.
     #[error(transparent)]
     Lines(#[from] GridFault),
+    /// Patches that are not one for each rectangle.
     #[error("{} for {rows} × {columns} rectangles", counted(*.given, "patch", "patches"))]
-    Count { given: usize, rows: usize, columns: usize },
+    Count {
+        /// Patches given.
+        given: usize,
+        /// Rectangles along u.
+        rows: usize,
+        /// Rectangles along v.
+        columns: usize,
+    },
+    /// A patch over another domain than its rectangle.
     #[error("patch {index} lives over {given:?}, not over its rectangle {wanted:?}")]
-    Domain { index: usize, given: [[f64; 2]; 2], wanted: [[f64; 2]; 2] },
+    Domain {
+        /// Index of the patch, counted by rows from 0.
+        index: usize,
+        /// Its domain, along u and v.
+        given: [[f64; 2]; 2],
+        /// Its rectangle, along u and v.
+        wanted: [[f64; 2]; 2],
+    },
+    /// A patch with values of another dimension than the first.
     #[error("patch {index} has values of {}, the first one of {wanted}", counted(*.given, "coordinate", "coordinates"))]
-    Dimension { index: usize, given: usize, wanted: usize },
+    Dimension {
+        /// Index of the patch, counted by rows from 0.
+        index: usize,
+        /// Coordinates of its values.
+        given: usize,
+        /// Coordinates of the values of the first.
+        wanted: usize,
+    },
+    /// A patch that is a patchwork itself.
     #[error("patch {index} is a patchwork itself")]
-    Nested { index: usize },
+    Nested {
+        /// Index of the patch, counted by rows from 0.
+        index: usize,
+    },
 }
 
 impl PatchworkFault {

@@ -4,7 +4,7 @@
 //! Every line of control points along an axis is a curve, changed by polar forms in double-double
 //! and rounded once; rational surfaces in homogeneous coordinates.
 
-use super::{BSplineSurface, BezierSurface, Surface, grid::GridFault};
+use super::{BSplineSurface, BezierSurface, GridFault, Surface};
 use crate::geometry::{
     BSplineBasis,
     polar::{change_knots, raise_degree},

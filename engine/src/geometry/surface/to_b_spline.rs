@@ -23,6 +23,7 @@ const MOST: usize = 128;
 /// A B-spline surface that stands for a surface or a part of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted {
+    /// The B-spline or NURBS surface.
     pub surface: BSplineSurface,
     /// The largest distance found from what it stands for, at equal parameters; 0 where it is the
     /// same function.

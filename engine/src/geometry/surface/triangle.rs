@@ -16,6 +16,7 @@ use nalgebra::Matrix3;
 /// A border that is a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DegenerateBorder {
+    /// Which border it is.
     pub border: Border,
     /// The point.
     pub point: Vector,
