@@ -6,12 +6,11 @@ use uuid::Uuid;
 
 use super::{
     accept::Form,
-    body::Payload,
     budget::Held,
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
     include::IncludeQuery,
-    records::{About, Made, keep},
+    records::{NewRecord, RecordContext, RecordRequest},
     state::AppState,
     stored,
 };
@@ -30,7 +29,7 @@ use crate::{
             evaluation::{self, request::EvaluateBody},
             gear::of_job,
         },
-        jobs::records::{self, RecordBody},
+        jobs::records::RecordBody,
         problem::{Problem, ProblemCode},
     },
     jobs::{RecordKind, Successors},
@@ -53,29 +52,21 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
-            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        IdempotencyKey
     ),
     request_body(content = DeviationsRequestBody, description = "Points or a grid; the gear is that of the job where \
         the request has none."),
     responses(
         (status = 201, description = "What `POST /v1/gears/deviations` answers, kept.", body = RecordBody,
-            headers(("Location" = String, description = "Where the record is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            headers(("Location" = String, description = "Where the record is.")))
     )
 )]
-async fn create_iteration_deviations(
-    State(state): State<AppState>,
-    PathOf(place): PathOf<(Uuid, u32)>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let build = |text: &[u8], about: &About| {
-        let built = deviations::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?;
-        Ok(about.of_gear(records::draft(RecordKind::Deviations, text, built)?).into())
+async fn create_iteration_deviations(request: RecordRequest) -> Result<Response, Problem> {
+    let build = |text: &[u8], context: &RecordContext| {
+        let built = deviations::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand))?;
+        Ok(context.gear_record(RecordKind::Deviations, text, built)?.into())
     };
-    keep(state, place, "deviations", key, payload, build).await
+    request.keep("deviations", build).await
 }
 
 /// Keeps the evaluation of measured traces with an iteration.
@@ -88,29 +79,21 @@ async fn create_iteration_deviations(
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
-            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        IdempotencyKey
     ),
     request_body(content = EvaluateBody, description = "Traces and how they are evaluated; the gear is that of the job \
         where the request has none."),
     responses(
         (status = 201, description = "What `POST /v1/gears/evaluate` answers, kept.", body = RecordBody,
-            headers(("Location" = String, description = "Where the record is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            headers(("Location" = String, description = "Where the record is.")))
     )
 )]
-async fn create_iteration_evaluation(
-    State(state): State<AppState>,
-    PathOf(place): PathOf<(Uuid, u32)>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let build = |text: &[u8], about: &About| {
-        let built = evaluation::build(text, of_job(&about.job)?.as_ref(), Some(&about.measurand))?;
-        Ok(about.of_gear(records::draft(RecordKind::Evaluation, text, built)?).into())
+async fn create_iteration_evaluation(request: RecordRequest) -> Result<Response, Problem> {
+    let build = |text: &[u8], context: &RecordContext| {
+        let built = evaluation::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand))?;
+        Ok(context.gear_record(RecordKind::Evaluation, text, built)?.into())
     };
-    keep(state, place, "evaluations", key, payload, build).await
+    request.keep("evaluations", build).await
 }
 
 /// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and
@@ -124,31 +107,24 @@ async fn create_iteration_evaluation(
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
-            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        IdempotencyKey
     ),
     request_body(content = CorrectionRequestBody, description = "What the settings do, how far they may go, and how \
         far that is trusted."),
     responses(
         (status = 201, description = "The changes and what they should bring.", body = CorrectionBody,
-            headers(("Location" = String, description = "Where the record is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            headers(("Location" = String, description = "Where the record is.")))
     )
 )]
-async fn create_iteration_correction(
-    State(state): State<AppState>,
-    PathOf(place): PathOf<(Uuid, u32)>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let build = |text: &[u8], about: &About| {
-        let (built, include) = correction::build(text, &about.nodes, &about.measurand, of_job(&about.job)?.as_ref())?;
-        let draft = about.of_gear(records::draft(RecordKind::Correction, text, built)?);
+async fn create_iteration_correction(request: RecordRequest) -> Result<Response, Problem> {
+    let build = |text: &[u8], context: &RecordContext| {
+        let gear = of_job(&context.job)?;
+        let (built, include) = correction::build(text, &context.nodes, &context.measurand, gear.as_ref())?;
+        let draft = context.gear_record(RecordKind::Correction, text, built)?;
         let answer = include.of_result(&draft.result)?.into_bytes();
-        Ok(Made { draft, answer: Some(answer.into()) })
+        Ok(NewRecord { draft, answer: Some(answer.into()) })
     };
-    keep(state, place, "correction", key, payload, build).await
+    request.keep("correction", build).await
 }
 
 /// The correction of an iteration that was made last, with what was measured of it.

@@ -64,9 +64,7 @@ pub fn group() -> OpenApiRouter<AppState> {
             body = NewIterationBody, headers(
             ("Location" = String, description = "Where the iteration is."),
             ("ETag" = String, description = "Version of the iteration.")
-        )),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+        ))
     )
 )]
 async fn create_iteration(
@@ -98,10 +96,7 @@ fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) 
         measurand,
         nodes: Arc::new(nodes),
         computed,
-        measured_at: measurement.measured_at.map(|moment| moment.0),
-        instrument: measurement.instrument.map(String::from),
-        operator: measurement.operator.map(String::from),
-        note: measurement.note.map(String::from),
+        details: measurement.into(),
         records: Vec::new(),
         expected_gear: None,
     })

@@ -60,9 +60,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         (status = 201, description = "The fit.", body = IterationFitBody, headers(
             ("Location" = String, description = "Where the fit is."),
             ("ETag" = String, description = "Version of the iteration.")
-        )),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+        ))
     )
 )]
 async fn create_iteration_fit(
@@ -105,9 +103,7 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "list_iteration_fits", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
     responses(
-        (status = 200, description = "Some fits, and where the next page begins.", body = FitPageBody),
-        (status = 422, description = "The limit or the cursor is not one.", body = Problem,
-            content_type = "application/problem+json")
+        (status = 200, description = "Some fits, and where the next page begins.", body = FitPageBody)
     )
 )]
 async fn list_iteration_fits(

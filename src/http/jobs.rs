@@ -42,9 +42,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         (status = 201, description = "The job.", body = JobBody, headers(
             ("Location" = String, description = "Where the job is."),
             ("ETag" = String, description = "Version of the job.")
-        )),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+        ))
     )
 )]
 async fn create_job(State(state): State<AppState>, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
@@ -76,9 +74,7 @@ fn created(job: &Job, stored: Stored) -> Answer {
     get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
     params(PageQuery),
     responses(
-        (status = 200, description = "Some jobs, and where the next page begins.", body = JobPageBody),
-        (status = 422, description = "The limit or the cursor is not one.", body = Problem,
-            content_type = "application/problem+json")
+        (status = 200, description = "Some jobs, and where the next page begins.", body = JobPageBody)
     )
 )]
 async fn list_jobs(

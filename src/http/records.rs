@@ -3,7 +3,11 @@
 
 use std::sync::Arc;
 
-use axum::{extract::State, response::Response};
+use axum::{
+    RequestExt,
+    extract::{FromRequest, Request, State},
+    response::Response,
+};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
@@ -21,6 +25,7 @@ use super::{
 };
 use crate::{
     api::{
+        built::Built,
         gears::correction::include::{CorrectionInclude, KeptIncludeName},
         jobs::records::{self, RecordBody, RecordPageBody},
         problem::Problem,
@@ -34,7 +39,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// What a record may be made of beside its request.
-pub struct About {
+pub struct RecordContext {
     pub job: Job,
     /// Of the iteration.
     pub nodes: Held<Nodes>,
@@ -42,54 +47,76 @@ pub struct About {
     pub plans: Plans,
 }
 
-impl About {
+impl RecordContext {
     /// A record that refers to the gear of the job keeps it, since the job's may be changed.
-    pub fn of_gear(&self, draft: RecordDraft) -> RecordDraft {
-        RecordDraft { gear: self.job.gear.as_deref().map(Into::into), ..draft }
+    pub fn gear_record(&self, kind: RecordKind, text: &[u8], built: Built) -> Result<RecordDraft, Problem> {
+        let gear = self.job.gear.as_deref().map(Into::into);
+        Ok(RecordDraft { gear, ..records::draft(kind, text, built)? })
     }
 }
 
-/// A record made of a request.
-pub struct Made {
+/// A record to be kept, and what is answered: the record itself where there is nothing else.
+pub struct NewRecord {
     pub draft: RecordDraft,
-    /// What is answered; the record itself where there is nothing else.
     pub answer: Option<Arc<[u8]>>,
 }
 
-impl From<RecordDraft> for Made {
+impl From<RecordDraft> for NewRecord {
     fn from(draft: RecordDraft) -> Self {
-        Made { draft, answer: None }
+        NewRecord { draft, answer: None }
     }
 }
 
-/// Makes a record of a request on the pool, keeps it with an iteration and answers it.
-pub async fn keep(
+/// A request for a record of an iteration.
+pub struct RecordRequest {
     state: AppState,
-    (job, number): (Uuid, u32),
-    route: &'static str,
+    job: Uuid,
+    number: u32,
     key: IdempotencyKey,
     payload: Payload,
-    build: impl FnOnce(&[u8], &About) -> Result<Made, Problem> + Send + 'static,
-) -> Result<Response, Problem> {
-    let place = format!("/v1/jobs/{job}/iterations/{number}");
-    once(state, key, format!("POST {place}/{route}"), payload, move |state, payload, known| async move {
-        let nodes = stored::nodes(&state, job, number).await?;
-        let measurand = state.jobs.measurand(job, number).await?;
-        let about = About { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() };
-        let limit = state.settings.body_limit;
-        let Made { draft, answer } = state.pool.run(move || build(&payload.into_json(limit)?, &about)).await??;
-        let answer = move |record: &Record, _: Stored| {
-            created(&place, record, answer.as_deref().map_or_else(|| records::record(record), <[u8]>::to_vec))
-        };
-        let keyed = known.map(|known| known.answered_by(answer.clone()));
-        let (record, stored): (Arc<Record>, Stored) = state.jobs.add_record(job, number, draft, keyed).await?;
-        Ok(answer(&record, stored))
-    })
-    .await
 }
 
-fn created(place: &str, record: &Record, body: Vec<u8>) -> Answer {
-    Answer { status: 201, location: Some(format!("{place}/records/{}", record.id)), etag: Some(etag(1)), body }
+impl FromRequest<AppState> for RecordRequest {
+    type Rejection = Problem;
+
+    async fn from_request(mut request: Request, state: &AppState) -> Result<Self, Problem> {
+        let PathOf((job, number)) = request.extract_parts_with_state(state).await?;
+        let key = request.extract_parts_with_state(state).await?;
+        let payload = request.extract_with_state(state).await?;
+        Ok(RecordRequest { state: state.clone(), job, number, key, payload })
+    }
+}
+
+impl RecordRequest {
+    /// Makes the record on the pool, keeps it with the iteration and answers it.
+    pub async fn keep(
+        self,
+        route: &str,
+        build: impl FnOnce(&[u8], &RecordContext) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let RecordRequest { state, job, number, key, payload } = self;
+        let iteration = format!("/v1/jobs/{job}/iterations/{number}");
+        once(state, key, format!("POST {iteration}/{route}"), payload, move |state, payload, known| async move {
+            let nodes = stored::nodes(&state, job, number).await?;
+            let measurand = state.jobs.measurand(job, number).await?;
+            let context =
+                RecordContext { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() };
+            let limit = state.settings.body_limit;
+            let built = state.pool.run(move || build(&payload.into_json(limit)?, &context)).await??;
+            let NewRecord { draft, answer } = built;
+            let answer = move |record: &Record, _: Stored| {
+                created(&iteration, record, answer.as_deref().map_or_else(|| records::record(record), <[u8]>::to_vec))
+            };
+            let keyed = known.map(|known| known.answered_by(answer.clone()));
+            let (record, stored): (Arc<Record>, Stored) = state.jobs.add_record(job, number, draft, keyed).await?;
+            Ok(answer(&record, stored))
+        })
+        .await
+    }
+}
+
+fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
+    Answer { status: 201, location: Some(format!("{iteration}/records/{}", record.id)), etag: Some(etag(1)), body }
 }
 
 /// Lists what is kept with an iteration beside its fits, oldest first.
@@ -100,9 +127,7 @@ fn created(place: &str, record: &Record, body: Vec<u8>) -> Answer {
     tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
     responses(
-        (status = 200, description = "Some records, and where the next page begins.", body = RecordPageBody),
-        (status = 422, description = "The limit or the cursor is not one.", body = Problem,
-            content_type = "application/problem+json")
+        (status = 200, description = "Some records, and where the next page begins.", body = RecordPageBody)
     )
 )]
 async fn list_iteration_records(

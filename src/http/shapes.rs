@@ -1,15 +1,12 @@
 //! `…/iterations/{number}/curves` and `…/surfaces`: shapes kept with an iteration, made of its
 //! nodes or of others.
 
-use axum::{extract::State, response::Response};
+use axum::response::Response;
 use utoipa_axum::{router::OpenApiRouter, routes};
-use uuid::Uuid;
 
 use super::{
-    body::Payload,
-    extract::PathOf,
     idempotency::IdempotencyKey,
-    records::{About, keep},
+    records::{RecordContext, RecordRequest},
     state::AppState,
 };
 use crate::{
@@ -35,28 +32,20 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
-            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        IdempotencyKey
     ),
     request_body(content = KeptCurveRequest, description = "A method, and points where the iteration's own are not \
         meant."),
     responses(
         (status = 201, description = "The curve, kept.", body = RecordBody,
-            headers(("Location" = String, description = "Where the curve is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            headers(("Location" = String, description = "Where the curve is.")))
     )
 )]
-async fn create_iteration_curve(
-    State(state): State<AppState>,
-    PathOf((job, number)): PathOf<(Uuid, u32)>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let build = |text: &[u8], about: &About| {
-        Ok(records::draft(RecordKind::Curve, text, curves::build(text, Some(&about.nodes))?)?.into())
+async fn create_iteration_curve(request: RecordRequest) -> Result<Response, Problem> {
+    let build = |text: &[u8], context: &RecordContext| {
+        Ok(records::draft(RecordKind::Curve, text, curves::build(text, Some(&context.nodes))?)?.into())
     };
-    keep(state, (job, number), "curves", key, payload, build).await
+    request.keep("curves", build).await
 }
 
 /// Builds a surface, by default of the iteration's own nodes, and keeps it with the iteration.
@@ -68,26 +57,19 @@ async fn create_iteration_curve(
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("Idempotency-Key" = Option<String>, Header, description = "The same key and body answers the first response \
-            again.", min_length = 1, max_length = 255, pattern = "^[!-~]+$")
+        IdempotencyKey
     ),
     request_body(content = SurfaceRequest,
         description = "A method, and nodes where the iteration's own are not meant."),
     responses(
         (status = 201, description = "The surface, kept.", body = RecordBody,
-            headers(("Location" = String, description = "Where the surface is."))),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            headers(("Location" = String, description = "Where the surface is.")))
     )
 )]
-async fn create_iteration_surface(
-    State(state): State<AppState>,
-    PathOf((job, number)): PathOf<(Uuid, u32)>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
-    let build = |text: &[u8], about: &About| {
-        Ok(records::draft(RecordKind::Surface, text, surfaces::build(text, Some(&about.nodes), &about.plans)?)?.into())
+async fn create_iteration_surface(request: RecordRequest) -> Result<Response, Problem> {
+    let build = |text: &[u8], context: &RecordContext| {
+        Ok(records::draft(RecordKind::Surface, text, surfaces::build(text, Some(&context.nodes), &context.plans)?)?
+            .into())
     };
-    keep(state, (job, number), "surfaces", key, payload, build).await
+    request.keep("surfaces", build).await
 }

@@ -37,9 +37,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         has a default."),
     responses(
         (status = 200, description = "Round by round what was measured and changed, and the jobs that keep it.",
-            body = ClosedLoopResultBody),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+            body = ClosedLoopResultBody)
     )
 )]
 async fn simulate_closed_loop(

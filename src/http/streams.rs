@@ -23,7 +23,7 @@ use crate::{
         problem::Problem,
         streams::stream::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
     },
-    jobs::{Answer, FinishDraft, KeyedRequest, NewStream, PostedBlock, Stored},
+    jobs::{Answer, KeyedRequest, NewStream, PostedBlock, Stored},
     telemetry,
 };
 use flankfit_engine::estimation::{FitSpec, Nodes};
@@ -52,9 +52,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         (status = 201, description = "The stream, before its first block.", body = StreamBody, headers(
             ("Location" = String, description = "Where the stream is."),
             ("ETag" = String, description = "Version of the stream.")
-        )),
-        (status = 409, description = "The first request with this idempotency key is still running.", body = Problem,
-            content_type = "application/problem+json")
+        ))
     )
 )]
 async fn create_stream(
@@ -185,16 +183,10 @@ async fn finish_stream(
     let scope = format!("POST /v1/streams/{id}/finish");
     once(state, key, scope, payload, move |state, payload, known| async move {
         let body: FinishBody = read_optional_json(&state, payload).await?;
-        let draft = FinishDraft {
-            measured_at: body.measured_at.map(|moment| moment.0),
-            instrument: body.instrument.map(String::from),
-            operator: body.operator.map(String::from),
-            note: body.note.map(String::from),
-        };
         let plans = state.plans.clone();
         let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute(nodes, spec, &plans);
         let keyed = known.map(|known| known.answered_by(iterations::created));
-        let (iteration, stored) = state.jobs.finish_stream(&state, id, draft, fit, keyed).await?;
+        let (iteration, stored) = state.jobs.finish_stream(&state, id, body.into(), fit, keyed).await?;
         Ok(iterations::created(&iteration, stored))
     })
     .await

@@ -31,9 +31,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(("job_id" = Uuid, Path), PageQuery),
     responses(
         (status = 200, description = "The job with some of its iterations, by number, and where the next page begins.",
-            body = TraceBody),
-        (status = 422, description = "The limit or the cursor is not one.", body = Problem,
-            content_type = "application/problem+json")
+            body = TraceBody)
     )
 )]
 async fn get_trace(

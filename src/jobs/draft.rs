@@ -2,9 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use jiff::Timestamp;
-
-use super::{fit::Computed, gear::JobGear, measurand::Measurand, record::RecordDraft};
+use super::{fit::Computed, gear::JobGear, measurand::Measurand, measurement::MeasurementDetails, record::RecordDraft};
 use flankfit_engine::estimation::Nodes;
 
 /// A job to create.
@@ -25,10 +23,7 @@ pub struct IterationDraft {
     /// Of these nodes.
     pub computed: Computed,
     pub measurand: Measurand,
-    pub measured_at: Option<Timestamp>,
-    pub instrument: Option<String>,
-    pub operator: Option<String>,
-    pub note: Option<String>,
+    pub details: MeasurementDetails,
     /// To be kept with it from the beginning.
     pub records: Vec<RecordDraft>,
     /// The gear of the job that its nodes were made by, where they were.
@@ -50,15 +45,6 @@ pub struct StreamDraft {
     /// Digest of the above.
     pub input_sha256: [u8; 32],
     pub measurand: Measurand,
-}
-
-/// What is known of a measurement whose nodes came as a stream.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FinishDraft {
-    pub measured_at: Option<Timestamp>,
-    pub instrument: Option<String>,
-    pub operator: Option<String>,
-    pub note: Option<String>,
 }
 
 /// Another fit of nodes already stored.

@@ -10,6 +10,7 @@ use super::{
     fit::{Figures, NewFit},
     job::Job,
     measurand::Measurand,
+    measurement::MeasurementDetails,
     page::Cursor,
     record::{Record, RecordSummary},
 };
@@ -22,10 +23,7 @@ pub struct NewIteration {
     pub id: Uuid,
     pub job_id: Uuid,
     pub measurand: Measurand,
-    pub measured_at: Option<Timestamp>,
-    pub instrument: Option<String>,
-    pub operator: Option<String>,
-    pub note: Option<String>,
+    pub details: MeasurementDetails,
     pub created_at: Timestamp,
     pub nodes: Arc<Nodes>,
     pub fit: NewFit,
@@ -53,10 +51,7 @@ pub struct Iteration {
     /// 1, 2, 3 … within the job, without gaps.
     pub number: u32,
     pub measurand: Measurand,
-    pub measured_at: Option<Timestamp>,
-    pub instrument: Option<String>,
-    pub operator: Option<String>,
-    pub note: Option<String>,
+    pub details: MeasurementDetails,
     pub created_at: Timestamp,
     /// Nodes posted, missing ones included.
     pub node_count: u64,

@@ -22,6 +22,7 @@ mod iterations;
 mod job;
 mod known_jobs;
 mod measurand;
+mod measurement;
 pub mod nodes_codec;
 mod outcome;
 mod page;
@@ -34,7 +35,7 @@ mod service;
 mod streams;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
-pub use draft::{ExpectedGear, FinishDraft, IterationDraft, JobDraft, RefitDraft, StreamDraft};
+pub use draft::{ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use event::{EventKind, JobEvent, JobNotifier, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;
@@ -45,6 +46,7 @@ pub use iteration::{
 };
 pub use job::{Job, JobPatch, Update};
 pub use measurand::{Measurand, Successors, beyond, side_name, side_named};
+pub use measurement::MeasurementDetails;
 pub use outcome::{Precondition, RepositoryError, Stored, What};
 pub use page::{Cursor, List, NoCursor, Page, PageRequest};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};

@@ -101,12 +101,17 @@ pub struct Page<T> {
 impl<T> Page<T> {
     /// A page of at most `limit` items. One item more was asked for: it tells that there is a next
     /// page.
-    pub fn of(mut items: Vec<T>, limit: u32, id: impl Fn(&T) -> Uuid) -> Self {
+    pub fn of(mut items: Vec<T>, limit: u32, cursor: impl Fn(&T) -> Cursor) -> Self {
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
         let more = items.len() > limit;
         items.truncate(limit);
-        let next = if more { items.last().map(|last| Cursor(id(last))) } else { None };
+        let next = if more { items.last().map(cursor) } else { None };
         Page { items, next }
+    }
+
+    /// The same page of other items.
+    pub fn map<U>(self, form: impl FnMut(T) -> U) -> Page<U> {
+        Page { items: self.items.into_iter().map(form).collect(), next: self.next }
     }
 }
 

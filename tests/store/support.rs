@@ -11,8 +11,8 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Computed, Figures, Ids, Job, Measurand, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, PageRequest,
-        Record, RecordDraft, RecordKind, Repository, Stored,
+        Computed, Figures, Ids, Job, Measurand, MeasurementDetails, NewBlock, NewFit, NewIteration, NewStream,
+        OrderedIds, PageRequest, Record, RecordDraft, RecordKind, Repository, Stored,
     },
     store::{Store, StoreSettings},
 };
@@ -139,10 +139,12 @@ impl Place {
                 tooth: Some("3".to_owned()),
                 axes: Some(Arc::from(r#"{"u":{}}"#)),
             },
-            measured_at: Some("2026-11-20T23:00:00Z".parse().unwrap()),
-            instrument: Some("CMM".to_owned()),
-            operator: None,
-            note: Some("first; cut".to_owned()),
+            details: MeasurementDetails {
+                measured_at: Some("2026-11-20T23:00:00Z".parse().unwrap()),
+                instrument: Some("CMM".to_owned()),
+                operator: None,
+                note: Some("first; cut".to_owned()),
+            },
             created_at: self.now(),
             nodes: Arc::new(nodes()),
             fit: self.fit(1e-4),

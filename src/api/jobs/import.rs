@@ -18,7 +18,7 @@ use crate::{
         json::{part::read_json, writer},
         problem::Problem,
     },
-    jobs::{Computed, IterationDraft, RecordKind},
+    jobs::{Computed, IterationDraft, MeasurementDetails, RecordKind},
 };
 use flankfit_engine::{
     estimation::{
@@ -72,10 +72,7 @@ pub fn draft(
         nodes: Arc::new(nodes),
         computed,
         measurand,
-        measured_at: None,
-        instrument: None,
-        operator: None,
-        note: Some(spec.note.unwrap_or(of)),
+        details: MeasurementDetails { note: Some(spec.note.unwrap_or(of)), ..MeasurementDetails::default() },
         records,
         expected_gear: None,
     })

@@ -29,7 +29,10 @@ use crate::{
             side::SideName,
         },
     },
-    jobs::{Decision, FitRecord, FitSummary, Iteration, List, Measurand, NewFit, NewIteration, Page, Stored},
+    jobs::{
+        Decision, FitRecord, FitSummary, Iteration, List, Measurand, MeasurementDetails, NewFit, NewIteration, Page,
+        Stored,
+    },
 };
 use flankfit_engine::estimation::Nodes;
 
@@ -100,6 +103,17 @@ pub struct Measurement {
 
 impl Extra for Measurement {
     const KEYS: &'static [&'static str] = &["flank", "tooth", "axes", "measured_at", "instrument", "operator", "note"];
+}
+
+impl From<Measurement> for MeasurementDetails {
+    fn from(body: Measurement) -> Self {
+        MeasurementDetails {
+            measured_at: body.measured_at.map(|moment| moment.0),
+            instrument: body.instrument.map(String::from),
+            operator: body.operator.map(String::from),
+            note: body.note.map(String::from),
+        }
+    }
 }
 
 impl Measurement {
@@ -352,11 +366,8 @@ pub fn created_iteration(new: &NewIteration, stored: Stored) -> Vec<u8> {
     let mut object = json.object();
     object.field("number", &stored.number).field("id", &new.id).field("job_id", &new.job_id);
     measurand(&mut object, &new.measurand);
+    details(&mut object, &new.details);
     object
-        .maybe("measured_at", new.measured_at.map(Moment))
-        .maybe("instrument", new.instrument.as_deref())
-        .maybe("operator", new.operator.as_deref())
-        .maybe("note", new.note.as_deref())
         .field("created_at", &Moment(new.created_at))
         .field("node_count", &new.nodes.posted())
         .list("fits", [&new.fit], |object, fit| new_fit(object, fit, true))
@@ -370,11 +381,8 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
     let mut object = json.object();
     object.field("number", &iteration.number).field("id", &iteration.id).field("job_id", &iteration.job_id);
     measurand(&mut object, &iteration.measurand);
+    details(&mut object, &iteration.details);
     object
-        .maybe("measured_at", iteration.measured_at.map(Moment))
-        .maybe("instrument", iteration.instrument.as_deref())
-        .maybe("operator", iteration.operator.as_deref())
-        .maybe("note", iteration.note.as_deref())
         .field("created_at", &Moment(iteration.created_at))
         .field("node_count", &iteration.node_count)
         .maybe("decision", iteration.ruling.as_ref().map(|ruling| ruling.decision.name()))
@@ -382,6 +390,14 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
         .maybe("earlier_fits", Some(iteration.earlier_fits).filter(|count| *count > 0))
         .end();
     json.into_bytes()
+}
+
+fn details(object: &mut Object<'_>, of: &MeasurementDetails) {
+    object
+        .maybe("measured_at", of.measured_at.map(Moment))
+        .maybe("instrument", of.instrument.as_deref())
+        .maybe("operator", of.operator.as_deref())
+        .maybe("note", of.note.as_deref());
 }
 
 /// What nodes are of, as an iteration, a stream and the trace tell it.

@@ -18,7 +18,7 @@ use crate::{
         json::part::read_json,
         problem::Problem,
     },
-    jobs::{IterationDraft, JobDraft, Measurand, RecordDraft, RecordKind},
+    jobs::{IterationDraft, JobDraft, Measurand, MeasurementDetails, RecordDraft, RecordKind},
 };
 use flankfit_engine::{
     estimation::{
@@ -375,10 +375,11 @@ fn iteration(
         nodes: Arc::new(nodes),
         computed,
         measurand: Measurand::default(),
-        measured_at: None,
-        instrument: Some("simulated probe".to_owned()),
-        operator: None,
-        note: Some(note),
+        details: MeasurementDetails {
+            instrument: Some("simulated probe".to_owned()),
+            note: Some(note),
+            ..MeasurementDetails::default()
+        },
         records: record.into_iter().collect(),
         expected_gear: None,
     })

@@ -28,7 +28,7 @@ use crate::{
         problem::Problem,
         warning::WarningBody,
     },
-    jobs::{NewStream, PostedBlock, Stream, StreamDraft},
+    jobs::{MeasurementDetails, NewStream, PostedBlock, Stream, StreamDraft},
 };
 use flankfit_engine::{
     estimation::{Recursive, near},
@@ -186,6 +186,17 @@ pub struct FinishBody {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub note: Option<LongText>,
+}
+
+impl From<FinishBody> for MeasurementDetails {
+    fn from(body: FinishBody) -> Self {
+        MeasurementDetails {
+            measured_at: body.measured_at.map(|moment| moment.0),
+            instrument: body.instrument.map(String::from),
+            operator: body.operator.map(String::from),
+            note: body.note.map(String::from),
+        }
+    }
 }
 
 /// Reads and checks a stream to open.

@@ -11,10 +11,11 @@ use super::{
     stream::{FinishedStream, NewStream, Stream},
 };
 use crate::jobs::{
-    draft::{FinishDraft, IterationDraft, StreamDraft},
+    draft::{IterationDraft, StreamDraft},
     fit::Computed,
     idempotency::Keyed,
     iteration::NewIteration,
+    measurement::MeasurementDetails,
     outcome::{Precondition, RepositoryError, Stored},
     service::Jobs,
 };
@@ -76,7 +77,7 @@ impl Jobs {
         &self,
         host: &H,
         id: Uuid,
-        draft: FinishDraft,
+        details: MeasurementDetails,
         fit: impl FnOnce(&Nodes, &FitSpec) -> Result<Computed, H::Error> + Send + 'static,
         keyed: Option<Keyed<NewIteration>>,
     ) -> Result<(Arc<NewIteration>, Stored), H::Error> {
@@ -91,10 +92,7 @@ impl Jobs {
             nodes,
             computed,
             measurand: stream.measurand,
-            measured_at: draft.measured_at,
-            instrument: draft.instrument,
-            operator: draft.operator,
-            note: draft.note,
+            details,
             records: Vec::new(),
             expected_gear: None,
         };

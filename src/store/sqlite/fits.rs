@@ -1,7 +1,7 @@
 //! Fits of an iteration, and which of them stands.
 
 use futures_util::TryStreamExt as _;
-use sqlx::{FromRow, SqliteConnection, SqlitePool};
+use sqlx::{FromRow, Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArguments};
 use uuid::Uuid;
 
 use super::{
@@ -12,7 +12,8 @@ use super::{
 };
 use crate::{
     jobs::{
-        Choice, Cursor, FitRecord, FitSummary, MAX_LISTED, Page, PageRequest, RepositoryError, Stored, TracedFit, What,
+        Choice, Computed, Cursor, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest, RepositoryError,
+        Stored, TracedFit, What,
     },
     store::shared::{ChoiceRow, Choose, FitRow, FitSummaryRow, InsertFit, Outcome, Run, TracedFitRow, figure_columns},
 };
@@ -29,6 +30,40 @@ macro_rules! summary_columns {
     () => {
         concat!("id, reason, created_at, seq = ", chosen_fit!(), " AS chosen, ", figure_columns!())
     };
+}
+
+/// The columns of a fit that [`bind`] gives values, in its order.
+macro_rules! fit_columns {
+    () => {
+        concat!("id, iteration, reason, created_at, ", figure_columns!(), ", spec, result")
+    };
+}
+pub(super) use fit_columns;
+
+/// Binds the [`fit_columns`] of a fit of the iteration that is row `iteration`.
+pub fn bind<'q>(
+    query: Query<'q, Sqlite, SqliteArguments>,
+    iteration: i64,
+    fit: &'q NewFit,
+) -> Query<'q, Sqlite, SqliteArguments> {
+    let Computed { spec, result, figures } = &fit.computed;
+    query
+        .bind(fit.id)
+        .bind(iteration)
+        .bind(fit.reason.as_deref())
+        .bind(time::to_text(fit.created_at))
+        .bind(figures.lambda_star)
+        .bind(figures.criterion)
+        .bind(figures.scheme)
+        .bind(figures.count)
+        .bind(figures.condition)
+        .bind(figures.regularized_condition)
+        .bind(figures.bias_norm)
+        .bind(figures.bias_sharp_bound)
+        .bind(figures.rms)
+        .bind(figures.max_abs)
+        .bind(spec.clone())
+        .bind(result.clone())
 }
 
 /// The last fits of an iteration, and how many stand before them.
@@ -93,7 +128,7 @@ pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) ->
     let mut db = db.begin().await?;
     let iteration = iteration_seq(&mut db, job, number).await?;
     let after = page.after.map_or(0, |cursor| locate::signed(cursor.number()));
-    let mut rows: Vec<Keyed<FitSummaryRow>> = sqlx::query_as(concat!(
+    let rows: Vec<Keyed<FitSummaryRow>> = sqlx::query_as(concat!(
         "SELECT seq, ",
         summary_columns!(),
         " FROM fits WHERE iteration = ?1 AND seq > ?2 ORDER BY seq LIMIT ?3"
@@ -103,12 +138,8 @@ pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) ->
     .bind(i64::from(page.limit) + 1)
     .fetch_all(&mut *db)
     .await?;
-    let limit = usize::try_from(page.limit).unwrap_or(usize::MAX);
-    let more = rows.len() > limit;
-    rows.truncate(limit);
-    let last = rows.last().filter(|_| more).and_then(|row| u64::try_from(row.seq).ok());
-    let items = rows.into_iter().map(|row| row.row.into()).collect();
-    Ok(Page { items, next: last.map(Cursor::after_number) })
+    let page = Page::of(rows, page.limit, |row| Cursor::after_number(u64::try_from(row.seq).unwrap_or_default()));
+    Ok(page.map(|row| row.row.into()))
 }
 
 pub async fn fit(db: &SqlitePool, job: Uuid, number: u32, fit: Uuid) -> Outcome<FitRecord> {
@@ -131,30 +162,9 @@ impl Run<SqliteConnection> for InsertFit {
         let InsertFit { job, number, fit, receipt } = self;
         let IterationPlace { seq, version } = locate::iteration(db, *job, *number).await?;
         answers::refuse_taken(db, receipt.as_ref()).await?;
-        let figures = &fit.computed.figures;
-        sqlx::query(concat!(
-            "INSERT INTO fits (id, iteration, reason, created_at, ",
-            figure_columns!(),
-            ", spec, result) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-        ))
-        .bind(fit.id)
-        .bind(seq)
-        .bind(fit.reason.as_deref())
-        .bind(time::to_text(fit.created_at))
-        .bind(figures.lambda_star)
-        .bind(figures.criterion)
-        .bind(figures.scheme)
-        .bind(figures.count)
-        .bind(figures.condition)
-        .bind(figures.regularized_condition)
-        .bind(figures.bias_norm)
-        .bind(figures.bias_sharp_bound)
-        .bind(figures.rms)
-        .bind(figures.max_abs)
-        .bind(fit.computed.spec.clone())
-        .bind(fit.computed.result.clone())
-        .execute(&mut *db)
-        .await?;
+        let insert =
+            concat!("INSERT INTO fits (", fit_columns!(), ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+        bind(sqlx::query(insert), seq, fit).execute(&mut *db).await?;
         let stored = Stored { number: *number, version: version + 1 };
         answers::keep(db, receipt.as_ref(), stored, fit.created_at).await?;
         Ok(stored)

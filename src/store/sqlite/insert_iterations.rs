@@ -13,7 +13,7 @@ use std::{
 use sqlx::{AssertSqlSafe, FromRow, SqliteConnection};
 use uuid::Uuid;
 
-use super::{answers, locate::signed, records, time};
+use super::{answers, fits, locate::signed, records, time};
 use crate::{
     jobs::{ExpectedGear, JobGear, NewIteration, RepositoryError, Stored, What},
     store::shared::{InsertIteration, Outcome, Whole, figure_columns},
@@ -169,10 +169,10 @@ async fn insert_rows(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outcom
             .bind(iteration.id)
             .bind(row.job)
             .bind(row.number)
-            .bind(iteration.measured_at.map(time::to_text))
-            .bind(iteration.instrument.as_deref())
-            .bind(iteration.operator.as_deref())
-            .bind(iteration.note.as_deref())
+            .bind(iteration.details.measured_at.map(time::to_text))
+            .bind(iteration.details.instrument.as_deref())
+            .bind(iteration.details.operator.as_deref())
+            .bind(iteration.details.note.as_deref())
             .bind(time::to_text(iteration.created_at))
             .bind(iteration.measurand.flank_name())
             .bind(iteration.measurand.tooth.as_deref())
@@ -183,26 +183,7 @@ async fn insert_rows(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outcom
         query = query.bind(row.seq).bind(count).bind(row.new.nodes.as_slice());
     }
     for row in rows {
-        let fit = &row.new.iteration.fit;
-        let figures = &fit.computed.figures;
-        query = query
-            .bind(row.fit)
-            .bind(fit.id)
-            .bind(row.seq)
-            .bind(fit.reason.as_deref())
-            .bind(time::to_text(fit.created_at))
-            .bind(figures.lambda_star)
-            .bind(figures.criterion)
-            .bind(figures.scheme)
-            .bind(figures.count)
-            .bind(figures.condition)
-            .bind(figures.regularized_condition)
-            .bind(figures.bias_norm)
-            .bind(figures.bias_sharp_bound)
-            .bind(figures.rms)
-            .bind(figures.max_abs)
-            .bind(fit.computed.spec.clone())
-            .bind(fit.computed.result.clone());
+        query = fits::bind(query.bind(row.fit), row.seq, &row.new.iteration.fit);
     }
     for row in rows {
         query = query.bind(row.seq).bind(row.fit).bind(time::to_text(row.new.iteration.fit.created_at));
@@ -220,7 +201,7 @@ fn insert_sql(rows: usize) -> String {
             marks(12),
         ),
         ("nodes (iteration, count, data)", marks(3)),
-        (concat!("fits (seq, id, iteration, reason, created_at, ", figure_columns!(), ", spec, result)"), marks(17)),
+        (concat!("fits (seq, ", fits::fit_columns!(), ")"), marks(17)),
         ("fit_choices (iteration, position, fit, created_at)", "?, 1, ?, ?".to_owned()),
     ];
     for (table, row) in tables {

@@ -38,7 +38,7 @@ pub async fn jobs(db: &SqlitePool, page: PageRequest) -> Outcome<Page<Job>> {
             .bind(i64::from(page.limit) + 1)
             .fetch_all(db)
             .await?;
-    Ok(Page::of(rows.into_iter().map(Job::from).collect(), page.limit, |job| job.id))
+    Ok(Page::of(rows.into_iter().map(Job::from).collect(), page.limit, |job: &Job| Cursor(job.id)))
 }
 
 pub async fn insert(db: &mut SqliteConnection, job: &Job, receipt: Option<&Receipt>) -> Outcome<Stored> {

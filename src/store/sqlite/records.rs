@@ -76,7 +76,8 @@ pub async fn list(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) ->
     .bind(i64::from(page.limit) + 1)
     .fetch_all(&mut *db)
     .await?;
-    Ok(Page::of(rows.into_iter().map(RecordSummary::from).collect(), page.limit, |record| record.id))
+    let records = rows.into_iter().map(RecordSummary::from).collect();
+    Ok(Page::of(records, page.limit, |record: &RecordSummary| Cursor(record.id)))
 }
 
 /// The last of an iteration, oldest first, and how many stand before them.

@@ -4,7 +4,7 @@ use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
-    jobs::{FitSummary, Iteration, Measurand, Ruling, TracedIteration},
+    jobs::{FitSummary, Iteration, Measurand, MeasurementDetails, Ruling, TracedIteration},
     store::shared::columns::{Flank, Moment, Whole},
 };
 
@@ -22,14 +22,26 @@ impl From<MeasurandRow> for Measurand {
 }
 
 #[derive(FromRow)]
-pub struct IterationRow {
-    id: Uuid,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
+struct DetailsRow {
     measured_at: Option<Moment>,
     instrument: Option<String>,
     operator: Option<String>,
     note: Option<String>,
+}
+
+impl From<DetailsRow> for MeasurementDetails {
+    fn from(DetailsRow { measured_at, instrument, operator, note }: DetailsRow) -> Self {
+        MeasurementDetails { measured_at: measured_at.map(|at| at.0), instrument, operator, note }
+    }
+}
+
+#[derive(FromRow)]
+pub struct IterationRow {
+    id: Uuid,
+    #[sqlx(flatten)]
+    measurand: MeasurandRow,
+    #[sqlx(flatten)]
+    details: DetailsRow,
     created_at: Moment,
     node_count: Whole<u64>,
     version: Whole<u64>,
@@ -48,10 +60,7 @@ impl IterationRow {
             job_id,
             number,
             measurand: self.measurand.into(),
-            measured_at: self.measured_at.map(|at| at.0),
-            instrument: self.instrument,
-            operator: self.operator,
-            note: self.note,
+            details: self.details.into(),
             created_at: self.created_at.0,
             node_count: self.node_count.0,
             version: self.version.0,

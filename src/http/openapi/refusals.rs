@@ -1,0 +1,66 @@
+//! What the layers below a handler may answer instead of it.
+
+use utoipa::openapi::{
+    Content, HeaderBuilder, ObjectBuilder, Ref, RefOr, ResponseBuilder,
+    path::{Operation, Parameter},
+    schema::Type,
+};
+
+use crate::api::contract;
+
+/// Documents what the layers below a handler may answer, where the handler has not said more about
+/// it.
+pub fn declare(path: &str, operation: &mut Operation) {
+    let versioned = path.starts_with("/v1/");
+    let (keyed, listed) = (has_parameter(operation, "Idempotency-Key"), has_parameter(operation, "cursor"));
+    let body = operation.request_body.is_some();
+    let good = operation.responses.responses.iter().filter(|(status, _)| status.starts_with('2'));
+    let represented = good.into_iter().any(|(_, r)| matches!(r, RefOr::T(response) if !response.content.is_empty()));
+    let known = [
+        (versioned && body, "400", "The body or its compression cannot be read; `detail` says where."),
+        (versioned, "401", "The server asks for an API key."),
+        (versioned, "403", "The API key is not known."),
+        (versioned && path.contains('{'), "404", "There is no such resource."),
+        (represented, "406", "The header `Accept` takes none of the media types of the answer."),
+        (versioned && body, "408", "The body did not arrive in time."),
+        (keyed, "409", "The first request with this idempotency key is still running."),
+        (versioned && body, "413", "The body is too large (counted after decompression)."),
+        (versioned && body, "415", "The media type or the compression is not supported."),
+        (versioned && body, "422", "The request holds what cannot be accepted; `errors` points to every fault."),
+        (listed, "422", "The limit or the cursor is not one."),
+        (true, "422", "The query has a parameter that this operation has not, or one twice."),
+        (true, "500", "The fault is on the server's side; nothing was stored."),
+        (true, "503", "Busy, or no answer in time; try again after `Retry-After` seconds."),
+    ];
+    for (_, status, description) in known.into_iter().filter(|(given, _, _)| *given) {
+        if operation.responses.responses.contains_key(status) {
+            continue;
+        }
+        let content = Content::new(Some(RefOr::Ref(Ref::from_schema_name("Problem"))));
+        let mut response = ResponseBuilder::new().description(description).content("application/problem+json", content);
+        if status == "503" {
+            let seconds = ObjectBuilder::new().schema_type(Type::Integer);
+            let header = HeaderBuilder::new().schema(Some(seconds)).description(Some("Seconds to wait.")).build();
+            response = response.header("Retry-After", header);
+        }
+        operation.responses.responses.insert(status.into(), response.build().into());
+    }
+}
+
+/// Whether an operation has a parameter of this name.
+pub fn has_parameter(operation: &Operation, name: &str) -> bool {
+    let is_it = |parameter: &RefOr<Parameter>| matches!(parameter, RefOr::T(one) if one.name == name);
+    operation.parameters.iter().flatten().any(is_it)
+}
+
+/// Shows under each status a problem of that status.
+pub fn show_examples(operation: &mut Operation) {
+    for (status, response) in &mut operation.responses.responses {
+        if let RefOr::T(response) = response
+            && let Some(RefOr::T(content)) = response.content.get_mut("application/problem+json")
+            && content.example.is_none()
+        {
+            content.example = contract::problem_example(status);
+        }
+    }
+}
