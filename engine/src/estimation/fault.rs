@@ -1,6 +1,15 @@
 //! Which part of a request for a fit is at fault, and why.
 
-use std::borrow::Cow;
+pub use super::{
+    data::reason::{Extent, NodesReason},
+    design::reason::{Bound, ModelReason},
+    diagnostics::reason::RangeReason,
+    filtering::reason::FilterReason,
+    near::reason::{NearReason, OpenCoefficient},
+    recursive::reason::StreamReason,
+    regularized::reason::{Kept, RegularizationReason},
+    robust::reason::RobustReason,
+};
 
 use crate::fault::{self, Common};
 
@@ -190,6 +199,38 @@ pub enum Reason {
     /// What is wrong with numbers of any kind.
     #[error(transparent)]
     Common(#[from] Common),
+    /// What is wrong with nodes.
+    #[error(transparent)]
+    Nodes(#[from] NodesReason),
+    /// What is wrong with a model.
+    #[error(transparent)]
+    Model(#[from] ModelReason),
+    /// Numbers that leave the range of double precision.
+    #[error(transparent)]
+    Range(#[from] RangeReason),
+    /// What is wrong with a scaling or a regularisation.
+    #[error(transparent)]
+    Regularization(#[from] RegularizationReason),
+    /// What is wrong with a robust estimator.
+    #[error(transparent)]
+    Robust(#[from] RobustReason),
+    /// What is wrong with a filter.
+    #[error(transparent)]
+    Filter(#[from] FilterReason),
+    /// What is wrong with a stream.
+    #[error(transparent)]
+    Stream(#[from] StreamReason),
+    /// What is wrong with a curve near points, or with a big surface.
+    #[error(transparent)]
+    Near(#[from] NearReason),
+    /// A part of a stream's request that suits neither curves nor surfaces: this is wrong for one.
+    #[error("for {}: {reason}", if *.surface { "a surface" } else { "a curve" })]
+    For {
+        /// Whether for a surface.
+        surface: bool,
+        /// Why.
+        reason: Box<Reason>,
+    },
     /// A part of a stream's request that its nodes turn out not to fit.
     #[error("the stream's {field:?} does not suit these nodes: {reason}")]
     Unsuited {
@@ -198,21 +239,6 @@ pub enum Reason {
         /// Why not.
         reason: Box<Reason>,
     },
-    /// In words, with the numbers that matter.
-    #[error("{0}")]
-    Words(Cow<'static, str>),
-}
-
-impl From<&'static str> for Reason {
-    fn from(words: &'static str) -> Self {
-        Reason::Words(words.into())
-    }
-}
-
-impl From<String> for Reason {
-    fn from(words: String) -> Self {
-        Reason::Words(words.into())
-    }
 }
 
 /// A fault of a request for a fit.

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
-    fits::faults::refused_curve,
+    fits::faults::{no_parameter, refused_curve},
     fits::{answer::text, canonical, reader::regularization::parameter},
     json::writer::{Json, Object},
     problem::Problem,
@@ -238,5 +238,9 @@ fn refused(fault: &SmoothingFault, coordinates: usize) -> Problem {
         SmoothingFault::Parameter(_) => "/method/parameter".to_owned(),
         SmoothingFault::Range => "/points".to_owned(),
     };
-    Problem::invalid(Faults::one(pointer, fault.to_string()))
+    let detail = match fault {
+        SmoothingFault::Parameter(why) => no_parameter(why),
+        other => other.to_string(),
+    };
+    Problem::invalid(Faults::one(pointer, detail))
 }

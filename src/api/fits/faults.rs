@@ -2,7 +2,9 @@
 
 use flankfit_engine::estimation::{
     Faults as FitFaults, Field, FitError, NodeList, Reason, Refused,
+    fault::{FilterReason, ModelReason, NearReason, RegularizationReason, RobustReason, StreamReason},
     near::fault::{CurveField, CurveRefused},
+    smoothing::choice::NoParameter,
 };
 
 use crate::api::{
@@ -58,12 +60,121 @@ impl faults::Field<Reason> for Field {
     }
 
     fn detail(&self, reason: &Reason) -> String {
-        match reason {
-            Reason::Unsuited { field, reason } => {
-                format!("the stream's {} does not suit these nodes: {}", field.pointer(), field.detail(reason))
-            }
-            other => other.to_string(),
+        sentence(reason)
+    }
+}
+
+/// The engine's words, but where the contract has names for what they speak of.
+fn sentence(reason: &Reason) -> String {
+    let said = match reason {
+        Reason::Unsuited { field, reason } => {
+            return format!(
+                "the stream's {} does not suit these nodes: {}",
+                faults::Field::pointer(field),
+                sentence(reason)
+            );
         }
+        Reason::For { surface, reason } => {
+            return format!("for {}: {}", if *surface { "a surface" } else { "a curve" }, sentence(reason));
+        }
+        Reason::Model(ModelReason::LinearIsForMatrix) => "`linear` is for nodes of type `matrix`",
+        Reason::Model(ModelReason::MatrixTakesLinear) => "nodes of type `matrix` take the model `linear`",
+        Reason::Stream(StreamReason::LinearTakesMatrix) => "the model `linear` takes nodes of type `matrix`",
+        Reason::Regularization(reason) => return of_regularization(reason),
+        Reason::Robust(reason) => return of_estimator(reason),
+        Reason::Filter(reason) => return of_filter(reason),
+        Reason::Near(reason) => return near(reason),
+        other => return other.to_string(),
+    };
+    said.to_owned()
+}
+
+fn of_regularization(reason: &RegularizationReason) -> String {
+    use RegularizationReason::*;
+    let said = match reason {
+        NoConstant => "`standardized` needs exactly one constant column or term, which it leaves unpenalised",
+        OnlyConstant => "`standardized` leaves one column aside, and there is no other",
+        PenalisedMean => "`standardized` needs a constant that the penalty leaves free",
+        PenalisedConstant => {
+            "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order"
+        }
+        NoGrandMean => "`efron_morris` shrinks to the grand mean, which these columns cannot make: give a target",
+        RidgeOnly(criterion) => {
+            return format!(
+                "`{}` is for ridge, and needs coefficients that are not all 0 (`hkb_1975` one, the others three)",
+                criterion.name()
+            );
+        }
+        Criterion(criterion) => return format!("`{}` is not for this regularisation", criterion.name()),
+        other => return other.to_string(),
+    };
+    said.to_owned()
+}
+
+fn of_estimator(reason: &RobustReason) -> String {
+    match reason {
+        RobustReason::TooLarge { nodes, coefficients, most } => format!(
+            "this estimator holds {nodes} nodes × {coefficients} coefficients at once; at most {most} numbers are \
+             taken: use an m_estimator, or fewer nodes"
+        ),
+        RobustReason::FewWeights { left, nodes, coefficients } => format!(
+            "{left} of {nodes} nodes keep a weight, which do not determine {coefficients} coefficients: choose a \
+             larger scale or tuning constant, or the start least_trimmed_squares"
+        ),
+        other => other.to_string(),
+    }
+}
+
+fn of_filter(reason: &FilterReason) -> String {
+    match reason {
+        FilterReason::Scattered(filter) => {
+            format!("scattered nodes lie on no lines along which `{}` could run; send a grid or a curve", filter.name())
+        }
+        FilterReason::MatrixHasNoAxis(filter) => {
+            format!("a measurement matrix has no axis along which `{}` could run", filter.name())
+        }
+        FilterReason::NoV => "a curve has no v; its x is `u`".to_owned(),
+        FilterReason::AxisMissing => "missing; a grid needs `u` or `v`".to_owned(),
+        FilterReason::Products { products, most } => format!(
+            "the windows hold {products} nodes all together, more than the {most} that this filter may have; choose \
+             a shorter cut-off, thin the nodes out, or take `spline`, whose work does not grow with the cut-off"
+        ),
+        other => other.to_string(),
+    }
+}
+
+/// Of a curve near points or of a big surface.
+fn near(reason: &NearReason) -> String {
+    let said = match reason {
+        NearReason::BSplinesOnly => "big surfaces are of type `b_spline`",
+        NearReason::NotStandardized => "B-splines have no constant to centre by: take `unit_length` or `none`",
+        NearReason::NoSpectrum => "with so many coefficients there is no spectrum: take `none`, `ridge` or `tikhonov`",
+        NearReason::FewNodes { coefficients, nodes } => {
+            return format!(
+                "{coefficients} coefficients cannot be told from {nodes} counted nodes: take fewer spans, or ask for \
+                 `tikhonov`"
+            );
+        }
+        NearReason::Undetermined { coefficient, penalised: false } => {
+            return format!("{coefficient}: take fewer spans there, measure more nodes, or ask for `tikhonov`");
+        }
+        NearReason::Parameter(why) => return no_parameter(why),
+        other => return other.to_string(),
+    };
+    said.to_owned()
+}
+
+/// Why there is no parameter of a penalty on many coefficients.
+pub fn no_parameter(why: &NoParameter) -> String {
+    match why {
+        NoParameter::NoSigma(criterion) => {
+            format!("`{}` needs `noise_sigma`, the standard deviation of a height of weight 1", criterion.name())
+        }
+        NoParameter::NotHere(criterion) => format!(
+            "`{}` is not for a penalty on so many coefficients: gcv, discrepancy, l_curve and min_mse are",
+            criterion.name()
+        ),
+        other => other.to_string(),
     }
 }
 
@@ -147,6 +258,10 @@ impl faults::Field<Reason> for CurveField {
             CurveField::MostControls => "/method/most_control_points".to_owned(),
             CurveField::Fit(field) => of_shape(&field, "/points"),
         }
+    }
+
+    fn detail(&self, reason: &Reason) -> String {
+        sentence(reason)
     }
 }
 

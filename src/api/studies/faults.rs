@@ -1,10 +1,13 @@
 //! The table of studies: which place in a request a field stands at.
 
-use flankfit_engine::estimation::{self, Reason, randomization::StudyField};
+use flankfit_engine::estimation::{
+    self,
+    randomization::{StudyField, StudyReason},
+};
 
 use crate::api::{faults::Field, fits::faults::within_nodes};
 
-impl Field<Reason> for StudyField {
+impl Field<StudyReason> for StudyField {
     fn pointer(&self) -> String {
         match *self {
             StudyField::Matrix => "/x".to_owned(),

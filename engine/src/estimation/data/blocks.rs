@@ -2,8 +2,8 @@
 //! node set.
 
 use super::nodes::{Curve, Grid, Matrix, Nodes, Scattered};
+use super::reason::NodesReason;
 use crate::estimation::fault::{Faults, Field, NodeList};
-use crate::fault::words;
 
 /// What every block of a stream is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,22 +33,20 @@ impl Form {
             (Form::Matrix { columns, names }, Form::Matrix { columns: here, names: given }) => {
                 let mut faults = Faults::default();
                 if here != *columns {
-                    faults.push(
-                        Field::List(NodeList::X),
-                        format!("{}, but the stream has {columns}", words::counted(here, "column", "columns")),
-                    );
+                    faults
+                        .push(Field::List(NodeList::X), NodesReason::ColumnsOfStream { given: here, stream: *columns });
                 }
                 if given.is_some() && given != *names {
-                    faults.push(Field::List(NodeList::Names), "not the names of the stream's first block");
+                    faults.push(Field::List(NodeList::Names), NodesReason::NamesOfStream);
                 }
                 faults.into_result(())
             }
             (form, _) => Err(Faults::one(
                 Field::NodesType,
                 match form {
-                    Form::Curve => "the stream's blocks are curves",
-                    Form::Surface => "the stream's blocks are nodes of a surface (scattered or grid)",
-                    Form::Matrix { .. } => "the stream's blocks are rows of a measurement matrix",
+                    Form::Curve => NodesReason::BlocksAreCurves,
+                    Form::Surface => NodesReason::BlocksAreSurfaces,
+                    Form::Matrix { .. } => NodesReason::BlocksAreRows,
                 },
             )),
         }

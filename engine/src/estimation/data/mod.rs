@@ -3,6 +3,7 @@
 mod blocks;
 mod heights;
 mod nodes;
+pub(super) mod reason;
 mod sample;
 
 pub use blocks::{Form, join};

@@ -4,9 +4,9 @@
 //! every fault by its place in the request (a JSON Pointer such as `/nodes/z/3/7`). Inside the
 //! crate nothing is checked a second time.
 
+use super::reason::{Extent, NodesReason};
 use crate::estimation::fault::{Faults, Field, NodeList, Reason};
 use crate::fault::Common;
-use crate::fault::words::{Shown, entries};
 
 /// The four forms in which nodes arrive. Lengths are in the caller's own unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,12 +158,12 @@ impl Nodes {
     pub fn curve(x: Vec<f64>, y: Vec<f64>, weight: Option<Vec<f64>>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if x.is_empty() {
-            faults.push(Field::List(NodeList::X), "there are no nodes");
+            faults.push(Field::List(NodeList::X), NodesReason::Empty);
         }
-        check_length(&mut faults, NodeList::Y, y.len(), x.len(), "x");
+        check_length(&mut faults, NodeList::Y, y.len(), x.len(), Extent::X);
         check_finite(&mut faults, NodeList::X, &x);
         check_finite(&mut faults, NodeList::Y, &y);
-        check_weight(&mut faults, &weight, x.len(), "x");
+        check_weight(&mut faults, &weight, x.len(), Extent::X);
         faults.into_result(Nodes::Curve(Curve { x, y, weight }))
     }
 
@@ -171,14 +171,14 @@ impl Nodes {
     pub fn scattered(u: Vec<f64>, v: Vec<f64>, z: Vec<f64>, weight: Option<Vec<f64>>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if u.is_empty() {
-            faults.push(Field::List(NodeList::U), "there are no nodes");
+            faults.push(Field::List(NodeList::U), NodesReason::Empty);
         }
-        check_length(&mut faults, NodeList::V, v.len(), u.len(), "u");
-        check_length(&mut faults, NodeList::Z, z.len(), u.len(), "u");
+        check_length(&mut faults, NodeList::V, v.len(), u.len(), Extent::U);
+        check_length(&mut faults, NodeList::Z, z.len(), u.len(), Extent::U);
         check_finite(&mut faults, NodeList::U, &u);
         check_finite(&mut faults, NodeList::V, &v);
         check_finite(&mut faults, NodeList::Z, &z);
-        check_weight(&mut faults, &weight, u.len(), "u");
+        check_weight(&mut faults, &weight, u.len(), Extent::U);
         faults.into_result(Nodes::Scattered(Scattered { u, v, z, weight }))
     }
 
@@ -196,7 +196,7 @@ impl Nodes {
         let count = u.len() * v.len();
         for (name, axis) in [(NodeList::U, &u), (NodeList::V, &v)] {
             if axis.is_empty() {
-                faults.push(Field::List(name), "the axis has no positions");
+                faults.push(Field::List(name), NodesReason::EmptyAxis);
             }
             check_finite(&mut faults, name, axis);
             for (i, pair) in axis.windows(2).enumerate() {
@@ -206,7 +206,7 @@ impl Nodes {
                 }
             }
         }
-        check_length(&mut faults, NodeList::Z, z.len(), count, "u times v");
+        check_length(&mut faults, NodeList::Z, z.len(), count, Extent::Grid);
         let cell = |list, i: usize| Field::Cell(list, i / v.len().max(1), i % v.len().max(1));
         for (i, value) in z.iter().enumerate() {
             if value.is_infinite() {
@@ -214,10 +214,10 @@ impl Nodes {
             }
         }
         if let Some(valid) = &valid {
-            check_length(&mut faults, NodeList::Valid, valid.len(), count, "u times v");
+            check_length(&mut faults, NodeList::Valid, valid.len(), count, Extent::Grid);
         }
         if let Some(weight) = &weight {
-            check_length(&mut faults, NodeList::Weight, weight.len(), count, "u times v");
+            check_length(&mut faults, NodeList::Weight, weight.len(), count, Extent::Grid);
             for (i, w) in weight.iter().enumerate() {
                 if let Some(why) = weight_fault(*w) {
                     faults.push(cell(NodeList::Weight, i), why);
@@ -237,10 +237,10 @@ impl Nodes {
     ) -> Result<Self, Faults> {
         let mut faults = Faults::default();
         if columns == 0 || x.is_empty() {
-            faults.push(Field::List(NodeList::X), "the matrix is empty");
+            faults.push(Field::List(NodeList::X), NodesReason::EmptyMatrix);
         }
         let rows = x.len().checked_div(columns).unwrap_or(0);
-        check_length(&mut faults, NodeList::Y, y.len(), rows, "the rows of x");
+        check_length(&mut faults, NodeList::Y, y.len(), rows, Extent::Rows);
         for (i, value) in x.iter().enumerate() {
             if !value.is_finite() {
                 faults.push(Field::Cell(NodeList::X, i / columns.max(1), i % columns.max(1)), Common::NotFinite);
@@ -248,17 +248,17 @@ impl Nodes {
         }
         check_finite(&mut faults, NodeList::Y, &y);
         if let Some(names) = &names {
-            check_length(&mut faults, NodeList::Names, names.len(), columns, "the columns of x");
+            check_length(&mut faults, NodeList::Names, names.len(), columns, Extent::Columns);
             for (i, name) in names.iter().enumerate() {
                 if name.is_empty() {
-                    faults.push(Field::Entry(NodeList::Names, i), "a column name is empty");
+                    faults.push(Field::Entry(NodeList::Names, i), NodesReason::EmptyName);
                 }
                 if names[..i].contains(name) {
-                    faults.push(Field::Entry(NodeList::Names, i), format!("the name `{name}` stands twice"));
+                    faults.push(Field::Entry(NodeList::Names, i), NodesReason::RepeatedName { name: name.clone() });
                 }
             }
         }
-        check_weight(&mut faults, &weight, rows, "the rows of x");
+        check_weight(&mut faults, &weight, rows, Extent::Rows);
         faults.into_result(Nodes::Matrix(Matrix { x, columns, y, names, weight }))
     }
 
@@ -290,9 +290,9 @@ impl Grid {
     }
 }
 
-fn check_length(faults: &mut Faults, list: NodeList, got: usize, want: usize, of: &str) {
-    if got != want {
-        faults.push(Field::List(list), format!("{}, but {want} would match {of}", entries(got)));
+fn check_length(faults: &mut Faults, list: NodeList, given: usize, wanted: usize, of: Extent) {
+    if given != wanted {
+        faults.push(Field::List(list), NodesReason::Count { given, wanted, of });
     }
 }
 
@@ -304,7 +304,7 @@ fn check_finite(faults: &mut Faults, list: NodeList, values: &[f64]) {
     }
 }
 
-fn check_weight(faults: &mut Faults, weight: &Option<Vec<f64>>, want: usize, of: &str) {
+fn check_weight(faults: &mut Faults, weight: &Option<Vec<f64>>, want: usize, of: Extent) {
     let Some(weight) = weight else { return };
     check_length(faults, NodeList::Weight, weight.len(), want, of);
     for (i, w) in weight.iter().enumerate() {
@@ -318,7 +318,7 @@ fn weight_fault(w: f64) -> Option<Reason> {
     if !w.is_finite() {
         Some(Common::NotFinite.into())
     } else if w < 0.0 {
-        Some(format!("the weight {} is negative; 0 leaves a node out", Shown(w)).into())
+        Some(NodesReason::NegativeWeight(w).into())
     } else {
         None
     }

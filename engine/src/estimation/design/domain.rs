@@ -1,12 +1,12 @@
 //! The box of the nodes and the domain of a caller.
 
+use super::reason::{Bound, ModelReason};
 use crate::estimation::fault::{Faults, Field, NodeList};
 use crate::{
     estimation::{
         data::{Nodes, Sample},
         spec::Domain,
     },
-    fault::words::Shown,
     numerics::cancel::Asking,
 };
 
@@ -41,32 +41,31 @@ pub(crate) fn checked_domain(
         if let Some([low, high]) = range
             && !(low < high && (high - low).is_finite())
         {
-            faults.push(field, format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)));
+            faults.push(field, ModelReason::Range([low, high]));
         }
     }
     if given.v.is_some() && !surface {
-        faults.push(Field::DomainV, "a curve has no v");
+        faults.push(Field::DomainV, ModelReason::NoV);
     }
     if !faults.is_empty() {
         return Err(faults);
     }
     let (u, v) = (given.u.unwrap_or(box_u), given.v.unwrap_or(box_v));
     if box_u[0] < u[0] || box_u[1] > u[1] || box_v[0] < v[0] || box_v[1] > v[1] {
-        outside(nodes, sample, (u, v), &mut faults, "the domain");
+        outside(nodes, sample, (u, v), &mut faults, Bound::Domain);
         return Err(faults);
     }
     Ok((u, v))
 }
 
 /// Names every axis position or node outside the given ranges.
-pub(super) fn outside(nodes: &Nodes, sample: &Sample, (u, v): Boxes, faults: &mut Faults, of: &str) {
+pub(super) fn outside(nodes: &Nodes, sample: &Sample, (u, v): Boxes, faults: &mut Faults, of: Bound) {
     let out = |x: f64, range: [f64; 2]| x < range[0] || x > range[1];
-    let text =
-        |x: f64, range: [f64; 2]| format!("{} lies outside {of} [{}, {}]", Shown(x), Shown(range[0]), Shown(range[1]));
+    let outside = |value: f64, range: [f64; 2]| ModelReason::Outside { value, of, range };
     if let Nodes::Grid(grid) = nodes {
         for (list, axis, range) in [(NodeList::U, &grid.u, u), (NodeList::V, &grid.v, v)] {
             for (i, &x) in axis.iter().enumerate().filter(|(_, x)| out(**x, range)) {
-                faults.push(Field::Entry(list, i), text(x, range));
+                faults.push(Field::Entry(list, i), outside(x, range));
             }
         }
         return;
@@ -75,10 +74,10 @@ pub(super) fn outside(nodes: &Nodes, sample: &Sample, (u, v): Boxes, faults: &mu
     for k in 0..sample.count() {
         let (x, y) = sample.place(k);
         if out(x, u) {
-            faults.push(Field::Entry(list_u, sample.posted(k)), text(x, u));
+            faults.push(Field::Entry(list_u, sample.posted(k)), outside(x, u));
         }
         if out(y, v) {
-            faults.push(Field::Entry(NodeList::V, sample.posted(k)), text(y, v));
+            faults.push(Field::Entry(NodeList::V, sample.posted(k)), outside(y, v));
         }
     }
 }

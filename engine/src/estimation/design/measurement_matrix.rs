@@ -6,6 +6,7 @@
 //! one to the other, `X = W · T`. A curve is a surface whose second axis carries the single
 //! function 1.
 
+use super::reason::ModelReason;
 use crate::estimation::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
@@ -90,6 +91,6 @@ pub(super) fn too_many(n: usize, field: Field) -> Result<(), Faults> {
     if n <= MOST_COEFFICIENTS {
         return Ok(());
     }
-    let many = if n == usize::MAX { "so many".to_owned() } else { n.to_string() };
-    Err(Faults::one(field, format!("{many} coefficients are more than the {MOST_COEFFICIENTS} that a fit may have")))
+    let count = (n < usize::MAX).then_some(n);
+    Err(Faults::one(field, ModelReason::TooManyCoefficients { count, most: MOST_COEFFICIENTS }))
 }

@@ -7,6 +7,7 @@ mod domain;
 mod label;
 mod measurement_matrix;
 mod model;
+pub(super) mod reason;
 mod row;
 mod slopes;
 mod splines;

@@ -6,9 +6,10 @@ use super::{
     domain::{Boxes, bounding_box, checked_domain},
     label::label,
     measurement_matrix::{Basis, Design, MOST_COEFFICIENTS, too_many},
+    reason::ModelReason,
     splines::{splines, weight_net, within_knots},
 };
-use crate::estimation::fault::{Faults, Field, NodeList};
+use crate::estimation::fault::{Faults, Field, NodeList, NodesReason};
 use crate::{
     estimation::{
         data::{Nodes, Sample},
@@ -22,20 +23,20 @@ impl Design {
     /// Checks `spec` against the nodes.
     pub(crate) fn new(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Self, Faults> {
         if sample.count() == 0 {
-            return Err(Faults::one(Field::List(nodes.heights()), "every node is missing or of weight 0"));
+            return Err(Faults::one(Field::List(nodes.heights()), NodesReason::NoneCounts));
         }
         let design = match (&spec.model, nodes) {
             (Model::Linear, Nodes::Matrix(matrix)) => {
                 if spec.domain.is_some() {
-                    return Err(Faults::one(Field::Domain, "a measurement matrix has no domain"));
+                    return Err(Faults::one(Field::Domain, ModelReason::MatrixHasNoDomain));
                 }
                 columns(sample, matrix.columns, matrix.names.as_deref())?
             }
             (Model::Linear, _) => {
-                return Err(Faults::one(Field::ModelType, "`linear` is for nodes of type `matrix`"));
+                return Err(Faults::one(Field::ModelType, ModelReason::LinearIsForMatrix));
             }
             (_, Nodes::Matrix(_)) => {
-                return Err(Faults::one(Field::ModelType, "nodes of type `matrix` take the model `linear`"));
+                return Err(Faults::one(Field::ModelType, ModelReason::MatrixTakesLinear));
             }
             (model, _) => product(nodes, sample, model, spec.domain)?,
         };
@@ -43,9 +44,7 @@ impl Design {
         if n > m {
             return Err(Faults::one(
                 if matches!(spec.model, Model::Linear) { Field::List(NodeList::X) } else { Field::Degree },
-                format!(
-                    "{n} coefficients cannot be told from {m} counted nodes: lower the degree or measure more nodes"
-                ),
+                ModelReason::TooFewNodes { coefficients: n, nodes: m },
             ));
         }
         Ok(design)
@@ -78,7 +77,7 @@ pub(crate) fn product_on(
         (Degree::Both(p), false) => (p, 0),
         (Degree::Each(p, q), true) => (p, q),
         (Degree::Each(..), false) => {
-            return Err(Faults::one(Field::Degree, "a curve has one degree, not one for each of two axes"));
+            return Err(Faults::one(Field::Degree, ModelReason::OneDegree));
         }
     };
     if p.saturating_add(1).saturating_mul(q.saturating_add(1)) > 4 * MOST_COEFFICIENTS * MOST_COEFFICIENTS {
@@ -88,7 +87,7 @@ pub(crate) fn product_on(
     let (u, v, total, letter) = match model {
         Model::Polynomial { basis, terms, .. } => {
             if *terms == Terms::Total && surface && p != q {
-                return Err(Faults::one(Field::Degree, "total degree wants one degree, not two different ones"));
+                return Err(Faults::one(Field::Degree, ModelReason::OneTotalDegree));
             }
             let axis = |domain: [f64; 2], bounds: [f64; 2], degree: usize| Axis::Polynomial {
                 family: match basis {
@@ -114,7 +113,7 @@ pub(crate) fn product_on(
             }
             (u, v, None, Some(if rational.is_some() { 'R' } else { 'B' }))
         }
-        Model::Linear => return Err(Faults::one(Field::ModelType, "`linear` is for nodes of type `matrix`")),
+        Model::Linear => return Err(Faults::one(Field::ModelType, ModelReason::LinearIsForMatrix)),
     };
     let count = match total {
         Some(d) if surface => d.saturating_add(1).saturating_mul(d.saturating_add(2)) / 2,

@@ -1,5 +1,6 @@
 //! B-splines and NURBS on the knots of a caller.
 
+use super::reason::{Bound, ModelReason};
 use super::{
     axis::Axis,
     domain::{Boxes, outside},
@@ -27,12 +28,12 @@ pub(crate) fn splines(
             (Field::AxisKnots(axis), Some(index)) => Field::AxisKnot(axis, index),
             (field, _) => field,
         };
-        Faults::one(field, fault.to_string())
+        Faults::one(field, ModelReason::from(fault))
     };
     let flat = || Axis::Polynomial { family: Family::Monomial, mapping: Mapping::over(0.0, 0.0), size: 1 };
     let uniform = |degree: usize, spans: usize, domain: [f64; 2], field: Field| {
         if spans == 0 {
-            return Err(Faults::one(field, "at least one span"));
+            return Err(Faults::one(field, ModelReason::NoSpan));
         }
         too_many(spans.saturating_add(degree), field)?;
         BSplineBasis::uniform(degree, spans, domain[0], domain[1]).map_err(|fault| at(field, fault))
@@ -54,12 +55,12 @@ pub(crate) fn splines(
             (uniform(p, *a, domain_u, Field::AxisSpans(0))?, Some(uniform(q, *b, domain_v, Field::AxisSpans(1))?))
         }
         (Knots::SpansEach(..), false) => {
-            return Err(Faults::one(Field::Spans, "a curve has one number of spans"));
+            return Err(Faults::one(Field::Spans, ModelReason::OneNumberOfSpans));
         }
         (Knots::Curve(_), true) => {
-            return Err(Faults::one(Field::Knots, "a surface wants two knot vectors, one for u and one for v"));
+            return Err(Faults::one(Field::Knots, ModelReason::TwoKnotVectors));
         }
-        (Knots::Surface(..), false) => return Err(Faults::one(Field::Knots, "a curve has one knot vector")),
+        (Knots::Surface(..), false) => return Err(Faults::one(Field::Knots, ModelReason::OneKnotVector)),
     };
     Ok((Axis::Spline(u), v.map_or_else(flat, Axis::Spline)))
 }
@@ -72,7 +73,7 @@ pub(super) fn weight_net(weights: &[f64], (rows, columns): (usize, usize), surfa
             WeightFault::NotPositive { index, .. } => Field::ControlWeight(*index),
             WeightFault::Count { .. } | WeightFault::Apart { .. } => Field::ControlWeights,
         };
-        Faults::one(field, fault.to_string())
+        Faults::one(field, ModelReason::from(fault))
     })
 }
 
@@ -84,6 +85,6 @@ pub(crate) fn within_knots(design: &Design, nodes: &Nodes, sample: &Sample) -> R
         Axis::Polynomial { .. } => [f64::NEG_INFINITY, f64::INFINITY],
     };
     let mut faults = Faults::default();
-    outside(nodes, sample, (span(u), span(v)), &mut faults, "the span of the knots");
+    outside(nodes, sample, (span(u), span(v)), &mut faults, Bound::Knots);
     faults.into_result(())
 }

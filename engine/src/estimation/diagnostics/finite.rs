@@ -3,6 +3,7 @@
 //! A figure that may be absent is left out, with a warning; one that an answer cannot do without
 //! refuses the fit.
 
+use super::reason::RangeReason;
 use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     error::FitError,
@@ -34,8 +35,7 @@ impl Dropped {
 }
 
 fn beyond() -> FitError {
-    Faults::one(Field::Nodes, "figures of this fit leave the range of double precision: choose another unit or basis")
-        .into()
+    Faults::one(Field::Nodes, RangeReason::Figures).into()
 }
 
 fn all(values: &[f64]) -> bool {
@@ -131,20 +131,14 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     }
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
-        return Err(
-            Faults::one(Field::Regularization, "λ* lifts an eigenvalue beyond the range of double precision").into()
-        );
+        return Err(Faults::one(Field::Regularization, RangeReason::Eigenvalue).into());
     }
     if result
         .robust
         .as_ref()
         .is_some_and(|r| !(r.scale.is_none_or(f64::is_finite) && r.objective.is_finite() && all(&r.weights)))
     {
-        return Err(Faults::one(
-            Field::Estimator,
-            "scale or sum of this estimator leave the range of double precision: choose another scale or unit",
-        )
-        .into());
+        return Err(Faults::one(Field::Estimator, RangeReason::Estimator).into());
     }
     let residuals = &result.residuals;
     let sound = result.coefficients.iter().all(|c| all(&[c.value, c.least_squares, c.bias_bound]))

@@ -7,6 +7,7 @@ mod dependence;
 pub mod finite;
 pub(crate) mod perturbation;
 mod range;
+pub(super) mod reason;
 
 pub(crate) use dependence::{constant_in_span, dependence, refuse_dependence};
 pub(crate) use range::{columns_within_range, within_range};

@@ -1,5 +1,6 @@
 //! Numbers whose squares are doubles.
 
+use super::reason::RangeReason;
 use crate::estimation::fault::{Faults, Field};
 use nalgebra::DMatrix;
 
@@ -15,16 +16,7 @@ pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Res
     for (label, column) in design.labels.iter().zip(caller.as_slice().chunks_exact(rows)) {
         let largest = column.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
         if largest != 0.0 && !RANGE.contains(&largest) {
-            return Err(Faults::one(
-                Field::Nodes,
-                format!(
-                    "the column of {label} (weights included) is about {largest:.0e} long, whose square leaves the \
-                     range of \
-                     double precision: choose another unit or basis; weights are relative and may be divided by their \
-                     largest"
-                ),
-            )
-            .into());
+            return Err(Faults::one(Field::Nodes, RangeReason::Column { label: label.clone(), largest }).into());
         }
     }
     Ok(())
@@ -33,16 +25,10 @@ pub(crate) fn columns_within_range(design: &Design, caller: &DMatrix<Dd>) -> Res
 /// Squares of heights are summed: they must neither overflow nor vanish.
 pub(crate) fn within_range(field: Field, heights: &Heights) -> Result<(), FitError> {
     if !(heights.about_zero.is_finite() && heights.weight.is_finite()) {
-        return Err(Faults::one(
-            field,
-            "squares of these heights leave the range of double precision: choose a larger unit",
-        )
-        .into());
+        return Err(Faults::one(field, RangeReason::GreatHeights).into());
     }
     if heights.about_zero < 1e-280 && heights.largest_plain > 0.0 {
-        return Err(
-            Faults::one(field, "squares of these heights vanish in double precision: choose a smaller unit").into()
-        );
+        return Err(Faults::one(field, RangeReason::SmallHeights).into());
     }
     Ok(())
 }

@@ -11,7 +11,7 @@
 //! * else (near-dependent columns, rank deficiency) a Householder QR in double-double, block by
 //!   block.
 
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RangeReason};
 use nalgebra::{DMatrix, DVector};
 
 use super::{
@@ -79,10 +79,7 @@ impl Factor {
         if self.r.as_slice().iter().chain(&self.qty).chain(self.change.as_slice()).all(|x| x.is_finite()) {
             Ok(self)
         } else {
-            Err(FitError::Invalid(Faults::one(
-                Field::Nodes,
-                "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
-            )))
+            Err(FitError::Invalid(Faults::one(Field::Nodes, RangeReason::Squares)))
         }
     }
 

@@ -16,6 +16,7 @@ mod columns;
 mod gaussian;
 mod hampel;
 mod lines;
+pub(super) mod reason;
 mod spline;
 mod steps;
 

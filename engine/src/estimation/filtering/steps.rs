@@ -11,14 +11,13 @@ use super::{
     lines::Lines,
     spline::SplineFilter,
 };
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, FilterReason, RangeReason};
 use crate::{
     estimation::{
         data::{Grid, Nodes},
         result::{FilterReport, IterationReport, Warning},
         spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline},
     },
-    fault::words::Shown,
     numerics::cancel::Asking,
 };
 
@@ -165,10 +164,7 @@ pub(super) fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults
         };
         steps.push(step);
         if (0..z.len()).any(|i| present[i] && !z[i].is_finite()) {
-            return Err(Faults::one(
-                Field::Filter(at),
-                "the filtered heights leave the range of double precision: choose another unit",
-            ));
+            return Err(Faults::one(Field::Filter(at), RangeReason::FilteredHeights));
         }
         let moved = (0..z.len()).filter(|&i| present[i] && z[i] != before[i]).map(|i| (z[i] - before[i]).abs());
         distances.extend(moved);
@@ -255,30 +251,23 @@ fn check(nodes: &Nodes, filters: &[Filter]) -> Result<(), Faults> {
     let mut faults = Faults::default();
     for (k, filter) in filters.iter().enumerate() {
         match (nodes, filter) {
-            (Nodes::Scattered(_), _) => faults.push(
-                Field::FilterType(k),
-                format!(
-                    "scattered nodes lie on no lines along which `{}` could run; send a grid or a curve",
-                    filter.name()
-                ),
-            ),
-            (Nodes::Matrix(_), Filter::Gaussian(_) | Filter::Spline(_)) => faults.push(
-                Field::FilterType(k),
-                format!("a measurement matrix has no axis along which `{}` could run", filter.name()),
-            ),
+            (Nodes::Scattered(_), _) => faults.push(Field::FilterType(k), FilterReason::Scattered(*filter)),
+            (Nodes::Matrix(_), Filter::Gaussian(_) | Filter::Spline(_)) => {
+                faults.push(Field::FilterType(k), FilterReason::MatrixHasNoAxis(*filter))
+            }
             (Nodes::Matrix(_), Filter::Hampel(Hampel { axis: Some(_), .. })) => {
-                faults.push(Field::FilterAxis(k), "a measurement matrix has no axis: windows lie along its rows");
+                faults.push(Field::FilterAxis(k), FilterReason::WindowsLieAlongRows);
             }
             (
                 Nodes::Curve(_),
                 Filter::Hampel(Hampel { axis: Some(FilterAxis::V), .. })
                 | Filter::Gaussian(Gaussian { axis: Some(FilterAxis::V), .. })
                 | Filter::Spline(Spline { axis: Some(FilterAxis::V), .. }),
-            ) => faults.push(Field::FilterAxis(k), "a curve has no v; its x is `u`"),
+            ) => faults.push(Field::FilterAxis(k), FilterReason::NoV),
             (
                 Nodes::Grid(_),
                 Filter::Gaussian(Gaussian { axis: None, .. }) | Filter::Spline(Spline { axis: None, .. }),
-            ) => faults.push(Field::FilterAxis(k), "missing; a grid needs `u` or `v`"),
+            ) => faults.push(Field::FilterAxis(k), FilterReason::AxisMissing),
             (_, Filter::Hampel(hampel)) => check_window(nodes, hampel, Field::FilterWindow(k), &mut faults),
             (_, Filter::Gaussian(gaussian)) => {
                 check_gaussian(nodes, gaussian, Field::FilterCutoff(k), &mut faults);
@@ -297,7 +286,7 @@ fn check_window(nodes: &Nodes, hampel: &Hampel, field: Field, faults: &mut Fault
     let square = matches!(nodes, Nodes::Grid(_)) && hampel.axis.is_none();
     let window = if square { hampel.window.saturating_mul(hampel.window) } else { hampel.window };
     if nodes.posted().saturating_mul(window.min(nodes.posted())) > MOST_WINDOWED {
-        faults.push(field, format!("windows of {window} nodes around {} nodes are too much work", nodes.posted()));
+        faults.push(field, FilterReason::Windows { window, nodes: nodes.posted() });
     }
 }
 
@@ -310,14 +299,7 @@ fn check_gaussian(nodes: &Nodes, gaussian: &Gaussian, field: Field, faults: &mut
     let products = kernel.pairs(&lines).saturating_mul(lines.count);
     let most = if gaussian.robust.is_some() { MOST_ROBUST_PRODUCTS } else { MOST_PRODUCTS };
     if products > most {
-        faults.push(
-            field,
-            format!(
-                "the windows hold {products} nodes all together, more than the {most} that this filter may have; \
-                 choose a \
-                 shorter cut-off, thin the nodes out, or take `spline`, whose work does not grow with the cut-off"
-            ),
-        );
+        faults.push(field, FilterReason::Products { products, most });
     }
 }
 
@@ -325,14 +307,7 @@ fn check_cutoff(lines: &Lines, cutoff: f64, field: Field, faults: &mut Faults) -
     let closest = lines.closest();
     let fine = closest.is_infinite() || cutoff > 2.0 * closest;
     if !fine {
-        faults.push(
-            field,
-            format!(
-                "{} is not longer than twice the closest spacing {}: no wave so short can be told there",
-                Shown(cutoff),
-                Shown(closest)
-            ),
-        );
+        faults.push(field, FilterReason::Cutoff { cutoff, closest });
     }
     fine
 }

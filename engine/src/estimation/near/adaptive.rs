@@ -13,6 +13,7 @@
 
 use super::{
     fault::{CurveFaults, CurveField, CurveRefused},
+    reason::NearReason,
     settings::Adaptive,
     swing::{Swing, WILD},
     trial::{Fitted, Trial, summary, uniform},
@@ -68,12 +69,12 @@ pub(super) fn place(
     let degree = trial.asked.degree;
     let mut faults = CurveFaults::default();
     if !(asked.tolerance > 0.0 && asked.tolerance.is_finite()) {
-        faults.push(CurveField::Tolerance, "a finite length greater than 0");
+        faults.push(CurveField::Tolerance, NearReason::Tolerance);
     }
     if asked.most_controls > MOST_COEFFICIENTS || asked.most_controls < asked.spans.saturating_add(degree) {
         faults.push(
             CurveField::MostControls,
-            format!("not within {} (the first knots) and {MOST_COEFFICIENTS}", asked.spans.saturating_add(degree)),
+            NearReason::MostControls { least: asked.spans.saturating_add(degree), most: MOST_COEFFICIENTS },
         );
     }
     faults.into_result(())?;

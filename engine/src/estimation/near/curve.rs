@@ -10,6 +10,7 @@ use super::{
     adaptive::{self, Step, Stop},
     fault::{CurveFaults, CurveField, CurveRefused},
     points::{CurvePoints, Parameters, curve_fault, place},
+    reason::NearReason,
     settings::{CurveSettings, KnotPlacement},
     swing::Swing,
     trial::{Fitted, Trial, summary, uniform},
@@ -20,7 +21,6 @@ use crate::{
         result::FitResult,
         spec::{FitSpec, Knots},
     },
-    fault::words,
     geometry::{
         curve::{BSplineCurve, knots::averaging_least_squares},
         space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
@@ -69,7 +69,7 @@ pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, Cu
     // points of weight 0 say nothing, of the knots neither
     let counted: Vec<f64> = parameters.iter().enumerate().filter(|(k, _)| points.counts(*k)).map(|(_, &t)| t).collect();
     if counted.is_empty() && !parameters.is_empty() && points.weight.is_some_and(|w| w.iter().all(|w| *w == 0.0)) {
-        return Err(CurveFaults::one(CurveField::Weights, "every point is of weight 0").into());
+        return Err(CurveFaults::one(CurveField::Weights, NearReason::NoPointCounts).into());
     }
     let (low, high) = counted.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
     let (fitted, steps, stop) = match &asked.knots {
@@ -81,8 +81,8 @@ pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, Cu
         }
         KnotPlacement::Averaged { controls } => {
             if *controls > counted.len() {
-                let detail = format!("{controls} control points cannot be told from so few points, {}", counted.len());
-                return Err(CurveFaults::one(CurveField::ControlCount, detail).into());
+                let reason = NearReason::FewPoints { controls: *controls, points: counted.len() };
+                return Err(CurveFaults::one(CurveField::ControlCount, reason).into());
             }
             let knots = averaging_least_squares(asked.degree, &counted, *controls)
                 .map_err(|fault| curve_fault(points, &fault))?;
@@ -107,48 +107,40 @@ pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, Cu
 
 fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, CurveFaults> {
     let Some(dimension) = Dimension::of(points.coordinates.len()) else {
-        return Err(CurveFaults::one(CurveField::Points, "one, two or three coordinates make a curve"));
+        return Err(CurveFaults::one(CurveField::Points, NearReason::CurveCoordinates));
     };
     let mut faults = CurveFaults::default();
     let count = points.coordinates[0].len();
     for (c, y) in points.coordinates.iter().enumerate() {
         if y.len() != count {
-            faults.push(
-                CurveField::Points,
-                format!("coordinate {c} has {}, the first one {count}", words::entries(y.len())),
-            );
+            faults
+                .push(CurveField::Points, NearReason::CoordinateCount { coordinate: c, given: y.len(), first: count });
         }
         for (k, x) in y.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-            faults.push(place(points, k, Some(c)), format!("{x} is not a finite number"));
+            faults.push(place(points, k, Some(c)), NearReason::NotFinite(*x));
         }
     }
     if dimension == Dimension::Graph && matches!(points.parameters, Parameters::By(_)) {
-        faults.push(CurveField::Parametrization, "a graph y(x) has x for its parameter");
+        faults.push(CurveField::Parametrization, NearReason::GraphHasX);
     }
     if let Parameters::Given(given) = points.parameters
         && given.len() != count
     {
-        faults.push(
-            CurveField::Points,
-            format!("{} for {count} points", words::counted(given.len(), "parameter", "parameters")),
-        );
+        faults.push(CurveField::Points, NearReason::ParameterCount { given: given.len(), points: count });
     }
     if let Some(weight) = points.weight
         && weight.len() != count
     {
-        faults.push(CurveField::Weights, format!("{} for {count} points", words::entries(weight.len())));
+        faults.push(CurveField::Weights, NearReason::WeightCount { given: weight.len(), points: count });
     }
     if asked.degree > HIGHEST_DEGREE {
-        faults.push(Field::Degree, ControlFault::Degree { degree: asked.degree }.to_string());
+        faults.push(Field::Degree, NearReason::from(ControlFault::Degree { degree: asked.degree }));
     }
     if !asked.spec.filters.is_empty() {
-        faults.push(Field::Filters, "points of a curve are not filtered");
+        faults.push(Field::Filters, NearReason::CurveHasNoFilters);
     }
     if matches!(asked.knots, KnotPlacement::Adaptive(_)) && asked.weights.is_some() {
-        faults.push(
-            Field::ControlWeights,
-            "with knots placed by residuals the number of control points is not known beforehand",
-        );
+        faults.push(Field::ControlWeights, NearReason::UnknownControls);
     }
     faults.into_result(dimension)
 }

@@ -12,6 +12,7 @@ mod adaptive;
 mod curve;
 pub mod fault;
 mod points;
+pub(super) mod reason;
 mod settings;
 mod shape;
 mod surface;

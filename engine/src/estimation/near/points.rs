@@ -1,6 +1,9 @@
 //! Points that a curve is to pass near, and where in a request for one its faults are found.
 
-use super::fault::{CurveFaults, CurveField};
+use super::{
+    fault::{CurveFaults, CurveField},
+    reason::NearReason,
+};
 use crate::{
     estimation::fault::{Faults, Field, NodeList},
     geometry::curve::{
@@ -54,7 +57,7 @@ pub(super) fn curve_fault(points: &CurvePoints, fault: &CurveFault) -> CurveFaul
         (_, Some(k)) => place(points, k, None),
         (_, None) => CurveField::Points,
     };
-    CurveFaults::one(field, fault.to_string())
+    CurveFaults::one(field, NearReason::from(fault.clone()))
 }
 
 /// Faults of the fit of a coordinate, as those of the curve.

@@ -11,8 +11,11 @@
 
 pub use super::surface_report::{Coordinate, SurfaceFit, SurfaceInclude, Weight};
 
-use super::surface_report::{self, Problem};
-use crate::estimation::fault::{Faults, Field, NodeList};
+use super::{
+    reason::NearReason,
+    surface_report::{self, Problem},
+};
+use crate::estimation::fault::{Faults, Field, NodeList, NodesReason, RegularizationReason};
 use crate::{
     estimation::{
         banded::{
@@ -25,9 +28,8 @@ use crate::{
         design::{Axis, splines},
         error::{FitError, Unconverged},
         smoothing::choice::{Found, NoParameter, Smoothing},
-        spec::{Degree, Domain, Estimator, FitSpec, Model, Regularization, Scaling},
+        spec::{Degree, Domain, Estimator, FitSpec, HIGHEST_ORDER, Model, Regularization, Scaling},
     },
-    fault::words,
     geometry::BSplineBasis,
     numerics::band_cholesky::SymmetricBand,
 };
@@ -37,8 +39,6 @@ use crate::{
 const MOST_COEFFICIENTS: usize = 40_000;
 const MOST_NUMBERS: usize = 20_000_000;
 const MOST_OPERATIONS: f64 = 2e10;
-/// Highest order of a penalty's derivatives.
-const HIGHEST_ORDER: usize = 3;
 
 /// Points over two parameters.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +65,7 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
     check_spec(spec)?;
     check_points(points)?;
     if points.weight.is_some_and(|w| w.iter().all(|w| *w == 0.0)) {
-        return Err(Faults::one(Field::List(NodeList::Weight), "every node is of weight 0").into());
+        return Err(Faults::one(Field::List(NodeList::Weight), NearReason::NoNodeCounts).into());
     }
     let bases = bases(points, spec)?;
     check_size(&bases)?;
@@ -81,14 +81,9 @@ pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) 
     let matrix = penalty_of(spec, &system, &ordered, swapped)?;
     let n = system.size();
     if matrix.is_none() && n > system.cells.count() {
-        return Err(Faults::one(
-            Field::Model,
-            format!(
-                "{n} coefficients cannot be told from {} counted nodes: take fewer spans, or ask for `tikhonov`",
-                system.cells.count()
-            ),
-        )
-        .into());
+        return Err(
+            Faults::one(Field::Model, NearReason::FewNodes { coefficients: n, nodes: system.cells.count() }).into()
+        );
     }
     let variance = spec.noise_sigma.map(|s| s * s);
     let found = match (&matrix, &spec.regularization) {
@@ -122,50 +117,47 @@ fn no_parameter(why: NoParameter) -> FitError {
         NoParameter::NotHere(_) => Field::Criterion,
         NoParameter::Negative(_) | NoParameter::Degrees { .. } | NoParameter::Unsolved => Field::Parameter,
     };
-    Faults::one(field, why.to_string()).into()
+    Faults::one(field, NearReason::from(why)).into()
 }
 
 fn check_spec(spec: &FitSpec) -> Result<(), Faults> {
     let mut faults = Faults::default();
     match &spec.model {
         Model::BSpline { weights: None, .. } => {}
-        Model::BSpline { .. } => faults.push(Field::ControlWeights, "big surfaces are B-splines without weights"),
-        _ => faults.push(Field::ModelType, "big surfaces are of type `b_spline`"),
+        Model::BSpline { .. } => faults.push(Field::ControlWeights, NearReason::NoControlWeights),
+        _ => faults.push(Field::ModelType, NearReason::BSplinesOnly),
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push(Field::Estimator, "big surfaces are fitted by least squares");
+        faults.push(Field::Estimator, NearReason::LeastSquaresOnly);
     }
     if !spec.filters.is_empty() {
-        faults.push(Field::Filters, "filters are for nodes in lines, not for scattered ones");
+        faults.push(Field::Filters, NearReason::SurfaceHasNoFilters);
     }
     if spec.scaling == Scaling::Standardized {
-        faults.push(Field::Scaling, "B-splines have no constant to centre by: take `unit_length` or `none`");
+        faults.push(Field::Scaling, NearReason::NotStandardized);
     }
     if spec.node_uncertainty.is_some() {
-        faults.push(Field::NodeUncertainty, "big surfaces have no perturbation bounds");
+        faults.push(Field::NodeUncertainty, NearReason::NoPerturbationBounds);
     }
     if spec.coefficient_norm_limit.is_some() {
-        faults.push(Field::CoefficientNormLimit, "big surfaces have no bias bounds");
+        faults.push(Field::CoefficientNormLimit, NearReason::NoBiasBounds);
     }
     if spec.noise_sigma.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
-        faults.push(Field::NoiseSigma, "σ is a finite number greater than 0");
+        faults.push(Field::NoiseSigma, NearReason::NoiseSigma);
     }
     match &spec.regularization {
         Regularization::None | Regularization::Ridge { .. } => {}
         Regularization::Tikhonov(asked) => {
             if asked.order > HIGHEST_ORDER {
-                faults.push(Field::Order, format!("{} is not one of 0 to {HIGHEST_ORDER}", asked.order));
+                faults.push(Field::Order, RegularizationReason::Order { order: asked.order, highest: HIGHEST_ORDER });
             }
             let weights = asked.weights.as_deref().unwrap_or(&[1.0, 1.0]);
             let sound = weights.len() == 2 && weights.iter().all(|w| *w >= 0.0 && w.is_finite());
             if !(sound && weights.iter().any(|w| *w > 0.0)) {
-                faults.push(Field::PenaltyWeights, "a surface takes [w_u, w_v], none negative, one greater than 0");
+                faults.push(Field::PenaltyWeights, NearReason::PenaltyWeights);
             }
         }
-        _ => faults.push(
-            Field::RegularizationType,
-            "with so many coefficients there is no spectrum: take `none`, `ridge` or `tikhonov`",
-        ),
+        _ => faults.push(Field::RegularizationType, NearReason::NoSpectrum),
     }
     faults.into_result(())
 }
@@ -174,13 +166,13 @@ fn check_points(points: &SurfacePoints) -> Result<(), Faults> {
     let m = points.u.len();
     let mut faults = Faults::default();
     if m == 0 {
-        faults.push(Field::List(NodeList::U), "there are no nodes");
+        faults.push(Field::List(NodeList::U), NodesReason::Empty);
     }
     if u32::try_from(m).is_err() {
-        faults.push(Field::List(NodeList::U), "there are more nodes than 32 bits can number");
+        faults.push(Field::List(NodeList::U), NearReason::TooManyNodes);
     }
     if !matches!(points.coordinates.len(), 1 | 3) {
-        faults.push(Field::Nodes, "one coordinate (z) or three (x, y, z) are fitted");
+        faults.push(Field::Nodes, NearReason::SurfaceCoordinates);
         return Err(faults);
     }
     let parts = [(NodeList::U, points.u), (NodeList::V, points.v)]
@@ -189,28 +181,28 @@ fn check_points(points: &SurfacePoints) -> Result<(), Faults> {
         .chain(points.weight.map(|w| (NodeList::Weight, w)));
     for (list, numbers) in parts {
         if numbers.len() != m {
-            faults.push(Field::List(list), format!("{}, but u asks for {m}", words::entries(numbers.len())));
+            faults.push(Field::List(list), NearReason::CountAlongU { given: numbers.len(), wanted: m });
         }
         for (k, x) in numbers.iter().enumerate().filter(|(_, x)| !x.is_finite()) {
-            faults.push(Field::Entry(list, k), format!("{x} is not a finite number"));
+            faults.push(Field::Entry(list, k), NearReason::NotFinite(*x));
         }
     }
     for (k, w) in points.weight.unwrap_or_default().iter().enumerate().filter(|(_, w)| **w < 0.0) {
-        faults.push(Field::Entry(NodeList::Weight, k), format!("the weight {w} is negative; 0 leaves a node out"));
+        faults.push(Field::Entry(NodeList::Weight, k), NodesReason::NegativeWeight(*w));
     }
     faults.into_result(())
 }
 
 fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Faults> {
     let Model::BSpline { degree, knots, .. } = &spec.model else {
-        return Err(Faults::one(Field::ModelType, "big surfaces are of type `b_spline`"));
+        return Err(Faults::one(Field::ModelType, NearReason::BSplinesOnly));
     };
     let (p, q) = match degree {
         Degree::Both(p) => (*p, *p),
         Degree::Each(p, q) => (*p, *q),
     };
     if p.max(q) > HIGHEST_DEGREE {
-        return Err(Faults::one(Field::Degree, format!("big surfaces have degrees up to {HIGHEST_DEGREE}")));
+        return Err(Faults::one(Field::Degree, NearReason::Degree { highest: HIGHEST_DEGREE }));
     }
     // nodes of weight 0 say nothing, of the domain neither
     let counts = |k: usize| points.weight.is_none_or(|w| w[k] > 0.0);
@@ -222,7 +214,7 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
     let mut faults = Faults::default();
     for (field, range) in [(Field::DomainU, u), (Field::DomainV, v)] {
         if range.is_some_and(|[low, high]| !(low < high && (high - low).is_finite())) {
-            faults.push(field, "not a range from low to high");
+            faults.push(field, NearReason::Range);
         }
     }
     if !faults.is_empty() {
@@ -230,12 +222,12 @@ fn bases(points: &SurfacePoints, spec: &FitSpec) -> Result<[BSplineBasis; 2], Fa
     }
     let domains = (u.unwrap_or_else(|| span(points.u)), v.unwrap_or_else(|| span(points.v)));
     let (Axis::Spline(along), Axis::Spline(across)) = splines(knots, (p, q), true, domains)? else {
-        return Err(Faults::one(Field::Knots, "a surface wants knots for u and for v"));
+        return Err(Faults::one(Field::Knots, NearReason::SurfaceKnots));
     };
     for (list, places, basis) in [(NodeList::U, points.u, &along), (NodeList::V, points.v, &across)] {
         let (low, high) = basis.domain();
         for (k, x) in places.iter().enumerate().filter(|(k, x)| counts(*k) && (**x < low || **x > high)) {
-            faults.push(Field::Entry(list, k), format!("{x} lies outside the span of the knots [{low}, {high}]"));
+            faults.push(Field::Entry(list, k), NearReason::OutsideKnots { value: *x, span: [low, high] });
         }
     }
     faults.into_result([along, across])
@@ -247,10 +239,7 @@ fn check_size(bases: &[BSplineBasis; 2]) -> Result<(), Faults> {
     let width = (u.degree() * v.size() + v.degree()).min(v.degree() * u.size() + u.degree());
     let operations = n as f64 * width as f64 * width as f64;
     if n > MOST_COEFFICIENTS || n.saturating_mul(width + 1) > MOST_NUMBERS || operations > MOST_OPERATIONS {
-        return Err(Faults::one(
-            Field::Model,
-            format!("{n} coefficients with a band of {width} are more than a fit may have: take fewer spans"),
-        ));
+        return Err(Faults::one(Field::Model, NearReason::TooLarge { coefficients: n, width }));
     }
     Ok(())
 }
@@ -275,10 +264,7 @@ fn penalty_of(
             let [u, v] = ordered;
             let rough = |basis: &BSplineBasis, weight: f64| weight > 0.0 && basis.degree() >= asked.order;
             if !rough(u, weights[0]) && !rough(v, weights[1]) {
-                return Err(Faults::one(
-                    Field::Order,
-                    format!("derivatives of order {} vanish for every function of this model", asked.order),
-                ));
+                return Err(Faults::one(Field::Order, NearReason::VanishingDerivatives(asked.order)));
             }
             Ok(Some(penalty([u, v], asked.order, weights)))
         }

@@ -1,6 +1,7 @@
 //! The answer to a fit of a big surface.
 
-use crate::estimation::fault::{Faults, Field};
+use super::reason::{NearReason, OpenCoefficient};
+use crate::estimation::fault::{Faults, Field, RangeReason};
 use crate::numerics::cancel;
 use crate::{
     estimation::{
@@ -126,11 +127,6 @@ impl Problem<'_> {
         let nodes = self.nodes_per_span();
         let (breaks_u, breaks_v) = (u.distinct_knots(), v.distinct_knots());
         let across = breaks_v.len() - 1;
-        let advice = if penalised {
-            "the penalty leaves it open too: take a lower order or fewer spans"
-        } else {
-            "take fewer spans there, measure more nodes, or ask for `tikhonov`"
-        };
         let mut faults = Faults::default();
         for &index in which {
             let (i, j) = self.place(index);
@@ -142,14 +138,8 @@ impl Problem<'_> {
             let (rows, columns) = (within(&breaks_u, a, b), within(&breaks_v, c, d));
             let in_row = |r: &usize| columns.iter().map(|s| nodes[r * across + s]).sum::<usize>();
             let count: usize = rows.iter().map(in_row).sum();
-            faults.push(
-                Field::Model,
-                format!(
-                    "the coefficient of B{i}(u)*B{j}(v), which lives on u from {a} to {b} and v from {c} to {d}, is \
-                     not determined \
-                     by the {count} nodes there: {advice}"
-                ),
-            );
+            let coefficient = OpenCoefficient { index: [i, j], u: [a, b], v: [c, d], nodes: count };
+            faults.push(Field::Model, NearReason::Undetermined { coefficient, penalised });
         }
         faults
     }
@@ -223,12 +213,8 @@ pub(super) fn report(
     let controls: Vec<Vector> =
         (0..system.size()).map(|k| Vector::from_fn(|d, _| columns.get(d).map_or(0.0, |column| column[k]))).collect();
     let kind = if dimension == 1 { Dimension::Graph } else { Dimension::Space };
-    let surface = BSplineSurface::new(problem.bases.clone(), kind, controls, None).map_err(|_| {
-        FitError::Invalid(Faults::one(
-            Field::Nodes,
-            "these numbers leave the range of double precision: choose another unit",
-        ))
-    })?;
+    let surface = BSplineSurface::new(problem.bases.clone(), kind, controls, None)
+        .map_err(|_| FitError::Invalid(Faults::one(Field::Nodes, RangeReason::Numbers)))?;
     Ok(SurfaceFit {
         surface,
         coordinates,

@@ -3,13 +3,14 @@
 use super::{
     fault::{CurveFaults, CurveField, CurveRefused},
     points::{CurvePoints, translated},
+    reason::NearReason,
     settings::CurveSettings,
 };
 use crate::estimation::{
     data::Nodes,
     design::MOST_COEFFICIENTS,
     error::FitError,
-    fault::{Faults, Field},
+    fault::{Faults, Field, ModelReason},
     fit::fit_together,
     result::FitResult,
     spec::{Degree, FitSpec, Include, Knots, Model},
@@ -44,16 +45,17 @@ impl Trial<'_> {
             |i: usize, c: usize| fitted.results.get(c).map_or(0.0, |result: &FitResult| result.coefficients[i].value);
         let controls = (0..fitted.basis.size()).map(|i| Vector::from_fn(|c, _| coordinate(i, c))).collect();
         BSplineCurve::new(fitted.basis.clone(), self.dimension, controls, self.asked.weights.clone())
-            .map_err(|fault| CurveFaults::one(CurveField::Curve, fault.to_string()).into())
+            .map_err(|fault| CurveFaults::one(CurveField::Curve, NearReason::from(fault)).into())
     }
 
     /// Fits with these knots.
     pub(super) fn fit(&self, knots: Knots) -> Result<Fitted, CurveRefused> {
         let Knots::Curve(full) = &knots else {
-            return Err(CurveFaults::one(Field::Knots, "one knot vector").into());
+            return Err(CurveFaults::one(Field::Knots, NearReason::KnotVectors).into());
         };
-        let basis = BSplineBasis::new(self.asked.degree, full.clone())
-            .map_err(|fault| CurveFaults::one(fault.index().map_or(Field::Knots, Field::Knot), fault.to_string()))?;
+        let basis = BSplineBasis::new(self.asked.degree, full.clone()).map_err(|fault| {
+            CurveFaults::one(fault.index().map_or(Field::Knots, Field::Knot), ModelReason::from(fault))
+        })?;
         let degree = Degree::Both(self.asked.degree);
         let include = Include { residuals: true, ..self.asked.spec.include };
         let model = Model::BSpline { degree, knots, weights: self.asked.weights.clone() };
@@ -95,10 +97,11 @@ pub(super) fn summary(errors: &[(usize, f64)]) -> (f64, f64) {
 /// Equal spans.
 pub(super) fn uniform(degree: usize, spans: usize, [low, high]: [f64; 2]) -> Result<BSplineBasis, CurveFaults> {
     if spans == 0 {
-        return Err(CurveFaults::one(Field::Spans, "at least one span"));
+        return Err(CurveFaults::one(Field::Spans, ModelReason::NoSpan));
     }
     if spans.saturating_add(degree) > MOST_COEFFICIENTS {
-        return Err(CurveFaults::one(Field::Spans, format!("{spans} spans are more than a fit may have")));
+        return Err(CurveFaults::one(Field::Spans, NearReason::Spans(spans)));
     }
-    BSplineBasis::uniform(degree, spans, low, high).map_err(|fault| CurveFaults::one(Field::Spans, fault.to_string()))
+    BSplineBasis::uniform(degree, spans, low, high)
+        .map_err(|fault| CurveFaults::one(Field::Spans, ModelReason::from(fault)))
 }

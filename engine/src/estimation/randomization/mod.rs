@@ -19,6 +19,7 @@
 //! seed (`normal`): first e, then the changes of X row by row, the same for every level.
 //! Repetitions are computed in parallel and gathered in order.
 
+mod fault;
 mod measured;
 pub(crate) mod normal;
 mod outcome;
@@ -27,9 +28,10 @@ mod repetition;
 mod result;
 mod setup;
 
+pub use fault::{StudyFaults, StudyField, StudyReason};
 pub use measured::Measured;
 pub use result::{Figures, LevelResult, Optimum, Reference, ReferenceChoice, References, StudyResult, Summary};
-pub use setup::{ColumnScaling, Setup, Study, StudyFaults, StudyField};
+pub use setup::{ColumnScaling, Setup, Study};
 
 use rayon::prelude::*;
 

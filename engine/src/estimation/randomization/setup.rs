@@ -1,7 +1,6 @@
 //! What a study is run with, checked.
 
-use crate::fault::words::{Shown, counted, entries};
-use crate::{estimation::fault::Reason, fault::Faults};
+use super::fault::{StudyFaults, StudyField, StudyReason};
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.
 pub(super) const MOST_WORK: usize = 300_000_000;
@@ -18,30 +17,6 @@ pub enum ColumnScaling {
     /// Divided by their lengths, coefficients multiplied by them.
     UnitLength,
 }
-
-/// A part of what is asked for; indices count from 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StudyField {
-    /// X.
-    Matrix,
-    /// A row of X.
-    Row(usize),
-    /// A.
-    Coefficients,
-    /// One of them.
-    Coefficient(usize),
-    /// σ of a height.
-    NoiseSigma,
-    /// All k.
-    Levels,
-    /// One of them.
-    Level(usize),
-    /// How often each k is drawn.
-    Repetitions,
-}
-
-/// Faults of a study.
-pub type StudyFaults = Faults<StudyField, Reason>;
 
 /// What was asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,46 +56,34 @@ impl Study {
         let mut faults = StudyFaults::default();
         let (rows, columns) = (setup.x.len(), setup.x.first().map_or(0, Vec::len));
         if rows == 0 || columns == 0 {
-            faults.push(StudyField::Matrix, "the matrix is empty");
+            faults.push(StudyField::Matrix, StudyReason::EmptyMatrix);
         }
         for (i, row) in setup.x.iter().enumerate().filter(|(_, row)| row.len() != columns) {
-            faults.push(StudyField::Row(i), format!("{}, but the first row has {columns}", entries(row.len())));
+            faults.push(StudyField::Row(i), StudyReason::Row { given: row.len(), first: columns });
         }
         if rows > 0 && columns > 0 && setup.x.iter().flatten().all(|x| *x == 0.0) {
-            faults.push(StudyField::Matrix, "every entry is 0: there is nothing to randomise");
+            faults.push(StudyField::Matrix, StudyReason::ZeroMatrix);
         }
         if rows < columns {
-            faults.push(
-                StudyField::Matrix,
-                format!("{columns} coefficients cannot be told from {}", counted(rows, "row", "rows")),
-            );
+            faults.push(StudyField::Matrix, StudyReason::FewRows { rows, columns });
         }
         if setup.coefficients.len() != columns {
-            faults.push(
-                StudyField::Coefficients,
-                format!(
-                    "{}, but the matrix has {}",
-                    entries(setup.coefficients.len()),
-                    counted(columns, "column", "columns")
-                ),
-            );
+            faults
+                .push(StudyField::Coefficients, StudyReason::Coefficients { given: setup.coefficients.len(), columns });
         }
         if !(setup.noise_sigma >= 0.0 && setup.noise_sigma.is_finite()) {
-            faults.push(StudyField::NoiseSigma, format!("{} is not a deviation: 0 or more", Shown(setup.noise_sigma)));
+            faults.push(StudyField::NoiseSigma, StudyReason::NoiseSigma(setup.noise_sigma));
         }
         if setup.levels.is_empty() || setup.levels.len() > MOST_LEVELS {
-            faults.push(
-                StudyField::Levels,
-                format!("{} levels; 1 to {MOST_LEVELS} can be asked for", setup.levels.len()),
-            );
+            faults.push(StudyField::Levels, StudyReason::Levels { given: setup.levels.len(), most: MOST_LEVELS });
         }
         for (i, level) in setup.levels.iter().enumerate().filter(|(_, k)| !(**k >= 0.0 && k.is_finite())) {
-            faults.push(StudyField::Level(i), format!("{} is not a ratio of deviations: 0 or more", Shown(*level)));
+            faults.push(StudyField::Level(i), StudyReason::Level(*level));
         }
         if setup.repetitions == 0 || setup.repetitions > MOST_REPETITIONS {
             faults.push(
                 StudyField::Repetitions,
-                format!("{} repetitions; 1 to {MOST_REPETITIONS} can be asked for", setup.repetitions),
+                StudyReason::Repetitions { given: setup.repetitions, most: MOST_REPETITIONS },
             );
         }
         let work =
@@ -128,13 +91,14 @@ impl Study {
         if faults.is_empty() && work > MOST_WORK {
             faults.push(
                 StudyField::Repetitions,
-                format!(
-                    "{} levels × {} repetitions × {rows} rows × {columns}² columns are {work}, more than the \
-                     {MOST_WORK} \
-                     that a study may take",
-                    setup.levels.len(),
-                    setup.repetitions
-                ),
+                StudyReason::Work {
+                    levels: setup.levels.len(),
+                    repetitions: setup.repetitions,
+                    rows,
+                    columns,
+                    work,
+                    most: MOST_WORK,
+                },
             );
         }
         if !faults.is_empty() {
@@ -163,26 +127,14 @@ impl Study {
     fn check_range(&self, faults: &mut StudyFaults) {
         const RANGE: std::ops::Range<f64> = 1e-140..1e140;
         let largest = |j: usize| self.column(j).map(f64::abs).fold(0.0, f64::max);
-        let beyond: Vec<String> = (0..self.columns)
-            .filter(|&j| largest(j) > 0.0 && !RANGE.contains(&largest(j)))
-            .map(|j| j.to_string())
-            .collect();
+        let beyond: Vec<usize> =
+            (0..self.columns).filter(|&j| largest(j) > 0.0 && !RANGE.contains(&largest(j))).collect();
         if !beyond.is_empty() {
-            let columns = if beyond.len() == 1 { "column" } else { "the columns" };
-            faults.push(
-                StudyField::Matrix,
-                format!(
-                    "squares in {columns} {} leave the range of double precision: choose another unit",
-                    beyond.join(", ")
-                ),
-            );
+            faults.push(StudyField::Matrix, StudyReason::Columns(beyond));
         }
         for (j, coefficient) in self.coefficients.iter().enumerate() {
             if !(coefficient.abs() < RANGE.end) {
-                faults.push(
-                    StudyField::Coefficient(j),
-                    "the square of this coefficient leaves the range of double precision: choose another unit",
-                );
+                faults.push(StudyField::Coefficient(j), StudyReason::Coefficient);
             }
         }
     }

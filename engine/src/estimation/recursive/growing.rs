@@ -3,7 +3,7 @@
 //! Its half-width is a power of 2 that at least doubles, so it grows seldom; R goes over to the new
 //! basis by the triangular matrix that leads from one to the other.
 
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RangeReason};
 use nalgebra::DMatrix;
 
 use super::{boxes::roomy, opening::met_at, sums::Sums};
@@ -41,7 +41,7 @@ impl Sums {
             return Ok(false);
         }
         if ![new.0, new.1].as_flattened().iter().all(|x| x.is_finite()) {
-            return Err(Faults::one(Field::Nodes, "these abscissae leave the range of double precision"));
+            return Err(Faults::one(Field::Nodes, RangeReason::Abscissae));
         }
         let Basis::Product { u: axis_u, v: axis_v } = &self.design.basis else { return Ok(false) };
         let (tu, tv) = (rebased(axis_u, old.0, new.0), rebased(axis_v, old.1, new.1));

@@ -17,6 +17,7 @@ mod caller_row;
 mod growing;
 mod opening;
 mod readout;
+pub(super) mod reason;
 mod snapshot;
 mod state;
 mod sums;
@@ -33,7 +34,7 @@ use super::{
     result::{FitResult, Warning},
     spec::FitSpec,
 };
-use crate::estimation::fault::{Faults, Field, NodeList};
+use crate::estimation::fault::{Faults, Field, NodeList, NodesReason, RangeReason};
 use crate::fault::words::Shown;
 pub use state::State;
 use sums::Sums;
@@ -82,7 +83,7 @@ impl Recursive {
     pub fn push(&mut self, nodes: &Nodes) -> Result<(), Faults> {
         let sample = Sample::new(nodes);
         if sample.count() == 0 {
-            return Err(Faults::one(Field::List(nodes.heights()), "every node is missing or of weight 0"));
+            return Err(Faults::one(Field::List(nodes.heights()), NodesReason::NoneCounts));
         }
         // the long look at the columns costs O(n³): it is for the first nodes on a box, and for
         // nodes far from 1
@@ -105,10 +106,7 @@ impl Recursive {
         }
         sums.add(&sample, self.forgetting, self.spec.node_uncertainty.is_some());
         if !sums.is_finite() {
-            return Err(Faults::one(
-                Field::Nodes,
-                "powers or squares of these numbers leave the range of double precision: choose another unit or basis",
-            ));
+            return Err(Faults::one(Field::Nodes, RangeReason::Squares));
         }
         if unusual || !sums.are_plain(&sample) {
             sums.columns_within_range()?;

@@ -2,15 +2,12 @@
 //! the columns of a matrix.
 
 use super::boxes::roomy;
-use crate::estimation::fault::{Fault, Faults, Field, NodeList, Reason};
-use crate::{
-    estimation::{
-        data::{Form, Nodes, Sample},
-        design::{self, Boxes, Design, bounding_box, product_on},
-        regularized::check_admissible,
-        spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
-    },
-    fault::words::Shown,
+use crate::estimation::fault::{Fault, Faults, Field, ModelReason, NodeList, Reason, StreamReason};
+use crate::estimation::{
+    data::{Form, Nodes, Sample},
+    design::{self, Boxes, Design, bounding_box, product_on},
+    regularized::check_admissible,
+    spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
 };
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped
@@ -18,13 +15,13 @@ use crate::{
 pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if !(forgetting > 0.0 && forgetting <= 1.0) {
-        faults.push(Field::ForgettingFactor, format!("{} is not in (0, 1]", Shown(forgetting)));
+        faults.push(Field::ForgettingFactor, StreamReason::ForgettingFactor(forgetting));
     }
     if spec.estimator != Estimator::LeastSquares {
-        faults.push(Field::EstimatorType, "a stream is estimated by least squares; refit its iteration with others");
+        faults.push(Field::EstimatorType, StreamReason::LeastSquaresOnly);
     }
     if !spec.filters.is_empty() {
-        faults.push(Field::Filters, "a stream has no neighbours to filter by; refit its iteration with filters");
+        faults.push(Field::Filters, StreamReason::NoFilters);
     }
     check_domain(spec, &mut faults);
     faults.into_result(())?;
@@ -39,19 +36,15 @@ pub(super) fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(F
             (design::columns(sample, *columns, names.as_deref())?, ([0.0; 2], [0.0; 2]))
         }
         (Model::Linear, _) => {
-            return Err(Faults::one(Field::NodesType, "the model `linear` takes nodes of type `matrix`"));
+            return Err(Faults::one(Field::NodesType, StreamReason::LinearTakesMatrix));
         }
         (_, Form::Matrix { .. }) => {
-            return Err(Faults::one(Field::NodesType, "nodes of type `matrix` take the model `linear`"));
+            return Err(Faults::one(Field::NodesType, ModelReason::MatrixTakesLinear));
         }
         (model, _) => {
             let surface = form == Form::Surface;
             if is_surface(spec).is_some_and(|told| told != surface) {
-                let what = if surface { "a curve" } else { "a surface" };
-                return Err(Faults::one(
-                    Field::NodesType,
-                    format!("model and domain of the stream are those of {what}"),
-                ));
+                return Err(Faults::one(Field::NodesType, StreamReason::Model { surface: !surface }));
             }
             let (u, v) = bounding_box(sample);
             let domain = spec.domain.unwrap_or_default();
@@ -108,7 +101,7 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
     let domain = spec.domain.unwrap_or_default();
     if spec.model == Model::Linear {
         if spec.domain.is_some() {
-            faults.push(Field::Domain, "a measurement matrix has no domain");
+            faults.push(Field::Domain, ModelReason::MatrixHasNoDomain);
         }
         return;
     }
@@ -116,15 +109,14 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
         if let Some([low, high]) = range
             && !(low < high && (high - low).is_finite())
         {
-            faults.push(field, format!("[{}, {}] is not a range from low to high", Shown(low), Shown(high)));
+            faults.push(field, ModelReason::Range([low, high]));
         }
     }
     if needs_domain(&spec.model) {
-        const WHY: &str = "missing; a stream must know beforehand where a mapped basis or equal spans live";
         match (domain.u, domain.v, is_surface(spec)) {
-            (None, None, _) => faults.push(Field::Domain, WHY),
-            (None, Some(_), _) => faults.push(Field::DomainU, WHY),
-            (Some(_), None, Some(true)) => faults.push(Field::DomainV, WHY),
+            (None, None, _) => faults.push(Field::Domain, StreamReason::DomainMissing),
+            (None, Some(_), _) => faults.push(Field::DomainU, StreamReason::DomainMissing),
+            (Some(_), None, Some(true)) => faults.push(Field::DomainV, StreamReason::DomainMissing),
             _ => {}
         }
     }
@@ -144,9 +136,9 @@ fn check_model(spec: &FitSpec) -> Result<(), Faults> {
         (Err(curve), Err(surface)) if curve == surface => Err(curve),
         (Err(curve), Err(surface)) => {
             let mut both = Faults::default();
-            for (what, faults) in [("a curve", curve), ("a surface", surface)] {
+            for (surface, faults) in [(false, curve), (true, surface)] {
                 for Fault { field, reason } in faults.list() {
-                    both.push(*field, format!("for {what}: {reason}"));
+                    both.push(*field, Reason::For { surface, reason: Box::new(reason.clone()) });
                 }
             }
             Err(both)

@@ -1,7 +1,7 @@
 //! From what is kept to what a fit goes on with: design, heights, factor.
 
 use super::{caller_row::CallerRow, sums::Sums};
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RangeReason};
 use crate::{
     estimation::{
         data::{Form, Heights, Sample},
@@ -55,7 +55,7 @@ impl Sums {
     /// Whether every later fit can take the caller's columns; a block that spoils them is refused,
     /// since it could not be taken back.
     pub(super) fn columns_within_range(&self) -> Result<(), Faults> {
-        let beyond = || Faults::one(Field::Nodes, "powers of these numbers leave the range of double precision");
+        let beyond = || Faults::one(Field::Nodes, RangeReason::Powers);
         let change = self.design.change_of_basis();
         if !change.iter().all(|x| x.is_finite()) {
             return Err(beyond());
@@ -72,7 +72,7 @@ impl Sums {
         let qty = self.triangle.qty().to_vec();
         let change = design.change_of_basis();
         if !change.iter().all(|x| x.is_finite()) {
-            return Err(Faults::one(Field::Nodes, "powers of these numbers leave the range of double precision").into());
+            return Err(Faults::one(Field::Nodes, RangeReason::Powers).into());
         }
         // rounding of so many updates adds up like a random walk
         let rounded = (self.summary.count as f64).sqrt();

@@ -5,16 +5,17 @@
 //! since none of its nodes could mend it. What depends on the nodes (numerically zero
 //! directions, a constant among posted columns) stays with each kind.
 
-use super::{penalty, shrink, truncated};
+use super::{
+    penalty,
+    reason::{Kept, RegularizationReason},
+    shrink, truncated,
+};
 use crate::estimation::fault::{Faults, Field};
-use crate::{
-    estimation::{
-        design::Design,
-        selection::{filters::checked_count, selector::no_minimiser},
-        spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
-        spectrum::scaled_size,
-    },
-    fault::words::{counted, entries},
+use crate::estimation::{
+    design::Design,
+    selection::{filters::checked_count, selector::no_minimiser},
+    spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
+    spectrum::scaled_size,
 };
 
 /// Refuses a scaling and regularisation of `spec` that `design` rules out.
@@ -26,7 +27,7 @@ pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Fa
         Regularization::Spectral { count: Count::Given(count), .. } => checked_count(*count, size).map(drop),
         Regularization::Ridge { parameter } => has_least(*parameter),
         Regularization::Tikhonov(asked) => penalty::check(asked, design, spec.scaling, size),
-        Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, "directions"),
+        Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, Kept::Directions),
         Regularization::JamesStein(asked) => {
             if let Some(target) = &asked.target {
                 check_target(target, design)?;
@@ -49,14 +50,7 @@ fn check_target(target: &[f64], design: &Design) -> Result<(), Faults> {
     if target.len() == n {
         return Ok(());
     }
-    Err(Faults::one(
-        Field::Target,
-        format!(
-            "{}; the model has {}, in the order of the answer",
-            entries(target.len()),
-            counted(n, "coefficient", "coefficients")
-        ),
-    ))
+    Err(Faults::one(Field::Target, RegularizationReason::Target { given: target.len(), coefficients: n }))
 }
 
 /// What acts on all directions alike has no parameter of least condition.

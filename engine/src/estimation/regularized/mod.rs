@@ -19,6 +19,7 @@ mod oblique_choice;
 mod pair;
 mod penalty;
 mod rational_penalty;
+pub(super) mod reason;
 mod report;
 mod shrink;
 mod spectral;

@@ -7,22 +7,18 @@
 //! order 0. Integrals run over the domain of the fit; those of B-splines over the span of their
 //! knots, all of which the functions live on.
 
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RangeReason, RegularizationReason};
 use nalgebra::{DMatrix, DVector};
 
 use super::{context::Context, rational_penalty};
 use crate::{
     estimation::{
         design::{Axis, Basis, Design},
-        spec::{Scaling, Tikhonov},
+        spec::{HIGHEST_ORDER, Scaling, Tikhonov},
     },
-    fault::words::{Shown, counted},
     geometry::{WeightNet, polynomial},
     numerics::{Dd, Real, qr, quadrature::gauss_legendre},
 };
-
-/// Orders of derivatives that a penalty may have.
-pub(super) const HIGHEST_ORDER: usize = 3;
 
 /// Entries of L are squared.
 const RANGE: std::ops::Range<f64> = 1e-140..1e140;
@@ -31,24 +27,18 @@ const RANGE: std::ops::Range<f64> = 1e-140..1e140;
 pub(super) fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: usize) -> Result<(), Faults> {
     let order = asked.order;
     if order > HIGHEST_ORDER {
-        return Err(Faults::one(Field::Order, format!("{order} is not one of 0 to {HIGHEST_ORDER}")));
+        return Err(Faults::one(Field::Order, RegularizationReason::Order { order, highest: HIGHEST_ORDER }));
     }
     let weights = weights(asked, design);
     check_weights(&weights, is_surface(design))?;
     match &design.basis {
-        Basis::Columns { .. } if order >= size => Err(Faults::one(
-            Field::Order,
-            format!(
-                "differences of order {order} need at least {} coefficients; there {}",
-                order + 1,
-                if size == 1 { "is 1".to_owned() } else { format!("are {size}") }
-            ),
-        )),
+        Basis::Columns { .. } if order >= size => {
+            Err(Faults::one(Field::Order, RegularizationReason::Differences { order, size }))
+        }
         Basis::Columns { .. } => Ok(()),
-        Basis::Product { .. } if order == 0 && scaling == Scaling::Standardized => Err(Faults::one(
-            Field::Order,
-            "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order",
-        )),
+        Basis::Product { .. } if order == 0 && scaling == Scaling::Standardized => {
+            Err(Faults::one(Field::Order, RegularizationReason::PenalisedConstant))
+        }
         Basis::Product { u, v } => {
             let varies = design.rational.as_ref().map_or([false; 2], WeightNet::varies);
             let rough = |(axis, rational): (&Axis, bool)| match degree(axis) {
@@ -59,12 +49,7 @@ pub(super) fn check(asked: &Tikhonov, design: &Design, scaling: Scaling, size: u
             if [u, v].into_iter().zip(varies).zip(&weights).any(|(axis, weight)| *weight > 0.0 && rough(axis)) {
                 return Ok(());
             }
-            Err(Faults::one(
-                Field::Order,
-                format!(
-                    "derivatives of order {order} vanish for every function of this model: nothing would be penalised"
-                ),
-            ))
+            Err(Faults::one(Field::Order, RegularizationReason::VanishingDerivatives(order)))
         }
     }
 }
@@ -106,10 +91,7 @@ pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>,
     };
     let largest = l.iter().map(|x| x.to_f64().abs()).fold(0.0, |a: f64, x| if x > a || x.is_nan() { x } else { a });
     if !RANGE.contains(&largest) {
-        return Err(Faults::one(
-            Field::PenaltyWeights,
-            "the square of this penalty leaves the range of double precision: choose other weights or another unit",
-        ));
+        return Err(Faults::one(Field::PenaltyWeights, RangeReason::Penalty));
     }
     Ok(l)
 }
@@ -126,18 +108,17 @@ fn weights(asked: &Tikhonov, design: &Design) -> Vec<f64> {
 /// One for each axis, none negative, one positive.
 fn check_weights(weights: &[f64], surface: bool) -> Result<(), Faults> {
     if weights.len() != if surface { 2 } else { 1 } {
-        let what = if surface { "a surface takes two, [w_u, w_v]" } else { "a curve or a linear model takes one" };
         return Err(Faults::one(
             Field::PenaltyWeights,
-            format!("{}; {what}", counted(weights.len(), "weight", "weights")),
+            RegularizationReason::PenaltyWeightCount { given: weights.len(), surface },
         ));
     }
     let mut faults = Faults::default();
     for (i, weight) in weights.iter().enumerate().filter(|(_, w)| **w < 0.0 || !w.is_finite()) {
-        faults.push(Field::PenaltyWeight(i), format!("{} is negative or not finite", Shown(*weight)));
+        faults.push(Field::PenaltyWeight(i), RegularizationReason::PenaltyWeight(*weight));
     }
     if weights.iter().all(|w| *w == 0.0) {
-        faults.push(Field::PenaltyWeights, "at least one weight must be greater than 0");
+        faults.push(Field::PenaltyWeights, RegularizationReason::NoPenaltyWeight);
     }
     faults.into_result(())
 }

@@ -8,6 +8,7 @@
 
 use super::{
     context::{Applied, Context},
+    reason::RegularizationReason,
     report::report,
     target::AttractionTarget,
 };
@@ -27,10 +28,7 @@ pub(super) fn check_directions(p: usize) -> Result<(), Faults> {
     if p >= 3 {
         return Ok(());
     }
-    Err(Faults::one(
-        Field::RegularizationType,
-        format!("James–Stein needs three directions to shrink; there are {p} here (the grand mean takes one)"),
-    ))
+    Err(Faults::one(Field::RegularizationType, RegularizationReason::FewDirections(p)))
 }
 
 /// Shrinks by the factor that the data give.

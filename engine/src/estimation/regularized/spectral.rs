@@ -1,7 +1,7 @@
 //! None, the matrix B (Eqs. 27–48) and ridge: filters on the eigenvectors of the Fisher information
 //! matrix.
 
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RegularizationReason};
 use nalgebra::DMatrix;
 
 use super::{
@@ -159,7 +159,7 @@ impl AppliedFilter<'_> {
         if m * n > MOST_OF_B {
             return Err(Faults::one(
                 Field::Include,
-                format!("B has {m} × {n} entries here; at most {MOST_OF_B} are answered"),
+                RegularizationReason::MatrixB { rows: m, columns: n, most: MOST_OF_B },
             )
             .into());
         }

@@ -5,7 +5,7 @@
 //! X̃ᵀΩ1/Σw`), the estimate is `(cI + (1−c)Π) Â`, and its variance is that of the mean plus c²
 //! times the rest, for the two are independent.
 
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RegularizationReason};
 use nalgebra::DMatrix;
 
 use super::{
@@ -70,11 +70,7 @@ impl<'a> AttractionTarget<'a> {
             return Ok(Self::at(context, None, warnings));
         }
         let Some(constant) = Constant::new(context) else {
-            return Err(Faults::one(
-                Field::Variant,
-                "`efron_morris` shrinks to the grand mean, which these columns cannot make: give a target",
-            )
-            .into());
+            return Err(Faults::one(Field::Variant, RegularizationReason::NoGrandMean).into());
         };
         // 1ᵀΩz = (X̃κ̃)ᵀΩz, of which Qᵀ√Ωz knows all
         let factor = context.linear.factor;

@@ -14,7 +14,7 @@
 //! * there is no B, hence no scheme, count, γ, e, Ineqs. 48 and 51, and no perturbation bound of `X
 //!   + B`.
 
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RangeReason, RegularizationReason};
 use nalgebra::DMatrix;
 
 use super::{
@@ -48,20 +48,14 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     let rank = spectrum.rank + context.unpenalised();
     let mut pair = Pair::new(&factor.r, &l, rank).map_err(|fault| match fault {
         PairFault::NotConverged => NOT_CONVERGED,
-        PairFault::Undetermined => Faults::one(
-            Field::Order,
-            "nodes and penalty together leave a combination of coefficients free: take a lower order or more nodes",
-        )
-        .into(),
+        PairFault::Undetermined => Faults::one(Field::Order, RegularizationReason::Undetermined).into(),
     })?;
     if let Some(constant) = &columns.constant {
         let mut working = vec![Dd::ZERO; n];
         working[constant.index] = Dd::ONE;
         multiply_upper_vector(&factor.change, &mut working);
         if !pair.turn_last_to(&working) {
-            return Err(
-                Faults::one(Field::Scaling, "`standardized` needs a constant that the penalty leaves free").into()
-            );
+            return Err(Faults::one(Field::Scaling, RegularizationReason::PenalisedMean).into());
         }
     }
     // coefficients along the directions; of those that the nodes do not see, what the minimum norm
@@ -109,9 +103,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     context.judge(&selection.choices, &figures, warnings);
     let eigenvalues = match chosen {
         Some(lambda) if !oblique.within_range(lambda) => {
-            return Err(
-                Faults::one(Field::Parameter, "λ times this penalty leaves the range of double precision").into()
-            );
+            return Err(Faults::one(Field::Parameter, RangeReason::WeightedPenalty).into());
         }
         Some(lambda) => oblique.eigenvalues(lambda).ok_or(NOT_CONVERGED)?,
         None => spectrum.lambda.clone(),

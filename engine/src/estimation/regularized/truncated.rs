@@ -8,6 +8,7 @@
 use super::{
     bias,
     context::{Applied, Context},
+    reason::{Kept, RegularizationReason},
     report::{condition, report},
 };
 use crate::estimation::fault::{Faults, Field};
@@ -19,19 +20,18 @@ use crate::estimation::{
 };
 
 /// Refuses to keep none, or more than `there` are.
-pub(super) fn check_rank(rank: usize, there: usize, what: &str) -> Result<(), Faults> {
+pub(super) fn check_rank(rank: usize, there: usize, of: Kept) -> Result<(), Faults> {
     if (1..=there).contains(&rank) {
         return Ok(());
     }
-    let detail = format!("{rank} of {there} {what} in the scaled columns: at least 1, at most all");
-    Err(Faults::one(Field::Rank, detail))
+    Err(Faults::one(Field::Rank, RegularizationReason::Rank { rank, there, of }))
 }
 
 /// Keeps the `rank` largest singular values.
 pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
     let n = spectrum.lambda.len();
-    check_rank(rank, spectrum.rank, "singular values told from 0")?;
+    check_rank(rank, spectrum.rank, Kept::SingularValues)?;
     let dropped = n - rank;
     let filtered: Vec<Filtered> = (0..n)
         .map(|i| match i < dropped {

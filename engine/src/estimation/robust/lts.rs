@@ -21,7 +21,7 @@ use super::{
     random::SplitMix,
     rows::{Rows, dot, weighted_solution},
 };
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RobustReason};
 use crate::{
     estimation::{
         error::FitError,
@@ -55,14 +55,7 @@ pub(super) fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<
     let rows = Rows::new(measured)?;
     let (m, n) = (rows.count(), rows.n);
     if m <= n {
-        return Err(Faults::one(
-            Field::EstimatorType,
-            format!(
-                "least trimmed squares needs more nodes than coefficients to leave any out: there are {m} for {n} \
-                 coefficients"
-            ),
-        )
-        .into());
+        return Err(Faults::one(Field::EstimatorType, RobustReason::NothingToTrim { nodes: m, coefficients: n }).into());
     }
     let h = subset_size(coverage, m, n);
     let found = search(&rows, h, seed);
@@ -70,11 +63,7 @@ pub(super) fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<
     let weights = measured.posted_weights(&omega);
     let factor = Factor::new(design, &sample.reweighted(&weights))?;
     if factor.working.is_none() {
-        return Err(Faults::one(
-            Field::Coverage,
-            format!("the {h} nodes of the least trimmed sum do not determine {n} coefficients: raise the coverage"),
-        )
-        .into());
+        return Err(Faults::one(Field::Coverage, RobustReason::Trimmed { nodes: h, coefficients: n }).into());
     }
     let alpha = h as f64 / m as f64;
     let q = normal::quantile(0.5 * (1.0 + alpha));

@@ -22,7 +22,7 @@ use super::{
     outcome::{Measured, Outcome, Solved, Weighting},
     scale::scale,
 };
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RobustReason};
 use crate::{
     estimation::{
         error::FitError,
@@ -85,7 +85,7 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
         stand = Some((factor, omega));
     }
     let Some((factor, omega)) = stand else {
-        return Err(Faults::one(Field::MaxIterations, "at least one iteration is needed").into());
+        return Err(Faults::one(Field::MaxIterations, RobustReason::NoIteration).into());
     };
     let mut warnings = Vec::new();
     if !converged {
@@ -147,14 +147,5 @@ fn too_few(asked: &MEstimator, omega: &[f64], n: usize) -> FitError {
         (true, true) => Field::ScaleValue,
         _ => Field::Estimator,
     };
-    Faults::one(
-        field,
-        format!(
-            "{left} of {} nodes keep a weight, which do not determine {n} coefficients: choose a larger scale or \
-             tuning \
-             constant, or the start least_trimmed_squares",
-            omega.len()
-        ),
-    )
-    .into()
+    Faults::one(field, RobustReason::FewWeights { left, nodes: omega.len(), coefficients: n }).into()
 }

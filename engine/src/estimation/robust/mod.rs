@@ -26,6 +26,7 @@ mod outcome;
 mod quantile;
 mod random;
 mod rank;
+pub(super) mod reason;
 mod rows;
 mod scale;
 mod spread;

@@ -6,7 +6,7 @@
 //! least squares plus `R⁻¹x`.
 
 use super::outcome::Measured;
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RobustReason};
 use crate::{
     estimation::{
         design::Row,
@@ -37,10 +37,7 @@ impl Rows {
         if m * n > MOST {
             return Err(Faults::one(
                 Field::EstimatorType,
-                format!(
-                    "this estimator holds {m} nodes × {n} coefficients at once; at most {MOST} numbers are taken: \
-                     use an m_estimator, or fewer nodes"
-                ),
+                RobustReason::TooLarge { nodes: m, coefficients: n, most: MOST },
             )
             .into());
         }

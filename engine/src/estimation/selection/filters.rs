@@ -7,7 +7,7 @@ use super::{
     selector::{Comparison, ParameterProblem, Selection, select},
     spectral::Spectral,
 };
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RegularizationReason};
 use crate::estimation::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, RegularizationKind, Warning},
@@ -59,13 +59,7 @@ pub(crate) fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
     if count < all {
         return Ok(count);
     }
-    Err(Faults::one(
-        Field::Count,
-        format!(
-            "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {}",
-            all.saturating_sub(1)
-        ),
-    ))
+    Err(Faults::one(Field::Count, RegularizationReason::Count { count, all }))
 }
 
 /// Decides for `problem` with coefficients `a` along its directions; `weight` is Σw, for the root

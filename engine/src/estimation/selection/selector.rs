@@ -6,7 +6,7 @@
 //! the same for all of them.
 
 use super::search::Unavailable;
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RegularizationReason};
 use crate::estimation::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, Warning},
@@ -122,21 +122,12 @@ pub(crate) fn warn_of_missing_sigma(what: &str, warnings: &mut Vec<Warning>) {
 
 /// Why a criterion cannot be had of a regularisation at all.
 pub(crate) fn no_minimiser(wanted: Criterion) -> Faults {
-    let field = Field::Criterion;
-    match wanted {
-        Criterion::MinCondition => Faults::one(
-            field,
-            "there is no parameter of least condition: the condition falls for ever, or does not change at all",
-        ),
-        Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang => Faults::one(
-            field,
-            format!(
-                "`{}` is for ridge, and needs coefficients that are not all 0 (`hkb_1975` one, the others three)",
-                wanted.name()
-            ),
-        ),
-        _ => Faults::one(field, format!("`{}` is not for this regularisation", wanted.name())),
-    }
+    let reason = match wanted {
+        Criterion::MinCondition => RegularizationReason::NoLeastCondition,
+        Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang => RegularizationReason::RidgeOnly(wanted),
+        _ => RegularizationReason::Criterion(wanted),
+    };
+    Faults::one(Field::Criterion, reason)
 }
 
 /// Warnings about the choice that stands.

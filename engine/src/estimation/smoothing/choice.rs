@@ -69,9 +69,9 @@ pub struct Found {
 /// Why there is no λ.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoParameter {
-    #[error("`{}` needs `noise_sigma`, the standard deviation of a height of weight 1", .0.name())]
+    #[error("{} needs σ, the standard deviation of a height of weight 1", .0.name())]
     NoSigma(Criterion),
-    #[error("`{}` is not for a penalty on so many coefficients: gcv, discrepancy, l_curve and min_mse are", .0.name())]
+    #[error("{} is not for a penalty on so many coefficients: gcv, discrepancy, l_curve and min_mse are", .0.name())]
     NotHere(Criterion),
     #[error("{0} is not a finite number ≥ 0")]
     Negative(f64),

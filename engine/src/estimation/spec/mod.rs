@@ -19,4 +19,4 @@ pub use loss::Loss;
 pub use model::{Degree, Domain, Knots, Model, PolynomialBasis, Scaling, Terms};
 pub use regularization::{Count, DEFAULT_CONDITION_LIMIT, Regularization, Scheme};
 pub use shrinkage::{Attraction, JamesStein, ShrinkageFactor};
-pub use tikhonov::Tikhonov;
+pub use tikhonov::{HIGHEST_ORDER, Tikhonov};

@@ -2,6 +2,9 @@
 
 use super::criterion::Parameter;
 
+/// The highest order of derivatives that a penalty may have.
+pub const HIGHEST_ORDER: usize = 3;
+
 /// `min ‖Y − XA‖² + λ P(A)`, P being the roughness of the fitted function.
 ///
 /// For polynomials and B-splines `P = w_u ∫∫ (∂ᵏf/∂uᵏ)² + w_v ∫∫ (∂ᵏf/∂vᵏ)²` over the domain, in
@@ -10,7 +13,7 @@ use super::criterion::Parameter;
 /// the order of the columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tikhonov {
-    /// k, from 0 to 3.
+    /// k, up to [`HIGHEST_ORDER`].
     pub order: usize,
     /// `[w_u, w_v]` (`[w]` for a curve or a linear model), none negative, one positive; by default
     /// all 1.

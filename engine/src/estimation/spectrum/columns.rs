@@ -4,7 +4,7 @@
 //! * `standardized`: columns centred and divided by √mean((x−x̄)²); the constant drops out of the
 //!   analysis and is estimated without penalty, so `X̃` has one column less.
 
-use crate::estimation::fault::{Faults, Field};
+use crate::estimation::fault::{Faults, Field, RegularizationReason};
 use nalgebra::DMatrix;
 
 use crate::{
@@ -101,9 +101,7 @@ pub(crate) fn scaled_size(design: &Design, scaling: Scaling) -> Result<usize, Fa
                 constant_of(design)?;
             }
             match n {
-                0 | 1 => {
-                    Err(Faults::one(Field::Scaling, "`standardized` leaves one column aside, and there is no other"))
-                }
+                0 | 1 => Err(Faults::one(Field::Scaling, RegularizationReason::OnlyConstant)),
                 n => Ok(n - 1),
             }
         }
@@ -111,12 +109,7 @@ pub(crate) fn scaled_size(design: &Design, scaling: Scaling) -> Result<usize, Fa
 }
 
 fn constant_of(design: &Design) -> Result<usize, Faults> {
-    design.constant.ok_or_else(|| {
-        Faults::one(
-            Field::Scaling,
-            "`standardized` needs exactly one constant column or term, which it leaves unpenalised",
-        )
-    })
+    design.constant.ok_or_else(|| Faults::one(Field::Scaling, RegularizationReason::NoConstant))
 }
 
 fn standardized(design: &Design, caller: &DMatrix<Dd>, weight: f64) -> Result<ScaledColumns, FitError> {

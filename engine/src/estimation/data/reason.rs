@@ -1,0 +1,92 @@
+//! What is wrong with nodes.
+
+use std::fmt;
+
+use crate::fault::words::{Shown, counted, entries};
+
+/// What a list has an entry for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// Each abscissa of a curve.
+    X,
+    /// Each first abscissa of scattered nodes.
+    U,
+    /// Each node of a grid.
+    Grid,
+    /// Each row of a measurement matrix.
+    Rows,
+    /// Each column of a measurement matrix.
+    Columns,
+}
+
+impl fmt::Display for Extent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Extent::X => "x",
+            Extent::U => "u",
+            Extent::Grid => "u times v",
+            Extent::Rows => "the rows of x",
+            Extent::Columns => "the columns of x",
+        })
+    }
+}
+
+/// Why nodes are refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NodesReason {
+    /// No node at all.
+    #[error("there are no nodes")]
+    Empty,
+    /// An axis of a grid without positions.
+    #[error("the axis has no positions")]
+    EmptyAxis,
+    /// A matrix without rows or columns.
+    #[error("the matrix is empty")]
+    EmptyMatrix,
+    /// A list of the wrong length.
+    #[error("{}, but {wanted} would match {of}", entries(*.given))]
+    Count {
+        /// Entries.
+        given: usize,
+        /// Entries that it should have.
+        wanted: usize,
+        /// What it has an entry for.
+        of: Extent,
+    },
+    /// A column without a name.
+    #[error("a column name is empty")]
+    EmptyName,
+    /// Two columns of one name.
+    #[error("the name `{name}` stands twice")]
+    RepeatedName {
+        /// The caller's name.
+        name: String,
+    },
+    /// A weight below 0.
+    #[error("the weight {} is negative; 0 leaves a node out", Shown(*.0))]
+    NegativeWeight(f64),
+    /// Nothing that counts.
+    #[error("every node is missing or of weight 0")]
+    NoneCounts,
+    /// A block with other columns than the first one of its stream.
+    #[error("{}, but the stream has {stream}", counted(*.given, "column", "columns"))]
+    ColumnsOfStream {
+        /// Columns of the block.
+        given: usize,
+        /// Columns of the stream.
+        stream: usize,
+    },
+    /// A block whose columns have other names.
+    #[error("not the names of the stream's first block")]
+    NamesOfStream,
+    /// Another block where curves are taken.
+    #[error("the stream's blocks are curves")]
+    BlocksAreCurves,
+    /// Another block where nodes of a surface are taken.
+    #[error("the stream's blocks are nodes of a surface (scattered or grid)")]
+    BlocksAreSurfaces,
+    /// Another block where rows of a matrix are taken.
+    #[error("the stream's blocks are rows of a measurement matrix")]
+    BlocksAreRows,
+}

@@ -1,0 +1,30 @@
+//! What is wrong with what a stream is opened with.
+
+use crate::fault::words::Shown;
+
+/// Why it is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StreamReason {
+    /// A forgetting factor out of its range.
+    #[error("{} is not in (0, 1]", Shown(*.0))]
+    ForgettingFactor(f64),
+    /// A robust estimator.
+    #[error("a stream is estimated by least squares; refit its iteration with others")]
+    LeastSquaresOnly,
+    /// Filters of heights.
+    #[error("a stream has no neighbours to filter by; refit its iteration with filters")]
+    NoFilters,
+    /// A block of another model.
+    #[error("model and domain of the stream are those of {}", if *.surface { "a surface" } else { "a curve" })]
+    Model {
+        /// Whether the stream is of a surface.
+        surface: bool,
+    },
+    /// Nodes that are no matrix, of a linear model.
+    #[error("a linear model takes a measurement matrix")]
+    LinearTakesMatrix,
+    /// No domain where the working basis needs one.
+    #[error("missing; a stream must know beforehand where a mapped basis or equal spans live")]
+    DomainMissing,
+}

@@ -1,0 +1,145 @@
+//! What is wrong with a scaling or a regularisation for a given model.
+
+use std::fmt;
+
+use crate::{
+    estimation::spec::Criterion,
+    fault::words::{Shown, counted, entries},
+};
+
+/// Of what so many are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// All that the model can have.
+    Directions,
+    /// Those that are numerically nonzero.
+    SingularValues,
+}
+
+impl fmt::Display for Kept {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Kept::Directions => "directions",
+            Kept::SingularValues => "singular values told from 0",
+        })
+    }
+}
+
+/// Why a scaling or a regularisation is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RegularizationReason {
+    /// Standardised columns without a single constant one.
+    #[error("standardising needs exactly one constant column or term, which it leaves unpenalised")]
+    NoConstant,
+    /// Standardised columns of which only the constant is there.
+    #[error("standardising leaves one column aside, and there is no other")]
+    OnlyConstant,
+    /// Standardised columns whose constant is penalised.
+    #[error("standardising needs a constant that the penalty leaves free")]
+    PenalisedMean,
+    /// A penalty of order 0 on standardised columns.
+    #[error("order 0 penalises the constant, which standardising leaves unpenalised: take another scaling or order")]
+    PenalisedConstant,
+    /// An order of derivatives that is not offered.
+    #[error("{order} is not one of 0 to {highest}")]
+    Order {
+        /// The order.
+        order: usize,
+        /// The highest one.
+        highest: usize,
+    },
+    /// Differences of too few coefficients.
+    #[error(
+        "differences of order {order} need at least {} coefficients; there {}", *.order + 1,
+        if *.size == 1 { "is 1".to_owned() } else { format!("are {}", .size) }
+    )]
+    Differences {
+        /// Their order.
+        order: usize,
+        /// Coefficients that are penalised.
+        size: usize,
+    },
+    /// Derivatives that the model does not have.
+    #[error("derivatives of order {0} vanish for every function of this model: nothing would be penalised")]
+    VanishingDerivatives(usize),
+    /// A wrong number of weights of the penalty.
+    #[error(
+        "{}; {}", counted(*.given, "weight", "weights"),
+        if *.surface { "a surface takes two, [w_u, w_v]" } else { "a curve or a linear model takes one" }
+    )]
+    PenaltyWeightCount {
+        /// Weights.
+        given: usize,
+        /// Whether the model is of two axes.
+        surface: bool,
+    },
+    /// A weight of the penalty below 0.
+    #[error("{} is negative or not finite", Shown(*.0))]
+    PenaltyWeight(f64),
+    /// Weights of the penalty that are all 0.
+    #[error("at least one weight must be greater than 0")]
+    NoPenaltyWeight,
+    /// Coefficients that neither nodes nor penalty determine.
+    #[error("nodes and penalty together leave a combination of coefficients free: take a lower order or more nodes")]
+    Undetermined,
+    /// Too few directions for James–Stein.
+    #[error("James–Stein needs three directions to shrink; there are {0} here (the grand mean takes one)")]
+    FewDirections(usize),
+    /// A truncation to none, or to more than there are.
+    #[error("{rank} of {there} {of} in the scaled columns: at least 1, at most all")]
+    Rank {
+        /// How many are to be kept.
+        rank: usize,
+        /// How many there are.
+        there: usize,
+        /// Of what.
+        of: Kept,
+    },
+    /// All eigenvalues are to be regularised.
+    #[error(
+        "{count} of {all} eigenvalues: the largest one cannot be regularised, so at most {}",
+        .all.saturating_sub(1)
+    )]
+    Count {
+        /// How many are to be regularised.
+        count: usize,
+        /// How many there are.
+        all: usize,
+    },
+    /// A target of another length than the coefficients.
+    #[error(
+        "{}; the model has {}, in the order of the answer", entries(*.given),
+        counted(*.coefficients, "coefficient", "coefficients")
+    )]
+    Target {
+        /// Entries.
+        given: usize,
+        /// Coefficients of the model.
+        coefficients: usize,
+    },
+    /// Columns that do not span the constant.
+    #[error("Efron and Morris shrink to the grand mean, which these columns cannot make: give a target")]
+    NoGrandMean,
+    /// A matrix B that is too large to be answered.
+    #[error("B has {rows} × {columns} entries here; at most {most} are answered")]
+    MatrixB {
+        /// Nodes that count.
+        rows: usize,
+        /// Coefficients.
+        columns: usize,
+        /// Entries at most.
+        most: usize,
+    },
+    /// A condition without a minimum.
+    #[error("there is no parameter of least condition: the condition falls for ever, or does not change at all")]
+    NoLeastCondition,
+    /// A closed form of ridge where it does not apply.
+    #[error(
+        "{} is for ridge, and needs coefficients that are not all 0 (hkb_1975 one, the others three)", .0.name()
+    )]
+    RidgeOnly(Criterion),
+    /// A criterion of other regularisations.
+    #[error("{} is not for this regularisation", .0.name())]
+    Criterion(Criterion),
+}
