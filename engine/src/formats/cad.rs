@@ -26,14 +26,18 @@ use crate::numerics::cancel::{self, Asking};
 /// A shape that CAD files can hold.
 #[derive(Clone, Copy, Debug)]
 pub enum CadShape<'a> {
+    /// A curve of plane or space, or a graph y(x).
     Curve(&'a BSplineCurve),
+    /// A surface in space, or a graph z(u, v).
     Surface(&'a BSplineSurface),
 }
 
 /// A shape and its name in the file.
 #[derive(Clone, Copy, Debug)]
 pub struct NamedShape<'a> {
+    /// Name of the entity in the file.
     pub name: &'a str,
+    /// The curve or surface.
     pub shape: CadShape<'a>,
 }
 

@@ -5,7 +5,9 @@ use std::fmt;
 /// A place in a file: both counted from 1, columns in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FilePosition {
+    /// Line, from 1.
     pub line: usize,
+    /// Column, from 1.
     pub column: usize,
 }
 
@@ -18,36 +20,94 @@ impl fmt::Display for FilePosition {
 /// Why nothing can be read from a file. Whatever has a place in it names line and column.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
+    /// The file has no bytes.
     #[error("the file is empty")]
     Empty,
+    /// The file is larger than what is read.
     #[error("the file has {bytes} bytes; at most {most} are read")]
-    TooLarge { bytes: usize, most: usize },
+    TooLarge {
+        /// Size of the file, bytes.
+        bytes: usize,
+        /// The most that is read, bytes.
+        most: usize,
+    },
+    /// The file is of no format that is read.
     #[error(
         "{place}: this is none of the formats that are read (.mka, .mew, REXS, points as CSV); it begins with {found}"
     )]
-    Unrecognised { place: FilePosition, found: String },
+    Unrecognised {
+        /// Where it begins.
+        place: FilePosition,
+        /// What it begins with.
+        found: String,
+    },
     /// Something else stands where the format has one thing.
     #[error("{place}: expected {expected}, found {found}")]
-    Expected { place: FilePosition, expected: &'static str, found: String },
+    Expected {
+        /// Where it stands.
+        place: FilePosition,
+        /// What the format has there.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
     /// A trace has more or fewer values than its head says.
     #[error("{place}: {trace} announces {announced} values, found {found}{}",
         if *.found > *.announced { " or more" } else { "" })]
-    ValueCount { place: FilePosition, trace: String, announced: usize, found: usize },
+    ValueCount {
+        /// Where the values of the trace begin or end.
+        place: FilePosition,
+        /// Name of the trace.
+        trace: String,
+        /// Values that its head announces.
+        announced: usize,
+        /// Values found.
+        found: usize,
+    },
+    /// More entries than are read.
     #[error("{place}: more than {most} {what}")]
-    TooMany { place: FilePosition, what: &'static str, most: usize },
+    TooMany {
+        /// Where it stands.
+        place: FilePosition,
+        /// What there are too many of, as a plural.
+        what: &'static str,
+        /// The most that are read.
+        most: usize,
+    },
     /// Well-formed, but not what this reader understands: other units, a document type definition,
     /// a compressed file.
     #[error("{place}: {what}")]
-    Unsupported { place: FilePosition, what: String },
+    Unsupported {
+        /// Where it stands.
+        place: FilePosition,
+        /// What is not understood.
+        what: String,
+    },
     /// A fault of the XML grammar.
     #[error("{place}: {detail}")]
-    Xml { place: FilePosition, detail: String },
+    Xml {
+        /// Where it stands.
+        place: FilePosition,
+        /// What is wrong.
+        detail: String,
+    },
+    /// The model has no cylindrical gear.
     #[error("the model has no cylindrical gear")]
     NoGear,
+    /// The model has several gears, and none was chosen.
     #[error("the model has several gears ({}); say which", .ids.join(", "))]
-    SeveralGears { ids: Vec<String> },
+    SeveralGears {
+        /// Identifiers of its gears.
+        ids: Vec<String>,
+    },
+    /// The model has no gear of the identifier chosen.
     #[error("the model has no gear {id}; it has {}", .ids.join(", "))]
-    NoSuchGear { id: String, ids: Vec<String> },
+    NoSuchGear {
+        /// The identifier chosen.
+        id: String,
+        /// Identifiers of its gears.
+        ids: Vec<String>,
+    },
 }
 
 impl FileError {

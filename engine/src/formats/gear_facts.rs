@@ -8,12 +8,17 @@ use crate::{
 /// A datum that a gear cannot be without, by its name on the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Datum {
+    /// Number of teeth.
     Teeth,
+    /// Normal module.
     NormalModule,
+    /// Normal pressure angle.
     PressureAngle,
+    /// Helix angle.
     HelixAngle,
     /// Of a helical gear.
     Hand,
+    /// Profile shift coefficient.
     ProfileShift,
 }
 
@@ -34,15 +39,23 @@ impl Datum {
 /// A gear's data as far as a file gives them. Lengths mm, angles rad.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GearFacts {
+    /// Number of teeth z.
     pub teeth: Option<u32>,
+    /// Normal module m_n.
     pub normal_module: Option<f64>,
+    /// Normal pressure angle α_n.
     pub pressure_angle: Option<f64>,
     /// β ≥ 0; its sign is the hand.
     pub helix_angle: Option<f64>,
+    /// Direction of the helix.
     pub hand: Option<Hand>,
+    /// Profile shift coefficient x, positive towards the tip.
     pub profile_shift: Option<f64>,
+    /// Face width b.
     pub face_width: Option<f64>,
+    /// Tip diameter d_a.
     pub tip_diameter: Option<f64>,
+    /// Root diameter d_f.
     pub root_diameter: Option<f64>,
     /// `None`: the file does not say; its gear is taken for an external one unless its tip circle
     /// is the smaller.
@@ -54,7 +67,9 @@ pub struct GearFacts {
 pub struct Difference {
     /// By its name on the interface.
     pub name: &'static str,
+    /// Its value in the file, as text.
     pub file: String,
+    /// Its value of the gear, as text.
     pub gear: String,
     /// Whether it makes another gear of it, and no rounding or convention explains it.
     pub another: bool,

@@ -15,14 +15,23 @@ use super::{number::real, points::field};
 /// Unit of a correction, as OPC UA has it: a code of UN/CEFACT recommendation 20.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Unit {
+    /// µm, code 4H.
     Micrometre,
+    /// mm, code MMT.
     Millimetre,
+    /// Degree of angle, code DD.
     Degree,
+    /// Minute of arc, code D61.
     ArcMinute,
+    /// Second of arc, code D62.
     ArcSecond,
+    /// rad, code C81.
     Radian,
+    /// mrad, code C25.
     Milliradian,
+    /// µrad, code B97.
     Microradian,
+    /// Per cent, code P1.
     Percent,
     /// A number without unit.
     One,
@@ -122,16 +131,50 @@ pub struct Correction {
 /// Why corrections cannot be written. `index` counts from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CorrectionFault {
+    /// A correction without a value.
     #[error("correction {index} has neither an absolute nor a relative value")]
-    NoValue { index: usize },
+    NoValue {
+        /// The correction at fault.
+        index: usize,
+    },
+    /// A number of a correction that is NaN or infinite.
     #[error("correction {index}: {name} is {value}, no finite number")]
-    NotFinite { index: usize, name: &'static str, value: f64 },
+    NotFinite {
+        /// The correction at fault.
+        index: usize,
+        /// Name of its variable.
+        name: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// Limits in the wrong order.
     #[error("correction {index}: the lower limit {lower} lies above the upper one, {upper}")]
-    Limits { index: usize, lower: f64, upper: f64 },
+    Limits {
+        /// The correction at fault.
+        index: usize,
+        /// Lower limit.
+        lower: f64,
+        /// Upper limit.
+        upper: f64,
+    },
+    /// A correction without a name or identifier.
     #[error("correction {index} has no {name}")]
-    Unnamed { index: usize, name: &'static str },
+    Unnamed {
+        /// The correction at fault.
+        index: usize,
+        /// Name of the empty variable.
+        name: &'static str,
+    },
+    /// Two corrections with the same identifier.
     #[error("corrections {first} and {second} have the same identifier {identifier}")]
-    Repeated { first: usize, second: usize, identifier: String },
+    Repeated {
+        /// The earlier of the two.
+        first: usize,
+        /// The later of the two.
+        second: usize,
+        /// The identifier.
+        identifier: String,
+    },
 }
 
 /// Columns, in the order of the standard's table; units stand where a variable has them as its

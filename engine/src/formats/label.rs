@@ -52,8 +52,11 @@ impl UtcTime {
 pub struct Label {
     /// Of the product or mesh, for instance the name of the gear.
     pub name: String,
+    /// Person who wrote it.
     pub author: String,
+    /// Organisation of that person.
     pub organization: String,
+    /// Time of writing, UTC.
     pub written_at: UtcTime,
 }
 

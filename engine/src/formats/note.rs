@@ -46,9 +46,11 @@ impl NoteCode {
 /// A remark about a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
+    /// Stable code.
     pub code: NoteCode,
     /// From 1.
     pub line: usize,
+    /// The same in words.
     pub text: String,
 }
 

@@ -15,14 +15,18 @@ use crate::{geometry::space::Vector, numerics::cancel::Asking};
 /// A mesh and its name in the file.
 #[derive(Clone, Debug)]
 pub struct NamedMesh<'a> {
+    /// Name of the entity in the file.
     pub name: &'a str,
+    /// The mesh; shared, for it may be large.
     pub mesh: Arc<QuadMesh>,
 }
 
 /// A chain of points and its name in the file.
 #[derive(Clone, Debug)]
 pub struct NamedLine<'a> {
+    /// Name of the entity in the file.
     pub name: &'a str,
+    /// The points in order; mm.
     pub points: Arc<[Vector]>,
 }
 

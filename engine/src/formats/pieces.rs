@@ -28,6 +28,7 @@ struct Section {
 const LINES: usize = 512;
 
 impl Pieces {
+    /// A file without sections.
     pub fn new() -> Self {
         Self::default()
     }

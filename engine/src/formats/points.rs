@@ -20,6 +20,7 @@ use crate::numerics::cancel::Asking;
 /// A point of a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ListedPoint {
+    /// Identifier of the point, where the list has one.
     pub id: Option<String>,
     /// mm.
     pub point: Vector,

@@ -34,10 +34,12 @@ pub struct Face {
 }
 
 impl Face {
+    /// A face of four corners, in order around it.
     pub fn quad(corners: [u32; 4]) -> Self {
         Face { corners }
     }
 
+    /// A face of three corners, in order around it.
     pub fn triangle([a, b, c]: [u32; 3]) -> Self {
         Face { corners: [a, b, c, c] }
     }
@@ -200,6 +202,7 @@ impl QuadMesh {
         QuadMesh { nodes, normals, faces }
     }
 
+    /// Places of the nodes, mm.
     pub fn nodes(&self) -> &[Vector] {
         &self.nodes
     }
@@ -215,6 +218,7 @@ impl QuadMesh {
         self.normals.get(node).copied().filter(|normal| normal.iter().any(|x| *x != 0.0))
     }
 
+    /// Faces, their corners being indices of nodes.
     pub fn faces(&self) -> &[Face] {
         &self.faces
     }

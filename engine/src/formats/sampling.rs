@@ -81,6 +81,7 @@ impl SurfaceSample {
         self.parameters.each_ref().map(Vec::len)
     }
 
+    /// Places of the nodes in rows, v running fastest; mm.
     pub fn nodes(&self) -> &[Vector] {
         &self.nodes
     }

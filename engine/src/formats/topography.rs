@@ -8,6 +8,7 @@ use crate::numerics::cancel::Asking;
 pub struct Topography {
     /// The tooth, where the file names one.
     pub tooth: Option<String>,
+    /// Flank of the tooth.
     pub side: Side,
     /// mm, ascending.
     pub diameter: Vec<f64>,

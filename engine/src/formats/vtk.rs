@@ -22,7 +22,9 @@ use crate::numerics::cancel::Asking;
 /// A number for each node of a sample, in the order of its nodes.
 #[derive(Clone, Copy, Debug)]
 pub struct PointField<'a> {
+    /// Name of the field in the file.
     pub name: &'a str,
+    /// One number for each node.
     pub values: &'a [f64],
 }
 

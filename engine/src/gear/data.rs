@@ -22,13 +22,16 @@ pub const DEDENDUM: f64 = 1.25;
 pub enum Hand {
     /// Like a common screw: the section turns counterclockwise on its way to the viewer.
     Right,
+    /// The mirror image: the section turns clockwise on its way to the viewer.
     Left,
 }
 
 /// A flank of a tooth that points up, as the viewer sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Side {
+    /// The flank on the viewer's left (−x).
     Left,
+    /// The flank on the viewer's right (+x).
     Right,
 }
 
@@ -57,20 +60,28 @@ pub struct Tool {
 /// What is asked for. Lengths mm, angles rad.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GearData {
+    /// Number of teeth z, above 0 on internal gears too.
     pub teeth: u32,
+    /// Normal module m_n.
     pub normal_module: f64,
     /// α_n.
     pub pressure_angle: f64,
     /// β ≥ 0 on the reference cylinder.
     pub helix_angle: f64,
+    /// Direction of the helix; without meaning where β = 0.
     pub hand: Hand,
     /// x as in ISO 21771: positive towards the tip, on internal gears too, so that a positive x
     /// makes every tooth thicker.
     pub profile_shift: f64,
+    /// Face width b; `None` where not known.
     pub face_width: Option<f64>,
+    /// Tip diameter d_a; by default with an addendum of (1 + x) m_n.
     pub tip_diameter: Option<f64>,
+    /// Root diameter d_f; by default as the tool's addendum says.
     pub root_diameter: Option<f64>,
+    /// Whether the teeth point inwards.
     pub internal: bool,
+    /// Tool that generates the root; by default a standard one is assumed.
     pub tool: Option<Tool>,
 }
 

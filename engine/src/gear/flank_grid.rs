@@ -85,8 +85,11 @@ pub type GridFaults = Faults<GridField, GridReason>;
 /// Which nodes are wanted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridSpec {
+    /// Flank of the tooth.
     pub side: Side,
+    /// Coordinate that profile values are given in.
     pub axis: ProfileAxis,
+    /// Profile values of the rows, in that coordinate.
     pub values: Vec<f64>,
     /// z of every column, mm.
     pub positions: Vec<f64>,
@@ -98,12 +101,31 @@ pub struct GridSpec {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GridWarning {
     /// So many profile values, `first` the first of them, lie beyond the tip form diameter (mm).
-    BeyondTip { first: usize, count: usize, diameter: f64 },
+    BeyondTip {
+        /// Index of the first of them.
+        first: usize,
+        /// How many there are.
+        count: usize,
+        /// Tip form diameter, mm.
+        diameter: f64,
+    },
     /// They lie below the root form diameter (mm), where fillet or undercut has replaced the
     /// involute.
-    BelowForm { first: usize, count: usize, diameter: f64 },
+    BelowForm {
+        /// Index of the first of them.
+        first: usize,
+        /// How many there are.
+        count: usize,
+        /// Root form diameter, mm.
+        diameter: f64,
+    },
     /// The places span more than the face width (mm).
-    BeyondFace { span: f64, face_width: f64 },
+    BeyondFace {
+        /// Distance of the outermost places.
+        span: f64,
+        /// Face width of the gear.
+        face_width: f64,
+    },
 }
 
 impl GridWarning {
@@ -151,6 +173,7 @@ pub struct FlankGrid {
     pub points: Vec<[f64; 3]>,
     /// Of length 1, out of the material.
     pub normals: Vec<[f64; 3]>,
+    /// Where the grid leaves the flank that is really there.
     pub warnings: Vec<GridWarning>,
 }
 

@@ -67,7 +67,9 @@ pub fn roll_of_inv(involute: f64) -> f64 {
 /// A flank of the tooth at the top.
 #[derive(Clone, Copy, Debug)]
 pub struct Flank<'a> {
+    /// The gear.
     pub gear: &'a Gear,
+    /// Which flank of the tooth.
     pub side: Side,
     start_angle: f64,
 }
@@ -82,6 +84,7 @@ pub struct FlankPoint {
 }
 
 impl<'a> Flank<'a> {
+    /// The left or right flank of the tooth at the top.
     pub fn new(gear: &'a Gear, side: Side) -> Self {
         let involute = inv_of_roll(gear.transverse_pressure_angle().tan());
         let start_angle = side.sign() * (gear.half_tooth_angle() + gear.outward() * involute);

@@ -34,6 +34,7 @@ pub enum Characteristic {
 }
 
 impl Characteristic {
+    /// All nine, in the order f_p, F_p, F_r, f_Hα, f_fα, F_α, f_Hβ, f_fβ, F_β.
     pub const ALL: [Characteristic; 9] = [
         Characteristic::SinglePitch,
         Characteristic::CumulativePitch,
@@ -91,6 +92,7 @@ pub enum Rounding {
 pub struct Excess {
     /// `teeth`, `reference_diameter_mm`, `normal_module_mm`, `face_width_mm` or `helix_angle_deg`.
     pub quantity: &'static str,
+    /// Its value on this gear, in the unit that the name tells.
     pub value: f64,
     /// What the standard covers, both ends included.
     pub scope: [f64; 2],

@@ -29,7 +29,9 @@ pub enum Direction {
 pub struct Trace {
     /// The tooth as its instrument names it: `1`, `44`, `1k`.
     pub tooth: String,
+    /// Flank of the tooth.
     pub side: Side,
+    /// Profile or helix.
     pub kind: Kind,
     /// Roll length of each sample of a profile, z of each sample of a helix, mm.
     pub at: Vec<f64>,

@@ -56,13 +56,17 @@ impl Block {
 /// A trace as it is stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
+    /// Block of the file that it stands in.
     pub block: Block,
     /// `44`, `1k`
     pub tooth: String,
     /// Number within its group, as in `/Profil:3`.
     pub index: Option<u32>,
+    /// Flank of the tooth.
     pub side: Side,
+    /// Profile or helix.
     pub kind: Kind,
+    /// Section that it was measured in.
     pub section: Section,
     /// µm with the sign stored, in the order stored; NaN where undefined.
     pub values: Vec<f64>,
@@ -75,7 +79,9 @@ pub struct Curve {
 /// A file of curves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
+    /// Preamble and header lines.
     pub header: Header,
+    /// Traces, in the order of the file.
     pub curves: Vec<Curve>,
     /// Pitch and run-out by tooth, one table for each flank.
     pub pitch: Vec<PitchTable>,
@@ -83,6 +89,7 @@ pub struct Curves {
     pub contacts: Vec<Contact>,
     /// Root and tip diameters of the measured teeth.
     pub diameters: Vec<Diameters>,
+    /// Remarks about lines that were read in spite of them.
     pub notes: Notes,
 }
 

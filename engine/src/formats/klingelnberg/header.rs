@@ -24,18 +24,22 @@ pub enum FileKind {
 pub struct Setting {
     /// `UNITS`, `FILTER LEAD`
     pub key: String,
+    /// What stands after the key.
     pub value: String,
+    /// Line in the file, from 1.
     pub line: usize,
 }
 
 /// A numbered header line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeaderLine {
+    /// Number of the line, which says what it holds.
     pub code: u32,
     /// Without leaders: `Normalmodul mn [mm]`.
     pub label: String,
     /// What follows the label, split where the file's separator stands, trimmed.
     pub fields: Vec<String>,
+    /// Line in the file, from 1.
     pub line: usize,
 }
 
@@ -69,8 +73,11 @@ impl HeaderLine {
 /// Preamble and header lines of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
+    /// Whether the file holds curves or values.
     pub kind: FileKind,
+    /// Lines of the preamble, in the order of the file.
     pub preamble: Vec<Setting>,
+    /// Numbered lines, in the order of the file.
     pub lines: Vec<HeaderLine>,
     pub(super) separator: char,
 }

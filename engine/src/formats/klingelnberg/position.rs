@@ -14,6 +14,7 @@ use crate::{
 pub struct PositionedTrace {
     /// Deviations with the sign stored.
     pub trace: Trace,
+    /// Block of the file that it stands in.
     pub block: Block,
     /// Number within its group.
     pub index: Option<u32>,
@@ -28,30 +29,54 @@ pub struct PositionedTrace {
 pub enum PositionFault {
     /// The header does not say where it was measured.
     #[error("the header has no measuring range (codes {} and {})", .codes[0], .codes[1])]
-    NoRange { codes: [u32; 2] },
+    NoRange {
+        /// Codes of the header lines that are missing.
+        codes: [u32; 2],
+    },
+    /// The measuring range begins where it ends.
     #[error("the measuring range has no length: it starts and ends at {}", Shown(*.at))]
-    NoLength { at: f64 },
+    NoLength {
+        /// Both of its ends, as the file has them.
+        at: f64,
+    },
+    /// The header names the profile's coordinate by a word of no known meaning.
     #[error("profile places are given in “{word}”, which has no known meaning")]
-    UnknownAxis { word: String },
+    UnknownAxis {
+        /// The word.
+        word: String,
+    },
+    /// The measuring range reaches below the base circle, where there is no involute.
     #[error("the measuring range reaches {} mm, which is below the base circle of {} mm", Shown(*.diameter),
         Shown(*.base))]
-    BelowBase { diameter: f64, base: f64 },
+    BelowBase {
+        /// Lower end of the range, a diameter in mm.
+        diameter: f64,
+        /// Base diameter, mm.
+        base: f64,
+    },
 }
 
 /// A trace that could not be placed: nothing of a file is left out without a word.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnpositionedTrace {
+    /// The tooth as the file names it.
     pub tooth: String,
+    /// Flank of the tooth.
     pub side: Side,
+    /// Profile or helix.
     pub kind: Kind,
+    /// Line in the file, from 1.
     pub line: usize,
+    /// Why it has no positions.
     pub why: PositionFault,
 }
 
 /// All traces of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PositionedTraces {
+    /// Those with positions, in the order of the file.
     pub traces: Vec<PositionedTrace>,
+    /// Those without.
     pub unplaced: Vec<UnpositionedTrace>,
 }
 

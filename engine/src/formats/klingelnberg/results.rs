@@ -10,22 +10,39 @@ use crate::gear::Side;
 /// What a result is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Characteristic {
+    /// f_Hβ.
     HelixSlope,
+    /// F_β.
     HelixTotal,
+    /// f_fβ.
     HelixForm,
+    /// f_Hα.
     ProfileSlope,
+    /// F_α.
     ProfileTotal,
+    /// f_fα.
     ProfileForm,
+    /// Root diameter d_f.
     RootDiameter,
+    /// Tip diameter d_a.
     TipDiameter,
+    /// f_p.
     SinglePitch,
+    /// f_u, the difference of adjacent pitches.
     PitchStep,
+    /// R_p, the greatest single pitch minus the least.
     PitchRange,
+    /// F_p.
     CumulativePitch,
+    /// F_pz/8, cumulative pitch over an eighth of the teeth.
     SectorPitch,
+    /// F_r.
     Runout,
+    /// R_s, variation of the tooth thickness.
     ToothThicknessVariation,
+    /// M_d, dimension over or between two balls.
     DimensionOverBalls,
+    /// W_k, span measurement over k teeth.
     Span,
 }
 
@@ -57,6 +74,7 @@ impl Characteristic {
 /// Where on the flank it was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MeasuringPosition {
+    /// In the middle of the flank.
     Middle,
     /// Leads on the inner circle (`f`), profiles low on the face width (`u`).
     First,
@@ -67,10 +85,15 @@ pub enum MeasuringPosition {
 /// Of which teeth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Statistic {
+    /// One measured tooth.
     Tooth,
+    /// Mean of the measured teeth.
     Mean,
+    /// Variation over the measured teeth: greatest minus least.
     Variation,
+    /// Greatest of the measured teeth.
     Max,
+    /// Least of the measured teeth.
     Min,
     /// Of the gear as a whole.
     Gear,

@@ -13,11 +13,14 @@ use crate::gear::{Hand, Side};
 /// One of something for each flank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sides<T> {
+    /// That of left flanks.
     pub left: T,
+    /// That of right flanks.
     pub right: T,
 }
 
 impl<T> Sides<T> {
+    /// The one of this flank.
     pub fn of(&self, side: Side) -> &T {
         match side {
             Side::Left => &self.left,
@@ -29,7 +32,9 @@ impl<T> Sides<T> {
 /// A stretch as the file gives it, start first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
+    /// Where it starts.
     pub start: f64,
+    /// Where it ends.
     pub end: f64,
 }
 
@@ -49,40 +54,54 @@ pub enum ProfileAxis {
 /// Codes 41 to 45 and 65, 68, 69.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileSetup {
+    /// Coordinate of the profiles.
     pub axis: ProfileAxis,
+    /// Measuring range.
     pub measured: Sides<Option<Range>>,
+    /// Evaluation range.
     pub evaluated: Sides<Option<Range>>,
     /// L_α, mm.
     pub length: Sides<Option<f64>>,
     /// Places on the face width, mm: in the middle, `<u>` and `<o>`.
     pub middle: Sides<Option<f64>>,
+    /// Lower place on the face width, `<u>`.
     pub lower: Sides<Option<f64>>,
+    /// Upper place on the face width, `<o>`.
     pub upper: Sides<Option<f64>>,
 }
 
 /// Codes 61 to 64 and 46, 48, 49. Lengths mm from the start of the face width.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HelixSetup {
+    /// Measuring range.
     pub measured: Sides<Option<Range>>,
+    /// Evaluation range.
     pub evaluated: Sides<Option<Range>>,
     /// Measuring circles, diameters in mm: in the middle, `<f>` and `<k>`.
     pub middle: Sides<Option<f64>>,
+    /// Inner measuring circle, `<f>`.
     pub inner: Sides<Option<f64>>,
+    /// Outer measuring circle, `<k>`.
     pub outer: Sides<Option<f64>>,
 }
 
 /// Which circle a lead was measured on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Circle {
+    /// In the middle of the profile.
     Middle,
+    /// Nearer to the root, `f`.
     Inner,
+    /// Nearer to the tip, `k`.
     Outer,
 }
 
 /// Probe diameters, mm (codes 101 and 102).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Probe {
+    /// For profiles and leads.
     pub profile_and_helix: Option<f64>,
+    /// For pitch.
     pub pitch: Option<f64>,
 }
 
@@ -90,6 +109,7 @@ pub struct Probe {
 /// stand beside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Length {
+    /// Number of the instrument's choice.
     pub setting: Option<i64>,
     /// `Z`, `M1-M2`
     pub word: Option<String>,
@@ -100,16 +120,22 @@ pub struct Length {
 /// The three numbers of a plus-material rule, as stored: the rule, total and form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PlusMaterial {
+    /// Number of the rule.
     pub rule: Option<i64>,
+    /// Number that belongs to the total deviation.
     pub total: Option<i64>,
+    /// Number that belongs to the form deviation.
     pub form: Option<i64>,
 }
 
 /// The section that deviations are taken in (code 183).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SectionPlane {
+    /// Plane at right angles to the axis.
     Transverse,
+    /// Plane at right angles to the tooth.
     Normal,
+    /// Plane through the axis.
     Axial,
 }
 
@@ -213,6 +239,7 @@ impl Header {
         }
     }
 
+    /// How profiles were measured and evaluated.
     pub fn profile_setup(&self) -> ProfileSetup {
         ProfileSetup {
             axis: self.profile_axis(),
@@ -225,6 +252,7 @@ impl Header {
         }
     }
 
+    /// How leads were measured and evaluated.
     pub fn helix_setup(&self) -> HelixSetup {
         HelixSetup {
             measured: self.range(61, 64),
@@ -235,10 +263,12 @@ impl Header {
         }
     }
 
+    /// Diameters of the probe's balls.
     pub fn probe(&self) -> Probe {
         Probe { profile_and_helix: self.number(101), pitch: self.number(102) }
     }
 
+    /// Rules of the evaluation: reference lengths, plus material, section.
     pub fn rules(&self) -> Rules {
         let whole = |code: u32| self.get(code).and_then(|line| setting(line, 0));
         let length = |code: u32, tolerances: [u32; 2]| Length {

@@ -9,6 +9,7 @@ use crate::gear::Side;
 /// Deviations of one tooth, µm as stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PitchRow {
+    /// Number of the tooth, from 1.
     pub tooth: u32,
     /// f_p.
     pub single: f64,
@@ -23,6 +24,7 @@ pub struct PitchRow {
 pub struct PitchTable {
     /// `None` where no title names it.
     pub side: Option<Side>,
+    /// One row for each tooth.
     pub rows: Vec<PitchRow>,
     /// Line of the table's head.
     pub line: usize,
@@ -53,7 +55,9 @@ impl PitchTable {
 /// Where a flank was touched when the pitch was measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
+    /// Number of the tooth, from 1.
     pub tooth: u32,
+    /// Flank of the tooth.
     pub side: Side,
     /// Angle of the table, degrees as stored.
     pub phi: f64,
@@ -94,18 +98,22 @@ impl Contact {
 /// Which circle was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WhichDiameter {
+    /// Root circle.
     Root,
+    /// Tip circle.
     Tip,
 }
 
 /// Diameters of the measured teeth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diameters {
+    /// Root or tip circle.
     pub which: WhichDiameter,
     /// Place on the face width, mm.
     pub z: f64,
     /// mm, in the order of the measured teeth.
     pub values: Vec<f64>,
+    /// Line in the file, from 1.
     pub line: usize,
 }
 

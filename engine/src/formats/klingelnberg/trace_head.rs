@@ -19,6 +19,7 @@ pub enum Section {
     Diameter(f64),
     /// Place of a profile on the face width, mm.
     Z(f64),
+    /// The head names no section.
     NotGiven,
 }
 

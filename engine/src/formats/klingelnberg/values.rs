@@ -22,11 +22,14 @@ const NOT_AVAILABLE: f64 = 8999.0;
 pub enum ResultValue {
     /// µm for deviations, mm for diameters and spans.
     Value(f64),
+    /// The result was not measured.
     NotMeasured,
+    /// The statistic could not be formed.
     NotAvailable,
 }
 
 impl ResultValue {
+    /// The number; `None` where there is none.
     pub fn value(self) -> Option<f64> {
         match self {
             ResultValue::Value(value) => Some(value),
@@ -38,24 +41,34 @@ impl ResultValue {
 /// A numbered result. Its code says what it is; the label names the tooth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResultLine {
+    /// Code of the line.
     pub code: u32,
     /// As printed, with single spaces: `fHb links 1`.
     pub name: String,
     /// `None` for a code of no known meaning.
     pub characteristic: Option<Characteristic>,
+    /// Where on the flank it was measured.
     pub place: MeasuringPosition,
+    /// Whether it is of one tooth, or of all.
     pub statistic: Statistic,
+    /// Flank, for a characteristic of one side.
     pub side: Option<Side>,
+    /// Tooth that the label names.
     pub tooth: Option<String>,
+    /// The result, or what stands for it.
     pub reading: ResultValue,
+    /// Line in the file, from 1.
     pub line: usize,
 }
 
 /// A file of values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
+    /// Preamble and header lines.
     pub header: Header,
+    /// Results, in the order of the file.
     pub results: Vec<ResultLine>,
+    /// Remarks about lines that were read in spite of them.
     pub notes: Notes,
 }
 

@@ -29,10 +29,13 @@ pub struct ScatteredDeviation {
 pub struct RexsFlank {
     /// Of its component.
     pub id: String,
+    /// Flank of the tooth.
     pub side: Side,
     /// α_n, rad.
     pub pressure_angle: Option<f64>,
+    /// Profile shift coefficient x.
     pub profile_shift: Option<f64>,
+    /// Deviations on a grid; `None` where the flank has none.
     pub topography: Option<Topography>,
     /// Deviations that fill no grid.
     pub scattered: Vec<ScatteredDeviation>,
@@ -43,10 +46,13 @@ pub struct RexsFlank {
 pub struct RexsGear {
     /// Of its component.
     pub id: String,
+    /// Name of the gear, where the model has one.
     pub name: Option<String>,
+    /// The gear's data, as far as they are given.
     pub facts: GearFacts,
     /// Left before right; those that the model has.
     pub flanks: Vec<RexsFlank>,
+    /// Line in the file, from 1.
     pub line: usize,
 }
 
@@ -55,7 +61,9 @@ pub struct RexsGear {
 pub struct RexsModel {
     /// `1.4`
     pub version: String,
+    /// Cylindrical gears.
     pub gears: Vec<RexsGear>,
+    /// Remarks about lines that were read in spite of them.
     pub notes: Notes,
 }
 

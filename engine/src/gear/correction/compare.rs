@@ -76,6 +76,7 @@ pub struct Comparison {
     pub contributions: Vec<f64>,
     /// −∂c_k/∂d_k, as [`super::Solution::leverage`] has it; none where c was not computed from d.
     pub leverage: Option<Vec<f64>>,
+    /// σ of both measurements, and how well it is known.
     pub noise: Noise,
     /// η.
     pub response_uncertainty: f64,
@@ -110,9 +111,14 @@ impl Correction {
 /// How the machine answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
+    /// β̂ is as near to 1 as its error allows.
     AsPredicted,
+    /// β̂ is below 1 by more than its error allows.
     Weaker,
+    /// β̂ is above 1 by more than its error allows.
     Stronger,
+    /// What came is no multiple of the predicted change, or has its opposite sign: another setting,
+    /// another tool, another workpiece.
     Different,
     /// Noise and the uncertainty of J are so great against the predicted change that no answer
     /// could have been told from it.
@@ -128,7 +134,9 @@ pub struct Answer {
     /// Root mean squares, µm, each node counting alike; about the means where deviations have no
     /// datum.
     pub before_rms: f64,
+    /// Of p.
     pub predicted_rms: f64,
+    /// Of d'.
     pub measured_rms: f64,
     /// Of p − d.
     pub predicted_change_rms: f64,
@@ -140,11 +148,14 @@ pub struct Answer {
     pub response_ratio: Option<f64>,
     /// e.
     pub response_ratio_std_error: Option<f64>,
+    /// χ² = rᵀ S⁻¹ r of r = d' − p.
     pub chi_squared: f64,
     /// The 0.999 quantile that it is held against; where σ was estimated, that of F times the
     /// number of nodes.
     pub chi_squared_limit: f64,
+    /// What follows from these figures.
     pub verdict: Verdict,
+    /// The verdict in words, with the figures that it rests on.
     pub sentence: String,
 }
 

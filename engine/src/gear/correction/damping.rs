@@ -52,6 +52,7 @@ pub enum Damping {
 /// How λ* came about, in the scaled columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trust {
+    /// λ*, the sum of the two parts below, at most the largest eigenvalue.
     pub lambda_star: f64,
     /// Σλᵢ η².
     pub from_response: f64,

@@ -24,7 +24,9 @@ use crate::numerics::cancel;
 /// Which limit a setting stands at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
+    /// The least change allowed.
     Min,
+    /// The greatest change allowed.
     Max,
 }
 

@@ -65,6 +65,7 @@ pub enum Machine {
 /// A node of a flank of the tooth at the top.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlankNode {
+    /// Flank of the tooth that the node is on.
     pub side: Side,
     /// mm.
     pub roll_length: f64,
@@ -84,6 +85,7 @@ pub struct Ranges {
 /// Settings with their sensitivity matrix, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensitivity {
+    /// The settings of the columns.
     pub settings: Vec<Setting>,
     /// µm per unit, `matrix[k * settings.len() + j]`.
     pub matrix: Vec<f64>,

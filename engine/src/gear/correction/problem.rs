@@ -14,6 +14,7 @@ use crate::{
 /// One setting of the machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
+    /// Name of the setting, unique in its list.
     pub name: String,
     /// The unit that changes are counted in, as text.
     pub unit: String,
@@ -76,8 +77,11 @@ pub struct CorrectionSpec {
     pub target: Option<Vec<f64>>,
     /// J row by row, `sensitivity[k * settings.len() + j]`: µm at node k for one unit of setting j.
     pub sensitivity: Vec<f64>,
+    /// Settings of the machine, a column of J each.
     pub settings: Vec<Setting>,
+    /// How λ* is chosen.
     pub damping: Damping,
+    /// Scaling of the columns of J.
     pub scaling: Scaling,
     /// Standard deviation of a measured deviation of weight 1, µm; by default that of the
     /// residuals.
@@ -90,6 +94,7 @@ pub struct CorrectionSpec {
     pub coefficient_norm_limit: Option<f64>,
     /// η, standard uncertainty of an entry of J relative to the entry.
     pub response_uncertainty: f64,
+    /// How errors of J belong together.
     pub response_errors: ResponseErrors,
     /// Whether the deviations have a datum, so that their mean says something. Where they have
     /// none, as traces and flanks laid into the nominal one, what all nodes have in common is left
@@ -98,6 +103,7 @@ pub struct CorrectionSpec {
     /// Without a datum: the trace that each node belongs to, where every trace has a zero of its
     /// own. What the nodes of a trace have in common is left aside then.
     pub traces: Option<Vec<usize>>,
+    /// Parts of the fit's result beyond the default.
     pub include: Include,
 }
 

@@ -16,7 +16,9 @@ use crate::numerics::cancel::Asking;
 /// What becomes of one setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
+    /// Name of the setting.
     pub name: String,
+    /// Unit that the changes are counted in.
     pub unit: String,
     /// Δ, to be added to the setting.
     pub change: f64,
@@ -36,6 +38,7 @@ pub struct Change {
     /// where r is that of the limits, no more than the way from the unrounded change to its farther
     /// limit. `None` at a limit.
     pub bias_bound: Option<f64>,
+    /// The limit that it was stopped at; `None` for a free setting.
     pub limited: Option<Limit>,
     /// Whether it was to stay as it is.
     pub fixed: bool,
@@ -49,9 +52,11 @@ pub struct Change {
 pub struct Indistinguishable {
     /// Places in the list of settings, the leading one first.
     pub settings: Vec<usize>,
+    /// Names of these settings, in the same order.
     pub names: Vec<String>,
     /// √(λₙ/λᵢ) of the direction; `None` where they depend on each other exactly.
     pub condition_index: Option<f64>,
+    /// The same in words.
     pub sentence: String,
 }
 
@@ -70,6 +75,7 @@ pub struct Predicted {
     pub max: f64,
     /// The same before the correction.
     pub rms_before: f64,
+    /// Largest |d − t| of the nodes that take part, µm.
     pub max_before: f64,
 }
 
@@ -82,10 +88,14 @@ pub struct Noise {
     pub freedom: Option<usize>,
 }
 
+/// A correction of the settings, with its errors and what it should leave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
+    /// One entry for each setting, in the order of the request.
     pub settings: Vec<Change>,
+    /// Near dependencies between the columns of J, the worst first.
     pub indistinguishable: Vec<Indistinguishable>,
+    /// The flank after the correction.
     pub predicted: Predicted,
     /// −∂c_k/∂d_k of each node, 0 where it takes no part: how far the predicted change c = JΔ
     /// follows the noise of the node's own deviation.

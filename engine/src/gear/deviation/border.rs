@@ -12,19 +12,32 @@ use crate::{fault::Common, gear::Gear};
 /// What part of an axis takes part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Border {
+    /// All of it.
     #[default]
     Whole,
     /// Without these percentages of the range that the defined nodes span, at its lower and its
     /// upper end.
-    Trimmed { low: f64, high: f64 },
+    Trimmed {
+        /// Share cut off at the lower end, %.
+        low: f64,
+        /// Share cut off at the upper end, %.
+        high: f64,
+    },
     /// From and to, mm, ends included.
-    Range { from: f64, to: f64 },
+    Range {
+        /// Lower end, mm.
+        from: f64,
+        /// Upper end, mm.
+        to: f64,
+    },
 }
 
 /// Over roll length and over z.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Borders {
+    /// Over roll length.
     pub profile: Border,
+    /// Over z, from toe to heel.
     pub face: Border,
 }
 

@@ -14,6 +14,7 @@ use crate::{
 pub struct FlankDeviations {
     /// From 1, clockwise.
     pub tooth: u32,
+    /// Flank of the tooth.
     pub side: Side,
     /// Which node each entry was.
     pub index: Vec<usize>,

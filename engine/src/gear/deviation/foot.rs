@@ -32,6 +32,7 @@ use crate::{
 pub struct Foot {
     /// 1 is the tooth at the top; numbers go clockwise as the viewer sees them, up to z.
     pub tooth: u32,
+    /// Flank of the tooth.
     pub side: Side,
     /// mm; never negative.
     pub roll_length: f64,
@@ -44,23 +45,65 @@ pub struct Foot {
 /// Why a point has no foot.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoFoot {
+    /// The point lies inside the base circle, where the flank has no normals.
     #[error("the point lies inside the base circle (diameter {} mm, base circle {} mm), where the flank has no normals",
         short(2.0 * radius), short(2.0 * base_radius))]
-    InsideBase { radius: f64, base_radius: f64 },
+    InsideBase {
+        /// Distance of the point from the axis, mm.
+        radius: f64,
+        /// Radius of the base circle, mm.
+        base_radius: f64,
+    },
+    /// The foot would lie before the start of the involute.
     #[error("its foot would lie {} mm of roll before the start of the involute on the base circle",
         short(-roll_length))]
-    BeforeInvolute { roll_length: f64 },
+    BeforeInvolute {
+        /// Roll length that the foot would have, mm, below 0.
+        roll_length: f64,
+    },
+    /// The point is farther from the nearest flank than a deviation may be.
     #[error("the point lies {} mm from the {} flank of tooth {tooth}, farther than {} mm: another flank, or not this \
         gear",
         short(*distance), word(*side), short(*reach))]
-    Far { distance: f64, reach: f64, tooth: u32, side: Side },
+    Far {
+        /// Distance along the normal, mm.
+        distance: f64,
+        /// Distance allowed, mm.
+        reach: f64,
+        /// Tooth of that flank, from 1.
+        tooth: u32,
+        /// Side of that flank.
+        side: Side,
+    },
+    /// The foot lies beyond the tip or root circle.
     #[error("its foot has diameter {} mm and lies beyond the {} circle of {} mm by more than {} mm", short(*diameter),
         if *tip { "tip" } else { "root" }, short(*circle), short(*reach))]
-    OffTooth { diameter: f64, circle: f64, tip: bool, reach: f64 },
+    OffTooth {
+        /// Diameter of the foot, mm.
+        diameter: f64,
+        /// Diameter of the circle, mm.
+        circle: f64,
+        /// Whether it is the tip circle; else it is the root circle.
+        tip: bool,
+        /// How far beyond it a foot may lie, mm.
+        reach: f64,
+    },
+    /// The normal given with the point points into the material.
     #[error("the normal given with the point points into the material of the {} flank of tooth {tooth}", word(*side))]
-    Against { tooth: u32, side: Side },
+    Against {
+        /// Tooth of that flank, from 1.
+        tooth: u32,
+        /// Side of that flank.
+        side: Side,
+    },
+    /// The modification is not defined at the foot.
     #[error("the modification has no value at its foot (roll length {} mm, z {} mm)", short(*roll_length), short(*z))]
-    NoRelief { roll_length: f64, z: f64 },
+    NoRelief {
+        /// Roll length of the foot, mm.
+        roll_length: f64,
+        /// Place of the foot on the face width, mm.
+        z: f64,
+    },
 }
 
 /// To a tenth of a micrometre, as messages say it.

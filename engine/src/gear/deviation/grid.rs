@@ -15,6 +15,7 @@ use crate::{
 pub struct Topography {
     /// From 1, clockwise.
     pub tooth: u32,
+    /// Flank of the tooth.
     pub side: Side,
     /// mm, root to tip on external gears; a list of diameters goes through
     /// [`crate::gear::Gear::roll_length`].
@@ -23,6 +24,7 @@ pub struct Topography {
     pub z: Vec<f64>,
     /// µm, one row for each roll length; NaN where undefined.
     pub deviation: Vec<Vec<f64>>,
+    /// Line along which the deviations are taken.
     pub direction: Direction,
 }
 

@@ -53,10 +53,12 @@ pub enum FootlessPoints {
 pub struct Measurement {
     /// mm; 0 for points of the surface.
     pub ball_radius: f64,
+    /// Line along which deviations are to be taken.
     pub direction: Direction,
     /// How far from its flank a point may lie, mm. By default a quarter of the normal base pitch,
     /// at most [`Measurement::MOST_REACH`]; beyond half of it a point belongs to another tooth.
     pub reach: Option<f64>,
+    /// What becomes of points without a foot.
     pub strays: FootlessPoints,
 }
 

@@ -44,7 +44,9 @@ pub type Relief<'a> = &'a (dyn Fn(Side, f64, f64) -> f64 + Sync);
 /// What deviations refer to.
 #[derive(Clone, Copy)]
 pub struct Reference<'a> {
+    /// The nominal gear.
     pub gear: &'a Gear,
+    /// Designed modification; `None` for unmodified involutes.
     pub relief: Option<Relief<'a>>,
 }
 
@@ -82,6 +84,7 @@ pub struct Node {
     /// From 1, clockwise. Of an undefined point tooth and side are those given, else 0 (none) and
     /// left.
     pub tooth: u32,
+    /// Flank of the tooth.
     pub side: Side,
     /// mm; NaN where a measured point is undefined.
     pub roll_length: f64,
@@ -108,10 +111,12 @@ impl Node {
 /// Deviations in the order in which their points were given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deviations {
+    /// Line along which deviations are taken.
     pub direction: Direction,
     /// Radius of the probe ball whose centres were measured, mm; 0 where points of the surface
     /// were.
     pub ball_radius: f64,
+    /// A node for each point given.
     pub nodes: Vec<Node>,
     /// Points without a foot that were taken for undefined, by index.
     pub strays: Vec<(usize, NoFoot)>,

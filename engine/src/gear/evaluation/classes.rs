@@ -19,6 +19,7 @@ pub struct Classes {
     pub slope: Option<Class>,
     /// `None` over a hole in the trace.
     pub form: Option<Class>,
+    /// `None` where a hole in the trace leaves it open.
     pub total: Option<Class>,
 }
 

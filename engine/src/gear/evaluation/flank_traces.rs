@@ -14,6 +14,7 @@ use crate::{
 pub struct FlankTraces {
     /// Without the letter of a trace beside the middle.
     pub tooth: String,
+    /// Flank of the tooth.
     pub side: Side,
     /// Roll length and z in mm, deviation about the design in µm, transverse, positive where
     /// material stands out.

@@ -61,18 +61,26 @@ use crate::numerics::cancel;
 /// and direction of the deviations, taken away from them.
 #[derive(Clone, Copy, Debug)]
 pub struct Posted<'a> {
+    /// The trace as measured.
     pub trace: &'a Trace,
+    /// Design line; `None` for an unmodified flank.
     pub design: Option<&'a [f64]>,
 }
 
 /// One trace, evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evaluated {
+    /// The tooth as the trace names it.
     pub tooth: String,
+    /// Whether the trace stands in the middle of the flank or beside it.
     pub position: Position,
+    /// Flank of the tooth.
     pub side: Side,
+    /// Profile or helix.
     pub kind: Kind,
+    /// Place of the section: z of a profile, diameter of a helix, mm, where known.
     pub section: Option<f64>,
+    /// How many samples there were, and what became of them.
     pub samples: Samples,
     /// `None` where the trace cannot be evaluated; a notice says why.
     pub values: Option<Values>,
@@ -89,15 +97,19 @@ pub struct Evaluation {
     pub traces: Vec<Evaluated>,
     /// What profiles were evaluated with; `None` without profiles.
     pub profile: Option<Window>,
+    /// What helices were evaluated with; `None` without helices.
     pub helix: Option<Window>,
     /// Over the teeth, for every kind and flank that there are.
     pub summaries: Vec<Summary>,
+    /// Of the tooth flanks with several traces of a kind.
     pub twists: Vec<Twist>,
     /// Of the flanks with several traces.
     pub surfaces: Vec<TraceSurface>,
     /// The coarsest class of all.
     pub overall: Option<Class>,
+    /// Tolerances of ISO 1328-1, or what lies outside of its scope.
     pub tolerances: Result<Tolerances, OutOfScope>,
+    /// What the reader must know.
     pub notices: Vec<Notice>,
 }
 

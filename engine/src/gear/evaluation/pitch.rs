@@ -40,12 +40,14 @@ pub enum PitchMeasured {
 /// What pitch deviations are evaluated with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PitchSettings {
+    /// Flank that was measured.
     pub side: Side,
     /// Diameter of the measuring circle, mm; by default the reference circle. Angles become arcs
     /// there.
     pub diameter: Option<f64>,
     /// k of F_pk, 1 to z − 1; by default z/8, rounded.
     pub sector: Option<usize>,
+    /// Whether tolerances are rounded before a class is told.
     pub rounding: Rounding,
 }
 
@@ -54,12 +56,14 @@ pub struct PitchSettings {
 pub struct Extreme {
     /// µm, with its sign.
     pub value: f64,
+    /// Number of the tooth, from 1.
     pub tooth: usize,
 }
 
 /// Pitch deviations of one flank, µm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pitch {
+    /// Flank that was measured.
     pub side: Side,
     /// mm.
     pub diameter: f64,
@@ -80,11 +84,15 @@ pub struct Pitch {
     pub adjacent: Option<Extreme>,
     /// Σ f_pi as given, µm; only of single pitches.
     pub closure: Option<f64>,
+    /// Teeth that were not measured.
     pub missing: usize,
     /// Whether every tooth was measured.
     pub complete: bool,
+    /// Class of f_p; `None` where there is no value or no tolerance.
     pub single_class: Option<Class>,
+    /// Class of F_p; `None` where there is no value or no tolerance.
     pub cumulative_class: Option<Class>,
+    /// What the reader must know.
     pub notices: Vec<Notice<PitchField>>,
 }
 

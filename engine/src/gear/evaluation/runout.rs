@@ -33,7 +33,9 @@ use crate::{
 /// Which way teeth are numbered, as the viewer sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counting {
+    /// Against the direction of angles that grow.
     Clockwise,
+    /// In the direction of angles that grow.
     Counterclockwise,
 }
 
@@ -60,9 +62,11 @@ pub struct Runout {
     pub eccentricity: Option<Eccentricity>,
     /// Whether the readings follow from index deviations.
     pub derived: bool,
+    /// Tooth spaces without a reading.
     pub missing: usize,
     /// Only where no space is missing.
     pub class: Option<Class>,
+    /// What the reader must know.
     pub notices: Vec<Notice<RunoutField>>,
 }
 

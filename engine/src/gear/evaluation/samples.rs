@@ -13,6 +13,7 @@ use crate::{
 /// How many samples there were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Samples {
+    /// Samples given.
     pub posted: usize,
     /// Of the posted ones, undefined.
     pub undefined: usize,

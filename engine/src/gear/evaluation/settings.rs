@@ -88,10 +88,12 @@ pub enum PlusMaterial {
 }
 
 impl PlusMaterial {
+    /// Whether it raises the form deviation.
     pub fn in_form(self) -> bool {
         matches!(self, PlusMaterial::Form | PlusMaterial::FormAndTotal)
     }
 
+    /// Whether it raises the total deviation.
     pub fn in_total(self) -> bool {
         matches!(self, PlusMaterial::Total | PlusMaterial::FormAndTotal)
     }
@@ -136,8 +138,11 @@ pub enum HelixReference {
 pub struct ProfileSettings {
     /// Ascending diameters, mm.
     pub diameters: [f64; 2],
+    /// Length that slopes are extended to.
     pub reference: ProfileReference,
+    /// Curve that stands for the mean profile.
     pub mean: MeanCurve,
+    /// What plus material beyond the evaluation range counts for.
     pub plus_material: PlusMaterial,
 }
 
@@ -154,8 +159,11 @@ impl ProfileSettings {
 pub struct HelixSettings {
     /// Ascending z, mm.
     pub range: [f64; 2],
+    /// Length that slopes are extended to.
     pub reference: HelixReference,
+    /// Curve that stands for the mean helix.
     pub mean: MeanCurve,
+    /// What plus material beyond the evaluation range counts for.
     pub plus_material: PlusMaterial,
 }
 
@@ -174,10 +182,15 @@ pub struct Settings {
     pub profile: Option<ProfileSettings>,
     /// Needed when there are helices.
     pub helix: Option<HelixSettings>,
+    /// How the deviations given count.
     pub given: DeviationSign,
+    /// Line along which the deviations given are taken.
     pub direction: Direction,
+    /// Sign of slopes.
     pub sign: SlopeSign,
+    /// Whether tolerances are rounded before a class is told.
     pub rounding: super::super::tolerance::Rounding,
+    /// What becomes of samples that stand out of their neighbours.
     pub outliers: Outliers,
     /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
     /// each trace by itself.
@@ -188,7 +201,9 @@ pub struct Settings {
 /// z, mm); answered as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
+    /// Lower end of the evaluation range.
     pub low: f64,
+    /// Upper end of the evaluation range.
     pub high: f64,
     /// What slopes are extended to.
     pub reference: f64,
@@ -197,7 +212,9 @@ pub struct Window {
     pub sense: f64,
     /// How far samples are looked at for plus material.
     pub zone: [f64; 2],
+    /// Curve that stands for the mean trace.
     pub mean: MeanCurve,
+    /// What plus material beyond the evaluation range counts for.
     pub plus_material: PlusMaterial,
 }
 

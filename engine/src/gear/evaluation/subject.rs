@@ -26,10 +26,12 @@ pub struct Values {
     pub total: f64,
     /// C.
     pub crowning: f64,
+    /// Standard error of the crowning; none where the samples are too few to tell it.
     pub crowning_std_error: Option<f64>,
     /// By how much plus material outside the evaluation range raised the form and the total
     /// deviation; 0 where the rule leaves it out.
     pub form_plus_material: f64,
+    /// The same for the total deviation.
     pub total_plus_material: f64,
 }
 
@@ -43,6 +45,7 @@ pub enum Assessable {
     /// The slope only, where two standard errors up and down have one class: over a hole a form may
     /// be anything.
     Slope,
+    /// All classes and figures.
     Everything,
 }
 

@@ -10,11 +10,13 @@ use super::{
 /// A figure over the teeth, µm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spread {
+    /// Arithmetic mean.
     pub mean: f64,
     /// Greatest minus least.
     pub variation: f64,
     /// The tooth with the greatest amount, and its figure; of equal ones the first by name.
     pub worst_tooth: String,
+    /// Its figure, with its sign.
     pub worst: f64,
 }
 
@@ -22,13 +24,19 @@ pub struct Spread {
 /// ([`Position`]) do not count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
+    /// Flank of the teeth.
     pub side: Side,
+    /// Profiles or helices.
     pub kind: Kind,
     /// Traces that count.
     pub count: usize,
+    /// Slope f_H.
     pub slope: Spread,
+    /// Form deviation f_f.
     pub form: Spread,
+    /// Total deviation F.
     pub total: Spread,
+    /// Crowning C.
     pub crowning: Spread,
 }
 
@@ -37,12 +45,15 @@ pub struct Summary {
 /// (nothing is extended).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Twist {
+    /// The tooth as its traces name it.
     pub tooth: String,
+    /// Flank of the tooth.
     pub side: Side,
     /// Which traces it is from.
     pub kind: Kind,
     /// µm.
     pub twist: f64,
+    /// Standard error, µm; `None` where that of a slope is not known.
     pub std_error: Option<f64>,
     /// Diameters of the two helices or z of the two profiles, mm, in the order root, tip or lower,
     /// upper; where known.

@@ -12,7 +12,9 @@ use crate::fault::words::Shown;
 pub struct Suspect {
     /// Roll lengths or z of its first and last sample, mm.
     pub from: f64,
+    /// Roll length or z of its last sample, mm.
     pub to: f64,
+    /// Samples in it.
     pub samples: usize,
     /// How far it stands out at most, µm of material.
     pub height: f64,
@@ -21,6 +23,7 @@ pub struct Suspect {
 /// Places that stand out of their neighbours, within what is looked at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suspects {
+    /// In ascending order.
     pub places: Vec<Suspect>,
     /// The figures without them, where they count and the samples that are left tell them.
     pub without: Option<Values>,

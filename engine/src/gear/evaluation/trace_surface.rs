@@ -24,16 +24,22 @@ use crate::{
 /// The second-order surface of a tooth flank's traces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TraceSurface {
+    /// The tooth as its traces name it.
     pub tooth: String,
+    /// Flank of the tooth.
     pub side: Side,
+    /// Traces that the surface is from.
     pub traces: usize,
     /// Samples within the evaluation ranges.
     pub samples: usize,
+    /// The named figures.
     pub figures: TraceFigures,
+    /// What the surface leaves over; each trace about its own zero, unless all share one.
     pub remainder: Remainder,
     /// Roll lengths and z that u = v = ∓1 stand for, mm: the evaluation ranges, or what was
     /// measured where there is none.
     pub roll_lengths: [f64; 2],
+    /// Places on the face width, likewise.
     pub z: [f64; 2],
 }
 
@@ -42,10 +48,15 @@ pub struct TraceSurface {
 pub struct TraceFigures {
     /// Only where all traces share one zero.
     pub mean: Option<Figure>,
+    /// Profile slope: 2 c_u.
     pub profile_slope: Option<Figure>,
+    /// Helix slope: 2 c_v.
     pub helix_slope: Option<Figure>,
+    /// Profile crowning: −c_uu.
     pub profile_crowning: Option<Figure>,
+    /// Lengthwise crowning: −c_vv.
     pub helix_crowning: Option<Figure>,
+    /// Twist: 4 c_uv.
     pub twist: Option<Figure>,
 }
 

@@ -16,6 +16,7 @@ use crate::{
 pub struct RootArc {
     /// mm; smaller than asked where the space takes no more.
     pub radius: f64,
+    /// Roll length where involute and arc meet, mm.
     pub form_roll: f64,
     centre: Polar,
     /// Angle of the direction from the centre to the involute, as that to the root circle is the

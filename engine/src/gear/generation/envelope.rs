@@ -48,16 +48,28 @@ const DEEPEST: usize = 24;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
     /// A rack whose pitch line rolls on the gear's circle of this radius.
-    Rack { pitch_radius: f64 },
+    Rack {
+        /// Radius of the gear's pitch circle.
+        pitch_radius: f64,
+    },
     /// Two pitch circles that roll on each other, the tool's inside the gear's where it is
     /// internal.
-    Pinion { tool_pitch_radius: f64, gear_pitch_radius: f64, internal: bool },
+    Pinion {
+        /// Radius of the tool's pitch circle.
+        tool_pitch_radius: f64,
+        /// Radius of the gear's pitch circle.
+        gear_pitch_radius: f64,
+        /// Whether the gear is internal.
+        internal: bool,
+    },
 }
 
 /// A point of a tool with the direction of its normal, either way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolPoint {
+    /// Position in the tool, mm.
     pub point: [f64; 2],
+    /// Direction of the normal, of any length above 0.
     pub normal: [f64; 2],
 }
 

@@ -38,8 +38,11 @@ const OVERHANG: usize = 400;
 /// A rack tool in its normal section, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RackTool {
+    /// Height of the tip above the datum line: h_aP0* m_n.
     pub addendum: f64,
+    /// Radius of the tip's rounding; 0 for a sharp corner.
     pub tip_radius: f64,
+    /// How far the tip stands out sideways of the straight flank.
     pub protuberance: f64,
     /// Whether the gear's data name it; else it is the standard one that reaches the root circle.
     pub given: bool,
@@ -101,6 +104,7 @@ pub fn check(gear: &Gear) -> Result<(), GearFaults> {
 /// What a rack tool leaves on an external gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RackFillet {
+    /// The tool that cuts it.
     pub tool: RackTool,
     pitch_radius: f64,
     cos_helix: f64,

@@ -16,7 +16,14 @@ pub enum Root {
     Arc(RootArc),
     /// External gears whose root circle no rack with these flanks reaches: the involute down to the
     /// root circle, or to the base circle and radially from there.
-    Plain { form_roll: f64, radius: f64, half_angle: f64 },
+    Plain {
+        /// Roll length where the involute ends, mm.
+        form_roll: f64,
+        /// Radius of the root circle, mm.
+        radius: f64,
+        /// Angle of the flank at its lower end from the tooth's middle, rad.
+        half_angle: f64,
+    },
 }
 
 impl Root {

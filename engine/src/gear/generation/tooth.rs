@@ -14,8 +14,11 @@ use crate::numerics::cancel;
 /// Into how many steps every part of a profile goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Steps {
+    /// Of each involute.
     pub involute: usize,
+    /// Of each fillet.
     pub fillet: usize,
+    /// Of the tip's arc.
     pub tip: usize,
     /// Of the arc between two teeth.
     pub root: usize,

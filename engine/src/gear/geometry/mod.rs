@@ -25,7 +25,9 @@ use super::{
 /// there. mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
+    /// Arc in the transverse section.
     pub transverse: f64,
+    /// Across the helix.
     pub normal: f64,
 }
 
@@ -42,7 +44,9 @@ pub struct Usable {
 /// Derived quantities. Lengths mm, angles rad.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
+    /// d = m_t z.
     pub reference_diameter: f64,
+    /// d_b = d cos α_t.
     pub base_diameter: f64,
     /// Of the shifted reference circle, d ± 2 x m_n.
     pub shifted_diameter: f64,
@@ -59,22 +63,31 @@ pub struct Geometry {
     pub tip_form_diameter: f64,
     /// Where the flanks of a tooth meet. `None` on internal gears whose flanks do not.
     pub pointed_diameter: Option<f64>,
+    /// Roll length at the root form diameter.
     pub roll_length_root_form: f64,
+    /// Roll length at the tip form diameter.
     pub roll_length_tip_form: f64,
     /// `None` where the involute would start beyond the tip.
     pub usable: Option<Usable>,
+    /// m_t = m_n / cos β.
     pub transverse_module: f64,
+    /// α_t, of tan α_t = tan α_n / cos β.
     pub transverse_pressure_angle: f64,
+    /// β_b, of sin β_b = sin β cos α_n.
     pub base_helix_angle: f64,
     /// inv α_t.
     pub involute: f64,
+    /// p_t = π m_t.
     pub transverse_pitch: f64,
+    /// p_n = π m_n.
     pub normal_pitch: f64,
     /// π m_n / sin β; `None` on spur gears.
     pub axial_pitch: Option<f64>,
     /// Height of one turn of the helix; `None` on spur gears.
     pub lead: Option<f64>,
+    /// p_bt = p_t cos α_t.
     pub transverse_base_pitch: f64,
+    /// p_bn = p_n cos α_n.
     pub normal_base_pitch: f64,
     /// On the reference cylinder.
     pub tooth_thickness: Arc,
@@ -93,11 +106,13 @@ pub struct Geometry {
     /// The smallest x without undercut by the tool; `None` where the root is not the work of a
     /// rack.
     pub least_profile_shift: Option<f64>,
+    /// Whether the tool's tip cuts into the involute.
     pub undercut: bool,
     /// `None` where no measure over teeth (internal: spaces) is possible.
     pub span: Option<Span>,
     /// `None` where no ball touches both flanks.
     pub balls: Option<Balls>,
+    /// What is unusual about the gear.
     pub warnings: Vec<Warning>,
 }
 

@@ -15,33 +15,96 @@ pub const FEW_TEETH: u32 = 5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Warning {
     /// The tool's tip cuts into the involute.
-    Undercut { profile_shift: f64, least: f64, form_diameter: f64 },
+    Undercut {
+        /// Profile shift coefficient x.
+        profile_shift: f64,
+        /// Smallest x without undercut by this tool.
+        least: f64,
+        /// Root form diameter, where the involute starts.
+        form_diameter: f64,
+    },
     /// The protuberance cuts into the involute, as it is meant to where the flank is ground later.
-    Protuberance { protuberance: f64, form_diameter: f64 },
+    Protuberance {
+        /// Protuberance of the tool.
+        protuberance: f64,
+        /// Root form diameter, where the involute starts.
+        form_diameter: f64,
+    },
     /// The flanks meet before the tip circle.
-    PointedTip { pointed_diameter: f64, tip_diameter: f64 },
+    PointedTip {
+        /// Diameter where the flanks meet.
+        pointed_diameter: f64,
+        /// Tip diameter of the gear.
+        tip_diameter: f64,
+    },
     /// The tip's normal thickness is below 0.2 m_n.
-    ThinTip { thickness: f64, least: f64 },
+    ThinTip {
+        /// Normal thickness at the tip.
+        thickness: f64,
+        /// 0.2 m_n.
+        least: f64,
+    },
     /// The involute would start beyond the tip: no flank is left.
-    TipBelowForm { tip_diameter: f64, form_diameter: f64 },
+    TipBelowForm {
+        /// Tip diameter of the gear.
+        tip_diameter: f64,
+        /// Root form diameter.
+        form_diameter: f64,
+    },
     /// An internal tooth reaches below the base circle, where no involute is.
-    TipBelowBase { tip_diameter: f64, base_diameter: f64 },
+    TipBelowBase {
+        /// Tip diameter of the gear.
+        tip_diameter: f64,
+        /// Diameter of the base circle.
+        base_diameter: f64,
+    },
     /// The root circle asked for is deeper than the tool cuts.
-    RootBelowTool { root_diameter: f64, generated: f64 },
+    RootBelowTool {
+        /// Root diameter asked for.
+        root_diameter: f64,
+        /// Root diameter that the tool cuts.
+        generated: f64,
+    },
     /// The tool cuts deeper than the root circle asked for.
-    RootAboveTool { root_diameter: f64, generated: f64 },
+    RootAboveTool {
+        /// Root diameter asked for.
+        root_diameter: f64,
+        /// Root diameter that the tool cuts.
+        generated: f64,
+    },
     /// Fewer teeth than the tolerance standard covers.
-    FewTeeth { teeth: u32 },
+    FewTeeth {
+        /// Teeth of the gear.
+        teeth: u32,
+    },
     /// No tool is given: a standard rack tool that reaches the root circle is assumed.
-    ToolAssumed { addendum: f64, tip_radius: f64 },
+    ToolAssumed {
+        /// Addendum of the assumed tool.
+        addendum: f64,
+        /// Tip radius of the assumed tool.
+        tip_radius: f64,
+    },
     /// No rack with these flanks reaches the root circle: the involute goes straight down, without
     /// a fillet.
-    NoFillet { root_diameter: f64 },
+    NoFillet {
+        /// Root diameter of the gear.
+        root_diameter: f64,
+    },
     /// A rack cannot cut an internal gear: the root is an arc of this radius in the transverse
     /// section.
-    InternalRoot { radius: f64, protuberance: f64 },
+    InternalRoot {
+        /// Radius of the arc.
+        radius: f64,
+        /// Protuberance of the tool given, which has no meaning here.
+        protuberance: f64,
+    },
     /// That arc is smaller than asked, for the space takes no more.
-    RootRadius { asked: f64, used: f64 },
+    RootRadius {
+        /// Tip radius asked for.
+        asked: f64,
+        /// Radius of the arc.
+        used: f64,
+    },
 }
 
 impl Warning {

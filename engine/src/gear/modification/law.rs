@@ -29,40 +29,61 @@ pub enum End {
 /// each is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Law {
+    /// Crowning over the profile.
     ProfileCrowning {
+        /// Amount, µm.
         amount: f64,
     },
+    /// Profile slope.
     ProfileSlope {
+        /// Amount, µm.
         amount: f64,
     },
     /// `start_diameter` in mm lies within the range.
     TipRelief {
+        /// Amount at the end, µm.
         amount: f64,
+        /// Diameter where the relief starts, mm.
         start_diameter: f64,
+        /// How the relief grows from its start.
         growth: Growth,
     },
     /// `start_diameter` in mm lies within the range.
     RootRelief {
+        /// Amount at the end, µm.
         amount: f64,
+        /// Diameter where the relief starts, mm.
         start_diameter: f64,
+        /// How the relief grows from its start.
         growth: Growth,
     },
+    /// Crowning over the face width.
     HelixCrowning {
+        /// Amount, µm.
         amount: f64,
     },
+    /// Helix slope.
     HelixSlope {
+        /// Amount, µm.
         amount: f64,
     },
     /// `length` in mm is at most that of the range.
     EndRelief {
+        /// Amount at the end, µm.
         end: End,
+        /// End of the face width.
         amount: f64,
+        /// Length of the relief along the axis, mm.
         length: f64,
+        /// How the relief grows from its start.
         growth: Growth,
     },
+    /// Twist of the flank.
     Twist {
+        /// Amount, µm.
         amount: f64,
     },
+    /// Relief given at the nodes of a grid.
     Topography(Topography),
 }
 

@@ -45,8 +45,11 @@ use topography::{Columns, Contracted};
 /// Which flanks a modification is meant for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flanks {
+    /// Left flanks alone.
     Left,
+    /// Right flanks alone.
     Right,
+    /// Both flanks.
     Both,
 }
 
@@ -60,7 +63,9 @@ impl Flanks {
 /// One modification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modification {
+    /// Flanks that it is meant for.
     pub flanks: Flanks,
+    /// What is removed, and where.
     pub law: Law,
 }
 

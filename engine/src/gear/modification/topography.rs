@@ -17,6 +17,7 @@ use crate::numerics::cancel::Asking;
 /// What goes through the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
+    /// Bilinear.
     Bilinear,
     /// Bicubic.
     BSpline,

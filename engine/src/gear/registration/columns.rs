@@ -28,6 +28,7 @@ pub const SCREW: &str = "rotation_with_axial_shift";
 /// A column of the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
+    /// A motion by itself.
     Motion(Motion),
     /// Rotation and axial shift; its coefficient is the normal distance that they add to left
     /// flanks, µm.
@@ -52,6 +53,7 @@ impl Column {
 pub struct Freedom {
     /// In the order of [`Motion::ALL`].
     pub motions: Vec<Motion>,
+    /// Columns of the fit, which may be fewer than the motions.
     pub columns: Vec<Column>,
     /// µm of normal distance on left flanks per µm of axial shift.
     axial: f64,

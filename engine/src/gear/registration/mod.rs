@@ -49,6 +49,7 @@ pub struct Registering<'a> {
 /// One of the free motions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {
+    /// Which motion.
     pub motion: Motion,
     /// µm or µrad.
     pub value: f64,
@@ -67,9 +68,11 @@ pub struct Moved {
 /// Motions that these points do not tell apart well, or at all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Indistinguishable {
+    /// These motions, the leading one first.
     pub motions: Vec<Motion>,
     /// √(λₙ/λᵢ); `None` where it is infinite.
     pub condition_index: Option<f64>,
+    /// The same in words.
     pub sentence: String,
 }
 
@@ -78,12 +81,17 @@ pub struct Indistinguishable {
 pub struct Registration {
     /// The free motions in the order of [`Motion::ALL`].
     pub motions: Vec<Moved>,
+    /// How the part lies: all motions together.
     pub pose: Pose,
     /// √mean of the squared deviations that take part, µm, in their direction.
     pub rms_before: f64,
+    /// The same with the part carried back.
     pub rms_after: f64,
+    /// Steps of the iteration.
     pub iterations: usize,
+    /// Whether the last step was within the tolerance.
     pub converged: bool,
+    /// Near dependencies between the free motions.
     pub indistinguishable: Vec<Indistinguishable>,
     /// The last fit; its coefficients are [`columns::Column`]s, its heights and residuals normal
     /// deviations.
@@ -95,5 +103,6 @@ pub struct Registration {
     pub rows: Vec<usize>,
     /// The deviations of the part carried back, in the order of the nodes.
     pub deviations: Deviations,
+    /// What the fit does not say.
     pub warnings: Vec<Warning>,
 }

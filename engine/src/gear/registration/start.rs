@@ -46,6 +46,7 @@ const LESS_COST: f64 = 0.25;
 /// Where a registration begins.
 #[derive(Clone, Debug)]
 pub struct Start {
+    /// The motions that were found.
     pub pose: Pose,
     /// The points carried back by `pose`, in their order; what is not told of them stays open.
     pub touches: Vec<MeasuredPoint>,

@@ -14,7 +14,9 @@ use crate::{
 /// A way to correct.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strategy {
+    /// Name in the run's results.
     pub name: String,
+    /// How λ* is chosen.
     pub damping: Damping,
 }
 
@@ -62,6 +64,7 @@ pub struct Round {
     pub number: u64,
     /// Deviations, µm for each node, NaN where undefined.
     pub measured: Vec<f64>,
+    /// Root mean square of `measured` over its defined nodes, µm.
     pub measured_rms: f64,
     /// Without noise and over all nodes, which only a simulation knows.
     pub true_rms: f64,
@@ -74,6 +77,7 @@ pub struct Round {
 /// All rounds of one machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
+    /// Name of the strategy.
     pub strategy: String,
     /// One more than corrections.
     pub rounds: Vec<Round>,

@@ -37,9 +37,11 @@ pub const MOST_PROBE_NOISE: f64 = 1e6;
 /// A machine to be simulated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineSpec {
+    /// Seed of errors, response and noise: the same seed gives the same run.
     pub seed: u64,
     /// J row by row, µm at each node per unit of each setting: what corrections know.
     pub sensitivity: Vec<f64>,
+    /// Settings of the machine, with their limits.
     pub settings: Vec<Setting>,
     /// Standard deviation of what each setting is off by at first, in its unit.
     pub setting_error: Vec<f64>,

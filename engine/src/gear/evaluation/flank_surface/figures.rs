@@ -18,10 +18,15 @@ use crate::{
 /// one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlankFigures {
+    /// Profile slope: 2 c_u.
     pub profile_slope: Option<f64>,
+    /// Helix slope: 2 c_v.
     pub helix_slope: Option<f64>,
+    /// Profile crowning: −c_uu.
     pub profile_crowning: Option<f64>,
+    /// Lengthwise crowning: −c_vv.
     pub helix_crowning: Option<f64>,
+    /// Twist: 4 c_uv.
     pub twist: Option<f64>,
 }
 

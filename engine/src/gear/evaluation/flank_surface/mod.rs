@@ -41,7 +41,9 @@ pub use settings::{Border, SurfaceSettings};
 /// A figure in µm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
+    /// Estimate.
     pub value: f64,
+    /// Standard error of the estimate; `None` without degrees of freedom.
     pub std_error: Option<f64>,
     /// Most by which regularisation can have moved the figure, given the limit of the coefficients.
     pub bias_bound: f64,
@@ -52,24 +54,36 @@ pub struct Figure {
 /// What the surface leaves over, µm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Remainder {
+    /// Greatest residual minus least.
     pub peak_to_valley: f64,
+    /// Root mean square of the residuals.
     pub rms: f64,
+    /// Largest absolute residual.
     pub max_abs: f64,
 }
 
 /// The second-order surface of a flank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlankSurface {
+    /// Deviation of the surface in the middle of the flank: c₁.
     pub mean: Figure,
+    /// Profile slope: 2 c_u.
     pub profile_slope: Figure,
+    /// Helix slope: 2 c_v.
     pub helix_slope: Figure,
+    /// Profile crowning: −c_uu.
     pub profile_crowning: Figure,
+    /// Lengthwise crowning: −c_vv.
     pub helix_crowning: Figure,
+    /// Twist: 4 c_uv.
     pub twist: Figure,
+    /// What the surface leaves over.
     pub remainder: Remainder,
     /// Roll lengths and z that u = v = ∓1 stand for, mm, after trimming.
     pub roll_lengths: [f64; 2],
+    /// Places on the face width, likewise.
     pub z: [f64; 2],
+    /// How many nodes there were, and what became of them.
     pub nodes: NodeCounts,
     /// The fit itself: spectrum, collinearity, regularisation, warnings.
     pub result: FitResult,

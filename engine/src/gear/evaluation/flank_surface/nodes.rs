@@ -14,6 +14,7 @@ use crate::{
 /// Deviations over a flank, µm; NaN or invalid where missing.
 #[derive(Clone, Copy, Debug)]
 pub struct FlankNodes<'a> {
+    /// Coordinate of the profile: roll length, diameter or another.
     pub axis: ProfileAxis,
     /// Rows of a grid, or one number per node.
     pub profile: &'a [f64],
@@ -21,6 +22,7 @@ pub struct FlankNodes<'a> {
     pub z: &'a [f64],
     /// Of a grid row by row: `deviation[i * z.len() + j]` at `(profile[i], z[j])`.
     pub deviation: &'a [f64],
+    /// Whether each deviation is defined; all are by default.
     pub valid: Option<&'a [bool]>,
     /// Whether the axes are those of a grid; they ascend then.
     pub grid: bool,
@@ -29,6 +31,7 @@ pub struct FlankNodes<'a> {
 /// Nodes by what became of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NodeCounts {
+    /// Nodes given.
     pub posted: usize,
     /// Missing or invalid.
     pub missing: usize,

@@ -9,7 +9,9 @@ use crate::{
 /// Shares of the evaluation range that are cut off, in %: 0 to below 100 together on each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Border {
+    /// At the root end of the profile.
     pub root: f64,
+    /// At the tip end of the profile.
     pub tip: f64,
     /// At the end of small z.
     pub toe: f64,
@@ -20,12 +22,14 @@ pub struct Border {
 /// What is asked for beside the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceSettings {
+    /// Flank that the nodes are on.
     pub side: Side,
     /// Evaluation range in the coordinate of the nodes, ascending; by default from the first to the
     /// last node that is there.
     pub profile_range: Option<[f64; 2]>,
     /// mm of z.
     pub helix_range: Option<[f64; 2]>,
+    /// Shares of the range that are cut off.
     pub border: Border,
     /// How deviations count; a topography has no leads of its own, so `Din` is the same as
     /// `Material`.
