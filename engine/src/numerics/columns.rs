@@ -10,13 +10,13 @@ with_fma! {
         let (x_pairs, x_rest) = x.as_chunks::<2>();
         let (y_pairs, y_rest) = y.as_chunks::<2>();
         for (x, y) in x_pairs.iter().zip(y_pairs) {
-            even = even.accumulate(x[0], y[0]);
-            odd = odd.accumulate(x[1], y[1]);
+            even = even.accumulate_late(x[0], y[0]);
+            odd = odd.accumulate_late(x[1], y[1]);
         }
         if let ([x], [y]) = (x_rest, y_rest) {
-            even = even.accumulate(*x, *y);
+            even = even.accumulate_late(*x, *y);
         }
-        even.join(odd).total()
+        even.join(odd).settled().sum_of_halves()
     }
 
     /// `y += factor * x`.
@@ -39,10 +39,11 @@ with_fma! {
     /// The plane rotation `x <- c (x + t y)`, `y <- c (y - t x)`. Equal columns and `t = 1` leave
     /// exact zeros in `y`.
     pub fn rotate<T: Real>(t: f64, c: T, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
+        let c = T::Lanes::splat(c);
         for (x, y) in x.iter_mut().zip(y) {
             let old = *x;
-            *x = old.add_scaled_f64(t, *y).scale(c);
-            *y = y.add_scaled_f64(-t, old).scale(c);
+            *x = old.add_scaled_f64(t, *y).mul(c);
+            *y = y.add_scaled_f64(-t, old).mul(c);
         }
     }
 }

@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 use super::cancel;
 use super::columns::{dot, rotate, shear};
 use super::dd::{exponent_of, pow2};
-use super::lanes::{Lanes, WIDTH, lanes_for};
+use super::lanes::{LANES, Lanes, lanes_for};
 use super::real::Real;
 
 /// Sweeps over all pairs after which the iteration counts as failed; 5 to 10 are usual.
@@ -60,7 +60,7 @@ pub fn svd<T: Real>(a: DMatrix<T>) -> Option<Svd<T>> {
     for j in 0..n {
         let column = columns.column_mut(j);
         write(&mut column[..lanes_for(rows)], a.column(j).iter().map(|x| x.ldexp(exponent)));
-        column[lanes_for(rows) + j / WIDTH].set(j % WIDTH, T::one());
+        column[lanes_for(rows) + j / LANES].set(j % LANES, T::one());
     }
     columns.orthogonalise()?;
     Some(columns.finish(exponent))
@@ -86,7 +86,7 @@ pub(super) fn scale_exponent<T: Real>(a: &DMatrix<T>) -> Option<i32> {
 /// Fills lanes from the first number on.
 pub(super) fn write<T: Real>(lanes: &mut [T::Lanes], numbers: impl Iterator<Item = T>) {
     for (i, x) in numbers.enumerate() {
-        lanes[i / WIDTH].set(i % WIDTH, x);
+        lanes[i / LANES].set(i % LANES, x);
     }
 }
 
@@ -262,7 +262,7 @@ impl<T: Real> Columns<T> {
         let mut sigma = Vec::with_capacity(n);
         for &j in &order {
             let column = &self.lanes[j * self.stride..(j + 1) * self.stride];
-            let read = |lanes: &[T::Lanes], i: usize| lanes[i / WIDTH].get(i % WIDTH);
+            let read = |lanes: &[T::Lanes], i: usize| lanes[i / LANES].get(i % LANES);
             let (above, below) = column.split_at(top);
             // The roundings of many cosines add up to a length of `v` off by some units; `A V`
             // carries the same factor.

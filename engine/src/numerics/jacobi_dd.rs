@@ -10,7 +10,7 @@ use super::cancel;
 use super::columns::{axpy, dot};
 use super::dd::Dd;
 use super::jacobi::{Columns, Svd, scale_exponent, svd, write};
-use super::lanes::{DdLanes, Lanes, WIDTH, lanes_for};
+use super::lanes::{Ddx4, LANES, Lanes, lanes_for};
 
 /// Decomposes `a` to double-double precision. None if an entry is not finite or the iteration does
 /// not end.
@@ -25,7 +25,7 @@ pub fn svd_dd(a: &DMatrix<Dd>) -> Option<Svd<Dd>> {
     };
     let a_lanes = lanes_of(a, |x| x.ldexp(exponent));
     let (top, side) = (lanes_for(rows), lanes_for(n));
-    let length = |x: &[DdLanes]| dot::<Dd>(x, x).hi.sqrt();
+    let length = |x: &[Ddx4]| dot::<Dd>(x, x).hi.sqrt();
     let lengths: Vec<f64> = (0..n).map(|k| length(&a_lanes[k * top..(k + 1) * top])).collect();
     let mut columns = Columns::new(rows, n);
     for j in 0..n {
@@ -36,7 +36,7 @@ pub fn svd_dd(a: &DMatrix<Dd>) -> Option<Svd<Dd>> {
         below.copy_from_slice(v);
         let mut length = 0.0;
         for k in 0..n {
-            let weight = v[k / WIDTH].get(k % WIDTH);
+            let weight = v[k / LANES].get(k % LANES);
             axpy(weight, &a_lanes[k * top..(k + 1) * top], above);
             length += weight.hi.abs() * lengths[k];
         }
@@ -48,7 +48,7 @@ pub fn svd_dd(a: &DMatrix<Dd>) -> Option<Svd<Dd>> {
 
 /// Makes a matrix orthogonal that is so to double precision: `V (3/2 I - VᵀV / 2)` and the next
 /// term of that series.
-fn orthonormal(v: &DMatrix<f64>) -> Vec<DdLanes> {
+fn orthonormal(v: &DMatrix<f64>) -> Vec<Ddx4> {
     let n = v.ncols();
     let side = lanes_for(n);
     let v = lanes_of(v, Dd::from);
@@ -97,14 +97,14 @@ fn square(matrix: &DMatrix<f64>, factor: f64) -> DMatrix<f64> {
     result
 }
 
-fn identity(n: usize) -> Vec<DdLanes> {
+fn identity(n: usize) -> Vec<Ddx4> {
     lanes_of(&DMatrix::<Dd>::identity(n, n), |x| x)
 }
 
 /// The columns of a matrix as lanes, each column padded to whole lanes.
-fn lanes_of<T: nalgebra::Scalar + Copy>(matrix: &DMatrix<T>, map: impl Fn(T) -> Dd) -> Vec<DdLanes> {
+fn lanes_of<T: nalgebra::Scalar + Copy>(matrix: &DMatrix<T>, map: impl Fn(T) -> Dd) -> Vec<Ddx4> {
     let stride = lanes_for(matrix.nrows());
-    let mut lanes = vec![DdLanes::ZERO; stride * matrix.ncols()];
+    let mut lanes = vec![Ddx4::ZERO; stride * matrix.ncols()];
     for (j, column) in matrix.column_iter().enumerate() {
         write::<Dd>(&mut lanes[j * stride..(j + 1) * stride], column.iter().map(|&x| map(x)));
     }

@@ -4,8 +4,8 @@
 //! to keep them: an orthogonal triangularisation ([`qr`]) instead of the normal equations,
 //! one-sided Jacobi ([`jacobi`]) for singular values with high relative accuracy, and the same
 //! algorithms once more in double-double ([`dd`]) for data whose digits a double cannot hold.
-//! [`Real`] is the number type the algorithms are generic over; [`columns`] holds its inner loops
-//! over columns, four numbers at a time, and [`wide`] those over nodes.
+//! [`Real`] is the number type the algorithms are generic over, [`lanes`] four of them side by side;
+//! [`columns`] holds its inner loops over columns.
 //!
 //! Conventions: matrices are column-major `nalgebra::DMatrix`; triangular factors are upper;
 //! singular values ascend. Every result is a fixed sequence of operations: equal input gives equal
@@ -27,6 +27,7 @@ pub mod jacobi;
 mod jacobi_dd;
 pub mod lanczos;
 pub mod lanes;
+mod lanes_dd;
 pub mod minimize;
 pub mod qr;
 pub mod quadrature;
@@ -36,7 +37,6 @@ pub mod root;
 pub mod sums;
 pub mod triangular;
 mod vector;
-pub mod wide;
 
 pub(crate) use dispatch::with_fma;
 

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use super::cancel;
 use super::columns::{axpy, dot};
 use super::dd::exponent_of;
-use super::lanes::{Lanes, WIDTH, lanes_for};
+use super::lanes::{LANES, Lanes, lanes_for};
 use super::real::Real;
 
 /// Rows folded in at a time.
@@ -86,7 +86,7 @@ impl<T: Real> Fold<T> {
         self.tail.reserve((self.n + 1) * self.stride);
         for j in 0..=self.n {
             let source = if j < self.n { column(j) } else { y };
-            for numbers in source.chunks(WIDTH) {
+            for numbers in source.chunks(LANES) {
                 let mut lanes = T::Lanes::ZERO;
                 for (k, &x) in numbers.iter().enumerate() {
                     lanes.set(k, x);
@@ -103,7 +103,7 @@ impl<T: Real> Fold<T> {
         let mut v = Vec::with_capacity(stride);
         for k in 0..top_rows {
             cancel::every(STRETCH, k);
-            let (from, lane) = (k / WIDTH, k % WIDTH);
+            let (from, lane) = (k / LANES, k % LANES);
             let (done, rest) = self.tail.split_at_mut((k + 1) * stride);
             let column = &mut done[k * stride..];
             v.clear();
@@ -122,12 +122,12 @@ impl<T: Real> Fold<T> {
         }
         for j in 0..=n {
             for i in 0..top_rows.min(j + 1) {
-                self.head[j * n + i] = self.tail[j * stride + i / WIDTH].get(i % WIDTH);
+                self.head[j * n + i] = self.tail[j * stride + i / LANES].get(i % LANES);
             }
         }
         let y = &mut self.tail[n * stride..];
         for i in 0..top_rows {
-            y[i / WIDTH].set(i % WIDTH, T::zero());
+            y[i / LANES].set(i % LANES, T::zero());
         }
         self.rss = dot(y, y);
     }
@@ -187,7 +187,7 @@ impl<T: Real> Reflection<T> {
         if !RANGE.contains(&square.to_f64()) {
             let mut largest = head.to_f64().abs();
             for lanes in tail.iter() {
-                for k in 0..WIDTH {
+                for k in 0..LANES {
                     largest = largest.max(lanes.get(k).to_f64().abs());
                 }
             }
@@ -198,7 +198,7 @@ impl<T: Real> Reflection<T> {
                 exponent = -exponent_of(largest);
             }
             for lanes in tail.iter_mut() {
-                for k in 0..WIDTH {
+                for k in 0..LANES {
                     lanes.set(k, lanes.get(k).ldexp(exponent));
                 }
             }

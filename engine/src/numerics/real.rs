@@ -7,7 +7,7 @@ use nalgebra::Scalar;
 use num_traits::{One, Zero};
 
 use super::dd::{Dd, ldexp};
-use super::lanes::{DdLanes, F64Lanes, Lanes};
+use super::lanes::{Ddx4, F64x4, Lanes};
 
 /// A real number of fixed precision.
 pub trait Real:
@@ -30,7 +30,7 @@ pub trait Real:
     /// The unit roundoff: a bound on the relative error of one operation.
     const EPSILON: f64;
     /// Four of these numbers side by side.
-    type Lanes: Lanes<Self>;
+    type Lanes: Lanes<Number = Self>;
 
     /// The number `x`.
     fn of(x: f64) -> Self;
@@ -56,7 +56,7 @@ pub trait Real:
 
 impl Real for f64 {
     const EPSILON: f64 = f64::EPSILON / 2.0;
-    type Lanes = F64Lanes;
+    type Lanes = F64x4;
 
     #[inline(always)]
     fn of(x: f64) -> Self {
@@ -103,7 +103,7 @@ impl Real for f64 {
 impl Real for Dd {
     /// 2^-104.
     const EPSILON: f64 = f64::EPSILON * f64::EPSILON;
-    type Lanes = DdLanes;
+    type Lanes = Ddx4;
 
     #[inline(always)]
     fn of(x: f64) -> Self {

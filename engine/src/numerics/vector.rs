@@ -12,6 +12,7 @@ pub const LANES: usize = 4;
 
 /// Four doubles.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
 pub struct F64x4(machine::Four);
 
 impl F64x4 {
@@ -34,6 +35,16 @@ impl F64x4 {
     #[inline(always)]
     pub fn to_array(self) -> [f64; LANES] {
         machine::store(self.0)
+    }
+    /// The four numbers where they stand.
+    #[inline(always)]
+    pub fn as_array(&self) -> &[f64; LANES] {
+        machine::numbers(&self.0)
+    }
+    /// The same, to write one of them.
+    #[inline(always)]
+    pub fn as_mut_array(&mut self) -> &mut [f64; LANES] {
+        machine::numbers_mut(&mut self.0)
     }
     /// `self · a + b`, rounded once.
     #[inline(always)]
@@ -64,12 +75,6 @@ impl F64x4 {
     #[inline(always)]
     pub fn larger(self, other: Self) -> Self {
         F64x4(machine::larger(self.0, other.0))
-    }
-    /// `(x₀ + x₁) + (x₂ + x₃)`.
-    #[inline(always)]
-    pub fn total(self) -> f64 {
-        let x = self.to_array();
-        (x[0] + x[1]) + (x[2] + x[3])
     }
 }
 
@@ -156,6 +161,18 @@ mod machine {
         // SAFETY: both are four doubles, one behind the other.
         unsafe { std::mem::transmute::<Four, [f64; 4]>(four) }
     }
+
+    #[inline(always)]
+    pub(crate) fn numbers(four: &Four) -> &[f64; 4] {
+        // SAFETY: both are four doubles, one behind the other.
+        unsafe { &*std::ptr::from_ref(four).cast() }
+    }
+
+    #[inline(always)]
+    pub(crate) fn numbers_mut(four: &mut Four) -> &mut [f64; 4] {
+        // SAFETY: both are four doubles, one behind the other.
+        unsafe { &mut *std::ptr::from_mut(four).cast() }
+    }
 }
 
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx", target_feature = "fma")))]
@@ -170,6 +187,14 @@ mod machine {
     }
     #[inline(always)]
     pub(crate) fn store(four: Four) -> [f64; 4] {
+        four
+    }
+    #[inline(always)]
+    pub(crate) fn numbers(four: &Four) -> &[f64; 4] {
+        four
+    }
+    #[inline(always)]
+    pub(crate) fn numbers_mut(four: &mut Four) -> &mut [f64; 4] {
         four
     }
     #[inline(always)]
@@ -247,11 +272,5 @@ mod tests {
             same(a.mul_sub(b, c), |k| x[k].mul_add(y[k], -z[k]));
             same(a.larger(b), |k| if x[k] > y[k] { x[k] } else { y[k] });
         }
-    }
-
-    #[test]
-    fn totals_are_summed_in_pairs() {
-        assert_eq!(F64x4::new([1e300, 1.0, -1e300, 2.0]).total(), 0.0);
-        assert_eq!(F64x4::splat(0.25).total(), 1.0);
     }
 }

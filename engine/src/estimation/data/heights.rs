@@ -1,7 +1,7 @@
 //! Weighted sums over the heights.
 
 use super::sample::Sample;
-use crate::numerics::{Dd, cancel::Asking, wide::LANES};
+use crate::numerics::{Dd, cancel::Asking, lanes::LANES};
 
 /// Weighted sums over the heights.
 pub(crate) struct Heights {

@@ -1,7 +1,7 @@
 //! The counted nodes of a node set: what is missing or of weight 0 is skipped once, here.
 
 use super::nodes::Nodes;
-use crate::numerics::wide::LANES;
+use crate::numerics::lanes::LANES;
 
 /// Counted nodes, borrowed from the node set in the order posted (grids row by row).
 pub(crate) struct Sample<'a> {

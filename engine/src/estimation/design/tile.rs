@@ -11,7 +11,7 @@ use super::{
 use crate::{
     estimation::data::Sample,
     geometry::Mapping,
-    numerics::wide::{F64x4, LANES, Lanes},
+    numerics::lanes::{F64x4, LANES, Lanes},
 };
 
 /// Groups of four nodes in a tile.

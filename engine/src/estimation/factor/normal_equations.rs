@@ -17,7 +17,7 @@ use crate::{
     numerics::{
         Dd,
         cancel::Asking,
-        wide::{F64x4, Lanes},
+        lanes::{F64x4, Lanes},
     },
 };
 
@@ -70,7 +70,7 @@ fn from_moments(axes: &Chebyshev, sample: &Sample) -> Normal {
         },
         |sums| {
             for (total, sum) in totals.iter_mut().zip(sums) {
-                *total += sum.sum();
+                *total += Dd::from(sum.sum_of_pairs());
             }
         },
     );

@@ -15,7 +15,7 @@ use crate::{
     numerics::{
         Dd, Real,
         cancel::{self, Asking},
-        wide::{Ddx4, F64x4, Lanes},
+        lanes::{Ddx4, F64x4, Lanes},
     },
 };
 
@@ -90,7 +90,7 @@ fn tiled_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[D
     let mut table = vec![L::ZERO; p * q];
     let mut heights = vec![0; q];
     for (&(i, j), &value) in axes.terms.iter().zip(c) {
-        table[j * p + i] = L::splat(value);
+        table[j * p + i] = L::splat(L::Number::of_dd(value));
         heights[j] = heights[j].max(i + 1);
     }
     let keep = wanted == Wanted::Values;
@@ -159,13 +159,13 @@ fn tiled_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[D
                     }
                 }
             }
-            part.rss = rss.into_iter().fold(Dd::ZERO, |sum, rss| sum + rss.sum());
+            part.rss = rss.into_iter().fold(Dd::ZERO, |sum, rss| sum + rss.sum_of_pairs().to_dd());
             part.max_abs = largest.into_iter().flat_map(F64x4::to_array).fold(0.0, f64::max);
             part
         },
         |part| {
             for (total, &(i, j)) in pass.projected.iter_mut().zip(axes.terms) {
-                *total += part.projected[j * p + i].settled().sum();
+                *total += part.projected[j * p + i].settled().sum_of_pairs().to_dd();
             }
             pass.rss += part.rss;
             pass.max_abs = pass.max_abs.max(part.max_abs);

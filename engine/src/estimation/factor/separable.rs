@@ -18,8 +18,8 @@ use crate::{
     numerics::{
         Dd, Real,
         cancel::{self, Asking},
+        lanes::{Ddx4, F64x4, LANES, Lanes},
         qr, triangular,
-        wide::{Ddx4, F64x4, LANES, Lanes},
     },
 };
 
@@ -198,7 +198,7 @@ fn contract(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, z: &[f64]) -> Vec<Dd> {
                 for (g, lane) in column.iter().enumerate() {
                     dot = dot.add_product(*lane, four(row, g * LANES));
                 }
-                let dot = dot.settled().sum();
+                let dot = dot.settled().sum_of_pairs();
                 for i in 0..p {
                     sum[i * q + j] = qu[(k, i)].fma(dot, sum[i * q + j]);
                 }
@@ -226,7 +226,7 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
                     for i in 0..p {
                         sum = qu[(k, i)].fma(b[i * q + j], sum);
                     }
-                    L::splat(sum)
+                    L::splat(L::Number::of_dd(sum))
                 })
                 .collect();
             let row = &z[k * nv..(k + 1) * nv];
@@ -245,7 +245,7 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
                 }
             }
         }
-        (rss.sum(), max_abs.to_array().into_iter().fold(0.0, f64::max), values)
+        (rss.sum_of_pairs().to_dd(), max_abs.to_array().into_iter().fold(0.0, f64::max), values)
     });
     let (mut rss, mut max_abs, mut values) = (Dd::ZERO, 0.0f64, Vec::with_capacity(if keep { z.len() } else { 0 }));
     for (part, largest, kept) in parts {

@@ -13,7 +13,7 @@ use super::penalty::triangular;
 use crate::numerics::{
     Dd, Real,
     columns::axpy,
-    lanes::{DdLanes, Lanes, WIDTH, lanes_for},
+    lanes::{Ddx4, LANES, Lanes, lanes_for},
     svd_dd, triangular as solve,
 };
 
@@ -166,19 +166,19 @@ fn separated(penalty: &DMatrix<Dd>, mut v: DMatrix<Dd>, sigma: &[Dd]) -> Option<
 /// `A B`.
 pub(super) fn product(a: &DMatrix<Dd>, b: &DMatrix<Dd>) -> DMatrix<Dd> {
     let height = lanes_for(a.nrows());
-    let mut columns = vec![DdLanes::ZERO; height * a.ncols()];
+    let mut columns = vec![Ddx4::ZERO; height * a.ncols()];
     for (j, column) in a.column_iter().enumerate() {
         let to = &mut columns[j * height..(j + 1) * height];
-        column.iter().enumerate().for_each(|(i, &x)| to[i / WIDTH].set(i % WIDTH, x));
+        column.iter().enumerate().for_each(|(i, &x)| to[i / LANES].set(i % LANES, x));
     }
     let mut out = DMatrix::from_element(a.nrows(), b.ncols(), Dd::ZERO);
-    let mut sum = vec![DdLanes::ZERO; height];
+    let mut sum = vec![Ddx4::ZERO; height];
     for (mut to, from) in out.column_iter_mut().zip(b.column_iter()) {
-        sum.fill(DdLanes::ZERO);
+        sum.fill(Ddx4::ZERO);
         for (k, &factor) in from.iter().enumerate().filter(|(_, x)| **x != Dd::ZERO) {
             axpy(factor, &columns[k * height..(k + 1) * height], &mut sum);
         }
-        to.iter_mut().enumerate().for_each(|(i, x)| *x = sum[i / WIDTH].get(i % WIDTH));
+        to.iter_mut().enumerate().for_each(|(i, x)| *x = sum[i / LANES].get(i % LANES));
     }
     out
 }

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     estimation::spec::{Criterion, Scheme},
-    numerics::{minimize::minimum, root::root, wide::LANES},
+    numerics::{lanes::LANES, minimize::minimum, root::root},
 };
 
 /// Grid points for each factor of e between the ends of the search.

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::filter::Rule;
 use crate::{
     estimation::spec::Scheme,
-    numerics::wide::{F64x4, LANES},
+    numerics::lanes::{F64x4, LANES, Lanes},
 };
 
 /// What every criterion needs to know of a fit, laid out for repeated summation.
@@ -174,7 +174,7 @@ impl<'a> Spectral<'a> {
         let (whole, partial) = (touched.end / LANES, touched.end % LANES);
         let last = (partial > 0).then(|| self.blocks[whole].first(partial));
         let sums = carried(rule, self.blocks[..whole].iter().copied().chain(last), F64x4::splat(parameter));
-        self.finished(sums.map(F64x4::total), touched.end)
+        self.finished(sums.map(Lanes::sum_of_pairs), touched.end)
     }
 
     /// The same at four parameters side by side.
