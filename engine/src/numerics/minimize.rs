@@ -79,6 +79,8 @@ pub fn minimum(
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use super::*;
 
     fn of(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
@@ -103,6 +105,29 @@ mod tests {
             let (x, height) = of(low, high, f);
             assert!((x - truth).abs() < 3e-8, "{x} {truth}");
             assert!(height == f(x) && height <= f(low) && height <= f(high));
+        }
+    }
+
+    /// What smoothing pays for: each evaluation there factors a banded matrix.
+    #[test]
+    fn parabolas_need_few_evaluations() {
+        let evaluations = |tolerance: f64, f: fn(f64) -> f64| {
+            let count = Cell::new(0);
+            minimum([-2.4, 2.4], (0.0, f(0.0)), tolerance, |x| {
+                count.set(count.get() + 1);
+                f(x)
+            });
+            count.get()
+        };
+        // golden sections alone would need 32
+        let cases: [(fn(f64) -> f64, usize); 3] = [
+            (|x| (x - 0.7).powi(2), 5),
+            (|x| (x - 1.0).exp() - x, 11),
+            (|x| (1.0 + (x - 0.3).exp()).ln() - 0.4 * x, 12),
+        ];
+        for (f, most) in cases {
+            let count = evaluations(1e-6, f);
+            assert!(count <= most, "{count} {most}");
         }
     }
 
