@@ -13,11 +13,11 @@ use crate::{
 };
 
 /// How long WebSockets may take to end at a shutdown, within the grace.
-const LAST_WORDS: Duration = Duration::from_secs(5);
+const DRAIN_TIME: Duration = Duration::from_secs(5);
 
 /// How long the store may take to finish what it has been given. What it has not committed then was
 /// not answered either, and the log of the database undoes it.
-const LAST_WRITES: Duration = Duration::from_millis(1500);
+const CLOSE_TIME: Duration = Duration::from_millis(1500);
 
 /// Time between two looks for what is kept too long.
 const UPKEEP: std::time::Duration = std::time::Duration::from_secs(3600);
@@ -80,24 +80,26 @@ impl App {
         };
         let upkeep = tokio::spawn(telemetry::upkeep());
         let state = self.state.clone();
-        let kept = self.state.clone();
-        let forgetting = tokio::spawn(async move { kept.jobs.upkeep(UPKEEP).await });
+        let forgetting = tokio::spawn({
+            let state = state.clone();
+            async move { state.jobs.upkeep(UPKEEP).await }
+        });
         let (stopping, stopped) = oneshot::channel();
         let stop = async {
             stop.await;
             // event streams and WebSockets would never end by themselves
-            state.closing.close();
+            state.shutdown.begin();
             let _sent = stopping.send(Instant::now() + grace);
         };
         server::serve(self.listener, http::router(self.state), stop, limits).await;
-        let deadline = stopped.await.unwrap_or_else(|_| Instant::now()).min(Instant::now() + LAST_WORDS);
+        let deadline = stopped.await.unwrap_or_else(|_| Instant::now()).min(Instant::now() + DRAIN_TIME);
         // WebSockets have left their connections; they were told to end at once
-        let _late = tokio::time::timeout_at(deadline, state.closing.empty()).await;
+        let _late = tokio::time::timeout_at(deadline, state.shutdown.drained()).await;
         state.pool.stop();
         upkeep.abort();
         forgetting.abort();
-        if tokio::time::timeout(LAST_WRITES, self.store.close()).await.is_err() {
-            tracing::warn!("the store was not closed in time");
+        if tokio::time::timeout(CLOSE_TIME, self.store.close()).await.is_err() {
+            tracing::warn!("the store did not close in time");
         }
     }
 }

@@ -11,9 +11,9 @@ use clap::{Args, ValueEnum};
 /// How log lines look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
-    /// For people.
+    /// Human-readable lines.
     Pretty,
-    /// One JSON object a line.
+    /// One JSON object per line.
     Json,
 }
 
@@ -23,44 +23,44 @@ pub struct ServeSettings {
     /// localhost:8080; port 0 takes any free one.
     #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080", value_parser = parse_address)]
     pub bind: SocketAddr,
-    /// Where the gear jobs are kept.
+    /// Database of the gear jobs: sqlite://FILE.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db")]
     pub database_url: String,
-    /// Threads that compute fits; 0 takes one per processor.
+    /// Threads that compute fits; 0 means one per processor.
     #[arg(long, env = "FLANKFIT_WORKERS", default_value_t = 0)]
     pub workers: usize,
-    /// Requests that may wait for a worker before the answer is 503.
+    /// Longest queue of requests that wait for a worker; beyond it the answer is 503.
     #[arg(long, env = "FLANKFIT_QUEUE", default_value_t = 1024)]
     pub queue: usize,
     /// Largest request body in bytes, counted after decompression.
     #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024)]
     pub body_limit: usize,
-    /// Bytes that bodies (as sent, unpacked, and what is read from them) and unsent answers may
-    /// take together; beyond them requests are refused (503, or 413 for one that alone is beyond
-    /// them).
+    /// Memory in bytes for all request bodies (as sent, decompressed and parsed) and unsent
+    /// responses together. Beyond it requests are refused: 503, or 413 for one that needs more than
+    /// this alone.
     #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 1 << 30)]
     pub body_memory: usize,
-    /// Seconds in which a request body must have arrived (else 408).
+    /// Seconds within which a request body must arrive (else 408).
     #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60,
         value_parser = clap::value_parser!(u64).range(1..))]
     pub body_timeout: u64,
-    /// Seconds that a client may take nothing of its answer before it is let go.
+    /// Seconds without progress after which a client that does not read its response is disconnected.
     #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30,
         value_parser = clap::value_parser!(u64).range(1..))]
     pub write_timeout: u64,
-    /// Connections at a time; less where the system gives fewer handles. Idle ones give way,
-    /// further clients wait.
+    /// Most connections at a time; fewer if the limit on open files is lower. When all are in use,
+    /// the longest idle one is closed for a new client; if none is idle, the client waits.
     #[arg(long, env = "FLANKFIT_MAX_CONNECTIONS", default_value_t = 4096)]
     pub max_connections: usize,
-    /// Seconds in which a request must be answered (else 503).
+    /// Seconds within which a request must be answered (else 503).
     #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120,
         value_parser = clap::value_parser!(u64).range(1..))]
     pub request_timeout: u64,
-    /// Seconds that a shutdown waits for what was accepted.
+    /// Seconds that a shutdown waits for accepted requests.
     #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30)]
     pub shutdown_grace: u64,
-    /// SHA-256 digests (hexadecimal, separated by commas) of the API keys that may be used; none,
-    /// or an empty text: no key is asked for.
+    /// SHA-256 digests (hexadecimal, comma-separated) of the accepted API keys; if empty, no key is
+    /// required.
     #[arg(
         long,
         env = "FLANKFIT_API_KEYS_SHA256",
@@ -70,8 +70,8 @@ pub struct ServeSettings {
         hide_default_value = true
     )]
     pub api_keys_sha256: Digests,
-    /// Origins (such as `https://cell.example`, separated by commas) whose web pages may call this
-    /// server; none: no other than its own.
+    /// Origins (such as `https://cell.example`, comma-separated) whose web pages may call this
+    /// server; if empty, only its own.
     #[arg(
         long,
         env = "FLANKFIT_CORS_ORIGINS",
@@ -80,13 +80,13 @@ pub struct ServeSettings {
         hide_default_value = true
     )]
     pub cors_origins: Origins,
-    /// Form of the log lines on standard error.
+    /// Format of the log lines on standard error.
     #[arg(long, env = "FLANKFIT_LOG_FORMAT", value_enum, default_value_t = LogFormat::Pretty)]
     pub log_format: LogFormat,
-    /// What is logged: error, warn, info, debug, trace, or directives such as `info,sqlx=warn`.
+    /// Log level: error, warn, info, debug, trace, or directives such as `info,sqlx=warn`.
     #[arg(long, env = "FLANKFIT_LOG", default_value = "info")]
     pub log: String,
-    /// Whether the interactive documentation is served at /docs.
+    /// Serve the interactive documentation at /docs.
     #[arg(long, env = "FLANKFIT_DOCS", default_value_t = true, action = clap::ArgAction::Set)]
     pub docs: bool,
 }
@@ -145,11 +145,11 @@ fn parse_origin(text: &str) -> Result<Origin, String> {
     };
     let of_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
     let address = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
-    let sound = match address {
+    let valid = match address {
         Some(address) => address.parse::<std::net::Ipv6Addr>().is_ok(),
         None => !host.is_empty() && host.chars().all(of_name),
     };
-    if !sound {
+    if !valid {
         return Err(refused("its host is not a name or an address"));
     }
     let usual = if scheme == "https" { 443 } else { 80 };

@@ -44,18 +44,18 @@ pub struct EvaluateArguments {
     /// Curves (.mka) or values (.mew) of a gear tester, points (.csv, with --gear) or a REXS model;
     /// `-` reads standard input.
     file: PathBuf,
-    /// The gear as JSON, where the file does not say it or is not believed.
+    /// The gear as JSON; replaces the gear data of the file.
     #[arg(long, value_name = "FILE")]
     gear: Option<PathBuf>,
-    /// How to evaluate, as the `evaluation` of `POST /v1/gears/evaluate`; ranges that it leaves out
-    /// are those of the file.
+    /// Evaluation settings as JSON, as the `evaluation` of `POST /v1/gears/evaluate`; ranges left
+    /// out are taken from the file.
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
-    /// Of a REXS model: the id of the gear whose topographies are evaluated. Without it the gears
+    /// In a REXS model, the id of the gear whose topographies are evaluated; without it the gears
     /// are listed.
     #[arg(long, value_name = "ID")]
     component: Option<String>,
-    /// Print what `POST /v1/gears/evaluate` answers (of points and topographies: `POST
+    /// Print JSON as `POST /v1/gears/evaluate` answers it (for points and topographies, `POST
     /// /v1/gears/deviations`) instead of a table.
     #[arg(long)]
     json: bool,
@@ -87,7 +87,7 @@ fn bytes(path: &PathBuf) -> Result<Vec<u8>, String> {
     read.map_err(|error| format!("cannot read {} ({error})", path.display()))
 }
 
-fn said(problem: Problem) -> String {
+fn in_words(problem: Problem) -> String {
     let faults: Vec<String> =
         problem.errors.iter().map(|error| format!("{}: {}", error.pointer, error.detail)).collect();
     if faults.is_empty() { problem.detail } else { faults.join("\n") }
@@ -98,7 +98,7 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
     let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
     let parsed = gear_file::read(&content, name.as_deref());
     if let (Ok(GearFile::Model(_)), None) = (&parsed, &arguments.component) {
-        return gears(&gears::read(&content, name.as_deref()).map_err(said)?, arguments.json);
+        return gears(&gears::read(&content, name.as_deref()).map_err(in_words)?, arguments.json);
     }
     if let Ok(GearFile::Values(values)) = parsed {
         let mut table = Table::new(["code", "result", "value"], 2);
@@ -113,22 +113,22 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
         return Ok(table.to_string());
     }
     let gear = match &arguments.gear {
-        Some(path) => Some(read_json::<GearBody>(&bytes(path)?).map_err(|error| said(error.into()))?),
+        Some(path) => Some(read_json::<GearBody>(&bytes(path)?).map_err(|error| in_words(error.into()))?),
         None => None,
     };
     let evaluation = match &arguments.settings {
-        Some(path) => Some(read_json::<EvaluationSettingsBody>(&bytes(path)?).map_err(|error| said(error.into()))?),
+        Some(path) => Some(read_json::<EvaluationSettingsBody>(&bytes(path)?).map_err(|error| in_words(error.into()))?),
         None => None,
     };
     let component = arguments.component.clone();
     let spec = ImportSpecBody { gear, evaluation, component, ..ImportSpecBody::default() };
-    let read = read(&content, name.as_deref(), &spec, None).map_err(said)?;
+    let read = read(&content, name.as_deref(), &spec, None).map_err(in_words)?;
     for warning in &read.warnings {
         eprintln!("{}: {}", warning.code, warning.message);
     }
     if let Some(found) = &read.deviations {
         if arguments.json {
-            let built = deviations::imported(&read.gear, found, &read.warnings).map_err(said)?;
+            let built = deviations::imported(&read.gear, found, &read.warnings).map_err(in_words)?;
             return String::from_utf8(built.result).map(|text| text + "\n").map_err(|error| error.to_string());
         }
         return flanks(&read).map_err(|error| error.to_string());

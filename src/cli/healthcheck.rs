@@ -9,7 +9,7 @@ use crate::config::parse_address;
 
 #[derive(Debug, Args)]
 pub struct HealthcheckArguments {
-    /// The address that the server was told to listen on.
+    /// The address that the server listens on.
     #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080", value_parser = parse_address)]
     bind: SocketAddr,
     /// Seconds to wait for the answer.

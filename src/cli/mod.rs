@@ -43,7 +43,7 @@ enum Command {
     Openapi(openapi::OpenapiArguments),
     /// Copy the database to a new file, consistently, also while a server writes to it.
     Backup(backup::BackupArguments),
-    /// Ask a running server whether it is up; exit code 0 when it is.
+    /// Check that a running server answers; exit code 0 if it does.
     Healthcheck(healthcheck::HealthcheckArguments),
 }
 

@@ -11,25 +11,25 @@ use crate::api::problem::{Problem, ProblemCode};
 
 /// A form of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum Format {
     Json,
     Csv,
 }
 
 /// How much a client wants a media type.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub struct Wanted {
+pub struct Preference {
     /// From 0, not at all, to 1.
-    pub weight: f32,
+    pub quality: f32,
     /// How exactly it was named: 0 by `*/*`, 1 by `text/*`, 2 by its name.
     exactness: u8,
 }
 
 /// How much `Accept` wants a media type: by the range that names it most exactly (RFC 9110,
 /// 12.5.1). Without the header all is wanted.
-pub fn wanted(headers: &HeaderMap, media: &str) -> Wanted {
+pub fn preference(headers: &HeaderMap, media: &str) -> Preference {
     let mut given = false;
-    let mut best: Option<Wanted> = None;
+    let mut best: Option<Preference> = None;
     let values = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
     for range in values.flat_map(|value| value.split(',')) {
         let mut parts = range.split(';').map(str::trim);
@@ -42,26 +42,27 @@ pub fn wanted(headers: &HeaderMap, media: &str) -> Wanted {
             _ => continue,
         };
         let quality = parts.find_map(|part| part.strip_prefix("q=").or(part.strip_prefix("Q=")));
-        let weight = quality.map_or(Ok(1.0), str::parse).unwrap_or(0.0_f32);
-        let this = Wanted { weight, exactness };
-        let better = |best: Wanted| exactness > best.exactness || (exactness == best.exactness && weight > best.weight);
+        let quality = quality.map_or(Ok(1.0), str::parse).unwrap_or(0.0_f32);
+        let this = Preference { quality, exactness };
+        let better =
+            |best: Preference| exactness > best.exactness || (exactness == best.exactness && quality > best.quality);
         if best.is_none_or(better) {
             best = Some(this);
         }
     }
-    let none = Wanted { weight: if given { 0.0 } else { 1.0 }, exactness: 0 };
+    let none = Preference { quality: if given { 0.0 } else { 1.0 }, exactness: 0 };
     best.unwrap_or(none)
 }
 
-impl Form {
-    /// What `Accept` prefers; JSON where it has no preference, and of two that weigh alike the one
+impl Format {
+    /// What `Accept` prefers; JSON where it has no preference, and of two that it prefers alike the one
     /// it names more exactly. `what` begins the sentence of a refusal.
-    pub fn wanted(headers: &HeaderMap, what: &str) -> Result<Form, Problem> {
-        let [json, csv] = ["application/json", "text/csv"].map(|media| wanted(headers, media));
-        if json.weight > 0.0 && json >= csv {
-            Ok(Form::Json)
-        } else if csv.weight > 0.0 {
-            Ok(Form::Csv)
+    pub fn negotiated(headers: &HeaderMap, what: &str) -> Result<Format, Problem> {
+        let [json, csv] = ["application/json", "text/csv"].map(|media| preference(headers, media));
+        if json.quality > 0.0 && json >= csv {
+            Ok(Format::Json)
+        } else if csv.quality > 0.0 {
+            Ok(Format::Csv)
         } else {
             Err(Problem::new(
                 ProblemCode::NotAcceptable,
@@ -74,7 +75,7 @@ impl Form {
     pub fn response(self, text: Vec<u8>) -> Response {
         let mut response = json(text);
         let headers = response.headers_mut();
-        if self == Form::Csv {
+        if self == Format::Csv {
             headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/csv; charset=utf-8"));
         }
         headers.insert(header::VARY, HeaderValue::from_static("accept"));
@@ -91,17 +92,21 @@ mod tests {
         let of = |accept: Option<&'static str>| {
             let mut headers = HeaderMap::new();
             headers.extend(accept.map(|accept| (header::ACCEPT, HeaderValue::from_static(accept))));
-            Form::wanted(&headers, "Nodes").map_err(|problem| problem.status)
+            Format::negotiated(&headers, "Nodes").map_err(|problem| problem.status)
         };
-        assert_eq!(of(None), Ok(Form::Json));
-        assert_eq!(of(Some("*/*")), Ok(Form::Json));
-        assert_eq!(of(Some("text/csv")), Ok(Form::Csv));
-        assert_eq!(of(Some("text/csv, */*")), Ok(Form::Csv));
-        assert_eq!(of(Some("text/csv;q=0.5, application/json")), Ok(Form::Json));
-        assert_eq!(of(Some("application/json;q=0.1, text/csv;q=0.9")), Ok(Form::Csv));
+        assert_eq!(of(None), Ok(Format::Json));
+        assert_eq!(of(Some("*/*")), Ok(Format::Json));
+        assert_eq!(of(Some("text/csv")), Ok(Format::Csv));
+        assert_eq!(of(Some("text/csv, */*")), Ok(Format::Csv));
+        assert_eq!(of(Some("text/csv;q=0.5, application/json")), Ok(Format::Json));
+        assert_eq!(of(Some("application/json;q=0.1, text/csv;q=0.9")), Ok(Format::Csv));
         assert_eq!(of(Some("image/png")), Err(406));
         assert_eq!(of(Some("text/csv;q=0")), Err(406));
-        assert_eq!(of(Some("application/json;q=0, */*")), Ok(Form::Csv), "what is named is not what a wildcard brings");
-        assert_eq!(of(Some("text/csv;q=0.2, */*;q=0.9")), Ok(Form::Json));
+        assert_eq!(
+            of(Some("application/json;q=0, */*")),
+            Ok(Format::Csv),
+            "what is named is not what a wildcard brings"
+        );
+        assert_eq!(of(Some("text/csv;q=0.2, */*;q=0.9")), Ok(Format::Json));
     }
 }

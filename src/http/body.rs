@@ -2,7 +2,7 @@
 //!
 //! The limit counts decompressed bytes. Decompressing is processor work and belongs on the pool: a
 //! [`Payload`] carries the bytes as they came and is decoded there. Both the bytes as they came and
-//! the decompressed ones are weighed on the budget, together with the numbers that are read from
+//! the decompressed ones are charged to the budget, together with the numbers that are read from
 //! them.
 
 use std::sync::{Arc, OnceLock};
@@ -16,7 +16,7 @@ use http_body_util::BodyExt;
 use sha2::{Digest, Sha256};
 
 use super::{
-    budget::{Held, Permit},
+    budget::{Permit, WithPermit},
     content_encoding::{Encoding, PIECE, too_large},
     media_type,
     state::AppState,
@@ -97,11 +97,11 @@ impl Payload {
 
     /// The decompressed bytes, with a permit for what is computed with them, and where their digest
     /// is to be noted. Processor work for compressed bodies.
-    pub fn unpack(self, limit: usize) -> Result<(Held<Bytes>, Option<BodyDigest>), Problem> {
+    pub fn unpack(self, limit: usize) -> Result<(WithPermit<Bytes>, Option<BodyDigest>), Problem> {
         let Payload { bytes, mut permit, numbers, encoding, digest, .. } = self;
         if encoding == Encoding::Identity {
             permit.grow(numbers * NUMBER)?;
-            return Ok((Held::new(bytes, permit), digest));
+            return Ok((WithPermit::new(bytes, permit), digest));
         }
         let packed = bytes.len();
         let hint = encoding.unpacked_length(&bytes).map_or(0, |length| length.min(limit as u64) as usize);
@@ -118,11 +118,11 @@ impl Payload {
         })?;
         drop(bytes);
         permit.shrink_to(permit.bytes() - packed);
-        Ok((Held::new(whole.into(), permit), digest))
+        Ok((WithPermit::new(whole.into(), permit), digest))
     }
 
     /// The same where the bytes themselves are what counts.
-    pub fn into_bytes(self, limit: usize) -> Result<Held<Bytes>, Problem> {
+    pub fn into_bytes(self, limit: usize) -> Result<WithPermit<Bytes>, Problem> {
         let (held, digest) = self.unpack(limit)?;
         if let Some(digest) = digest {
             digest.get_or_init(|| {
@@ -135,7 +135,7 @@ impl Payload {
     }
 
     /// The decompressed bytes of a body that must be JSON.
-    pub fn into_json(self, limit: usize) -> Result<Held<Bytes>, Problem> {
+    pub fn into_json(self, limit: usize) -> Result<WithPermit<Bytes>, Problem> {
         match &self.media {
             Media::Json => self.into_bytes(limit),
             Media::Multipart(other) | Media::Other(other) => Err(unsupported(other, "application/json")),
@@ -230,7 +230,7 @@ async fn collect(
         }
         permit.grow(chunk.len())?;
         numbers += count(&chunk);
-        permit.may_ever(numbers * NUMBER)?;
+        permit.check_total(numbers * NUMBER)?;
         if length > whole.capacity() {
             let room = (2 * whole.capacity()).min(limit).max(length);
             let more = room - whole.len();

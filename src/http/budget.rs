@@ -24,7 +24,7 @@ use crate::{
 const SMALL: usize = 64 << 10;
 /// The part of the budget that is kept for small ones, so that a few large bodies do not shut
 /// everybody out.
-const KEPT_FOR_SMALL: usize = 16;
+const RESERVED_FOR_SMALL: usize = 16;
 
 /// Why something was refused, as a label.
 const REASON: &str = "body_memory";
@@ -69,18 +69,18 @@ impl Budget {
     }
 
     /// Most that somebody may hold who wants this much.
-    fn room(&self, wanted: usize) -> usize {
+    fn limit_for(&self, wanted: usize) -> usize {
         let total = self.0.total;
-        if wanted <= SMALL { total } else { total - total / KEPT_FOR_SMALL }
+        if wanted <= SMALL { total } else { total - total / RESERVED_FOR_SMALL }
     }
 }
 
 impl Permit {
     /// Takes more, or leaves it at what there is.
     pub fn grow(&mut self, more: usize) -> Result<(), Problem> {
-        self.may_ever(more)?;
+        self.check_total(more)?;
         let wanted = self.bytes.saturating_add(more);
-        let room = self.budget.room(wanted);
+        let room = self.budget.limit_for(wanted);
         let fits = |held: usize| held.checked_add(more).filter(|sum| *sum <= room);
         if self.budget.0.held.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits).is_err() {
             return Err(busy());
@@ -91,15 +91,15 @@ impl Permit {
 
     /// Refuses at once what has no room, without taking any.
     pub fn check(&self, more: usize) -> Result<(), Problem> {
-        self.may_ever(more)?;
-        let room = self.budget.room(self.bytes.saturating_add(more));
+        self.check_total(more)?;
+        let room = self.budget.limit_for(self.bytes.saturating_add(more));
         if self.budget.held().saturating_add(more) > room { Err(busy()) } else { Ok(()) }
     }
 
     /// Refuses what would never have room, whoever else holds something.
-    pub fn may_ever(&self, more: usize) -> Result<(), Problem> {
+    pub fn check_total(&self, more: usize) -> Result<(), Problem> {
         let wanted = self.bytes.saturating_add(more);
-        let room = self.budget.room(wanted);
+        let room = self.budget.limit_for(wanted);
         if wanted > room { Err(never(room)) } else { Ok(()) }
     }
 
@@ -135,14 +135,14 @@ impl Drop for Permit {
 
 /// Something with the permit for the memory it takes.
 #[derive(Debug)]
-pub struct Held<T> {
+pub struct WithPermit<T> {
     value: T,
     permit: Permit,
 }
 
-impl<T> Held<T> {
+impl<T> WithPermit<T> {
     pub fn new(value: T, permit: Permit) -> Self {
-        Held { value, permit }
+        WithPermit { value, permit }
     }
 
     pub fn into_parts(self) -> (T, Permit) {
@@ -150,7 +150,7 @@ impl<T> Held<T> {
     }
 }
 
-impl<T> Deref for Held<T> {
+impl<T> Deref for WithPermit<T> {
     type Target = T;
 
     fn deref(&self) -> &T {
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn what_is_held_never_exceeds_the_budget_and_comes_back() {
         let budget = Budget::new(32 << 20);
-        let most = budget.room(usize::MAX);
+        let most = budget.limit_for(usize::MAX);
         assert_eq!(most, 30 << 20);
         let refusal = |outcome: Result<Permit, Problem>| outcome.map(|permit| permit.bytes()).unwrap_err().status;
         assert_eq!(refusal(budget.take(most + 1)), 413, "never");

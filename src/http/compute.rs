@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 
 use super::{
     body::{Media, Payload, unsupported},
-    budget::Held,
+    budget::WithPermit,
     multipart,
     state::AppState,
 };
@@ -25,31 +25,31 @@ const SHORT_BODY: usize = 64 << 10;
 
 /// Reads a fit request in either form and does `work` with it. What comes of it has the permit for
 /// the request's nodes.
-pub async fn read_and<E, T>(
+pub async fn read_fit_and<E, T>(
     state: &AppState,
     payload: Payload,
     work: impl FnOnce(Nodes, FitSpec, E) -> Result<T, Problem> + Send + 'static,
-) -> Result<Held<T>, Problem>
+) -> Result<WithPermit<T>, Problem>
 where
     E: Extra + Send + 'static,
     T: Send + 'static,
 {
     let limit = state.settings.body_limit;
     if payload.is_plain_json(SHORT_BODY)
-        && let Some(place) = state.pool.place()
+        && let Some(slot) = state.pool.try_slot()
     {
         let ((nodes, spec, extra), permit) = multipart::read_fit::<E>(payload, limit)?.into_parts();
         if estimation::is_short(&nodes, &spec) {
-            return Ok(Held::new(work(nodes, spec, extra)?, permit));
+            return Ok(WithPermit::new(work(nodes, spec, extra)?, permit));
         }
-        drop(place);
-        return state.pool.run(move || Ok(Held::new(work(nodes, spec, extra)?, permit))).await?;
+        drop(slot);
+        return state.pool.run(move || Ok(WithPermit::new(work(nodes, spec, extra)?, permit))).await?;
     }
     state
         .pool
         .run(move || {
             let ((nodes, spec, extra), permit) = multipart::read_fit::<E>(payload, limit)?.into_parts();
-            Ok(Held::new(work(nodes, spec, extra)?, permit))
+            Ok(WithPermit::new(work(nodes, spec, extra)?, permit))
         })
         .await?
 }
@@ -65,16 +65,16 @@ pub async fn read_json<T: Send + 'static>(
 }
 
 /// Does `work` with a JSON body on the pool, as far as there is room for what it makes; that is
-/// weighed until it has been sent.
+/// charged to the budget until it has been sent.
 pub async fn read_json_in_room(
     state: &AppState,
     payload: Payload,
     work: impl FnOnce(&[u8], Room) -> Result<Vec<u8>, Problem> + Send + 'static,
-) -> Result<Held<Vec<u8>>, Problem> {
+) -> Result<WithPermit<Vec<u8>>, Problem> {
     let (limit, mut permit) = (state.settings.body_limit, state.budget.permit());
     let work = move || {
         let answer = work(&payload.into_json(limit)?, &mut |bytes| permit.grow(bytes))?;
-        Ok(Held::new(answer, permit))
+        Ok(WithPermit::new(answer, permit))
     };
     state.pool.run(work).await?
 }

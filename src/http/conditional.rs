@@ -69,7 +69,7 @@ pub async fn not_modified(request: Request, next: Next) -> Response {
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
     let seen = if reads { tags(request.headers()) } else { Vec::new() };
     let mut response = next.run(request).await;
-    if response.status() != StatusCode::OK || !is_seen(&seen, response.headers().get(header::ETAG)) {
+    if response.status() != StatusCode::OK || !is_match(&seen, response.headers().get(header::ETAG)) {
         return response;
     }
     *response.status_mut() = StatusCode::NOT_MODIFIED;
@@ -89,7 +89,7 @@ fn tags(headers: &HeaderMap) -> Vec<HeaderValue> {
 }
 
 /// Whether a tag is among the seen ones, by weak comparison (RFC 9110, 8.8.3.2).
-fn is_seen(seen: &[HeaderValue], tag: Option<&HeaderValue>) -> bool {
+fn is_match(seen: &[HeaderValue], tag: Option<&HeaderValue>) -> bool {
     let Some(tag) = tag.and_then(|tag| tag.to_str().ok()) else { return false };
     let opaque = |tag: &str| tag.strip_prefix("W/").unwrap_or(tag).to_owned();
     let wanted = opaque(tag);
@@ -134,13 +134,13 @@ mod tests {
     fn seen_tags_are_compared_weakly() {
         let seen = |values: &[&'static str], tag: &'static str| {
             let values: Vec<_> = values.iter().map(|value| HeaderValue::from_static(value)).collect();
-            is_seen(&values, Some(&HeaderValue::from_static(tag)))
+            is_match(&values, Some(&HeaderValue::from_static(tag)))
         };
         assert!(seen(&["\"3\""], "\"3\""));
         assert!(seen(&["W/\"3\""], "\"3\"") && seen(&["\"3\""], "W/\"3\""));
         assert!(seen(&["\"1\", \"a,b\"", "\"3\""], "\"3\"") && seen(&["\"1\",\"a,b\""], "\"a,b\""));
         assert!(seen(&["*"], "\"3\""));
         assert!(!seen(&[], "\"3\"") && !seen(&["\"4\"", ""], "\"3\"") && !seen(&["3"], "\"3\""));
-        assert!(!is_seen(&[HeaderValue::from_static("*")], None), "nothing that has a tag");
+        assert!(!is_match(&[HeaderValue::from_static("*")], None), "nothing that has a tag");
     }
 }

@@ -1,7 +1,7 @@
 //! Every open connection: how many there may be, what each is doing, and which of them gives way
 //! when there are too many.
 //!
-//! A connection waits for its first request, is idle between two, or is at work. When all places
+//! A connection waits for its first request, is idle between two, or is at work. When all slots
 //! are taken, the one that has been without a request for longest is closed for the next client;
 //! where all are at work, new clients wait in the system's queue.
 
@@ -30,24 +30,24 @@ pub enum Phase {
 /// One connection, as the others see it.
 #[derive(Debug)]
 pub struct Connection {
-    doing: Mutex<Doing>,
-    /// Rung when the connection is to give way.
-    pub leave: Notify,
+    state: Mutex<ConnectionState>,
+    /// Notified when the connection is to close.
+    pub close: Notify,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Doing {
+struct ConnectionState {
     phase: Phase,
     since: Instant,
     /// Whether bytes wait for a client that does not read.
-    stuck: bool,
+    unsent: bool,
     /// Whether the request's body was not read to its end, so that what comes next is no request.
     unread: bool,
 }
 
 impl Connection {
-    fn lock(&self) -> MutexGuard<'_, Doing> {
-        self.doing.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, ConnectionState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub fn phase(&self) -> Phase {
@@ -55,13 +55,13 @@ impl Connection {
     }
 
     pub fn set_phase(&self, phase: Phase) {
-        let mut doing = self.lock();
-        doing.phase = phase;
-        doing.since = Instant::now();
+        let mut state = self.lock();
+        state.phase = phase;
+        state.since = Instant::now();
     }
 
-    pub fn set_stuck(&self, stuck: bool) {
-        self.lock().stuck = stuck;
+    pub fn set_unsent(&self, unsent: bool) {
+        self.lock().unsent = unsent;
     }
 
     pub fn set_unread(&self) {
@@ -73,13 +73,13 @@ impl Connection {
     }
 
     /// Whether nobody would miss it: no request, and nothing left to be sent.
-    pub fn may_leave(&self) -> bool {
+    pub fn may_close(&self) -> bool {
         self.waiting_since().is_some()
     }
 
     fn waiting_since(&self) -> Option<Instant> {
-        let doing = *self.lock();
-        (matches!(doing.phase, Phase::Fresh | Phase::Idle) && !doing.stuck).then_some(doing.since)
+        let state = *self.lock();
+        (matches!(state.phase, Phase::Fresh | Phase::Idle) && !state.unsent).then_some(state.since)
     }
 }
 
@@ -88,7 +88,7 @@ impl Connection {
 pub struct Connections {
     most: usize,
     open: Mutex<Open>,
-    /// Rung when a place has become free, or a connection idle while one was asked for.
+    /// Notified when a slot has become free, or a connection idle while one was wanted.
     change: Notify,
 }
 
@@ -99,9 +99,9 @@ struct Open {
     wanted: bool,
 }
 
-/// The place of a connection, free again when this is dropped.
+/// The slot of a connection, free again when this is dropped.
 #[derive(Debug)]
-pub struct Place {
+pub struct ConnectionSlot {
     all: Arc<Connections>,
     key: u64,
     connection: Arc<Connection>,
@@ -118,9 +118,9 @@ impl Connections {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ready when there is a place, which the longest idle connection is asked for if all are
+    /// Ready when there is a slot, which the longest idle connection is asked for if all are
     /// taken.
-    pub async fn room(&self) {
+    pub async fn free_slot(&self) {
         loop {
             {
                 let mut open = self.lock();
@@ -128,45 +128,45 @@ impl Connections {
                 if !open.wanted {
                     return;
                 }
-                ask_oldest(&open);
+                close_longest_idle(&open);
             }
             self.change.notified().await;
         }
     }
 
-    /// Asks the longest idle connection to give way, for whatever it is that has run short.
-    pub fn ask(&self) {
-        ask_oldest(&self.lock());
+    /// Closes the longest idle connection, for whatever it is that has run short.
+    pub fn close_one(&self) {
+        close_longest_idle(&self.lock());
     }
 
-    /// A place for a connection that is there.
-    pub fn enter(self: &Arc<Self>) -> Place {
-        let doing = Doing { phase: Phase::Fresh, since: Instant::now(), stuck: false, unread: false };
-        let connection = Arc::new(Connection { doing: Mutex::new(doing), leave: Notify::new() });
+    /// A slot for a connection that is there.
+    pub fn enter(self: &Arc<Self>) -> ConnectionSlot {
+        let state = ConnectionState { phase: Phase::Fresh, since: Instant::now(), unsent: false, unread: false };
+        let connection = Arc::new(Connection { state: Mutex::new(state), close: Notify::new() });
         let mut open = self.lock();
         open.next += 1;
         let key = open.next;
         open.all.insert(key, Arc::clone(&connection));
         metrics::gauge!(telemetry::CONNECTIONS).increment(1.0);
-        Place { all: Arc::clone(self), key, connection }
+        ConnectionSlot { all: Arc::clone(self), key, connection }
     }
 }
 
-fn ask_oldest(open: &Open) {
+fn close_longest_idle(open: &Open) {
     let waiting = open.all.values().filter_map(|connection| Some((connection.waiting_since()?, connection)));
     if let Some((_, oldest)) = waiting.min_by_key(|(since, _)| *since) {
         telemetry::record_shed("idle_connection");
-        oldest.leave.notify_one();
+        oldest.close.notify_one();
     }
 }
 
-impl Place {
+impl ConnectionSlot {
     pub fn connection(&self) -> &Arc<Connection> {
         &self.connection
     }
 
-    /// The answer is out: the next request may come, or another client may have the place.
-    pub fn rest(&self) {
+    /// The answer is out: the next request may come, or another client may have the slot.
+    pub fn set_idle(&self) {
         self.connection.set_phase(Phase::Idle);
         if self.all.lock().wanted {
             self.all.change.notify_one();
@@ -174,7 +174,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for ConnectionSlot {
     fn drop(&mut self) {
         self.all.lock().all.remove(&self.key);
         metrics::gauge!(telemetry::CONNECTIONS).decrement(1.0);
@@ -194,26 +194,26 @@ mod tests {
     #[tokio::test]
     async fn the_longest_idle_one_gives_way_and_no_other() {
         let all = Connections::new(3);
-        let places = [all.enter(), all.enter(), all.enter()];
-        places[0].connection().set_phase(Phase::Busy);
-        places[2].rest();
+        let slots = [all.enter(), all.enter(), all.enter()];
+        slots[0].connection().set_phase(Phase::Busy);
+        slots[2].set_idle();
         // the second has waited for its first request since the beginning
-        assert!(!is_ready(all.room()).await);
-        assert!(is_ready(places[1].connection().leave.notified()).await);
-        assert!(!is_ready(places[2].connection().leave.notified()).await);
-        let [busy, fresh, idle] = places;
+        assert!(!is_ready(all.free_slot()).await);
+        assert!(is_ready(slots[1].connection().close.notified()).await);
+        assert!(!is_ready(slots[2].connection().close.notified()).await);
+        let [busy, fresh, idle] = slots;
         drop(fresh);
-        assert!(is_ready(all.room()).await);
+        assert!(is_ready(all.free_slot()).await);
         let next = all.enter();
         next.connection().set_phase(Phase::Head);
-        idle.connection().set_stuck(true);
+        idle.connection().set_unsent(true);
         // nobody can go: the one that becomes idle is asked
-        let mut room = Box::pin(all.room());
+        let mut room = Box::pin(all.free_slot());
         assert!(!is_ready(room.as_mut()).await);
-        assert!(!is_ready(idle.connection().leave.notified()).await);
-        busy.rest();
+        assert!(!is_ready(idle.connection().close.notified()).await);
+        busy.set_idle();
         assert!(!is_ready(room.as_mut()).await);
-        assert!(is_ready(busy.connection().leave.notified()).await);
+        assert!(is_ready(busy.connection().close.notified()).await);
         drop(busy);
         assert!(is_ready(room).await);
     }

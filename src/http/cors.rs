@@ -10,7 +10,7 @@ use super::{idempotency::REPLAYED, observe::REQUEST_ID};
 use crate::config::Origin;
 
 /// How long a browser may keep what a preflight was told.
-const KEPT: Duration = Duration::from_secs(600);
+const PREFLIGHT_MAX_AGE: Duration = Duration::from_secs(600);
 
 /// The layer for these origins; none where there are none. It answers preflights itself, so they
 /// need no key.
@@ -46,6 +46,6 @@ pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
             REQUEST_ID.clone(),
         ])
         .vary([header::ORIGIN])
-        .max_age(KEPT);
+        .max_age(PREFLIGHT_MAX_AGE);
     Some(layer)
 }

@@ -30,12 +30,12 @@ pub fn routes() -> Router<AppState> {
 }
 
 /// The files lie in the program as gzip, and go out so to clients that take it.
-fn file(name: &str, asked: &HeaderMap, config: Arc<Config<'static>>) -> Result<Response, Problem> {
+fn file(name: &str, headers: &HeaderMap, config: Arc<Config<'static>>) -> Result<Response, Problem> {
     let file = utoipa_swagger_ui::serve(name, config)
         .map_err(Problem::internal)?
         .ok_or_else(|| Problem::new(ProblemCode::NotFound, "The documentation has no such file."))?;
     let tag = content_tag(&file.bytes);
-    let packed = file.gzpipped && takes_gzip(asked);
+    let packed = file.gzpipped && takes_gzip(headers);
     let bytes = match file.gzpipped && !packed {
         true => unpacked(&file.bytes).map_err(Problem::internal)?,
         false => file.bytes.into_owned(),
@@ -58,8 +58,8 @@ fn file(name: &str, asked: &HeaderMap, config: Arc<Config<'static>>) -> Result<R
 }
 
 /// Of the encodings a layer has left those that are offered and taken.
-fn takes_gzip(asked: &HeaderMap) -> bool {
-    let values = asked.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
+fn takes_gzip(headers: &HeaderMap) -> bool {
+    let values = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
     values.flat_map(|value| value.split(',')).any(|one| one.trim().to_ascii_lowercase().contains("gzip"))
 }
 

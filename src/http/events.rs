@@ -26,8 +26,8 @@ use crate::{
         problem::{Problem, ProblemCode},
     },
     http::{
-        closing::Guest,
         extract::{PathOf, QueryOf},
+        shutdown::OpenConnection,
         state::AppState,
     },
     jobs::RepositoryError,
@@ -36,9 +36,9 @@ use crate::{
 /// Events read at a time.
 const PAGE: u32 = 256;
 /// After so long without an event a comment shows that the connection lives.
-const QUIET: Duration = Duration::from_secs(15);
+const KEEP_ALIVE: Duration = Duration::from_secs(15);
 /// The first line: how long a client waits before it comes back, in milliseconds.
-const HELLO: &str = "retry: 2000\n\n";
+const RETRY_LINE: &str = "retry: 2000\n\n";
 static LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -46,7 +46,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 /// What is said of an id of another form.
-fn misread(from_header: bool) -> Problem {
+fn not_an_event_id(from_header: bool) -> Problem {
     const FORM: &str = "the last event id is the `id` of an event of this job, or `latest`";
     match from_header {
         true => Problem::new(ProblemCode::MalformedRequest, format!("Last-Event-ID: {FORM}.")),
@@ -104,15 +104,17 @@ async fn get_job_events(
         Some("latest") => last,
         // An id beyond the last event is of another database, say of one before a backup was
         // restored: everything is sent anew.
-        Some(text) => text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| misread(from_header))?,
+        Some(text) => {
+            text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| not_an_event_id(from_header))?
+        }
     };
     let listener = Listener {
         job,
         after,
-        bell: state.jobs.listen(job),
-        stopped: Box::pin(state.closing.stopped()),
-        _guest: state.closing.guest("events"),
-        greeted: false,
+        changes: state.jobs.listen(job),
+        stopped: Box::pin(state.shutdown.begun()),
+        _open: state.shutdown.register("events"),
+        begun: false,
         state,
     };
     let body = Body::from_stream(stream::unfold(listener, |mut listener| async move {
@@ -132,22 +134,22 @@ struct Listener {
     state: AppState,
     job: Uuid,
     after: u64,
-    bell: watch::Receiver<()>,
+    changes: watch::Receiver<()>,
     stopped: Pin<Box<dyn Future<Output = ()> + Send>>,
-    _guest: Guest,
-    greeted: bool,
+    _open: OpenConnection,
+    begun: bool,
 }
 
 impl Listener {
     /// What is sent next; `None` ends the answer (a client comes back by itself).
     async fn next(&mut self) -> Option<Bytes> {
-        if !std::mem::replace(&mut self.greeted, true) {
-            return Some(Bytes::from_static(HELLO.as_bytes()));
+        if !std::mem::replace(&mut self.begun, true) {
+            return Some(Bytes::from_static(RETRY_LINE.as_bytes()));
         }
         let mut quiet = false;
         loop {
             // seen before looking, so that what happens while looking wakes again
-            self.bell.borrow_and_update();
+            self.changes.borrow_and_update();
             match self.state.jobs.events(self.job, self.after, PAGE).await {
                 Ok(page) => {
                     if let Some(last) = page.last().map(|event| event.number) {
@@ -155,25 +157,25 @@ impl Listener {
                         return Some(events::to_text(page).into());
                     }
                 }
-                Err(error) => return self.give_up(&error),
+                Err(error) => return self.end(&error),
             }
             if quiet {
                 return match self.state.jobs.last_event(self.job).await {
                     Ok(_) => Some(Bytes::from_static(b": quiet\n\n")),
-                    Err(error) => self.give_up(&error),
+                    Err(error) => self.end(&error),
                 };
             }
             tokio::select! {
-                _ = self.bell.changed() => {}
+                _ = self.changes.changed() => {}
                 () = &mut self.stopped => return None,
-                () = tokio::time::sleep(QUIET) => quiet = true,
+                () = tokio::time::sleep(KEEP_ALIVE) => quiet = true,
             }
         }
     }
 
-    fn give_up(&self, error: &RepositoryError) -> Option<Bytes> {
+    fn end(&self, error: &RepositoryError) -> Option<Bytes> {
         if !matches!(error, RepositoryError::NotFound(_)) {
-            tracing::warn!(%error, job = %self.job, "an event stream ends");
+            tracing::warn!(%error, job = %self.job, "event stream closed after a store error");
         }
         None
     }

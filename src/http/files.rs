@@ -5,7 +5,7 @@ use axum::{
     response::Response,
 };
 
-use super::{body::Payload, in_pieces, state::AppState};
+use super::{body::Payload, chunked, state::AppState};
 use crate::api::{
     problem::{Problem, Room},
     shapes::export::File,
@@ -21,11 +21,11 @@ pub async fn attachment(
     let work = move || {
         let text = payload.into_json(limit)?;
         let mut file = write(&text, &mut |bytes| permit.grow(bytes))?;
-        let first = file.content.next_piece(in_pieces::PIECE).unwrap_or_default();
+        let first = file.content.next_piece(chunked::PIECE).unwrap_or_default();
         Ok::<_, Problem>((file, first, permit))
     };
     let (File { name, media, content }, first, permit) = state.pool.run(work).await??;
-    let mut response = Response::new(in_pieces::body(state, first, content, permit));
+    let mut response = Response::new(chunked::body(state, first, content, permit));
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media));
     if let Ok(disposition) = HeaderValue::from_str(&format!("attachment; filename=\"{name}\"")) {

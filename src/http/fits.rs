@@ -7,7 +7,7 @@ use axum::{
 };
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{body::Payload, budget::Held, compute::read_and, state::AppState, unsent::weighed};
+use super::{body::Payload, budget::WithPermit, compute::read_fit_and, state::AppState, unsent::with_permit};
 use crate::api::{
     fits::{
         answer::result::FitResultBody,
@@ -41,13 +41,13 @@ async fn create_fit(State(state): State<AppState>, payload: Payload) -> Result<R
         measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
         service::fit(&nodes, &spec, &plans)
     };
-    Ok(json_held(read_and(&state, payload, work).await?))
+    Ok(json_held(read_fit_and(&state, payload, work).await?))
 }
 
 /// The same with the permit for what it takes.
-pub fn json_held(held: Held<Vec<u8>>) -> Response {
+pub fn json_held(held: WithPermit<Vec<u8>>) -> Response {
     let (text, permit) = held.into_parts();
-    weighed(json(text), permit)
+    with_permit(json(text), permit)
 }
 
 /// A response that holds finished JSON.

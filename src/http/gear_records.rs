@@ -5,8 +5,8 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
-    accept::Form,
-    budget::Held,
+    accept::Format,
+    budget::WithPermit,
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
     include::IncludeQuery,
@@ -156,14 +156,14 @@ async fn get_iteration_correction(
     QueryOf(query): QueryOf<IncludeQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let form = Form::wanted(&headers, "Corrections")?;
+    let format = Format::negotiated(&headers, "Corrections")?;
     let names: Vec<KeptIncludeName> = query.names()?;
     let include = CorrectionInclude::of_kept(&names);
     let Some(record) = state.jobs.latest_record(job, number, RecordKind::Correction).await? else {
         return Err(Problem::new(ProblemCode::NotFound, "The iteration has no correction."));
     };
-    if form == Form::Csv {
-        return Ok(form.response(state.pool.run(move || csv::write(&record)).await??));
+    if format == Format::Csv {
+        return Ok(format.response(state.pool.run(move || csv::write(&record)).await??));
     }
     let (before, _before) = measured(&state, job, number).await?.into_parts();
     let (after, _after) = match state.jobs.successors(job, number).await? {
@@ -176,11 +176,11 @@ async fn get_iteration_correction(
     };
     let today = of_job(&state.jobs.job(job).await?)?;
     let body = state.pool.run(move || kept::write(&record, &before, &after, today.as_ref(), include)).await??;
-    Ok(form.response(body))
+    Ok(format.response(body))
 }
 
-async fn measured(state: &AppState, job: Uuid, number: u32) -> Result<Held<Measured>, Problem> {
+async fn measured(state: &AppState, job: Uuid, number: u32) -> Result<WithPermit<Measured>, Problem> {
     let measurand = state.jobs.measurand(job, number).await?;
     let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
-    Ok(Held::new(Measured { nodes, measurand }, permit))
+    Ok(WithPermit::new(Measured { nodes, measurand }, permit))
 }

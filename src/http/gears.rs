@@ -29,13 +29,13 @@ use crate::{
         problem::{Problem, Room},
     },
     http::{
-        accept::Form,
+        accept::Format,
         body::Payload,
         compute::{read_json, read_json_in_room},
         fits::{json, json_held},
         multipart::{FileForm, read_file},
         state::AppState,
-        unsent::weighed,
+        unsent::with_permit,
     },
 };
 
@@ -152,13 +152,13 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
     )
 )]
 async fn gear_flank(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
-    let form = Form::wanted(&headers, "Nodes of a flank")?;
-    let work = move |text: &[u8], room: Room| match form {
-        Form::Json => flank::answer(text, room),
-        Form::Csv => flank::csv(text, room),
+    let format = Format::negotiated(&headers, "Nodes of a flank")?;
+    let work = move |text: &[u8], room: Room| match format {
+        Format::Json => flank::answer(text, room),
+        Format::Csv => flank::csv(text, room),
     };
     let (text, permit) = read_json_in_room(&state, payload, work).await?.into_parts();
-    Ok(weighed(form.response(text), permit))
+    Ok(with_permit(format.response(text), permit))
 }
 
 // Declared for the document.

@@ -10,7 +10,7 @@ use axum::{
 /// Answers that belong to one request.
 const NO_STORE: HeaderValue = HeaderValue::from_static("no-store");
 /// Answers with a tag: kept by the client alone, and asked about before each use.
-const ASK_FIRST: HeaderValue = HeaderValue::from_static("private, no-cache");
+const PRIVATE_NO_CACHE: HeaderValue = HeaderValue::from_static("private, no-cache");
 /// Pages load nothing from elsewhere and stand in no frame. The documentation sets styles from its
 /// script, and has pictures in them.
 const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
@@ -34,7 +34,7 @@ fn complete(headers: &mut HeaderMap, reads: bool, status: StatusCode) {
     let good = status.is_success() || status == StatusCode::NOT_MODIFIED;
     if !headers.contains_key(header::CACHE_CONTROL) && status != StatusCode::SWITCHING_PROTOCOLS {
         let tagged = reads && good && headers.contains_key(header::ETAG);
-        headers.insert(header::CACHE_CONTROL, if tagged { ASK_FIRST } else { NO_STORE });
+        headers.insert(header::CACHE_CONTROL, if tagged { PRIVATE_NO_CACHE } else { NO_STORE });
     }
     let page = headers.get(header::CONTENT_TYPE).is_some_and(|media| media.as_bytes().starts_with(b"text/html"));
     if page {

@@ -79,7 +79,7 @@ impl ClaimedKey {
 
 /// Does the work of a POST. With a key whose first answer is kept, that answer is given again; with
 /// a key whose first request still runs, or was another one, the request is refused.
-pub async fn once<W, F>(
+pub async fn idempotent<W, F>(
     state: AppState,
     key: IdempotencyKey,
     scope: String,

@@ -9,7 +9,7 @@ use uuid::Uuid;
 use super::{
     body::Payload,
     extract::PathOf,
-    idempotency::{IdempotencyKey, once},
+    idempotency::{IdempotencyKey, idempotent},
     iterations::created,
     multipart::{FileForm, read_file},
     state::AppState,
@@ -67,7 +67,7 @@ async fn import_iteration(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/jobs/{job}/import");
-    once(state, key, scope, payload, move |state, payload, known| async move {
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
         let own = state.jobs.job(job).await?;
         let (limit, plans) = (state.settings.body_limit, state.plans.clone());
         let work = move || {
@@ -80,7 +80,7 @@ async fn import_iteration(
             Ok::<_, Problem>(draft)
         };
         let draft = state.pool.run(work).await??;
-        let keyed = known.map(|known| known.answered_by(created));
+        let keyed = key.map(|key| key.answered_by(created));
         let (iteration, stored) =
             state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/file"))?;
         Ok(created(&iteration, stored))

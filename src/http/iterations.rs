@@ -11,14 +11,14 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
-    accept::Form,
+    accept::Format,
     body::Payload,
-    compute::read_and,
+    chunked,
+    compute::read_fit_and,
     conditional::{IfMatch, etag, set_etag},
     extract::{JsonOf, PathOf},
     fits::json,
-    idempotency::{IdempotencyKey, once},
-    in_pieces,
+    idempotency::{IdempotencyKey, idempotent},
     state::AppState,
     stored,
 };
@@ -74,13 +74,13 @@ async fn create_iteration(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/jobs/{job}/iterations");
-    once(state, key, scope, payload, move |state, payload, known| async move {
-        state.jobs.admit(job).await?;
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+        state.jobs.check_exists(job).await?;
         let plans = state.plans.clone();
         let work = move |nodes, spec, measurement| draft(nodes, &spec, measurement, &plans);
         // the permit for the nodes is held until they are stored
-        let (draft, _permit) = read_and(&state, payload, work).await?.into_parts();
-        let keyed = known.map(|known| known.answered_by(created));
+        let (draft, _permit) = read_fit_and(&state, payload, work).await?.into_parts();
+        let keyed = key.map(|key| key.answered_by(created));
         let (iteration, stored) =
             state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
         Ok(created(&iteration, stored))
@@ -183,20 +183,20 @@ async fn get_iteration_nodes(
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let form = Form::wanted(&headers, "Nodes")?;
+    let format = Format::negotiated(&headers, "Nodes")?;
     let (nodes, permit) = stored::nodes(&state, job, number).await?.into_parts();
     let work = move || {
-        let mut file = match form {
-            Form::Json => nodes_text::to_json(Arc::new(nodes)),
-            Form::Csv => nodes_text::to_csv(Arc::new(nodes)),
+        let mut file = match format {
+            Format::Json => nodes_text::to_json(Arc::new(nodes)),
+            Format::Csv => nodes_text::to_csv(Arc::new(nodes)),
         };
-        (file.next_piece(in_pieces::PIECE).unwrap_or_default(), file)
+        (file.next_piece(chunked::PIECE).unwrap_or_default(), file)
     };
     let (first, file) = state.pool.run(work).await?;
-    let mut response = form.response(Vec::new());
-    *response.body_mut() = in_pieces::body(state, first, file, permit);
+    let mut response = format.response(Vec::new());
+    *response.body_mut() = chunked::body(state, first, file, permit);
     let headers = response.headers_mut();
     // Nodes never change, so each form has one tag.
-    headers.insert(header::ETAG, HeaderValue::from_static(if form == Form::Csv { "\"csv\"" } else { "\"json\"" }));
+    headers.insert(header::ETAG, HeaderValue::from_static(if format == Format::Csv { "\"csv\"" } else { "\"json\"" }));
     Ok(response)
 }

@@ -14,7 +14,7 @@ use super::{
     conditional::{IfMatch, etag},
     extract::{JsonOf, PathOf, QueryOf},
     fits::json,
-    idempotency::{IdempotencyKey, once},
+    idempotency::{IdempotencyKey, idempotent},
     include::IncludeQuery,
     iterations::present,
     paging::PageQuery,
@@ -70,7 +70,7 @@ async fn create_iteration_fit(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let place = format!("/v1/jobs/{job}/iterations/{number}");
-    once(state, key, format!("POST {place}/fits"), payload, move |state, payload, known| async move {
+    idempotent(state, key, format!("POST {place}/fits"), payload, move |state, payload, key| async move {
         let nodes = stored::nodes(&state, job, number).await?;
         let plans = state.plans.clone();
         let draft = read_json(&state, payload, move |text| {
@@ -80,7 +80,7 @@ async fn create_iteration_fit(
         })
         .await?;
         let answer = move |fit: &NewFit, stored: Stored| created(&place, fit, stored);
-        let keyed = known.map(|known| known.answered_by(answer.clone()));
+        let keyed = key.map(|key| key.answered_by(answer.clone()));
         let (fit, stored) = state.jobs.add_fit(job, number, draft, keyed).await?;
         Ok(answer(&fit, stored))
     })

@@ -13,7 +13,7 @@ use super::{
     compute::read_small_json,
     conditional::{IfMatch, etag, set_etag},
     extract::{JsonOf, PathOf, QueryOf},
-    idempotency::{IdempotencyKey, once},
+    idempotency::{IdempotencyKey, idempotent},
     paging::PageQuery,
     state::AppState,
 };
@@ -46,11 +46,11 @@ pub fn group() -> OpenApiRouter<AppState> {
     )
 )]
 async fn create_job(State(state): State<AppState>, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
-    once(state, key, "POST /v1/jobs".to_owned(), payload, |state, payload, known| async move {
+    idempotent(state, key, "POST /v1/jobs".to_owned(), payload, |state, payload, key| async move {
         let limit = state.settings.body_limit;
         let read = |text: &[u8]| Ok(read_json::<NewJobBody>(text)?);
         let draft = read_small_json(&state, payload, limit, read).await?;
-        let keyed = known.map(|known| known.answered_by(created));
+        let keyed = key.map(|key| key.answered_by(created));
         let job = state.jobs.create_job(draft.try_into().map_err(Problem::invalid)?, keyed).await?;
         Ok(created(&job, Stored { number: 0, version: job.version }))
     })

@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 
 use super::{
     body::{Media, Payload, add, foreign, unsupported},
-    budget::Held,
+    budget::WithPermit,
     form::{self, Part},
     media_type::{essence, foreign_charset},
 };
@@ -19,16 +19,16 @@ use flankfit_engine::estimation::{FitSpec, Nodes};
 
 /// Decompresses and reads a fit request in either form, with the permit for what has been read.
 /// Processor work.
-pub fn read_fit<E: Extra>(payload: Payload, limit: usize) -> Result<Held<(Nodes, FitSpec, E)>, Problem> {
+pub fn read_fit<E: Extra>(payload: Payload, limit: usize) -> Result<WithPermit<(Nodes, FitSpec, E)>, Problem> {
     match payload.media().clone() {
         Media::Json => {
             let (text, permit) = payload.into_bytes(limit)?.into_parts();
-            Ok(Held::new(reader::read_fit(&text)?, permit))
+            Ok(WithPermit::new(reader::read_fit(&text)?, permit))
         }
         Media::Multipart(content_type) => {
             let ([spec, nodes], permit) = split(payload, limit, &content_type, &FIT)?.into_parts();
-            let (spec, nodes) = (needed(spec, "spec")?, needed(nodes, "nodes")?);
-            Ok(Held::new(reader::read_fit_with_csv(&spec.content, &nodes.content)?, permit))
+            let (spec, nodes) = (required(spec, "spec")?, required(nodes, "nodes")?);
+            Ok(WithPermit::new(reader::read_fit_with_csv(&spec.content, &nodes.content)?, permit))
         }
         Media::Other(other) => Err(unsupported(&other, "application/json or multipart/form-data")),
     }
@@ -67,7 +67,7 @@ pub struct FileForm {
 }
 
 /// Decompresses and reads a form with a file. Processor work.
-pub fn read_file(payload: Payload, limit: usize) -> Result<Held<FileForm>, Problem> {
+pub fn read_file(payload: Payload, limit: usize) -> Result<WithPermit<FileForm>, Problem> {
     let Media::Multipart(content_type) = payload.media().clone() else {
         let other = match payload.media() {
             Media::Other(other) => other.clone(),
@@ -76,19 +76,19 @@ pub fn read_file(payload: Payload, limit: usize) -> Result<Held<FileForm>, Probl
         return Err(unsupported(&other, "multipart/form-data"));
     };
     let ([spec, file], permit) = split(payload, limit, &content_type, &FILE)?.into_parts();
-    let file = needed(file, "file")?;
+    let file = required(file, "file")?;
     let form = FileForm { file: file.content, name: file.file_name, spec: spec.map(|part| part.content) };
-    Ok(Held::new(form, permit))
+    Ok(WithPermit::new(form, permit))
 }
 
 /// A part of a form: its name and the media types that it may have.
-type Wanted = (&'static str, &'static [&'static str]);
+type PartSpec = (&'static str, &'static [&'static str]);
 
-const FIT: [Wanted; 2] = [("spec", &["application/json"]), ("nodes", &["text/csv"])];
+const FIT: [PartSpec; 2] = [("spec", &["application/json"]), ("nodes", &["text/csv"])];
 /// Files of instruments have no media type of their own: any is taken.
-const FILE: [Wanted; 2] = [("spec", &["application/json"]), ("file", &[])];
+const FILE: [PartSpec; 2] = [("spec", &["application/json"]), ("file", &[])];
 
-fn needed(part: Option<Part>, name: &str) -> Result<Part, Problem> {
+fn required(part: Option<Part>, name: &str) -> Result<Part, Problem> {
     part.ok_or_else(|| malformed(&format!("the part `{name}` is missing")))
 }
 
@@ -97,13 +97,13 @@ fn split(
     payload: Payload,
     limit: usize,
     content_type: &str,
-    wanted: &[Wanted; 2],
-) -> Result<Held<[Option<Part>; 2]>, Problem> {
-    let (form, seen) = payload.unpack(limit)?;
+    wanted: &[PartSpec; 2],
+) -> Result<WithPermit<[Option<Part>; 2]>, Problem> {
+    let (form, noted) = payload.unpack(limit)?;
     let (form, permit) = form.into_parts();
     let parts = parts(&form, content_type)?;
-    if let Some(seen) = seen {
-        seen.get_or_init(|| digest_of(&parts));
+    if let Some(noted) = noted {
+        noted.get_or_init(|| digest_of(&parts));
     }
     let mut found = [None, None];
     for part in parts {
@@ -128,7 +128,7 @@ fn split(
             return Err(malformed(&format!("the part `{name}` stands twice")));
         }
     }
-    Ok(Held::new(found, permit))
+    Ok(WithPermit::new(found, permit))
 }
 
 /// All parts of a form that is in memory already.

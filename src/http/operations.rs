@@ -86,7 +86,7 @@ impl Operation {
 
     fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {
         self.check_query(uri).map_err(Problem::invalid)?;
-        if self.media.is_empty() || self.media.iter().any(|media| accept::wanted(headers, media).weight > 0.0) {
+        if self.media.is_empty() || self.media.iter().any(|media| accept::preference(headers, media).quality > 0.0) {
             return Ok(());
         }
         let media = alternatives(self.media.iter().map(String::as_str));

@@ -5,7 +5,7 @@ use utoipa::IntoParams;
 
 use crate::{
     api::{faults::Faults, problem::Problem},
-    jobs::{Cursor, List, NoCursor, PageRequest},
+    jobs::{Cursor, CursorError, List, PageRequest},
 };
 
 /// Which part of a list is wanted.
@@ -35,11 +35,11 @@ impl PageQuery {
         let after = match self.cursor.map(|text| Cursor::decode(&text, list)) {
             None => None,
             Some(Ok(cursor)) => Some(cursor),
-            Some(Err(NoCursor::Unknown)) => {
+            Some(Err(CursorError::Unknown)) => {
                 faults.push("/cursor", "not a cursor that was answered as `next_cursor`; leave it out to begin anew");
                 None
             }
-            Some(Err(NoCursor::Of(other))) => {
+            Some(Err(CursorError::OtherList(other))) => {
                 let (this, other) = (list.items(), other.items());
                 let detail =
                     format!("it is of a list of {other}; take `next_cursor` of the page of {this} before this");

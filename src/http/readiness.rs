@@ -7,7 +7,7 @@ use tokio::sync::Mutex;
 use crate::jobs::{Jobs, RepositoryError};
 
 /// How long it is believed that the disk takes what is written.
-const HOLDS: Duration = Duration::from_secs(1);
+const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 
 /// When the store last took something.
 #[derive(Debug, Default)]
@@ -18,7 +18,7 @@ impl Readiness {
         jobs.repository().ping().await?;
         // one at a time: who comes meanwhile has its outcome
         let mut taken = self.0.lock().await;
-        if taken.is_none_or(|last| last.elapsed() >= HOLDS) {
+        if taken.is_none_or(|last| last.elapsed() >= CHECK_INTERVAL) {
             jobs.check_writable().await?;
             *taken = Some(Instant::now());
         }

@@ -13,11 +13,11 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
-    budget::Held,
+    budget::WithPermit,
     conditional::{etag, set_etag},
     extract::{PathOf, QueryOf},
     fits::json,
-    idempotency::{IdempotencyKey, once},
+    idempotency::{IdempotencyKey, idempotent},
     include::IncludeQuery,
     paging::PageQuery,
     state::AppState,
@@ -42,7 +42,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 pub struct RecordContext {
     pub job: Job,
     /// Of the iteration.
-    pub nodes: Held<Nodes>,
+    pub nodes: WithPermit<Nodes>,
     pub measurand: Measurand,
     pub plans: Plans,
 }
@@ -96,7 +96,7 @@ impl RecordRequest {
     ) -> Result<Response, Problem> {
         let RecordRequest { state, job, number, key, payload } = self;
         let iteration = format!("/v1/jobs/{job}/iterations/{number}");
-        once(state, key, format!("POST {iteration}/{route}"), payload, move |state, payload, known| async move {
+        idempotent(state, key, format!("POST {iteration}/{route}"), payload, move |state, payload, key| async move {
             let nodes = stored::nodes(&state, job, number).await?;
             let measurand = state.jobs.measurand(job, number).await?;
             let context =
@@ -107,7 +107,7 @@ impl RecordRequest {
             let answer = move |record: &Record, _: Stored| {
                 created(&iteration, record, answer.as_deref().map_or_else(|| records::record(record), <[u8]>::to_vec))
             };
-            let keyed = known.map(|known| known.answered_by(answer.clone()));
+            let keyed = key.map(|key| key.answered_by(answer.clone()));
             let (record, stored): (Arc<Record>, Stored) = state.jobs.add_record(job, number, draft, keyed).await?;
             Ok(answer(&record, stored))
         })

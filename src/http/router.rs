@@ -52,7 +52,7 @@ pub fn router(state: AppState) -> Router {
         })
         .layer(middleware::from_fn_with_state(Operations::of(&document), operations::check))
         .layer(middleware::from_fn(conditional::not_modified))
-        .layer(middleware::from_fn_with_state(state.clone(), unsent::hold))
+        .layer(middleware::from_fn_with_state(state.clone(), unsent::charge))
         .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
         .layer(middleware::from_fn(headers::protect))
         // Answers are digits: the fastest level halves them, higher ones cost ten times as much for

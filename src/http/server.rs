@@ -31,9 +31,9 @@ use tokio::{
 use tower::ServiceExt;
 
 use super::{
-    connections::{Connections, Phase, Place},
+    connections::{ConnectionSlot, Connections, Phase},
     socket::Socket,
-    unread::Rest,
+    unread::Unread,
 };
 
 /// How long a connection may be idle between two requests.
@@ -62,12 +62,7 @@ pub fn connections(wanted: usize) -> usize {
     if let Some(handles) = rustix::process::getrlimit(rustix::process::Resource::Nofile).current {
         let most = usize::try_from(handles.saturating_sub(KEPT_HANDLES)).unwrap_or(usize::MAX).max(1);
         if most < wanted {
-            tracing::warn!(
-                handles,
-                wanted,
-                most,
-                "fewer connections at a time than set: the system gives too few handles"
-            );
+            tracing::warn!(handles, wanted, most, "connection limit lowered: the limit on open files is too low");
         }
         return wanted.min(most);
     }
@@ -88,16 +83,16 @@ pub async fn serve(listener: TcpListener, router: Router, stop: impl Future<Outp
         };
         match accepted {
             Ok(stream) => {
-                let place = Arc::new(connections.enter());
+                let slot = Arc::new(connections.enter());
                 let served =
-                    connection(stream, place, limits.write_timeout, router.clone(), stopped.clone(), open.clone());
+                    connection(stream, slot, limits.write_timeout, router.clone(), stopped.clone(), open.clone());
                 tokio::spawn(served);
             }
             Err(error) if is_of_one_connection(&error) => {}
             Err(error) => {
                 tracing::error!(%error, "cannot accept connections");
                 // another one may have what is lacking
-                connections.ask();
+                connections.close_one();
                 tokio::time::sleep(ACCEPT_PAUSE).await;
             }
         }
@@ -105,21 +100,21 @@ pub async fn serve(listener: TcpListener, router: Router, stop: impl Future<Outp
     drop(listener);
     drop((router, open));
     drop(stopping);
-    tracing::info!(connections = done.receiver_count(), "stopping: finishing what was accepted");
+    tracing::info!(connections = done.receiver_count(), "shutting down: finishing accepted requests");
     if tokio::time::timeout(limits.grace, done.closed()).await.is_err() {
         tracing::warn!(
             connections = done.receiver_count(),
             grace = ?limits.grace,
-            "the shutdown grace is over; requests were cut off"
+            "shutdown grace period over; remaining requests were cut off"
         );
     }
 }
 
-/// The next client for whom there is a place.
+/// The next client for whom there is a slot.
 async fn accept(listener: &TcpListener, connections: &Connections) -> io::Result<TcpStream> {
     // Those that are there give way when somebody comes, not before.
     let (stream, _) = listener.accept().await?;
-    connections.room().await;
+    connections.free_slot().await;
     Ok(stream)
 }
 
@@ -131,18 +126,18 @@ fn is_of_one_connection(error: &io::Error) -> bool {
 /// `_open` is dropped when the connection has ended, which the server waits for.
 async fn connection(
     stream: TcpStream,
-    place: Arc<Place>,
+    slot: Arc<ConnectionSlot>,
     write_timeout: Duration,
     router: Router,
     mut stopped: watch::Receiver<()>,
     _open: watch::Receiver<()>,
 ) {
     if let Err(error) = stream.set_nodelay(true) {
-        tracing::debug!(%error, "TCP_NODELAY refused");
+        tracing::debug!(%error, "cannot set TCP_NODELAY");
     }
-    let connection = Arc::clone(place.connection());
-    let socket = TokioIo::new(Socket::new(stream, Arc::clone(&place), write_timeout));
-    let service = service_fn(move |request| answer(router.clone(), Arc::clone(&place), request));
+    let connection = Arc::clone(slot.connection());
+    let socket = TokioIo::new(Socket::new(stream, Arc::clone(&slot), write_timeout));
+    let service = service_fn(move |request| answer(router.clone(), Arc::clone(&slot), request));
     let mut builder = http1::Builder::new();
     builder.timer(TokioTimer::new()).header_read_timeout(IDLE);
     let mut served = std::pin::pin!(builder.serve_connection(socket, service).with_upgrades());
@@ -154,9 +149,9 @@ async fn connection(
                 served.as_mut().graceful_shutdown();
                 break served.await;
             }
-            () = connection.leave.notified() => {
+            () = connection.close.notified() => {
                 // a request may have come meanwhile
-                if connection.may_leave() {
+                if connection.may_close() {
                     served.as_mut().graceful_shutdown();
                 }
             }
@@ -168,26 +163,30 @@ async fn connection(
 }
 
 /// Has a request answered, and sees to what comes after it on its connection.
-async fn answer(router: Router, place: Arc<Place>, request: hyper::Request<Incoming>) -> Result<Response, Infallible> {
-    place.connection().set_phase(Phase::Busy);
+async fn answer(
+    router: Router,
+    slot: Arc<ConnectionSlot>,
+    request: hyper::Request<Incoming>,
+) -> Result<Response, Infallible> {
+    slot.connection().set_phase(Phase::Busy);
     let expects = request.headers().contains_key(header::EXPECT);
     let (head, body) = request.into_parts();
-    let (body, rest) = Rest::watch(body);
+    let (body, rest) = Unread::track(body);
     let mut response = router.oneshot(hyper::Request::from_parts(head, body)).await?;
     if response.status() == StatusCode::SWITCHING_PROTOCOLS {
         return Ok(response);
     }
-    if !rest.is_read(expects).await {
-        place.connection().set_unread();
+    if !rest.can_go_on(expects).await {
+        slot.connection().set_unread();
         response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
     }
-    Ok(response.map(|body| Body::new(Sent { body, place })))
+    Ok(response.map(|body| Body::new(Sent { body, slot })))
 }
 
 /// A body that says when it has been handed over.
 struct Sent {
     body: Body,
-    place: Arc<Place>,
+    slot: Arc<ConnectionSlot>,
 }
 
 impl HttpBody for Sent {
@@ -209,6 +208,6 @@ impl HttpBody for Sent {
 
 impl Drop for Sent {
     fn drop(&mut self) {
-        self.place.rest();
+        self.slot.set_idle();
     }
 }

@@ -10,7 +10,7 @@ use uuid::Uuid;
 use super::{
     body::Payload,
     compute::read_json,
-    idempotency::{IdempotencyKey, once},
+    idempotency::{IdempotencyKey, idempotent},
     state::AppState,
 };
 use crate::{
@@ -46,7 +46,7 @@ async fn simulate_closed_loop(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let scope = "POST /v1/simulations/closed-loop".to_owned();
-    once(state, key, scope, payload, |state, payload, known| async move {
+    idempotent(state, key, scope, payload, |state, payload, key| async move {
         let plans = state.plans.clone();
         let simulated = read_json(&state, payload, move |text| closed_loop::simulate(text, &plans)).await?;
         let (mut runs, mut kept) = (Vec::new(), Vec::new());
@@ -56,13 +56,13 @@ async fn simulate_closed_loop(
         }
         let body = ClosedLoopResultBody { seed: simulated.seed, condition: simulated.condition, runs };
         let answer = move |ids: &Vec<Uuid>, _: Stored| answered(&body, ids);
-        if kept.is_empty() && known.is_none() {
+        if kept.is_empty() && key.is_none() {
             return Ok(answer(&Vec::new(), Stored { number: 0, version: 1 }));
         }
         let answer = Arc::new(answer);
-        let keyed = known.map(|known| {
+        let keyed = key.map(|key| {
             let answer = answer.clone();
-            known.answered_by(move |ids, stored| answer(ids, stored))
+            key.answered_by(move |ids, stored| answer(ids, stored))
         });
         let (ids, stored) = state.jobs.add_runs(kept, keyed).await?;
         Ok(answer(&ids, stored))

@@ -14,7 +14,7 @@ use tokio::{
     time::{Instant, Sleep},
 };
 
-use super::connections::{Connection, Phase, Place};
+use super::connections::{Connection, ConnectionSlot, Phase};
 
 /// How long the head of a request may take: on a new connection from its beginning, later from its
 /// first byte.
@@ -26,40 +26,40 @@ const LINGER: Duration = Duration::from_secs(2);
 /// See the module's documentation.
 pub struct Socket {
     stream: TcpStream,
-    place: Arc<Place>,
+    slot: Arc<ConnectionSlot>,
     /// How long nothing may be taken from us.
     write_timeout: Duration,
     /// When reading has waited too long.
     head: Pin<Box<Sleep>>,
     /// When writing has waited too long, or closing; set while it waits.
-    stuck: Option<Pin<Box<Sleep>>>,
+    deadline: Option<Pin<Box<Sleep>>>,
     /// Whether our side has been closed.
     ended: bool,
 }
 
 impl Socket {
-    pub fn new(stream: TcpStream, place: Arc<Place>, write_timeout: Duration) -> Self {
+    pub fn new(stream: TcpStream, slot: Arc<ConnectionSlot>, write_timeout: Duration) -> Self {
         let head = Box::pin(tokio::time::sleep(HEAD));
-        Socket { stream, place, write_timeout, head, stuck: None, ended: false }
+        Socket { stream, slot, write_timeout, head, deadline: None, ended: false }
     }
 
     fn connection(&self) -> &Connection {
-        self.place.connection()
+        self.slot.connection()
     }
 
     /// The outcome of a write, with the clock running while there is none.
     fn written<T>(&mut self, cx: &mut Context<'_>, outcome: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if outcome.is_ready() {
-            if self.stuck.take().is_some() {
-                self.connection().set_stuck(false);
+            if self.deadline.take().is_some() {
+                self.connection().set_unsent(false);
             }
             return outcome;
         }
-        if self.stuck.is_none() {
-            self.connection().set_stuck(true);
+        if self.deadline.is_none() {
+            self.connection().set_unsent(true);
         }
         let limit = self.write_timeout;
-        let clock = self.stuck.get_or_insert_with(|| Box::pin(tokio::time::sleep(limit)));
+        let clock = self.deadline.get_or_insert_with(|| Box::pin(tokio::time::sleep(limit)));
         ready!(clock.as_mut().poll(cx));
         Poll::Ready(Err(io::Error::new(io::ErrorKind::TimedOut, "the client does not read")))
     }
@@ -114,14 +114,14 @@ impl AsyncWrite for Socket {
         if !self.ended {
             ready!(Pin::new(&mut self.stream).poll_shutdown(cx))?;
             self.ended = true;
-            self.stuck = None;
+            self.deadline = None;
         }
         if !self.connection().is_unread() {
             return Poll::Ready(Ok(()));
         }
         // Closed with bytes unread, the system would tell the client to forget what it has not read
         // itself.
-        let clock = self.stuck.get_or_insert_with(|| Box::pin(tokio::time::sleep(LINGER)));
+        let clock = self.deadline.get_or_insert_with(|| Box::pin(tokio::time::sleep(LINGER)));
         if clock.as_mut().poll(cx).is_ready() {
             return Poll::Ready(Ok(()));
         }

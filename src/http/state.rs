@@ -4,7 +4,7 @@ use std::{ops::Deref, sync::Arc};
 
 use metrics_exporter_prometheus::PrometheusHandle;
 
-use super::{budget::Budget, closing::Closing, readiness::Readiness};
+use super::{budget::Budget, readiness::Readiness, shutdown::Shutdown};
 use crate::{
     config::ServeSettings,
     jobs::{Jobs, RunningKeys},
@@ -32,7 +32,7 @@ pub struct Shared {
     /// Whether the store takes what is written.
     pub readiness: Readiness,
     /// For connections that stay open.
-    pub closing: Closing,
+    pub shutdown: Shutdown,
 }
 
 impl AppState {
@@ -48,7 +48,7 @@ impl AppState {
             jobs,
             keys: RunningKeys::default(),
             readiness: Readiness::default(),
-            closing: Closing::default(),
+            shutdown: Shutdown::default(),
         })))
     }
 }

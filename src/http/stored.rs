@@ -1,8 +1,8 @@
-//! Stored nodes, weighed before they are read.
+//! Stored nodes, charged to the budget before they are read.
 
 use uuid::Uuid;
 
-use super::{budget::Held, state::AppState};
+use super::{budget::WithPermit, state::AppState};
 use crate::api::problem::Problem;
 use flankfit_engine::estimation::Nodes;
 
@@ -13,11 +13,11 @@ const SMALL: usize = 64 << 10;
 const COPIES: usize = 3;
 
 /// The nodes of an iteration, with a permit for what they take.
-pub async fn nodes(state: &AppState, job: Uuid, number: u32) -> Result<Held<Nodes>, Problem> {
+pub async fn nodes(state: &AppState, job: Uuid, number: u32) -> Result<WithPermit<Nodes>, Problem> {
     let length = match state.jobs.nodes_up_to(job, number, SMALL).await? {
-        Ok(nodes) => return Ok(Held::new(nodes, state.budget.take(COPIES * SMALL / 4)?)),
+        Ok(nodes) => return Ok(WithPermit::new(nodes, state.budget.take(COPIES * SMALL / 4)?)),
         Err(length) => length,
     };
     let permit = state.budget.take(COPIES.saturating_mul(length))?;
-    Ok(Held::new(state.jobs.nodes(job, number).await?, permit))
+    Ok(WithPermit::new(state.jobs.nodes(job, number).await?, permit))
 }

@@ -22,7 +22,7 @@ use axum::{
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
-use super::{budget::Held, extract::PathOf, observe::too_late, state::AppState, streams};
+use super::{budget::WithPermit, extract::PathOf, observe::too_late, state::AppState, streams};
 use crate::{
     api::{
         problem::{Problem, ProblemCode},
@@ -92,7 +92,7 @@ fn may_connect(headers: &HeaderMap, allowed: &[Origin]) -> bool {
 }
 
 /// Why a connection ends.
-enum End {
+enum SessionEnd {
     /// The client is gone or does not read.
     Gone,
     /// The client closes, and is owed an answer.
@@ -102,35 +102,35 @@ enum End {
 }
 
 async fn serve(state: AppState, id: Uuid, mut socket: WebSocket) {
-    let _guest = state.closing.guest("websocket");
-    match talk(&state, id, &mut socket).await {
-        End::Gone => {}
+    let _open = state.shutdown.register("websocket");
+    match session(&state, id, &mut socket).await {
+        SessionEnd::Gone => {}
         // The answer to a close is made when it is read, and goes out with the next look for a
         // message (RFC 6455, 5.5.1).
-        End::Left => {
+        SessionEnd::Left => {
             let _gone = tokio::time::timeout(SEND, socket.recv()).await;
         }
-        End::Close(code, reason) => {
+        SessionEnd::Close(code, reason) => {
             let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
             let _gone = tokio::time::timeout(SEND, socket.send(Message::Close(Some(frame)))).await;
         }
     }
 }
 
-async fn talk(state: &AppState, id: Uuid, socket: &mut WebSocket) -> End {
+async fn session(state: &AppState, id: Uuid, socket: &mut WebSocket) -> SessionEnd {
     let mut ends = state.jobs.listen_for_stream_ends();
-    let mut stopped = std::pin::pin!(state.closing.stopped());
+    let mut stopped = std::pin::pin!(state.shutdown.begun());
     let mut pings = tokio::time::interval_at(tokio::time::Instant::now() + PING, PING);
     let mut silent = 0;
     // what came while a block was worked on
-    let mut early: Option<Message> = None;
+    let mut pending: Option<Message> = None;
     // it may have ended between the upgrade and now
     if let Some(end) = ended(state, id).await {
         return end;
     }
     loop {
         tokio::select! {
-            () = &mut stopped => return End::Close(close_code::AWAY, "the server stops"),
+            () = &mut stopped => return SessionEnd::Close(close_code::AWAY, "the server stops"),
             _ = ends.changed() => {
                 if let Some(end) = ended(state, id).await {
                     return end;
@@ -139,37 +139,37 @@ async fn talk(state: &AppState, id: Uuid, socket: &mut WebSocket) -> End {
             _ = pings.tick() => {
                 silent += 1;
                 if silent > SILENT_PINGS || !send(socket, Message::Ping(Default::default())).await {
-                    return End::Gone;
+                    return SessionEnd::Gone;
                 }
             }
-            message = received(&mut early, socket) => {
+            message = received(&mut pending, socket) => {
                 silent = 0;
                 let text = match message {
                     Some(Ok(Message::Text(text))) => text.as_bytes().to_vec(),
                     Some(Ok(Message::Binary(bytes))) => bytes.to_vec(),
                     Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
-                    Some(Ok(Message::Close(_))) => return End::Left,
-                    None => return End::Gone,
+                    Some(Ok(Message::Close(_))) => return SessionEnd::Left,
+                    None => return SessionEnd::Gone,
                     Some(Err(error)) => {
-                        tracing::debug!(%error, stream = %id, "a WebSocket ends");
-                        return End::Close(close_code::SIZE, "a message could not be read, or was too large");
+                        tracing::debug!(%error, stream = %id, "WebSocket closed after a read error");
+                        return SessionEnd::Close(close_code::SIZE, "a message could not be read, or was too large");
                     }
                 };
                 let answer = tokio::select! {
                     answer = block(state, id, text) => answer,
-                    () = left(socket, &mut early) => return End::Left,
+                    () = left(socket, &mut pending) => return SessionEnd::Left,
                 };
                 if !send(socket, Message::Text(answer)).await {
-                    return End::Gone;
+                    return SessionEnd::Gone;
                 }
             }
         }
     }
 }
 
-/// The message that came early, or the next one.
-async fn received(early: &mut Option<Message>, socket: &mut WebSocket) -> Option<Result<Message, axum::Error>> {
-    match early.take() {
+/// The message that waits, or the next one.
+async fn received(pending: &mut Option<Message>, socket: &mut WebSocket) -> Option<Result<Message, axum::Error>> {
+    match pending.take() {
         Some(message) => Some(Ok(message)),
         None => socket.recv().await,
     }
@@ -177,12 +177,12 @@ async fn received(early: &mut Option<Message>, socket: &mut WebSocket) -> Option
 
 /// Ready when the client leaves. One block that it sends ahead is taken, so that its leaving is
 /// seen behind it only when that one's turn has come.
-async fn left(socket: &mut WebSocket, early: &mut Option<Message>) {
+async fn left(socket: &mut WebSocket, pending: &mut Option<Message>) {
     loop {
         match socket.recv().await {
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
             Some(Ok(message @ (Message::Text(_) | Message::Binary(_)))) => {
-                *early = Some(message);
+                *pending = Some(message);
                 return std::future::pending().await;
             }
             Some(Ok(Message::Close(_)) | Err(_)) | None => return,
@@ -195,10 +195,12 @@ async fn send(socket: &mut WebSocket, message: Message) -> bool {
 }
 
 /// Whether the stream takes no more nodes.
-async fn ended(state: &AppState, id: Uuid) -> Option<End> {
+async fn ended(state: &AppState, id: Uuid) -> Option<SessionEnd> {
     match state.jobs.stream(id).await {
-        Ok(stream) if stream.iteration.is_some() => Some(End::Close(close_code::NORMAL, "the stream is finished")),
-        Err(RepositoryError::NotFound(_)) => Some(End::Close(close_code::NORMAL, "the stream is deleted")),
+        Ok(stream) if stream.iteration.is_some() => {
+            Some(SessionEnd::Close(close_code::NORMAL, "the stream is finished"))
+        }
+        Err(RepositoryError::NotFound(_)) => Some(SessionEnd::Close(close_code::NORMAL, "the stream is deleted")),
         // a store that does not answer now says so at the next block
         Ok(_) | Err(_) => None,
     }
@@ -208,7 +210,7 @@ async fn ended(state: &AppState, id: Uuid) -> Option<End> {
 async fn block(state: &AppState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
     let outcome = async {
         let permit = state.budget.take(text.len())?;
-        let text = Held::new(text, permit);
+        let text = WithPermit::new(text, permit);
         let block = state.pool.run(move || stream::read_block(&text)).await??;
         streams::add_block(state, id, block, None).await
     };

@@ -13,7 +13,7 @@ use super::{
     conditional::{IfMatch, etag, set_etag},
     extract::PathOf,
     fits::json,
-    idempotency::{ClaimedKey, IdempotencyKey, once},
+    idempotency::{ClaimedKey, IdempotencyKey, idempotent},
     iterations,
     state::AppState,
 };
@@ -62,10 +62,10 @@ async fn create_stream(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/jobs/{job}/streams");
-    once(state, key, scope, payload, move |state, payload, known| async move {
-        state.jobs.admit(job).await?;
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
+        state.jobs.check_exists(job).await?;
         let draft = read_json(&state, payload, stream::read_stream).await?;
-        let keyed = known.map(|known| known.answered_by(opened));
+        let keyed = key.map(|key| key.answered_by(opened));
         let (stream, stored) =
             state.jobs.open_stream(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
         Ok(opened(&stream, stored))
@@ -132,9 +132,9 @@ async fn add_stream_nodes(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/streams/{id}/nodes");
-    once(state, key, scope, payload, move |state, payload, known| async move {
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
         let block = read_json(&state, payload, stream::read_block).await?;
-        add_block(&state, id, block, known.map(ClaimedKey::request)).await
+        add_block(&state, id, block, key.map(ClaimedKey::request)).await
     })
     .await
 }
@@ -181,11 +181,11 @@ async fn finish_stream(
     payload: Payload,
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/streams/{id}/finish");
-    once(state, key, scope, payload, move |state, payload, known| async move {
+    idempotent(state, key, scope, payload, move |state, payload, key| async move {
         let body: FinishBody = read_optional_json(&state, payload).await?;
         let plans = state.plans.clone();
         let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute(nodes, spec, &plans);
-        let keyed = known.map(|known| known.answered_by(iterations::created));
+        let keyed = key.map(|key| key.answered_by(iterations::created));
         let (iteration, stored) = state.jobs.finish_stream(&state, id, body.into(), fit, keyed).await?;
         Ok(iterations::created(&iteration, stored))
     })

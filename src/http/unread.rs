@@ -18,42 +18,42 @@ use hyper::body::{Frame, Incoming, SizeHint};
 /// Longest rest that is read.
 const SHORT: u64 = 64 << 10;
 /// How long it may take to come.
-const SOON: Duration = Duration::from_millis(500);
+const DRAIN_TIME: Duration = Duration::from_millis(500);
 
 /// What was not read of a request's body, once the body has been dropped.
 #[derive(Clone, Default)]
-pub struct Rest(Arc<Mutex<Option<Incoming>>>);
+pub struct Unread(Arc<Mutex<Option<Incoming>>>);
 
 /// A body that leaves its unread rest behind.
-struct Watched {
+struct TrackedBody {
     body: Option<Incoming>,
-    rest: Rest,
+    rest: Unread,
 }
 
-impl Rest {
+impl Unread {
     /// The body for the handler, and where its rest will be.
-    pub fn watch(body: Incoming) -> (Body, Rest) {
-        let rest = Rest::default();
+    pub fn track(body: Incoming) -> (Body, Unread) {
+        let rest = Unread::default();
         if body.is_end_stream() {
             return (Body::new(body), rest);
         }
-        (Body::new(Watched { body: Some(body), rest: rest.clone() }), rest)
+        (Body::new(TrackedBody { body: Some(body), rest: rest.clone() }), rest)
     }
 
     /// Whether the connection can go on with its next request, after a short rest has been read.
     /// `expects`: the client has asked whether it may send the body at all, and has not been told.
-    pub async fn is_read(&self, expects: bool) -> bool {
+    pub async fn can_go_on(&self, expects: bool) -> bool {
         let left = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(mut body) = left else { return true };
         if expects || body.size_hint().upper().is_none_or(|upper| upper > SHORT) {
             return false;
         }
         let drained = async { while let Some(Ok(_)) = body.frame().await {} };
-        tokio::time::timeout(SOON, drained).await.is_ok() && body.is_end_stream()
+        tokio::time::timeout(DRAIN_TIME, drained).await.is_ok() && body.is_end_stream()
     }
 }
 
-impl HttpBody for Watched {
+impl HttpBody for TrackedBody {
     type Data = Bytes;
     type Error = hyper::Error;
 
@@ -76,7 +76,7 @@ impl HttpBody for Watched {
     }
 }
 
-impl Drop for Watched {
+impl Drop for TrackedBody {
     fn drop(&mut self) {
         if let Some(body) = self.body.take().filter(|body| !body.is_end_stream()) {
             *self.rest.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(body);

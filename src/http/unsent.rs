@@ -1,4 +1,4 @@
-//! Answers that wait for their clients are weighed on the budget until they are sent.
+//! Answers that wait for their clients are charged to the budget until they are sent.
 
 use std::{
     pin::Pin,
@@ -17,27 +17,27 @@ use hyper::body::{Frame, SizeHint};
 
 use super::{budget::Permit, state::AppState};
 
-/// Answers that are shorter are not weighed.
+/// Answers that are shorter are not charged.
 const SHORT: u64 = 4 << 10;
 
-/// The permit of an answer that is weighed already.
+/// The permit of an answer that is charged already.
 #[derive(Clone)]
-struct Ready(Arc<Permit>);
+struct ResponsePermit(Arc<Permit>);
 
 /// An answer with the permit for what it was made of.
-pub fn weighed(mut response: Response, permit: Permit) -> Response {
-    response.extensions_mut().insert(Ready(Arc::new(permit)));
+pub fn with_permit(mut response: Response, permit: Permit) -> Response {
+    response.extensions_mut().insert(ResponsePermit(Arc::new(permit)));
     response
 }
 
-/// Weighs an answer whose length is known. (Others are made piece by piece as they are sent.)
-pub async fn hold(State(state): State<AppState>, request: Request, next: Next) -> Response {
+/// Charges an answer whose length is known. (Others are made piece by piece as they are sent.)
+pub async fn charge(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let mut response = next.run(request).await;
-    let ready = response.extensions_mut().remove().and_then(|Ready(permit)| Arc::into_inner(permit));
+    let ready = response.extensions_mut().remove().and_then(|ResponsePermit(permit)| Arc::into_inner(permit));
     let Some(length) = response.body().size_hint().exact().filter(|length| *length >= SHORT) else { return response };
     let ready = ready.unwrap_or_else(|| state.budget.permit());
     match permit(ready, response.status(), length as usize) {
-        Ok(permit) => response.map(|body| Body::new(Unsent { body, permit: Some(permit) })),
+        Ok(permit) => response.map(|body| Body::new(PermitBody { body, permit: Some(permit) })),
         Err(refused) => refused,
     }
 }
@@ -55,12 +55,12 @@ fn permit(mut permit: Permit, status: StatusCode, length: usize) -> Result<Permi
 }
 
 /// A body whose bytes hold the permit, also when they wait for the connection.
-struct Unsent {
+struct PermitBody {
     body: Body,
     permit: Option<Permit>,
 }
 
-impl HttpBody for Unsent {
+impl HttpBody for PermitBody {
     type Data = Bytes;
     type Error = axum::Error;
 

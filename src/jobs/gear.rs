@@ -10,13 +10,13 @@ pub struct JobGear(String);
 
 /// What a job must know of its gear.
 #[derive(Deserialize)]
-struct Known {
+struct GearFields {
     teeth: u32,
 }
 
 impl JobGear {
     pub fn teeth(&self) -> Option<u32> {
-        serde_json::from_str(&self.0).ok().map(|Known { teeth }| teeth)
+        serde_json::from_str(&self.0).ok().map(|GearFields { teeth }| teeth)
     }
 }
 

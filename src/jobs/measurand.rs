@@ -27,7 +27,7 @@ impl Measurand {
     /// any gear.
     pub fn check_tooth(&self, teeth: Option<u32>) -> Result<(), RepositoryError> {
         let (Some(tooth), Some(teeth)) = (&self.tooth, teeth) else { return Ok(()) };
-        match beyond(tooth, teeth) {
+        match has_no_tooth(tooth, teeth) {
             true => Err(RepositoryError::NoSuchTooth { tooth: tooth.clone(), teeth }),
             false => Ok(()),
         }
@@ -51,7 +51,7 @@ impl Measurand {
 }
 
 /// Whether the name of a tooth has a number that a gear with so many teeth has not got.
-pub fn beyond(tooth: &str, teeth: u32) -> bool {
+pub fn has_no_tooth(tooth: &str, teeth: u32) -> bool {
     Position::number(tooth).is_some_and(|number| !(1..=u64::from(teeth)).contains(&number))
 }
 

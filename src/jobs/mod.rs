@@ -45,10 +45,10 @@ pub use iteration::{
     TracedFit, TracedIteration,
 };
 pub use job::{Job, JobPatch, Update};
-pub use measurand::{Measurand, Successors, beyond, side_name, side_named};
+pub use measurand::{Measurand, Successors, has_no_tooth, side_name, side_named};
 pub use measurement::MeasurementDetails;
-pub use outcome::{Precondition, RepositoryError, Stored, What};
-pub use page::{Cursor, List, NoCursor, Page, PageRequest};
+pub use outcome::{Precondition, RepositoryError, Resource, Stored};
+pub use page::{Cursor, CursorError, List, Page, PageRequest};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
 pub use repository::{Repository, RepositoryFuture};

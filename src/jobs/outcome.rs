@@ -1,10 +1,10 @@
-//! What becomes of a write or a read: what was stored, or why nothing was.
+//! Resource becomes of a write or a read: what was stored, or why nothing was.
 
 use uuid::Uuid;
 
-/// What a request named and the store did not find.
+/// Resource a request named and the store did not find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum Resource {
     Job,
     Iteration,
     Fit,
@@ -16,20 +16,20 @@ pub enum What {
 #[derive(Debug, thiserror::Error)]
 pub enum RepositoryError {
     #[error("not found: {0:?}")]
-    NotFound(What),
+    NotFound(Resource),
     /// A job with iterations is not deleted.
     #[error("the job has {0} iteration(s)")]
     HasIterations(u64),
     /// Nor is a job with streams.
     #[error("the job has {0} stream(s)")]
     HasStreams(u64),
-    /// What is to be stored is of a tooth that the job's gear has not got.
+    /// Resource is to be stored is of a tooth that the job's gear has not got.
     #[error("the job's gear has {teeth} teeth, not tooth {tooth}")]
     NoSuchTooth { tooth: String, teeth: u32 },
     /// The job's gear would lose a tooth that was measured: by an iteration, or by an open stream.
     #[error("a gear of {teeth} teeth has no tooth {tooth}")]
     ToothMeasured { tooth: String, teeth: u32, iteration: Option<u32> },
-    /// What is to be stored was made by a gear that the job no longer has.
+    /// Resource is to be stored was made by a gear that the job no longer has.
     #[error("the job's gear was changed meanwhile")]
     GearChanged,
     /// A finished stream takes nothing more.
@@ -58,7 +58,7 @@ pub enum RepositoryError {
     Failed(String),
 }
 
-/// What only the store could know of something it stored.
+/// Resource only the store could know of something it stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stored {
     /// The number an iteration was given (0 for what has no number).
@@ -67,7 +67,7 @@ pub struct Stored {
     pub version: u64,
 }
 
-/// What the caller says it has seen (`If-Match`).
+/// Resource the caller says it has seen (`If-Match`).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Precondition {
     #[default]

@@ -38,11 +38,11 @@ impl List {
 
 /// Why a text is no cursor of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoCursor {
+pub enum CursorError {
     /// No list answered it.
     Unknown,
     /// It is one of another list.
-    Of(List),
+    OtherList(List),
 }
 
 /// Where the next page begins: after the item of this id.
@@ -67,14 +67,14 @@ impl Cursor {
     }
 
     /// The cursor of that text, if it is one of this list.
-    pub fn decode(text: &str, list: List) -> Result<Self, NoCursor> {
+    pub fn decode(text: &str, list: List) -> Result<Self, CursorError> {
         let id = |(_, id): (&str, &str)| (id.len() == 32).then(|| Uuid::try_parse(id).ok())?;
         let parts = text.split_at_checked(2);
         let of = parts.and_then(|(kind, _)| List::ALL.into_iter().find(|list| format!("{:02x}", list.kind()) == kind));
         match (of, parts.and_then(id)) {
             (Some(of), Some(id)) if of == list => Ok(Cursor(id)),
-            (Some(of), Some(_)) => Err(NoCursor::Of(of)),
-            _ => Err(NoCursor::Unknown),
+            (Some(of), Some(_)) => Err(CursorError::OtherList(of)),
+            _ => Err(CursorError::Unknown),
         }
     }
 }
@@ -125,14 +125,14 @@ mod tests {
         for list in List::ALL {
             let text = cursor.encode(list);
             for other in List::ALL {
-                let expected = if other == list { Ok(cursor) } else { Err(NoCursor::Of(list)) };
+                let expected = if other == list { Ok(cursor) } else { Err(CursorError::OtherList(list)) };
                 assert_eq!(Cursor::decode(&text, other), expected);
             }
         }
         let bare = cursor.0.simple().to_string();
         for text in ["", "next", "0é", &bare, &format!("05{bare}"), &format!("01{bare}0"), &format!("01{}", cursor.0)]
         {
-            assert_eq!(Cursor::decode(text, List::Jobs), Err(NoCursor::Unknown), "{text}");
+            assert_eq!(Cursor::decode(text, List::Jobs), Err(CursorError::Unknown), "{text}");
         }
     }
 }

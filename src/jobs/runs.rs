@@ -51,7 +51,7 @@ impl Jobs {
         loop {
             tokio::time::sleep(every).await;
             if let Err(error) = self.forget_old_answers().await {
-                tracing::warn!(%error, "old answers of idempotency keys could not be forgotten");
+                tracing::warn!(%error, "expired idempotency keys could not be deleted");
             }
         }
     }

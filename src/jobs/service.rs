@@ -17,25 +17,25 @@ use super::{
     outcome::{Precondition, RepositoryError},
     page::{Page, PageRequest},
     repository::Repository,
-    streams::LiveStreams,
+    streams::StreamCache,
 };
 
 /// Jobs and everything that can be done with them.
 ///
 /// Whoever waits for a use case may leave at any time. What the store has taken is then finished
-/// all the same, with what follows from it (`to_the_end`); what it has not taken yet is not begun.
+/// all the same, with what follows from it (`run_to_completion`); what it has not taken yet is not begun.
 pub struct Jobs {
     pub(super) repository: Arc<dyn Repository>,
     pub(super) clock: Arc<dyn Clock>,
     pub(super) ids: Arc<dyn Ids>,
     known: KnownJobs,
-    pub(super) live: Arc<LiveStreams>,
+    pub(super) cache: Arc<StreamCache>,
     pub(super) notifier: Arc<JobNotifier>,
 }
 
 impl Jobs {
     pub fn new(repository: Arc<dyn Repository>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Self {
-        Jobs { repository, clock, ids, known: KnownJobs::default(), live: Arc::default(), notifier: Arc::default() }
+        Jobs { repository, clock, ids, known: KnownJobs::default(), cache: Arc::default(), notifier: Arc::default() }
     }
 
     /// The store beneath, for what is not about jobs (readiness, kept answers).
@@ -124,7 +124,7 @@ impl Jobs {
     }
 
     /// Refuses a job that does not exist before a fit is computed for it. (The write looks again.)
-    pub async fn admit(&self, job: Uuid) -> Result<(), RepositoryError> {
+    pub async fn check_exists(&self, job: Uuid) -> Result<(), RepositoryError> {
         if !self.known.contains(job) {
             self.repository.job(job).await?;
             self.known.add(job);
@@ -143,7 +143,7 @@ impl Jobs {
         F: Future<Output = Result<T, RepositoryError>> + Send + 'static,
     {
         let (writing, notifier) = (write(self.repository.clone()), self.notifier.clone());
-        to_the_end(async move {
+        run_to_completion(async move {
             let written = writing.await?;
             notifier.notify(job);
             Ok(written)
@@ -153,7 +153,7 @@ impl Jobs {
 }
 
 /// Stores, and does what follows from it, even if the one who waits leaves meanwhile.
-pub(super) async fn to_the_end<T: Send + 'static>(
+pub(super) async fn run_to_completion<T: Send + 'static>(
     storing: impl Future<Output = Result<T, RepositoryError>> + Send + 'static,
 ) -> Result<T, RepositoryError> {
     tokio::spawn(storing).await.unwrap_or_else(|lost| Err(RepositoryError::Failed(lost.to_string())))

@@ -4,7 +4,7 @@
 //! holds up another connection, and wait in a queue of bounded length so that overload is answered
 //! at once (503) instead of being hidden in memory and latency. A worker is woken only when one
 //! sleeps: under load a job changes threads without a system call. Work that is known to be short
-//! may be done by the thread that has it, in the [`Place`] of an idle worker.
+//! may be done by the thread that has it, in the [`WorkerSlot`] of an idle worker.
 //!
 //! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when
 //! the future is dropped, which is what happens when a client leaves or a request's time is over;
@@ -166,20 +166,21 @@ fn reason(stopped: bool) -> &'static str {
     if stopped { "stopped" } else { "abandoned" }
 }
 
-/// The place of a worker, for work that the calling thread does itself. Dropping it gives it back.
+/// The slot of an idle worker, for work that the calling thread does itself. Dropping it gives it
+/// back.
 #[derive(Debug)]
-pub struct Place<'a>(&'a Shared);
+pub struct WorkerSlot<'a>(&'a Shared);
 
-impl Drop for Place<'_> {
+impl Drop for WorkerSlot<'_> {
     fn drop(&mut self) {
         self.0.lock().taken -= 1;
     }
 }
 
 /// Cancels when dropped.
-struct Leaving(Handle);
+struct CancelOnDrop(Handle);
 
-impl Drop for Leaving {
+impl Drop for CancelOnDrop {
     fn drop(&mut self) {
         self.0.cancel();
     }
@@ -214,7 +215,7 @@ impl WorkPool {
         F: FnOnce() -> T + Send + 'static,
     {
         let handle = Handle::new();
-        let _leaving = Leaving(handle.clone());
+        let _cancel = CancelOnDrop(handle.clone());
         self.run_with(handle, work).await
     }
 
@@ -254,15 +255,15 @@ impl WorkPool {
         Ok(())
     }
 
-    /// The place of an idle worker, if nobody waits for one: for work that is so short that handing
+    /// The slot of an idle worker, if nobody waits for one: for work that is so short that handing
     /// it to another thread and back would take as long. Work that comes meanwhile is not held up
-    /// by a place that is taken.
-    pub fn place(&self) -> Option<Place<'_>> {
+    /// by a slot that is taken.
+    pub fn try_slot(&self) -> Option<WorkerSlot<'_>> {
         let mut state = self.shared.lock();
         let free = state.queue.is_empty() && state.taken < state.idle && !state.stopped;
         state.taken += usize::from(free);
-        // Lazily: a place that is made is also given back.
-        free.then(|| Place(&self.shared))
+        // Lazily: a slot that is made is also given back.
+        free.then(|| WorkerSlot(&self.shared))
     }
 
     /// Jobs waiting for a worker.

@@ -35,12 +35,12 @@ async fn a_place_is_that_of_an_idle_worker() {
     while pool.shared.lock().idle == 0 {
         std::thread::yield_now();
     }
-    let place = pool.place().expect("the worker has nothing to do");
-    assert!(pool.place().is_none(), "there is one worker");
+    let place = pool.try_slot().expect("the worker has nothing to do");
+    assert!(pool.try_slot().is_none(), "there is one worker");
     assert_eq!(pool.run(|| 1).await, Ok(1), "nobody waits for a place");
     drop(place);
     let (open, busy) = occupied(&pool).await;
-    assert!(pool.place().is_none(), "the worker is busy");
+    assert!(pool.try_slot().is_none(), "the worker is busy");
     drop(open);
     assert_eq!(busy.await.unwrap(), Ok(true));
 }

@@ -13,13 +13,13 @@ use std::{
 use tracing_subscriber::fmt::MakeWriter;
 
 /// How long lines are gathered after the first one.
-const GATHERING: Duration = Duration::from_millis(20);
+const FLUSH_DELAY: Duration = Duration::from_millis(20);
 
 /// Bytes that are kept while nobody reads them; lines beyond are dropped rather than held up.
-const MOST: usize = 16 << 20;
+const CAPACITY: usize = 16 << 20;
 
 #[derive(Default)]
-struct Gathered {
+struct Buffer {
     state: Mutex<Lines>,
     first: Condvar,
 }
@@ -30,12 +30,12 @@ struct Lines {
     dropped: usize,
 }
 
-fn gathered() -> &'static Gathered {
-    static GATHERED: OnceLock<Gathered> = OnceLock::new();
-    GATHERED.get_or_init(Gathered::default)
+fn buffer() -> &'static Buffer {
+    static BUFFER: OnceLock<Buffer> = OnceLock::new();
+    BUFFER.get_or_init(Buffer::default)
 }
 
-impl Gathered {
+impl Buffer {
     fn lock(&self) -> MutexGuard<'_, Lines> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -45,9 +45,9 @@ impl Gathered {
 pub fn start() -> io::Result<Writer> {
     std::thread::Builder::new().name("log".into()).spawn(|| {
         loop {
-            let lines = gathered().lock();
-            drop(gathered().first.wait_while(lines, |lines| lines.text.is_empty()));
-            std::thread::sleep(GATHERING);
+            let lines = buffer().lock();
+            drop(buffer().first.wait_while(lines, |lines| lines.text.is_empty()));
+            std::thread::sleep(FLUSH_DELAY);
             flush();
         }
     })?;
@@ -58,7 +58,7 @@ pub fn start() -> io::Result<Writer> {
 pub fn flush() {
     // Standard error is locked first, so that lines keep their order whoever flushes.
     let mut out = io::stderr().lock();
-    let Lines { mut text, dropped } = std::mem::take(&mut *gathered().lock());
+    let Lines { mut text, dropped } = std::mem::take(&mut *buffer().lock());
     if dropped > 0 {
         text.extend_from_slice(format!("{dropped} log lines were dropped: standard error was not read\n").as_bytes());
     }
@@ -72,16 +72,16 @@ pub struct Writer;
 
 impl Write for Writer {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        let mut lines = gathered().lock();
+        let mut lines = buffer().lock();
         let first = lines.text.is_empty();
-        if lines.text.len() + line.len() > MOST {
+        if lines.text.len() + line.len() > CAPACITY {
             lines.dropped += 1;
         } else {
             lines.text.extend_from_slice(line);
         }
         drop(lines);
         if first {
-            gathered().first.notify_one();
+            buffer().first.notify_one();
         }
         Ok(line.len())
     }

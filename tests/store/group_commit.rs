@@ -3,7 +3,7 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use flankfit::jobs::{Answer, KeyedRequest, Receipt, Repository, RepositoryError, What};
+use flankfit::jobs::{Answer, KeyedRequest, Receipt, Repository, RepositoryError, Resource};
 use sqlx::Row;
 use tokio::task::JoinSet;
 
@@ -46,7 +46,7 @@ async fn numbers_have_no_gaps_though_some_requests_are_refused() {
         let (job, outcome) = outcome.unwrap();
         match jobs.iter().position(|known| *known == job) {
             Some(index) => assert!(numbers[index].insert(outcome.unwrap().number), "a number was given twice"),
-            None => assert!(matches!(outcome, Err(RepositoryError::NotFound(What::Job)))),
+            None => assert!(matches!(outcome, Err(RepositoryError::NotFound(Resource::Job)))),
         }
     }
     for (job, numbers) in jobs.iter().zip(&numbers) {

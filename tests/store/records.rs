@@ -1,7 +1,7 @@
 //! Curves and surfaces kept with an iteration.
 
 use flankfit::{
-    jobs::{PageRequest, RecordKind, Repository, RepositoryError, What},
+    jobs::{PageRequest, RecordKind, Repository, RepositoryError, Resource},
     store::Store,
 };
 use uuid::Uuid;
@@ -61,9 +61,9 @@ async fn a_record_belongs_to_one_iteration() {
         Err(RepositoryError::NotFound(what)) => what,
         found => panic!("{found:?}"),
     };
-    assert_eq!(missing(other.id, 1, kept.id).await, What::Record);
-    assert_eq!(missing(job.id, 2, kept.id).await, What::Iteration);
-    assert_eq!(missing(place.id(), 1, kept.id).await, What::Job);
+    assert_eq!(missing(other.id, 1, kept.id).await, Resource::Record);
+    assert_eq!(missing(job.id, 2, kept.id).await, Resource::Iteration);
+    assert_eq!(missing(place.id(), 1, kept.id).await, Resource::Job);
     let refused = store.insert_record(job.id, 2, place.record(RecordKind::Curve, "newton"), None).await;
-    assert!(matches!(refused, Err(RepositoryError::NotFound(What::Iteration))), "{refused:?}");
+    assert!(matches!(refused, Err(RepositoryError::NotFound(Resource::Iteration))), "{refused:?}");
 }

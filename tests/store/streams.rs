@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    EventKind, FinishedStream, JobEvent, NewBlock, Precondition, Repository, RepositoryError, StreamEvent, What,
+    EventKind, FinishedStream, JobEvent, NewBlock, Precondition, Repository, RepositoryError, Resource, StreamEvent,
 };
 use flankfit::store::{Store, migrations};
 use sqlx::{AssertSqlSafe, ConnectOptions, sqlite::SqliteConnectOptions};
@@ -109,9 +109,9 @@ async fn a_job_lets_go_of_its_events_only_with_everything_else() {
     }
     store.delete_stream(stream.id, Precondition::None, place.now()).await.unwrap();
     assert_eq!(kinds(&events(&store, job).await), ["open", "block", "deleted"]);
-    assert!(matches!(store.stream(stream.id).await, Err(RepositoryError::NotFound(What::Stream))));
+    assert!(matches!(store.stream(stream.id).await, Err(RepositoryError::NotFound(Resource::Stream))));
     store.delete_job(job, Precondition::None).await.unwrap();
-    assert!(matches!(store.last_event(job).await, Err(RepositoryError::NotFound(What::Job))));
+    assert!(matches!(store.last_event(job).await, Err(RepositoryError::NotFound(Resource::Job))));
 }
 
 #[tokio::test]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use flankfit::jobs::{
     Choice, Cursor, Decision, Earlier, Event, JobPatch, MAX_LISTED, PageRequest, Precondition, Repository,
-    RepositoryError, Ruling, Update, What,
+    RepositoryError, Resource, Ruling, Update,
 };
 use uuid::Uuid;
 
@@ -25,7 +25,7 @@ async fn a_job_comes_back_and_counts_its_changes() {
 
     let late = store.patch_job(job.id, patch, seen, place.now()).await;
     assert!(matches!(late, Err(RepositoryError::VersionMismatch { current: 2 })));
-    assert!(matches!(store.job(Uuid::nil()).await, Err(RepositoryError::NotFound(What::Job))));
+    assert!(matches!(store.job(Uuid::nil()).await, Err(RepositoryError::NotFound(Resource::Job))));
 }
 
 #[tokio::test]
@@ -35,7 +35,7 @@ async fn only_an_empty_job_is_deleted() {
     let (empty, full) = (place.stored_job(&store).await, place.stored_job(&store).await);
     place.stored_iteration(&store, full.id).await;
     store.delete_job(empty.id, Precondition::None).await.unwrap();
-    assert!(matches!(store.job(empty.id).await, Err(RepositoryError::NotFound(What::Job))));
+    assert!(matches!(store.job(empty.id).await, Err(RepositoryError::NotFound(Resource::Job))));
     let refused = store.delete_job(full.id, Precondition::None).await;
     assert!(matches!(refused, Err(RepositoryError::HasIterations(1))));
     assert_eq!(store.trace(full.id, WHOLE).await.unwrap().iterations.len(), 1);
@@ -61,11 +61,11 @@ async fn an_iteration_comes_back_bit_for_bit() {
     // NaN differs from itself; what is printed does not.
     assert_eq!(format!("{:?}", store.nodes(job.id, 1).await.unwrap()), format!("{:?}", nodes()));
 
-    assert!(matches!(store.iteration(job.id, 2).await, Err(RepositoryError::NotFound(What::Iteration))));
-    assert!(matches!(store.iteration(Uuid::nil(), 1).await, Err(RepositoryError::NotFound(What::Job))));
-    assert!(matches!(store.nodes(job.id, 2).await, Err(RepositoryError::NotFound(What::Iteration))));
-    assert!(matches!(store.fit(job.id, 1, Uuid::nil()).await, Err(RepositoryError::NotFound(What::Fit))));
-    assert!(matches!(store.trace(Uuid::nil(), WHOLE).await, Err(RepositoryError::NotFound(What::Job))));
+    assert!(matches!(store.iteration(job.id, 2).await, Err(RepositoryError::NotFound(Resource::Iteration))));
+    assert!(matches!(store.iteration(Uuid::nil(), 1).await, Err(RepositoryError::NotFound(Resource::Job))));
+    assert!(matches!(store.nodes(job.id, 2).await, Err(RepositoryError::NotFound(Resource::Iteration))));
+    assert!(matches!(store.fit(job.id, 1, Uuid::nil()).await, Err(RepositoryError::NotFound(Resource::Fit))));
+    assert!(matches!(store.trace(Uuid::nil(), WHOLE).await, Err(RepositoryError::NotFound(Resource::Job))));
 }
 
 #[tokio::test]

@@ -5,7 +5,7 @@ use crate::{
         faults::Faults,
         problem::{Problem, ProblemCode},
     },
-    jobs::{RepositoryError, What},
+    jobs::{RepositoryError, Resource},
 };
 use flankfit_engine::fault::words::counted;
 
@@ -15,11 +15,11 @@ impl From<RepositoryError> for Problem {
             RepositoryError::NotFound(what) => Problem::new(
                 ProblemCode::NotFound,
                 match what {
-                    What::Job => "There is no such job.",
-                    What::Iteration => "The job has no such iteration.",
-                    What::Fit => "The iteration has no such fit.",
-                    What::Record => "The iteration has no such record.",
-                    What::Stream => "There is no such stream.",
+                    Resource::Job => "There is no such job.",
+                    Resource::Iteration => "The job has no such iteration.",
+                    Resource::Fit => "The iteration has no such fit.",
+                    Resource::Record => "The iteration has no such record.",
+                    Resource::Stream => "There is no such stream.",
                 },
             ),
             RepositoryError::HasIterations(count) => Problem::new(

@@ -38,7 +38,7 @@ struct Round {
 }
 
 #[derive(Deserialize)]
-struct Kept {
+struct KeptCorrection {
     answer: Option<Answer>,
 }
 
@@ -48,7 +48,7 @@ struct Answer {
 }
 
 /// Tells it, and returns the paths of the jobs that keep it.
-pub fn tell(client: &Client, out: &mut impl Write) -> Result<Vec<String>, StoryError> {
+pub fn run(client: &Client, out: &mut impl Write) -> Result<Vec<String>, StoryError> {
     let ask = |seed: u64, store: bool| -> Result<Loop, StoryError> {
         let body = json!({"seed": seed, "store": store, "corrections": CORRECTIONS});
         Ok(client.post("/v1/simulations/closed-loop", &body)?)
@@ -81,7 +81,7 @@ answers 1 % off, the probe is 0.3 µm off and misses every tenth node.",
         write!(out, "{table}")?;
         let Some(job) = run.job_id.as_ref().map(|id| format!("/v1/jobs/{id}")) else { continue };
         for number in 1..=CORRECTIONS {
-            let kept: Kept = client.get(&format!("{job}/iterations/{number}/correction"))?;
+            let kept: KeptCorrection = client.get(&format!("{job}/iterations/{number}/correction"))?;
             if let Some(answer) = kept.answer {
                 writeln!(out, "  correction {number}: {}", answer.sentence)?;
             }

@@ -60,7 +60,7 @@ const FLANK: &str = include_str!("../../../examples/flank_z52.json");
 const FLANK_REMACHINED: &str = include_str!("../../../examples/flank_z52_remachined.json");
 const JOB: &str = include_str!("../../../examples/requests/job.json");
 
-/// Starts a server, drives it, prints, and serves on until it is told to stop.
+/// Starts a server, drives it, prints, and serves on until it is stopped.
 pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
     telemetry::init_logs(LogFormat::Pretty, "warn")?;
     let chapters = match &arguments.nodes {
@@ -83,8 +83,8 @@ pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
         let _ = stopped.await;
     }));
 
-    let told = tell(&chapters, &base, arguments);
-    if told.is_ok() && !arguments.exit {
+    let outcome = run_chapters(&chapters, &base, arguments);
+    if outcome.is_ok() && !arguments.exit {
         runtime.block_on(async {
             stop_signal()?.await;
             io::Result::Ok(())
@@ -92,10 +92,10 @@ pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
     }
     drop(stop);
     runtime.block_on(server)?;
-    told
+    outcome
 }
 
-fn tell(chapters: &[Chapter], base: &str, arguments: &DemoArguments) -> Result<(), CommandError> {
+fn run_chapters(chapters: &[Chapter], base: &str, arguments: &DemoArguments) -> Result<(), CommandError> {
     let client = Client::new(base);
     let mut out = io::stdout().lock();
     writeln!(
@@ -106,11 +106,11 @@ fn tell(chapters: &[Chapter], base: &str, arguments: &DemoArguments) -> Result<(
     )?;
     let mut jobs = Vec::new();
     if arguments.closed_loop {
-        jobs = closed_loop::tell(&client, &mut out)?;
+        jobs = closed_loop::run(&client, &mut out)?;
     }
     for chapter in chapters {
         let mut story = Story { client: &client, limit: chapter.limit, out: &mut out };
-        jobs.push(story.tell(&chapter.job, &chapter.first, chapter.second.as_ref())?);
+        jobs.push(story.run(&chapter.job, &chapter.first, chapter.second.as_ref())?);
     }
     if !arguments.exit {
         writeln!(out, "\nThe server stays up (Ctrl-C ends it):")?;

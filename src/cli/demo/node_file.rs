@@ -38,7 +38,7 @@ pub struct NodeSet {
 pub enum Units {
     /// Deviations in µm over roll length and face width in mm.
     FlankDeviation,
-    /// The caller's own length unit, which nobody told.
+    /// The caller's own length unit, which the file does not name.
     Callers,
 }
 

@@ -23,7 +23,7 @@ use crate::{
     jobs::Decision,
 };
 
-/// What the node numbers and heights are told in.
+/// What the node numbers and heights are given in.
 fn height_unit(units: Units) -> &'static str {
     match units {
         Units::FlankDeviation => " µm",

@@ -51,7 +51,7 @@ pub struct Story<'a, W: Write> {
 impl<W: Write> Story<'_, W> {
     /// One gear job: measure, fit, refit with another λ*, choose, decide; measure again after
     /// re-machining. Returns the path of the job.
-    pub fn tell(&mut self, job: &Value, first: &NodeSet, second: Option<&NodeSet>) -> Result<String, StoryError> {
+    pub fn run(&mut self, job: &Value, first: &NodeSet, second: Option<&NodeSet>) -> Result<String, StoryError> {
         let created: JobBody = self.client.post("/v1/jobs", job)?;
         let path = format!("/v1/jobs/{}", created.id);
         self.heading(&format!("Job: {}", job["name"].as_str().unwrap_or_default()))?;

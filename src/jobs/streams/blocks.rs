@@ -13,16 +13,16 @@ use std::sync::Arc;
 use uuid::Uuid;
 
 use super::{
+    cache::{CachedStream, Slot},
     error::StreamError,
     host::StreamHost,
-    live::{LiveStream, Slot},
     state_codec,
     stream::{NewBlock, PostedBlock, Stream},
 };
 use crate::jobs::{
     idempotency::{Answer, KeyedRequest},
     outcome::RepositoryError,
-    service::{Jobs, to_the_end},
+    service::{Jobs, run_to_completion},
 };
 use flankfit_engine::estimation::Recursive;
 
@@ -51,7 +51,7 @@ impl Jobs {
         block: PostedBlock,
         key: Option<KeyedRequest>,
     ) -> Result<Answer, H::Error> {
-        let mut slot = self.live.slot(id).await;
+        let mut slot = self.cache.slot(id).await;
         let mut live = self.loaded(host, id, &mut slot).await?;
         if !expects(&live.stream, &block) {
             live = self.caught_up(host, id, &mut slot).await?;
@@ -66,7 +66,7 @@ impl Jobs {
                     if attempt < ATTEMPTS =>
                 {
                     attempt += 1;
-                    slot = self.live.slot(id).await;
+                    slot = self.cache.slot(id).await;
                     live = self.caught_up(host, id, &mut slot).await?;
                 }
                 Err(error) => return Err(StreamError::from(error).into()),
@@ -101,12 +101,12 @@ impl Jobs {
         });
         let keyed = key.map(|key| key.answered_by(move |_: &NewBlock, _| answer.clone()));
         let receipt = keyed.map(|keyed| keyed.receipt(block.clone()));
-        let (repository, notifier, live) = (self.repository.clone(), self.notifier.clone(), self.live.clone());
-        to_the_end(async move {
+        let (repository, notifier, cache) = (self.repository.clone(), self.notifier.clone(), self.cache.clone());
+        run_to_completion(async move {
             let (id, job) = (after.id, after.job_id);
             let outcome = match repository.insert_block(block.clone(), receipt).await {
                 Ok(stored) => {
-                    *slot = Some(LiveStream {
+                    *slot = Some(CachedStream {
                         stream: Stream { version: stored.version, updated_at: block.created_at, ..after },
                         last_sha256: Some(block.sha256),
                         estimate,
@@ -121,7 +121,7 @@ impl Jobs {
                 }
                 Err(error) => Err(error),
             };
-            live.note(id, slot.as_ref());
+            cache.set_size(id, slot.as_ref());
             outcome
         })
         .await
@@ -131,7 +131,7 @@ impl Jobs {
     async fn answered_again<H: StreamHost>(
         &self,
         host: &H,
-        live: &LiveStream,
+        live: &CachedStream,
         block: &PostedBlock,
     ) -> Result<Answer, H::Error> {
         let stream = &live.stream;
@@ -160,7 +160,7 @@ fn expects(stream: &Stream, block: &PostedBlock) -> bool {
 }
 
 /// Adds the block to a copy of the estimate: given up in here, the stream stays as it was.
-async fn estimated<H: StreamHost>(host: &H, live: &LiveStream, block: PostedBlock) -> Result<Estimated, H::Error> {
+async fn estimated<H: StreamHost>(host: &H, live: &CachedStream, block: PostedBlock) -> Result<Estimated, H::Error> {
     let after = live.stream.after(&block.sha256, block.nodes.posted());
     let unsaved = live.unsaved + block.nodes.posted() as u64;
     let mut estimate = live.estimate.clone();

@@ -3,9 +3,9 @@
 use uuid::Uuid;
 
 use super::{
+    cache::{CachedStream, Slot},
     error::StreamError,
     host::StreamHost,
-    live::{LiveStream, Slot},
     state_codec,
     stream::Stream,
 };
@@ -20,12 +20,12 @@ impl Jobs {
         host: &H,
         id: Uuid,
         slot: &'a mut Slot,
-    ) -> Result<&'a mut LiveStream, H::Error> {
+    ) -> Result<&'a mut CachedStream, H::Error> {
         match &mut **slot {
             Some(live) => Ok(live),
             empty => {
                 let live = self.load(host, id).await?;
-                self.live.note(id, Some(&live));
+                self.cache.set_size(id, Some(&live));
                 Ok(empty.insert(live))
             }
         }
@@ -37,12 +37,12 @@ impl Jobs {
         host: &H,
         id: Uuid,
         slot: &'a mut Slot,
-    ) -> Result<&'a mut LiveStream, H::Error> {
+    ) -> Result<&'a mut CachedStream, H::Error> {
         if slot.is_some() {
             let stored = self.repository.stream(id).await.map_err(StreamError::from)?;
             if let Some(live) = slot.take() {
                 **slot = self.followed(host, live, stored).await?;
-                self.live.note(id, slot.as_ref());
+                self.cache.set_size(id, slot.as_ref());
             }
         }
         self.loaded(host, id, slot).await
@@ -53,20 +53,20 @@ impl Jobs {
     async fn followed<H: StreamHost>(
         &self,
         host: &H,
-        live: LiveStream,
+        live: CachedStream,
         stored: Stream,
-    ) -> Result<Option<LiveStream>, H::Error> {
-        let same = |live: &LiveStream| {
+    ) -> Result<Option<CachedStream>, H::Error> {
+        let same = |live: &CachedStream| {
             (live.stream.sequence, live.stream.input_sha256) == (stored.sequence, stored.input_sha256)
         };
         if stored.iteration.is_some() {
             return Ok(None);
         }
         let live = self.with_blocks(host, live, stored.sequence).await?.filter(same);
-        Ok(live.map(|live| LiveStream { stream: stored, ..live }))
+        Ok(live.map(|live| CachedStream { stream: stored, ..live }))
     }
 
-    async fn load<H: StreamHost>(&self, host: &H, id: Uuid) -> Result<LiveStream, H::Error> {
+    async fn load<H: StreamHost>(&self, host: &H, id: Uuid) -> Result<CachedStream, H::Error> {
         // If blocks are gone the stream was finished or deleted meanwhile, and that is seen at the
         // second look.
         for _ in 0..2 {
@@ -81,13 +81,13 @@ impl Jobs {
                 None => (before_any_node(&spec, &stream)?, 0),
             };
             if stream.iteration.is_some() {
-                return Ok(LiveStream { stream, last_sha256, estimate, unsaved: 0 });
+                return Ok(CachedStream { stream, last_sha256, estimate, unsaved: 0 });
             }
             let begin = Stream { sequence, ..stream.clone() };
-            let begin = LiveStream { stream: begin, last_sha256: None, estimate, unsaved: 0 };
+            let begin = CachedStream { stream: begin, last_sha256: None, estimate, unsaved: 0 };
             if let Some(live) = self.with_blocks(host, begin, stream.sequence).await? {
                 // the stream itself is as the store has it: only the estimate was made again
-                return Ok(LiveStream { stream, last_sha256, ..live });
+                return Ok(CachedStream { stream, last_sha256, ..live });
             }
         }
         Err(StreamError::Damaged(format!("blocks of stream {id} are missing")).into())
@@ -99,12 +99,12 @@ impl Jobs {
         host: &H,
         stream: &Stream,
         sequence: u64,
-    ) -> Result<LiveStream, H::Error> {
+    ) -> Result<CachedStream, H::Error> {
         let spec = H::read_spec(&stream.spec)?;
         let estimate = before_any_node(&spec, stream)?;
         let input_sha256 = H::first_sha256(&spec, stream.forgetting_factor);
         let begin = Stream { sequence: 0, node_count: 0, input_sha256, version: 1, ..stream.clone() };
-        let begin = LiveStream { stream: begin, last_sha256: None, estimate, unsaved: 0 };
+        let begin = CachedStream { stream: begin, last_sha256: None, estimate, unsaved: 0 };
         let live = self.with_blocks(host, begin, sequence).await?;
         live.ok_or_else(|| StreamError::Damaged(format!("blocks of stream {} are missing", stream.id)).into())
     }
@@ -113,9 +113,9 @@ impl Jobs {
     async fn with_blocks<H: StreamHost>(
         &self,
         host: &H,
-        mut live: LiveStream,
+        mut live: CachedStream,
         last: u64,
-    ) -> Result<Option<LiveStream>, H::Error> {
+    ) -> Result<Option<CachedStream>, H::Error> {
         while live.stream.sequence < last {
             let blocks =
                 self.repository.blocks(live.stream.id, live.stream.sequence).await.map_err(StreamError::from)?;

@@ -62,7 +62,7 @@ impl Jobs {
         if stored.iteration.is_some() {
             return Ok((stored, None));
         }
-        let mut slot = self.live.slot(id).await;
+        let mut slot = self.cache.slot(id).await;
         let mut live = self.loaded(host, id, &mut slot).await?;
         if live.stream.version < stored.version {
             live = self.caught_up(host, id, &mut slot).await?;
@@ -81,7 +81,7 @@ impl Jobs {
         fit: impl FnOnce(&Nodes, &FitSpec) -> Result<Computed, H::Error> + Send + 'static,
         keyed: Option<Keyed<NewIteration>>,
     ) -> Result<(Arc<NewIteration>, Stored), H::Error> {
-        let mut slot = self.live.slot(id).await;
+        let mut slot = self.cache.slot(id).await;
         let stream = self.repository.stream(id).await.map_err(StreamError::from)?;
         stream.check_open().map_err(StreamError::from)?;
         let nodes = Arc::new(self.all_nodes(host, &stream).await?);
@@ -99,12 +99,12 @@ impl Jobs {
         let iteration = Arc::new(self.new_iteration(stream.job_id, draft));
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
         let finished = FinishedStream { stream: id, sequence: stream.sequence, iteration: iteration.clone() };
-        let live = self.live.clone();
+        let cache = self.cache.clone();
         let stored = self.write(stream.job_id, |repository| async move {
             // stored or not: what is in memory is no longer sure
             *slot = None;
             let stored = repository.finish_stream(finished, receipt).await?;
-            live.announce_end();
+            cache.announce_end();
             Ok((iteration, stored))
         });
         stored.await.map_err(|error| StreamError::from(error).into())
@@ -112,13 +112,13 @@ impl Jobs {
 
     /// Deletes a stream with its blocks; an iteration that it has become stays.
     pub async fn delete_stream(&self, id: Uuid, precondition: Precondition) -> Result<(), RepositoryError> {
-        let mut slot = self.live.slot(id).await;
+        let mut slot = self.cache.slot(id).await;
         let stream = self.repository.stream(id).await?;
-        let (live, now) = (self.live.clone(), self.clock.now());
+        let (cache, now) = (self.cache.clone(), self.clock.now());
         self.write(stream.job_id, |repository| async move {
             *slot = None;
             repository.delete_stream(id, precondition, now).await?;
-            live.announce_end();
+            cache.announce_end();
             Ok(())
         })
         .await
@@ -126,6 +126,6 @@ impl Jobs {
 
     /// Is woken when some stream has been finished or deleted.
     pub fn listen_for_stream_ends(&self) -> watch::Receiver<()> {
-        self.live.ends()
+        self.cache.ends()
     }
 }

@@ -5,15 +5,15 @@
 //! and nothing is refused, answered again or finished before the store has been read.
 
 mod blocks;
+mod cache;
 mod error;
 mod estimates;
 mod host;
 mod lifecycle;
-mod live;
 mod state_codec;
 mod stream;
 
+pub use cache::StreamCache;
 pub use error::StreamError;
 pub use host::StreamHost;
-pub use live::LiveStreams;
 pub use stream::{Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamState};

@@ -16,7 +16,7 @@ pub struct Moment(pub Timestamp);
 
 /// A count, number or version.
 #[derive(Clone, Copy, Debug)]
-pub struct Whole<T>(pub T);
+pub struct Integer<T>(pub T);
 
 /// SHA-256.
 #[derive(Clone, Copy, Debug)]
@@ -76,8 +76,8 @@ macro_rules! column {
     };
 }
 
-column!(Whole<T>, i64, i64, T: TryFrom<i64>; |value| {
-    T::try_from(value).map(Whole).map_err(|_| damaged("a count", &value.to_string()).into())
+column!(Integer<T>, i64, i64, T: TryFrom<i64>; |value| {
+    T::try_from(value).map(Integer).map_err(|_| damaged("a count", &value.to_string()).into())
 });
 column!(Digest, [u8], &'r [u8]; |bytes| {
     bytes.try_into().map(Digest).map_err(|_| damaged("a digest", "of another length").into())

@@ -6,7 +6,7 @@ mod operation;
 mod queue;
 mod row;
 
-pub use columns::{Digest, Moment, NodesColumn, Tags, Whole};
+pub use columns::{Digest, Integer, Moment, NodesColumn, Tags};
 pub use error::{Outcome, StoreError, damaged};
 pub use operation::{
     Choose, DeleteJob, DeleteStream, FinishStream, ForgetAnswers, InsertBlock, InsertFit, InsertIteration, InsertJob,

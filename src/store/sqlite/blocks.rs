@@ -6,7 +6,7 @@ use uuid::Uuid;
 use super::{answers, locate::signed, streams, time};
 use crate::{
     jobs::{Block, RepositoryError, Stored, Stream, StreamState},
-    store::shared::{BlockRow, Digest, InsertBlock, Outcome, Run, Whole},
+    store::shared::{BlockRow, Digest, InsertBlock, Integer, Outcome, Run},
 };
 
 /// Bytes of blocks that are read at a time, beyond the first block.
@@ -16,7 +16,7 @@ const BLOCKS_AT_A_TIME: i64 = 1024;
 
 #[derive(FromRow)]
 struct StateRow {
-    sequence: Whole<u64>,
+    sequence: Integer<u64>,
     data: Vec<u8>,
 }
 

@@ -5,8 +5,8 @@ use uuid::Uuid;
 
 use super::locate::signed;
 use crate::{
-    jobs::{JobEvent, RepositoryError, What},
-    store::shared::{EventRow, Outcome, Whole},
+    jobs::{JobEvent, RepositoryError, Resource},
+    store::shared::{EventRow, Integer, Outcome},
 };
 
 pub async fn events(db: &SqlitePool, job: Uuid, after: u64, limit: u32) -> Outcome<Vec<JobEvent>> {
@@ -33,11 +33,11 @@ pub async fn events(db: &SqlitePool, job: Uuid, after: u64, limit: u32) -> Outco
 }
 
 pub async fn last_event(db: &SqlitePool, job: Uuid) -> Outcome<u64> {
-    let last: Option<Whole<u64>> = sqlx::query_scalar(
+    let last: Option<Integer<u64>> = sqlx::query_scalar(
         "SELECT coalesce((SELECT max(number) FROM events WHERE job = j.seq), 0) FROM jobs j WHERE j.id = ?",
     )
     .bind(job)
     .fetch_optional(db)
     .await?;
-    Ok(last.ok_or(RepositoryError::NotFound(What::Job))?.0)
+    Ok(last.ok_or(RepositoryError::NotFound(Resource::Job))?.0)
 }

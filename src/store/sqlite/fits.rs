@@ -7,13 +7,13 @@ use uuid::Uuid;
 use super::{
     answers,
     lists::{Counted, in_order},
-    locate::{self, IterationPlace, Keyed, iteration_seq},
+    locate::{self, IterationVersion, WithSeq, iteration_seq},
     time,
 };
 use crate::{
     jobs::{
         Choice, Computed, Cursor, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest, RepositoryError,
-        Stored, TracedFit, What,
+        Resource, Stored, TracedFit,
     },
     store::shared::{ChoiceRow, Choose, FitRow, FitSummaryRow, InsertFit, Outcome, Run, TracedFitRow, figure_columns},
 };
@@ -128,7 +128,7 @@ pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) ->
     let mut db = db.begin().await?;
     let iteration = iteration_seq(&mut db, job, number).await?;
     let after = page.after.map_or(0, |cursor| locate::signed(cursor.number()));
-    let rows: Vec<Keyed<FitSummaryRow>> = sqlx::query_as(concat!(
+    let rows: Vec<WithSeq<FitSummaryRow>> = sqlx::query_as(concat!(
         "SELECT seq, ",
         summary_columns!(),
         " FROM fits WHERE iteration = ?1 AND seq > ?2 ORDER BY seq LIMIT ?3"
@@ -154,13 +154,13 @@ pub async fn fit(db: &SqlitePool, job: Uuid, number: u32, fit: Uuid) -> Outcome<
     .bind(fit)
     .fetch_optional(&mut *db)
     .await?;
-    Ok(row.ok_or(RepositoryError::NotFound(What::Fit))?.into())
+    Ok(row.ok_or(RepositoryError::NotFound(Resource::Fit))?.into())
 }
 
 impl Run<SqliteConnection> for InsertFit {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
         let InsertFit { job, number, fit, receipt } = self;
-        let IterationPlace { seq, version } = locate::iteration(db, *job, *number).await?;
+        let IterationVersion { seq, version } = locate::iteration(db, *job, *number).await?;
         answers::refuse_taken(db, receipt.as_ref()).await?;
         let insert =
             concat!("INSERT INTO fits (", fit_columns!(), ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
@@ -181,7 +181,7 @@ struct LatestChoice {
 impl Run<SqliteConnection> for Choose {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
         let Choose { job, number, choice, precondition } = self;
-        let IterationPlace { seq, version } = locate::iteration(db, *job, *number).await?;
+        let IterationVersion { seq, version } = locate::iteration(db, *job, *number).await?;
         precondition.check(version)?;
         let fit: i64 = sqlx::query_scalar("SELECT seq FROM fits WHERE iteration = ? AND id = ?")
             .bind(seq)

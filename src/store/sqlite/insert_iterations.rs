@@ -15,8 +15,8 @@ use uuid::Uuid;
 
 use super::{answers, fits, locate::signed, records, time};
 use crate::{
-    jobs::{ExpectedGear, JobGear, NewIteration, RepositoryError, Stored, What},
-    store::shared::{InsertIteration, Outcome, Whole, figure_columns},
+    jobs::{ExpectedGear, JobGear, NewIteration, RepositoryError, Resource, Stored},
+    store::shared::{InsertIteration, Integer, Outcome, figure_columns},
 };
 
 /// Rows of one statement: 35 variables each, far below SQLite's 32,766.
@@ -64,23 +64,23 @@ struct Numbered<'a> {
 
 /// The last numbers given, of each job and of each table.
 struct LastNumbers {
-    jobs: HashMap<Uuid, JobPlace>,
+    jobs: HashMap<Uuid, JobCounters>,
     iteration: i64,
     fit: i64,
 }
 
 #[derive(FromRow)]
-struct JobPlace {
+struct JobCounters {
     seq: i64,
-    last_number: Whole<u32>,
+    last_number: Integer<u32>,
     gear: Option<String>,
 }
 
 #[derive(FromRow)]
-struct PlaceRow {
+struct CountersRow {
     id: Uuid,
     #[sqlx(flatten)]
-    job: JobPlace,
+    job: JobCounters,
     last_iteration: i64,
     last_fit: i64,
 }
@@ -92,7 +92,7 @@ impl LastNumbers {
         new: &'a InsertIteration,
         taken: &HashSet<(String, String)>,
     ) -> Result<Numbered<'a>, RepositoryError> {
-        let job = self.jobs.get_mut(&new.iteration.job_id).ok_or(RepositoryError::NotFound(What::Job))?;
+        let job = self.jobs.get_mut(&new.iteration.job_id).ok_or(RepositoryError::NotFound(Resource::Job))?;
         let key = new.receipt.as_ref().map(|receipt| (receipt.request.key.clone(), receipt.request.scope.clone()));
         if key.is_some_and(|key| taken.contains(&key)) {
             return Err(RepositoryError::KeyTaken);
@@ -105,7 +105,7 @@ impl LastNumbers {
     }
 }
 
-impl JobPlace {
+impl JobCounters {
     /// Refuses what the job's gear contradicts as it is now.
     fn check(&self, iteration: &NewIteration) -> Result<(), RepositoryError> {
         let of_another = |ExpectedGear(gear): &ExpectedGear| gear.as_deref() != self.gear.as_deref();
@@ -135,11 +135,11 @@ async fn last_numbers(db: &mut SqliteConnection, incoming: &[&InsertIteration]) 
              FROM jobs j WHERE j.id IN ({})",
             marks(ids.len())
         );
-        let mut query = sqlx::query_as::<_, PlaceRow>(AssertSqlSafe(sql));
+        let mut query = sqlx::query_as::<_, CountersRow>(AssertSqlSafe(sql));
         for id in ids {
             query = query.bind(*id);
         }
-        for PlaceRow { id, job, last_iteration, last_fit } in query.fetch_all(&mut *db).await? {
+        for CountersRow { id, job, last_iteration, last_fit } in query.fetch_all(&mut *db).await? {
             last.jobs.insert(id, job);
             (last.iteration, last.fit) = (last_iteration, last_fit);
         }

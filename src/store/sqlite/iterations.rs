@@ -6,18 +6,18 @@ use uuid::Uuid;
 
 use super::{
     fits,
-    locate::{Keyed, which_is_missing},
+    locate::{WithSeq, which_is_missing},
     rulings,
 };
 use crate::{
     jobs::{Iteration, Measurand, RepositoryError, Successors},
-    store::shared::{IterationRow, MeasurandRow, NodesColumn, Outcome, Whole, damaged},
+    store::shared::{Integer, IterationRow, MeasurandRow, NodesColumn, Outcome, damaged},
 };
 use flankfit_engine::estimation::Nodes;
 
 pub async fn iteration(db: &SqlitePool, job: Uuid, number: u32) -> Outcome<Iteration> {
     let mut db = db.begin().await?;
-    let row: Option<Keyed<IterationRow>> = sqlx::query_as(
+    let row: Option<WithSeq<IterationRow>> = sqlx::query_as(
         "SELECT i.seq AS seq, i.id AS id, i.flank AS flank, i.tooth AS tooth, i.axes AS axes,
                 i.measured_at AS measured_at, i.instrument AS instrument, i.operator AS operator, i.note AS note,
                 i.created_at AS created_at,
@@ -31,7 +31,7 @@ pub async fn iteration(db: &SqlitePool, job: Uuid, number: u32) -> Outcome<Itera
     .bind(number)
     .fetch_optional(&mut *db)
     .await?;
-    let Some(Keyed { seq, row }) = row else { return Err(which_is_missing(&mut db, job).await) };
+    let Some(WithSeq { seq, row }) = row else { return Err(which_is_missing(&mut db, job).await) };
     let fits = fits::last(&mut db, seq).await?;
     let ruling = rulings::latest(&mut db, seq).await?;
     Ok(row.with((job, number), fits, ruling))
@@ -44,7 +44,7 @@ pub async fn nodes(db: &SqlitePool, job: Uuid, number: u32) -> Outcome<Nodes> {
 
 #[derive(FromRow)]
 struct NodesRow {
-    length: Whole<usize>,
+    length: Integer<usize>,
     data: Option<NodesColumn>,
 }
 
@@ -86,7 +86,7 @@ pub async fn measurand(db: &SqlitePool, job: Uuid, number: u32) -> Outcome<Measu
 
 #[derive(FromRow)]
 struct SuccessorRow {
-    number: Whole<u32>,
+    number: Integer<u32>,
     #[sqlx(flatten)]
     measurand: MeasurandRow,
 }
@@ -105,7 +105,7 @@ pub async fn successors(db: &SqlitePool, job: Uuid, number: u32) -> Outcome<Succ
     // the rows are short
     let mut found = Successors::default();
     let mut own: Option<Measurand> = None;
-    while let Some(SuccessorRow { number: Whole(at), measurand }) = rows.try_next().await? {
+    while let Some(SuccessorRow { number: Integer(at), measurand }) = rows.try_next().await? {
         let measurand = Measurand::from(measurand);
         match &own {
             None if at == number => own = Some(measurand),

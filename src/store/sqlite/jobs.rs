@@ -5,22 +5,22 @@ use uuid::Uuid;
 
 use super::{
     answers,
-    locate::{Keyed, signed},
+    locate::{WithSeq, signed},
     streams, time,
 };
 use crate::{
-    jobs::{Cursor, Job, JobGear, Page, PageRequest, Receipt, RepositoryError, Stored, What, beyond},
-    store::shared::{DeleteJob, InsertJob, JobRow, Outcome, PatchJob, Run, Tags, Whole, job_columns},
+    jobs::{Cursor, Job, JobGear, Page, PageRequest, Receipt, RepositoryError, Resource, Stored, has_no_tooth},
+    store::shared::{DeleteJob, InsertJob, Integer, JobRow, Outcome, PatchJob, Run, Tags, job_columns},
 };
 
 /// A job with its row.
 pub async fn located(db: &mut SqliteConnection, id: Uuid) -> Outcome<(i64, Job)> {
-    let found: Option<Keyed<JobRow>> =
+    let found: Option<WithSeq<JobRow>> =
         sqlx::query_as(concat!("SELECT seq, ", job_columns!(), " FROM jobs WHERE id = ?"))
             .bind(id)
             .fetch_optional(db)
             .await?;
-    let Keyed { seq, row } = found.ok_or(RepositoryError::NotFound(What::Job))?;
+    let WithSeq { seq, row } = found.ok_or(RepositoryError::NotFound(Resource::Job))?;
     Ok((seq, row.into()))
 }
 
@@ -103,7 +103,7 @@ impl Run<SqliteConnection> for PatchJob {
 #[derive(FromRow)]
 struct MeasuredTooth {
     tooth: String,
-    iteration: Option<Whole<u32>>,
+    iteration: Option<Integer<u32>>,
 }
 
 /// Refuses a gear without a tooth that the job's iterations, or streams that may become some, are
@@ -118,7 +118,7 @@ async fn refuse_fewer_teeth(db: &mut SqliteConnection, job: i64, gear: Option<&J
     .bind(job)
     .fetch_all(db)
     .await?;
-    match measured.into_iter().find(|measured| beyond(&measured.tooth, teeth)) {
+    match measured.into_iter().find(|measured| has_no_tooth(&measured.tooth, teeth)) {
         None => Ok(()),
         Some(MeasuredTooth { tooth, iteration }) => {
             let iteration = iteration.map(|number| number.0);
@@ -131,7 +131,7 @@ impl Run<SqliteConnection> for DeleteJob {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<()> {
         let (seq, job) = located(db, self.id).await?;
         self.precondition.check(job.version)?;
-        let iterations: Whole<u64> =
+        let iterations: Integer<u64> =
             sqlx::query_scalar("SELECT count(*) FROM iterations WHERE job = ?").bind(seq).fetch_one(&mut *db).await?;
         if iterations.0 > 0 {
             return Err(RepositoryError::HasIterations(iterations.0).into());

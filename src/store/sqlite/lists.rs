@@ -2,12 +2,12 @@
 
 use sqlx::FromRow;
 
-use crate::store::shared::Whole;
+use crate::store::shared::Integer;
 
 /// An entry of a list of which the last are read, with the length of the whole list.
 #[derive(FromRow)]
 pub struct Counted<T> {
-    pub total: Whole<u64>,
+    pub total: Integer<u64>,
     #[sqlx(flatten)]
     pub row: T,
 }

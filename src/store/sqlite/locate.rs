@@ -4,13 +4,13 @@ use sqlx::{FromRow, SqliteConnection};
 use uuid::Uuid;
 
 use crate::{
-    jobs::{RepositoryError, What},
-    store::shared::{Outcome, StoreError, Whole},
+    jobs::{RepositoryError, Resource},
+    store::shared::{Integer, Outcome, StoreError},
 };
 
 /// A row with the key that SQLite gave it.
 #[derive(FromRow)]
-pub struct Keyed<T> {
+pub struct WithSeq<T> {
     pub seq: i64,
     #[sqlx(flatten)]
     pub row: T,
@@ -34,27 +34,27 @@ pub async fn iteration_seq(db: &mut SqliteConnection, job: Uuid, number: u32) ->
 /// Whether the job or only its iteration does not exist.
 pub async fn which_is_missing(db: &mut SqliteConnection, job: Uuid) -> StoreError {
     match sqlx::query("SELECT 1 FROM jobs WHERE id = ?").bind(job).fetch_optional(db).await {
-        Ok(Some(_)) => RepositoryError::NotFound(What::Iteration).into(),
-        Ok(None) => RepositoryError::NotFound(What::Job).into(),
+        Ok(Some(_)) => RepositoryError::NotFound(Resource::Iteration).into(),
+        Ok(None) => RepositoryError::NotFound(Resource::Job).into(),
         Err(error) => error.into(),
     }
 }
 
 /// The row of an iteration, and its version.
-pub struct IterationPlace {
+pub struct IterationVersion {
     pub seq: i64,
     pub version: u64,
 }
 
 #[derive(FromRow)]
-struct IterationPlaceRow {
+struct IterationVersionRow {
     /// Of a job that has no iteration of this number there is none.
     seq: Option<i64>,
-    version: Whole<i64>,
+    version: Integer<i64>,
 }
 
-pub async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Outcome<IterationPlace> {
-    let row: IterationPlaceRow = sqlx::query_as(
+pub async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Outcome<IterationVersion> {
+    let row: IterationVersionRow = sqlx::query_as(
         "SELECT i.seq AS seq,
                 (SELECT count(*) FROM fits WHERE iteration = i.seq)
                 + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
@@ -65,10 +65,10 @@ pub async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Out
     .bind(job)
     .fetch_optional(&mut *db)
     .await?
-    .ok_or(RepositoryError::NotFound(What::Job))?;
-    let seq = row.seq.ok_or(RepositoryError::NotFound(What::Iteration))?;
+    .ok_or(RepositoryError::NotFound(Resource::Job))?;
+    let seq = row.seq.ok_or(RepositoryError::NotFound(Resource::Iteration))?;
     // an iteration has a fit and a choice
-    Ok(IterationPlace { seq, version: u64::try_from(row.version.0).unwrap_or_default() })
+    Ok(IterationVersion { seq, version: u64::try_from(row.version.0).unwrap_or_default() })
 }
 
 /// SQLite's integers are signed; versions and counts are far below 2⁶³.

@@ -22,7 +22,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// Takes the lock of a database; it is held until the file is dropped. `None` where the file system
 /// knows no locks.
 pub async fn take(database: &Path) -> Result<Option<File>, OpenError> {
-    let path = beside(database);
+    let path = lock_file(database);
     let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(|error| {
         let path = database.to_path_buf();
         match error.kind() {
@@ -46,7 +46,7 @@ pub async fn take(database: &Path) -> Result<Option<File>, OpenError> {
 
 /// `jobs.db.lock`, beside the file that the path leads to in the end: two names of one database are
 /// one database.
-fn beside(database: &Path) -> PathBuf {
+fn lock_file(database: &Path) -> PathBuf {
     let real = fs::canonicalize(database).or_else(|error| match (database.parent(), database.file_name()) {
         (Some(parent), Some(name)) if !parent.as_os_str().is_empty() => Ok(fs::canonicalize(parent)?.join(name)),
         _ => Err(error),

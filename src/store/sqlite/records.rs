@@ -6,13 +6,13 @@ use uuid::Uuid;
 use super::{
     answers,
     lists::{Counted, in_order},
-    locate::{self, IterationPlace, iteration_seq},
+    locate::{self, IterationVersion, iteration_seq},
     time,
 };
 use crate::{
     jobs::{
-        Cursor, MAX_LISTED, Page, PageRequest, Record, RecordDraft, RecordKind, RecordSummary, RepositoryError, Stored,
-        What,
+        Cursor, MAX_LISTED, Page, PageRequest, Record, RecordDraft, RecordKind, RecordSummary, RepositoryError,
+        Resource, Stored,
     },
     store::shared::{InsertRecord, Outcome, RecordRow, RecordSummaryRow, Run},
 };
@@ -20,7 +20,7 @@ use crate::{
 impl Run<SqliteConnection> for InsertRecord {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
         let InsertRecord { job, number, record, receipt } = self;
-        let IterationPlace { seq, version } = locate::iteration(db, *job, *number).await?;
+        let IterationVersion { seq, version } = locate::iteration(db, *job, *number).await?;
         answers::refuse_taken(db, receipt.as_ref()).await?;
         insert_row(db, seq, record).await?;
         // Records are beside the iteration: its version stays.
@@ -60,7 +60,7 @@ pub async fn record(db: &SqlitePool, job: Uuid, number: u32, id: Uuid) -> Outcom
     .bind(id)
     .fetch_optional(&mut *db)
     .await?;
-    Ok(row.ok_or(RepositoryError::NotFound(What::Record))?.into())
+    Ok(row.ok_or(RepositoryError::NotFound(Resource::Record))?.into())
 }
 
 /// Oldest first; one row more than asked for tells whether there is a next page.

@@ -3,7 +3,7 @@
 use sqlx::{FromRow, SqliteConnection};
 
 use super::{
-    locate::{self, IterationPlace},
+    locate::{self, IterationVersion},
     time,
 };
 use crate::{
@@ -32,7 +32,7 @@ struct LatestRuling {
 impl Run<SqliteConnection> for Rule {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
         let Rule { job, number, ruling, precondition } = self;
-        let IterationPlace { seq, version } = locate::iteration(db, *job, *number).await?;
+        let IterationVersion { seq, version } = locate::iteration(db, *job, *number).await?;
         precondition.check(version)?;
         let latest: Option<LatestRuling> = sqlx::query_as(
             "SELECT position, decision, reason FROM decisions WHERE iteration = ? ORDER BY position DESC LIMIT 1",

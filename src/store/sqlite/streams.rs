@@ -5,17 +5,17 @@ use uuid::Uuid;
 
 use super::{
     answers, insert_iterations,
-    locate::{Keyed, signed},
+    locate::{WithSeq, signed},
     time,
 };
 use crate::{
-    jobs::{JobGear, RepositoryError, Stored, Stream, What},
-    store::shared::{DeleteStream, FinishStream, InsertStream, Outcome, Run, StreamRow, Whole},
+    jobs::{JobGear, RepositoryError, Resource, Stored, Stream},
+    store::shared::{DeleteStream, FinishStream, InsertStream, Integer, Outcome, Run, StreamRow},
 };
 
 /// A stream with its row.
 pub async fn located(db: &mut SqliteConnection, id: Uuid) -> Outcome<(i64, Stream)> {
-    let found: Option<Keyed<StreamRow>> = sqlx::query_as(
+    let found: Option<WithSeq<StreamRow>> = sqlx::query_as(
         "SELECT s.seq AS seq, s.id AS id, j.id AS job_id, s.spec AS spec, s.forgetting_factor AS forgetting_factor,
                 s.sequence AS sequence, s.node_count AS node_count, s.input_sha256 AS input_sha256,
                 s.flank AS flank, s.tooth AS tooth, s.axes AS axes, i.number AS iteration, s.version AS version,
@@ -25,7 +25,7 @@ pub async fn located(db: &mut SqliteConnection, id: Uuid) -> Outcome<(i64, Strea
     .bind(id)
     .fetch_optional(db)
     .await?;
-    let Keyed { seq, row } = found.ok_or(RepositoryError::NotFound(What::Stream))?;
+    let WithSeq { seq, row } = found.ok_or(RepositoryError::NotFound(Resource::Stream))?;
     Ok((seq, row.into()))
 }
 
@@ -47,7 +47,7 @@ impl Run<SqliteConnection> for InsertStream {
             .bind(stream.job_id)
             .fetch_optional(&mut *db)
             .await?
-            .ok_or(RepositoryError::NotFound(What::Job))?;
+            .ok_or(RepositoryError::NotFound(Resource::Job))?;
         answers::refuse_taken(db, receipt.as_ref()).await?;
         stream.measurand.check_tooth(job.gear.map(JobGear::from).as_ref().and_then(JobGear::teeth))?;
         let at = time::to_text(stream.created_at);
@@ -83,7 +83,7 @@ impl Run<SqliteConnection> for FinishStream {
             return Err(RepositoryError::UnexpectedBlock { expected: stream.expected() }.into());
         }
         let mut stored = insert_iterations::insert(db, &[&self.iteration]).await?;
-        let stored = stored.pop().unwrap_or(Err(RepositoryError::NotFound(What::Job)))?;
+        let stored = stored.pop().unwrap_or(Err(RepositoryError::NotFound(Resource::Job)))?;
         sqlx::query(
             "UPDATE streams SET version = ?, updated_at = ?, iteration =
              (SELECT i.seq FROM iterations i WHERE i.job = streams.job AND i.number = ?) WHERE seq = ?",
@@ -123,7 +123,7 @@ async fn delete_blocks(db: &mut SqliteConnection, stream: i64) -> Outcome<()> {
 
 /// Refuses to delete a job with streams; takes the events of one without anything along.
 pub async fn release_job(db: &mut SqliteConnection, job: i64) -> Outcome<()> {
-    let streams: Whole<u64> =
+    let streams: Integer<u64> =
         sqlx::query_scalar("SELECT count(*) FROM streams WHERE job = ?").bind(job).fetch_one(&mut *db).await?;
     if streams.0 > 0 {
         return Err(RepositoryError::HasStreams(streams.0).into());

@@ -6,7 +6,7 @@ use uuid::Uuid;
 use super::{
     fits, jobs,
     lists::{Counted, in_order},
-    locate::{self, Keyed},
+    locate::{self, WithSeq},
     records,
 };
 use crate::{
@@ -23,7 +23,7 @@ pub async fn trace(db: &SqlitePool, id: Uuid, page: PageRequest) -> Outcome<Trac
     let mut db = db.begin().await?;
     let (seq, job) = jobs::located(&mut db, id).await?;
     let after = page.after.map_or(0, |cursor| locate::signed(cursor.number()));
-    let rows: Vec<Keyed<TracedIterationRow>> = sqlx::query_as(
+    let rows: Vec<WithSeq<TracedIterationRow>> = sqlx::query_as(
         "SELECT seq, id, number, measured_at, created_at, flank, tooth, axes FROM iterations
          WHERE job = ? AND number > ? ORDER BY number LIMIT ?",
     )
@@ -50,7 +50,7 @@ pub async fn trace(db: &SqlitePool, id: Uuid, page: PageRequest) -> Outcome<Trac
 /// `text` is what is left of the page for coefficients.
 async fn iteration(
     db: &mut SqliteConnection,
-    Keyed { seq, row }: Keyed<TracedIterationRow>,
+    WithSeq { seq, row }: WithSeq<TracedIterationRow>,
     text: usize,
 ) -> Outcome<TracedIteration> {
     let (fits, earlier_fits) = fits::last_with_coefficients(db, seq, text).await?;

@@ -60,7 +60,7 @@ impl Writer {
         match self.transact(&mut group).await {
             Ok(()) => group.into_iter().for_each(|write| write.end(None)),
             Err(error) if group.len() > 1 && code(&error).is_some_and(|code| REFUSING_CODES.contains(&code)) => {
-                tracing::error!(%error, requests = group.len(), "a group of writes was refused; each is tried alone");
+                tracing::error!(%error, requests = group.len(), "a group of writes failed; trying each alone");
                 for mut write in group {
                     let failed = self.transact(slice::from_mut(&mut write)).await.err();
                     write.end(failed.map(|error| failure(&error)));

@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use crate::{
     jobs::{Choice, Decision, Event, Figures, FitRecord, FitSummary, Ruling, TracedFit},
-    store::shared::columns::{CriterionName, Moment, SchemeName, Whole},
+    store::shared::columns::{CriterionName, Integer, Moment, SchemeName},
 };
 
 /// The columns of [`FigureRow`].
@@ -22,7 +22,7 @@ struct FigureRow {
     lambda_star: Option<f64>,
     criterion: Option<CriterionName>,
     scheme: Option<SchemeName>,
-    count: Option<Whole<u32>>,
+    count: Option<Integer<u32>>,
     condition: Option<f64>,
     regularized_condition: Option<f64>,
     bias_norm: Option<f64>,

@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use crate::{
     jobs::{FitSummary, Iteration, Measurand, MeasurementDetails, Ruling, TracedIteration},
-    store::shared::columns::{Flank, Moment, Whole},
+    store::shared::columns::{Flank, Integer, Moment},
 };
 
 #[derive(FromRow)]
@@ -43,8 +43,8 @@ pub struct IterationRow {
     #[sqlx(flatten)]
     details: DetailsRow,
     created_at: Moment,
-    node_count: Whole<u64>,
-    version: Whole<u64>,
+    node_count: Integer<u64>,
+    version: Integer<u64>,
 }
 
 impl IterationRow {
@@ -74,7 +74,7 @@ impl IterationRow {
 #[derive(FromRow)]
 pub struct TracedIterationRow {
     id: Uuid,
-    number: Whole<u32>,
+    number: Integer<u32>,
     #[sqlx(flatten)]
     measurand: MeasurandRow,
     measured_at: Option<Moment>,

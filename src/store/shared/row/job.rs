@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use crate::{
     jobs::{Answer, Job},
-    store::shared::columns::{Digest, Moment, Tags, Whole},
+    store::shared::columns::{Digest, Integer, Moment, Tags},
 };
 
 /// The columns of [`JobRow`].
@@ -25,7 +25,7 @@ pub struct JobRow {
     machine: Option<String>,
     gear: Option<String>,
     tags: Tags,
-    version: Whole<u64>,
+    version: Integer<u64>,
     created_at: Moment,
     updated_at: Moment,
 }
@@ -51,7 +51,7 @@ impl From<JobRow> for Job {
 #[derive(FromRow)]
 pub struct AnswerRow {
     request_sha256: Digest,
-    status: Whole<u16>,
+    status: Integer<u16>,
     location: Option<String>,
     etag: Option<String>,
     body: Vec<u8>,

@@ -7,7 +7,7 @@ use super::iteration::MeasurandRow;
 use crate::{
     jobs::{Block, Decision, EventKind, JobEvent, RepositoryError, Stream, StreamEvent},
     store::shared::{
-        columns::{Digest, Moment, NodesColumn, Whole},
+        columns::{Digest, Integer, Moment, NodesColumn},
         error::{StoreError, damaged},
     },
 };
@@ -18,13 +18,13 @@ pub struct StreamRow {
     job_id: Uuid,
     spec: String,
     forgetting_factor: f64,
-    sequence: Whole<u64>,
-    node_count: Whole<u64>,
+    sequence: Integer<u64>,
+    node_count: Integer<u64>,
     input_sha256: Digest,
     #[sqlx(flatten)]
     measurand: MeasurandRow,
-    iteration: Option<Whole<u32>>,
-    version: Whole<u64>,
+    iteration: Option<Integer<u32>>,
+    version: Integer<u64>,
     created_at: Moment,
     updated_at: Moment,
 }
@@ -50,7 +50,7 @@ impl From<StreamRow> for Stream {
 
 #[derive(FromRow)]
 pub struct BlockRow {
-    sequence: Whole<u64>,
+    sequence: Integer<u64>,
     sha256: Digest,
     data: NodesColumn,
 }
@@ -64,10 +64,10 @@ impl From<BlockRow> for Block {
 /// An event with what it names; which columns hold something depends on its kind.
 #[derive(FromRow)]
 pub struct EventRow {
-    number: Whole<u64>,
+    number: Integer<u64>,
     created_at: Moment,
     kind: String,
-    iteration: Option<Whole<u32>>,
+    iteration: Option<Integer<u32>>,
     iteration_id: Option<Uuid>,
     fit_id: Option<Uuid>,
     choice: Option<i64>,
@@ -76,8 +76,8 @@ pub struct EventRow {
     decision_reason: Option<String>,
     stream_id: Option<Uuid>,
     state: Option<StreamEvent>,
-    sequence: Option<Whole<u64>>,
-    node_count: Option<Whole<u64>>,
+    sequence: Option<Integer<u64>>,
+    node_count: Option<Integer<u64>>,
 }
 
 impl TryFrom<EventRow> for JobEvent {
@@ -86,7 +86,7 @@ impl TryFrom<EventRow> for JobEvent {
     fn try_from(row: EventRow) -> Result<Self, StoreError> {
         let damaged = || StoreError::from(RepositoryError::Failed(damaged("an event", &row.kind)));
         let iteration = row.iteration.map(|number| number.0);
-        let whole = |count: Option<Whole<u64>>| count.map(|count| count.0).ok_or_else(damaged);
+        let whole = |count: Option<Integer<u64>>| count.map(|count| count.0).ok_or_else(damaged);
         let kind = match row.kind.as_str() {
             "iteration" => EventKind::Iteration {
                 number: iteration.ok_or_else(damaged)?,

@@ -17,7 +17,7 @@ use flankfit_engine::estimation::Recursive;
 
 /// A stream with its estimate after the last block.
 #[derive(Clone)]
-pub struct LiveStream {
+pub struct CachedStream {
     pub stream: Stream,
     /// Digest of the last block.
     pub last_sha256: Option<[u8; 32]>,
@@ -27,21 +27,21 @@ pub struct LiveStream {
 }
 
 /// One stream at a time.
-pub type Slot = OwnedMutexGuard<Option<LiveStream>>;
+pub type Slot = OwnedMutexGuard<Option<CachedStream>>;
 
 /// See the module's documentation.
-pub struct LiveStreams {
+pub struct StreamCache {
     slots: Mutex<HashMap<Uuid, Entry>>,
     ended: watch::Sender<()>,
 }
 
 struct Entry {
-    slot: Arc<tokio::sync::Mutex<Option<LiveStream>>>,
+    slot: Arc<tokio::sync::Mutex<Option<CachedStream>>>,
     used: u64,
     bytes: usize,
 }
 
-impl LiveStreams {
+impl StreamCache {
     /// Streams kept.
     const MOST: usize = 256;
     /// Bytes of estimates kept, roughly.
@@ -62,7 +62,7 @@ impl LiveStreams {
     }
 
     /// Notes how large a stream's estimate has become, and lets others go where there are too many.
-    pub fn note(&self, id: Uuid, live: Option<&LiveStream>) {
+    pub fn set_size(&self, id: Uuid, live: Option<&CachedStream>) {
         let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(entry) = slots.get_mut(&id) {
             let n = live.and_then(|live| live.estimate.size()).unwrap_or(0);
@@ -82,17 +82,17 @@ impl LiveStreams {
     }
 }
 
-impl Default for LiveStreams {
+impl Default for StreamCache {
     fn default() -> Self {
-        LiveStreams { slots: Mutex::default(), ended: watch::channel(()).0 }
+        StreamCache { slots: Mutex::default(), ended: watch::channel(()).0 }
     }
 }
 
 /// Drops the streams not used for longest, of those that nobody holds.
 fn shrink(slots: &mut HashMap<Uuid, Entry>) {
     let over = |slots: &HashMap<Uuid, Entry>| {
-        slots.len() > LiveStreams::MOST
-            || slots.values().map(|entry| entry.bytes).sum::<usize>() > LiveStreams::MOST_BYTES
+        slots.len() > StreamCache::MOST
+            || slots.values().map(|entry| entry.bytes).sum::<usize>() > StreamCache::MOST_BYTES
     };
     while over(slots) {
         let idle = slots.iter().filter(|(_, entry)| Arc::strong_count(&entry.slot) == 1);
@@ -107,13 +107,13 @@ mod tests {
 
     #[tokio::test]
     async fn idle_streams_go_first_and_held_ones_stay() {
-        let live = LiveStreams::default();
+        let live = StreamCache::default();
         let held = live.slot(Uuid::from_u128(0)).await;
-        for id in 1..=2 * LiveStreams::MOST as u128 {
+        for id in 1..=2 * StreamCache::MOST as u128 {
             drop(live.slot(Uuid::from_u128(id)).await);
         }
         let slots = live.slots.lock().unwrap();
-        assert!(slots.len() <= LiveStreams::MOST + 1);
+        assert!(slots.len() <= StreamCache::MOST + 1);
         assert!(slots.contains_key(&Uuid::from_u128(0)) && !slots.contains_key(&Uuid::from_u128(1)));
         drop(held);
     }

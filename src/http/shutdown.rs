@@ -3,32 +3,32 @@
 
 use tokio::sync::watch;
 
-/// Whether the server stops, and who still listens.
-pub struct Closing {
+/// Whether the server stops, and the connections that stay open.
+pub struct Shutdown {
     stopping: watch::Sender<bool>,
-    guests: watch::Sender<()>,
+    open: watch::Sender<()>,
 }
 
-/// Held by whoever must be waited for.
-pub struct Guest {
+/// WithPermit by whoever must be waited for.
+pub struct OpenConnection {
     _held: watch::Receiver<()>,
     gauge: metrics::Gauge,
 }
 
-impl Drop for Guest {
+impl Drop for OpenConnection {
     fn drop(&mut self) {
         self.gauge.decrement(1.0);
     }
 }
 
-impl Closing {
+impl Shutdown {
     /// The server stops from now on.
-    pub fn close(&self) {
+    pub fn begin(&self) {
         self.stopping.send_replace(true);
     }
 
     /// Is ready once the server stops.
-    pub fn stopped(&self) -> impl Future<Output = ()> + Send + 'static {
+    pub fn begun(&self) -> impl Future<Output = ()> + Send + 'static {
         let mut stopping = self.stopping.subscribe();
         async move {
             // the sender lives as long as the state that is served
@@ -37,20 +37,20 @@ impl Closing {
     }
 
     /// Announces a connection that stays open, of this kind.
-    pub fn guest(&self, kind: &'static str) -> Guest {
+    pub fn register(&self, kind: &'static str) -> OpenConnection {
         let gauge = metrics::gauge!(crate::telemetry::LISTENERS, "kind" => kind);
         gauge.increment(1.0);
-        Guest { _held: self.guests.subscribe(), gauge }
+        OpenConnection { _held: self.open.subscribe(), gauge }
     }
 
-    /// Is ready when every guest has gone.
-    pub async fn empty(&self) {
-        self.guests.closed().await;
+    /// Is ready when every such connection has ended.
+    pub async fn drained(&self) {
+        self.open.closed().await;
     }
 }
 
-impl Default for Closing {
+impl Default for Shutdown {
     fn default() -> Self {
-        Closing { stopping: watch::channel(false).0, guests: watch::channel(()).0 }
+        Shutdown { stopping: watch::channel(false).0, open: watch::channel(()).0 }
     }
 }

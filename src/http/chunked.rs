@@ -2,7 +2,7 @@
 //! one before.
 //!
 //! No worker waits for a client, however slowly it reads; what the file is made of stays in memory
-//! meanwhile and is weighed on the budget. The first piece is made before the answer begins, so
+//! meanwhile and is charged to the budget. The first piece is made before the answer begins, so
 //! that a refusal still is a problem of its own.
 
 use std::{
@@ -24,7 +24,7 @@ pub const PIECE: usize = 256 << 10;
 const QUEUE_PAUSE: Duration = Duration::from_millis(50);
 
 /// A file and its permit, between two pieces.
-struct Rest {
+struct Remaining {
     state: AppState,
     file: Arc<Mutex<Pieces>>,
     _permit: Permit,
@@ -33,10 +33,10 @@ struct Rest {
 /// A body of a first piece and what follows it.
 pub fn body(state: AppState, first: Vec<u8>, file: Pieces, permit: Permit) -> Body {
     if file.is_done() {
-        // of known length, and weighed like any other answer
+        // of known length, and charged like any other answer
         return Body::from(first);
     }
-    let rest = Rest { state, file: Arc::new(Mutex::new(file)), _permit: permit };
+    let rest = Remaining { state, file: Arc::new(Mutex::new(file)), _permit: permit };
     Body::from_stream(stream::unfold((Some(first), rest), |(first, rest)| async move {
         let piece = match first {
             Some(first) => Ok(first),
@@ -46,7 +46,7 @@ pub fn body(state: AppState, first: Vec<u8>, file: Pieces, permit: Permit) -> Bo
     }))
 }
 
-impl Rest {
+impl Remaining {
     async fn next(&self) -> Result<Option<Vec<u8>>, io::Error> {
         loop {
             let file = Arc::clone(&self.file);
