@@ -15,7 +15,7 @@ use super::{
     state::AppState,
 };
 use crate::api::{
-    json::{extra::Extra, part},
+    json::{part, request::ReadWhole},
     problem::{Problem, Room},
 };
 use flankfit_engine::estimation::{self, FitSpec, Nodes};
@@ -31,7 +31,7 @@ pub async fn read_fit_and<E, T>(
     work: impl FnOnce(Nodes, FitSpec, E) -> Result<T, Problem> + Send + 'static,
 ) -> Result<WithPermit<T>, Problem>
 where
-    E: Extra + Send + 'static,
+    E: ReadWhole + Send + 'static,
     T: Send + 'static,
 {
     let limit = state.settings.body_limit;

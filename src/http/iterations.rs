@@ -90,13 +90,14 @@ async fn create_iteration(
 
 /// Fits. Processor work.
 fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) -> Result<IterationDraft, Problem> {
-    let measurand = measurement.measurand(&nodes).map_err(Problem::invalid)?;
+    let Measurement { measurand, details } = measurement;
+    let measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
     let computed = fits::compute(&nodes, spec, plans)?;
     Ok(IterationDraft {
         measurand,
         nodes: Arc::new(nodes),
         computed,
-        details: measurement.into(),
+        details: details.into(),
         records: Vec::new(),
         expected_gear: None,
     })

@@ -12,14 +12,14 @@ use super::{
 };
 use crate::api::{
     fits::reader,
-    json::extra::Extra,
+    json::request::ReadWhole,
     problem::{Problem, ProblemCode},
 };
 use flankfit_engine::estimation::{FitSpec, Nodes};
 
 /// Decompresses and reads a fit request in either form, with the permit for what has been read.
 /// Processor work.
-pub fn read_fit<E: Extra>(payload: Payload, limit: usize) -> Result<WithPermit<(Nodes, FitSpec, E)>, Problem> {
+pub fn read_fit<E: ReadWhole>(payload: Payload, limit: usize) -> Result<WithPermit<(Nodes, FitSpec, E)>, Problem> {
     match payload.media().clone() {
         Media::Json => {
             let (text, permit) = payload.into_bytes(limit)?.into_parts();

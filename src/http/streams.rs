@@ -19,9 +19,13 @@ use super::{
 };
 use crate::{
     api::{
-        jobs::{fits, iterations::NewIterationBody, problem::of_measured},
+        jobs::{
+            fits,
+            iterations::{MeasurementDetailsBody, NewIterationBody},
+            problem::of_measured,
+        },
         problem::Problem,
-        streams::stream::{self, BlockBody, EstimateBody, FinishBody, NewStreamBody, StreamBody},
+        streams::stream::{self, BlockBody, EstimateBody, NewStreamBody, StreamBody},
     },
     jobs::{Answer, KeyedRequest, NewStream, PostedBlock, Stored},
     telemetry,
@@ -162,7 +166,7 @@ pub async fn add_block(
         ("stream_id" = Uuid, Path),
         IdempotencyKey
     ),
-    request_body(content = Option<FinishBody>, description = "What is known of the measurement; an empty body says \
+    request_body(content = Option<MeasurementDetailsBody>, description = "What is known of the measurement; an empty body says \
         nothing."),
     responses(
         (status = 201, description = "The iteration, as if its nodes had been posted together.",
@@ -182,7 +186,7 @@ async fn finish_stream(
 ) -> Result<Response, Problem> {
     let scope = format!("POST /v1/streams/{id}/finish");
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
-        let body: FinishBody = read_optional_json(&state, payload).await?;
+        let body: MeasurementDetailsBody = read_optional_json(&state, payload).await?;
         let plans = state.plans.clone();
         let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute(nodes, spec, &plans);
         let keyed = key.map(|key| key.answered_by(iterations::created));

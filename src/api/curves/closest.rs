@@ -6,10 +6,7 @@ use utoipa::ToSchema;
 use super::points::space;
 use crate::api::{
     faults::Faults,
-    json::{
-        fields::{Fields, read_rows},
-        writer::Json,
-    },
+    json::{members::of_request, numbers::read_rows, request::request, writer::Json},
     problem::Problem,
     shapes::{
         curve_shape::{CurveBody, read_curve},
@@ -27,15 +24,15 @@ use flankfit_engine::{
 /// Most points of one request.
 pub const MOST_POINTS: usize = 100_000;
 
-// Declared for the document; read by `answer`.
-/// A curve and points.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = ClosestOnCurve)]
-pub struct ClosestOnCurveBody {
-    pub curve: CurveBody,
-    /// `[x, y]` each, for a curve in space `[x, y, z]`; at most 100,000.
-    #[schema(max_items = 100_000)]
-    pub points: Vec<Vec<f64>>,
+request! {
+    /// A curve and points.
+    #[schema(as = ClosestOnCurve)]
+    pub struct ClosestOnCurveBody as ClosestOnCurveMembers {
+        required curve: CurveBody,
+        /// `[x, y]` each, for a curve in space `[x, y, z]`; at most 100,000.
+        #[schema(max_items = 100_000)]
+        required points: Vec<Vec<f64>>,
+    }
 }
 
 /// Closest points, everything in the order of the given ones.
@@ -57,9 +54,9 @@ pub struct CurveFeetBody {
 /// Answers a request. Processor work.
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut faults = Faults::default();
-    let fields = Fields::of_request(text, &["curve", "points"], &mut faults)?;
-    let curve = fields.required("curve", "", &mut faults).and_then(|slice| read_curve(slice, "/curve", &mut faults));
-    let points = fields.required("points", "", &mut faults);
+    let members: ClosestOnCurveMembers<'_> = of_request(text, &mut faults)?;
+    let curve = members.curve.required_with(&mut faults, read_curve);
+    let points = members.points.required_text(&mut faults);
     let (Some(curve), Some(points)) = (curve, points) else { return Err(Problem::invalid(faults)) };
     let width = if curve.dimension() == Dimension::Space { 3 } else { 2 };
     let points = read_points(points, width, &mut faults);

@@ -5,11 +5,7 @@ use utoipa::ToSchema;
 
 use crate::api::{
     faults::Faults,
-    json::{
-        fields::{Fields, read_numbers},
-        part::read_part,
-        writer::Json,
-    },
+    json::{members::of_request, request::request, writer::Json},
     problem::Problem,
     shapes::{
         curve_shape::{CurveBody, read_curve},
@@ -29,21 +25,19 @@ use flankfit_engine::{
 /// Most parameters at which the arc length is asked for.
 const MOST_LENGTHS: usize = 10_000;
 
-// Declared for the document; read by `answer`.
-/// A curve and where it is evaluated.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = EvaluateCurve)]
-pub struct EvaluateCurveBody {
-    pub curve: CurveBody,
-    /// Parameters within the curve's domain, in any order.
-    pub at: Vec<f64>,
-    /// Highest order of derivatives that are answered. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, maximum = 3)]
-    pub derivatives: Option<usize>,
-    /// What is answered only when asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub include: Option<Vec<CurveIncludeName>>,
+request! {
+    /// A curve and where it is evaluated.
+    #[schema(as = EvaluateCurve)]
+    pub struct EvaluateCurveBody as EvaluateCurveMembers {
+        required curve: CurveBody,
+        /// Parameters within the curve's domain, in any order.
+        required at: Vec<f64>,
+        /// Highest order of derivatives that are answered. Default 0.
+        #[schema(minimum = 0, maximum = 3)]
+        optional derivatives: usize,
+        /// What is answered only when asked for.
+        optional include: Vec<CurveIncludeName>,
+    }
 }
 
 /// What is answered of a curve only when asked for: `arc_length` for at most 10,000 parameters.
@@ -206,16 +200,14 @@ impl Lengths {
 
 fn read(text: &[u8]) -> Result<Wanted, Problem> {
     let mut faults = Faults::default();
-    let fields = Fields::of_request(text, &["curve", "at", "derivatives", "include"], &mut faults)?;
-    let curve = fields.required("curve", "", &mut faults).and_then(|slice| read_curve(slice, "/curve", &mut faults));
-    let at = fields.required("at", "", &mut faults).and_then(|slice| read_numbers(slice, "/at", &mut faults));
-    let derivatives: usize =
-        fields.get("derivatives").and_then(|slice| read_part(slice, "/derivatives", &mut faults)).unwrap_or(0);
+    let members: EvaluateCurveMembers<'_> = of_request(text, &mut faults)?;
+    let curve = members.curve.required_with(&mut faults, read_curve);
+    let at = members.at.numbers(&mut faults);
+    let derivatives = members.derivatives.read(&mut faults).unwrap_or(0);
     if derivatives > 3 {
         faults.push("/derivatives", format!("{derivatives} is more than 3, the highest order that is offered"));
     }
-    let include: Vec<CurveIncludeName> =
-        fields.get("include").and_then(|slice| read_part(slice, "/include", &mut faults)).unwrap_or_default();
+    let include = members.include.read(&mut faults).unwrap_or_default();
     let arc_length = include.contains(&CurveIncludeName::ArcLength);
     if let (Some(curve), Some(at)) = (&curve, &at) {
         within(at.iter().copied().enumerate(), curve.domain(), |i| format!("/at/{i}"), &mut faults);

@@ -4,7 +4,7 @@ use super::methods::*;
 use crate::api::{
     faults::Faults,
     json::{
-        fields::Fields,
+        members::of_object,
         part::read_part,
         tags::{read_tag, unknown_type},
     },
@@ -95,8 +95,8 @@ pub fn read(slice: &[u8], points: &Points, faults: &mut Faults) -> Option<Asked>
             through("cubic_hermite", Method::CubicHermite(tangents))
         }
         "cubic_spline" => {
-            let fields = Fields::of_part(slice, AT, &["type", "ends"], faults)?;
-            let ends = fields.required("ends", AT, faults)?;
+            let members: CubicSplineMembers<'_> = of_object(slice, AT, faults)?;
+            let ends = members.ends.required_text(faults)?;
             through("cubic_spline", Method::CubicSpline(values.ends(ends, faults)?))
         }
         "b_spline" => {

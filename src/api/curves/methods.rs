@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use crate::api::{
     fits::spec::request::ParameterBody,
-    json::{present::present, tags::tags},
+    json::{present::present, request::request, tags::tags},
     shapes::point::PointBody,
 };
 
@@ -93,13 +93,13 @@ pub enum TangentsName {
     ModifiedAkima,
 }
 
-/// Cubic pieces with continuous second derivatives.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct CubicSplineMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: CubicSplineTag,
-    pub ends: EndsBody,
+request! {
+    /// Cubic pieces with continuous second derivatives.
+    pub struct CubicSplineMethod as CubicSplineMembers {
+        #[schema(inline)]
+        required kind as "type": CubicSplineTag,
+        required ends: EndsBody,
+    }
 }
 
 /// What holds at the ends of a cubic spline: the paper's (i) to (iv), and `periodic`.

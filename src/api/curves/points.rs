@@ -5,10 +5,7 @@ use utoipa::ToSchema;
 
 use crate::api::{
     faults::Faults,
-    json::{
-        fields::{Fields, read_numbers, read_rows},
-        part::read_part,
-    },
+    json::{members::of_object, request::request},
 };
 use flankfit_engine::{
     estimation::Nodes,
@@ -29,23 +26,24 @@ pub enum CurvePointsBody {
     Space(SpacePoints),
 }
 
-/// Points (x, y) of a graph.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct GraphPoints {
-    /// No two alike. Everything but polynomials wants them ascending; no order is ever changed.
-    pub x: Vec<f64>,
-    /// The value at each x.
-    pub y: Vec<f64>,
+request! {
+    /// Points (x, y) of a graph.
+    pub struct GraphPoints as GraphPointsMembers {
+        /// No two alike. Everything but polynomials wants them ascending; no order is ever changed.
+        required x: Vec<f64>,
+        /// The value at each x.
+        required y: Vec<f64>,
+    }
 }
 
-/// Points of plane or space.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct SpacePoints {
-    /// `[x, y]` or `[x, y, z]` each.
-    pub xyz: Vec<Vec<f64>>,
-    /// Default `chord_length`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub parametrization: Option<ParametrizationName>,
+request! {
+    /// Points of plane or space.
+    pub struct SpacePoints as SpacePointsMembers {
+        /// `[x, y]` or `[x, y, z]` each.
+        required xyz: Vec<Vec<f64>>,
+        /// Default `chord_length`.
+        optional parametrization: ParametrizationName,
+    }
 }
 
 /// How the parameter grows from point to point, from 0 to 1: evenly, by distance, or by its square
@@ -79,31 +77,23 @@ pub struct GivenPoints {
 /// Reads the points that stand at `/points`.
 pub fn read(slice: &[u8], faults: &mut Faults) -> Option<GivenPoints> {
     const AT: &str = "/points";
-    let fields = Fields::of_part(slice, AT, &["x", "y", "xyz", "parametrization"], faults)?;
-    let points = if let Some(slice) = fields.get("xyz") {
-        for key in ["x", "y"] {
-            if fields.get(key).is_some() {
-                faults.push(format!("{AT}/{key}"), "give either `x` and `y`, or `xyz`");
-                return None;
-            }
+    let members: (GraphPointsMembers<'_>, SpacePointsMembers<'_>) = of_object(slice, AT, faults)?;
+    let (GraphPointsMembers { x, y }, SpacePointsMembers { xyz, parametrization }) = members;
+    let points = if xyz.is_given() {
+        if let Some(name) = x.name_if_given().or(y.name_if_given()) {
+            faults.push(format!("{AT}/{name}"), "give either `x` and `y`, or `xyz`");
+            return None;
         }
-        let parametrization: Option<ParametrizationName> = match fields.get("parametrization") {
-            Some(slice) => Some(read_part(slice, &format!("{AT}/parametrization"), faults)?),
-            None => None,
-        };
-        let (flat, lengths) = read_rows(slice, &format!("{AT}/xyz"), faults)?;
-        let (dimension, points) = space(&flat, &lengths, &format!("{AT}/xyz"), faults)?;
+        let parametrization = parametrization.optional(faults)?;
+        let (flat, lengths) = xyz.rows(faults)?;
+        let (dimension, points) = space(&flat, &lengths, &xyz.pointer(), faults)?;
         let parametrization = parametrization.unwrap_or(ParametrizationName::ChordLength).into();
         Points::Space { points, dimension, parametrization }
     } else {
-        if fields.get("parametrization").is_some() {
-            faults.push(format!("{AT}/parametrization"), "the parameter of a graph is x");
+        if parametrization.is_given() {
+            faults.push(parametrization.pointer(), "the parameter of a graph is x");
         }
-        let mut numbers = |key: &str| {
-            let slice = fields.required(key, AT, faults)?;
-            read_numbers(slice, &format!("{AT}/{key}"), faults)
-        };
-        let (x, y) = (numbers("x"), numbers("y"));
+        let (x, y) = (x.numbers(faults), y.numbers(faults));
         Points::Graph { x: x?, y: y? }
     };
     Some(GivenPoints { points, weight: None })

@@ -173,10 +173,7 @@ fn number(out: &mut Vec<u8>, value: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        api::{fits::reader, json::extra::NoExtra},
-        jobs::nodes_codec,
-    };
+    use crate::{api::fits::reader, jobs::nodes_codec};
 
     fn examples() -> Vec<Nodes> {
         vec![
@@ -194,7 +191,7 @@ mod tests {
         for nodes in examples() {
             let text = String::from_utf8(to_json(Arc::new(nodes.clone())).whole()).unwrap();
             let request = format!(r#"{{"nodes":{text},"model":{{"type":"linear"}}}}"#);
-            let (back, _, _) = reader::read_fit::<NoExtra>(request.as_bytes()).unwrap();
+            let (back, _, _) = reader::read_fit::<()>(request.as_bytes()).unwrap();
             assert_eq!(nodes_codec::encode(&back), nodes_codec::encode(&nodes), "{text}");
         }
     }

@@ -9,7 +9,6 @@ use uuid::Uuid;
 
 use crate::{
     api::{
-        faults::Faults,
         fits::{
             answer::result::FitResultBody,
             spec::{
@@ -18,9 +17,9 @@ use crate::{
             },
         },
         json::{
-            extra::Extra,
             id::id,
             present::present,
+            request::request,
             text::{LongText, Moment, ShortText},
             writer::{Json, Object},
         },
@@ -34,7 +33,6 @@ use crate::{
         Stored,
     },
 };
-use flankfit_engine::estimation::Nodes;
 
 /// A fit request with what is known of the measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -70,57 +68,45 @@ pub struct IterationFormSpec {
     pub measurement: Measurement,
 }
 
-/// What is known of a measurement.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Measurement {
-    /// The flank that was measured.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// The tooth that was measured, as on traces: its number from 1, or a name.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
-    pub tooth: Option<ShortText>,
-    /// What the axes of the nodes mean.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub axes: Option<AxesBody>,
-    /// RFC 3339, any offset; answered in UTC.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
-    pub measured_at: Option<Moment>,
-    /// What the nodes were measured with.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "P40")]
-    pub instrument: Option<ShortText>,
-    /// Who measured them.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
-    pub operator: Option<ShortText>,
-    /// What else is to be known of the measurement; may have line breaks.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
-    pub note: Option<LongText>,
+request! {
+    /// What is known of a measurement.
+    #[derive(Default)]
+    pub struct Measurement as MeasurementMembers, read whole {
+        flatten measurand: MeasurandBody,
+        flatten details: MeasurementDetailsBody,
+    }
 }
 
-impl Extra for Measurement {
-    const KEYS: &'static [&'static str] = &["flank", "tooth", "axes", "measured_at", "instrument", "operator", "note"];
+request! {
+    /// What is known of a measurement whose nodes came as a stream. All of it may be left out, and the
+    /// body with it.
+    #[derive(Default, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[schema(as = StreamFinish)]
+    pub struct MeasurementDetailsBody as MeasurementDetailsMembers, read whole {
+        /// RFC 3339, any offset; answered in UTC.
+        #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
+        optional measured_at: Moment,
+        /// What the nodes were measured with.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "P40")]
+        optional instrument: ShortText,
+        /// Who measured them.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+        optional operator: ShortText,
+        /// What else is to be known of the measurement; may have line breaks.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
+        optional note: LongText,
+    }
 }
 
-impl From<Measurement> for MeasurementDetails {
-    fn from(body: Measurement) -> Self {
+impl From<MeasurementDetailsBody> for MeasurementDetails {
+    fn from(body: MeasurementDetailsBody) -> Self {
         MeasurementDetails {
             measured_at: body.measured_at.map(|moment| moment.0),
             instrument: body.instrument.map(String::from),
             operator: body.operator.map(String::from),
             note: body.note.map(String::from),
         }
-    }
-}
-
-impl Measurement {
-    /// What the nodes are of.
-    pub fn measurand(&self, nodes: &Nodes) -> Result<Measurand, Faults> {
-        let (flank, tooth, axes) = (self.flank, self.tooth.clone(), self.axes.clone());
-        MeasurandBody { flank, tooth, axes }.checked(Some(nodes))
     }
 }
 
@@ -136,17 +122,14 @@ pub struct RefitRequest {
     pub why: Why,
 }
 
-/// Why something is done.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Why {
-    /// Kept in the trace.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
-    pub reason: Option<LongText>,
-}
-
-impl Extra for Why {
-    const KEYS: &'static [&'static str] = &["reason"];
+request! {
+    /// Why something is done.
+    #[derive(Default)]
+    pub struct Why as WhyMembers, read whole {
+        /// Kept in the trace.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
+        optional reason: LongText,
+    }
 }
 
 /// Which fit stands from now on.
@@ -194,10 +177,9 @@ impl From<DecisionName> for Decision {
     }
 }
 
-/// A new iteration of a job, with its fit.
+/// What was posted of an iteration, and what it was given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = NewIteration)]
-pub struct NewIterationBody {
+pub struct PostedIterationBody {
     /// 1, 2, 3 … within the job.
     pub number: u32,
     /// UUIDv7.
@@ -231,6 +213,15 @@ pub struct NewIterationBody {
     pub created_at: Moment,
     /// Nodes posted, missing ones included.
     pub node_count: u64,
+}
+
+/// A new iteration of a job, with its fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = NewIteration)]
+pub struct NewIterationBody {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub posted: PostedIterationBody,
     /// One, which is chosen until another one is.
     pub fits: Vec<IterationFitBody>,
 }
@@ -239,39 +230,9 @@ pub struct NewIterationBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Iteration)]
 pub struct IterationBody {
-    /// 1, 2, 3 … within the job.
-    pub number: u32,
-    /// UUIDv7.
-    pub id: Uuid,
-    /// The job that it belongs to.
-    pub job_id: Uuid,
-    /// The flank that was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// The tooth that was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tooth: Option<String>,
-    /// What the axes of the nodes mean.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axes: Option<AxesBody>,
-    /// When the nodes were measured, as it was posted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, format = DateTime)]
-    pub measured_at: Option<Moment>,
-    /// What they were measured with.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub instrument: Option<String>,
-    /// Who measured them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub operator: Option<String>,
-    /// What else was said of the measurement.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub note: Option<String>,
-    /// When it was stored.
-    #[schema(value_type = String, format = DateTime)]
-    pub created_at: Moment,
-    /// Nodes posted, missing ones included.
-    pub node_count: u64,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub posted: PostedIterationBody,
     /// The latest decision; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,

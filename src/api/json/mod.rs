@@ -4,9 +4,8 @@
 pub mod cursor;
 pub mod decimal;
 pub mod error;
-pub mod extra;
-pub mod fields;
 pub mod id;
+pub mod members;
 pub mod mended;
 pub mod merge;
 pub mod nearest;
@@ -17,6 +16,7 @@ pub mod place;
 pub mod present;
 pub mod reader;
 pub mod refusal;
+pub mod request;
 pub mod slice;
 pub mod stand_in;
 pub mod tags;

@@ -190,3 +190,55 @@ fn note(noted: &mut Noted, what: impl FnOnce() -> (String, String)) {
         noted.list.push(what());
     }
 }
+
+/// An array of numbers that stands at `at`, known to be JSON.
+pub fn read_numbers(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<f64>> {
+    let numbers = read_array(slice, at, faults)?;
+    if numbers.rows.is_some() {
+        faults.push(format!("{at}/0"), "expected a number, found an array");
+        return None;
+    }
+    Some(numbers.values)
+}
+
+/// Rows of numbers that stand at `at`, known to be JSON: the numbers end to end and the lengths of
+/// the rows.
+pub fn read_rows(slice: &[u8], at: &str, faults: &mut Faults) -> Option<(Vec<f64>, Vec<usize>)> {
+    let numbers = read_array(slice, at, faults)?;
+    match numbers.rows {
+        Some(rows) => Some((numbers.values, rows)),
+        None if numbers.values.is_empty() => Some((Vec::new(), Vec::new())),
+        None => {
+            faults.push(format!("{at}/0"), "expected a row of numbers, found a number");
+            None
+        }
+    }
+}
+
+fn read_array(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Numbers> {
+    let before = faults.count();
+    let numbers = Numbers::read(&mut Cursor::new(slice)).ok()?;
+    numbers.report(at, false, faults);
+    (faults.count() == before).then_some(numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_are_none_are_named() {
+        let first = |faults: &Faults| faults.list()[0].pointer.clone();
+        for (text, pointer) in
+            [("[1, \"2\"]", "/p/1"), ("[1, null]", "/p/1"), ("[[1]]", "/p/0"), ("3", "/p"), ("[1e999]", "/p/0")]
+        {
+            let mut faults = Faults::default();
+            assert!(read_numbers(text.as_bytes(), "/p", &mut faults).is_none(), "{text}");
+            assert_eq!(first(&faults), pointer, "{text}");
+        }
+        let mut faults = Faults::default();
+        assert_eq!(read_rows(b"[[1, 2], [3]]", "/p", &mut faults), Some((vec![1.0, 2.0, 3.0], vec![2, 1])));
+        assert!(read_rows(b"[1, 2]", "/p", &mut faults).is_none());
+        assert_eq!(first(&faults), "/p/0");
+    }
+}

@@ -43,9 +43,19 @@ pub fn read_object<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, fau
 
 /// Reads well-formed JSON with serde; faults go to their pointers below `pointer`.
 pub fn read_part<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, faults: &mut Faults) -> Option<T> {
+    read_at(text, || pointer.to_owned(), faults)
+}
+
+/// The same, where the pointer is made only if it is needed.
+pub fn read_at<'de, T: Deserialize<'de>>(
+    text: &'de [u8],
+    pointer: impl FnOnce() -> String,
+    faults: &mut Faults,
+) -> Option<T> {
     match read(text, None) {
         Ok(value) => Some(value),
         Err(first) => {
+            let pointer = pointer();
             let further = further::<T>(text, &first);
             for Fault { pointer: place, detail } in [first.into_fault()].into_iter().chain(further) {
                 faults.push(format!("{pointer}{place}"), detail);

@@ -12,7 +12,7 @@ use super::{profile_axis::ProfileAxisName, side::SideName};
 use crate::{
     api::{
         faults::Faults,
-        json::{extra::Extra, present::present, text::ShortText},
+        json::{present::present, request::request, text::ShortText},
     },
     jobs::Measurand,
 };
@@ -21,25 +21,19 @@ use flankfit_engine::{
     gear::tooth::check_name,
 };
 
-/// What the nodes are of. A fit does not depend on it; whatever is made of a stored iteration does.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MeasurandBody {
-    /// The flank that was measured.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// The tooth that was measured, as on traces: its number from 1 without zeros before it, or a
-    /// name.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
-    pub tooth: Option<ShortText>,
-    /// What the axes of the nodes mean.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub axes: Option<AxesBody>,
-}
-
-impl Extra for MeasurandBody {
-    const KEYS: &'static [&'static str] = &["flank", "tooth", "axes"];
+request! {
+    /// What the nodes are of. A fit does not depend on it; whatever is made of a stored iteration does.
+    #[derive(Default, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct MeasurandBody as MeasurandMembers, read whole {
+        /// The flank that was measured.
+        optional flank: SideName,
+        /// The tooth that was measured, as on traces: its number from 1, or a name.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
+        optional tooth: ShortText,
+        /// What the axes of the nodes mean.
+        optional axes: AxesBody,
+    }
 }
 
 /// What the axes of nodes mean: `u`, `v` and `z` of a surface, `x` and `y` of a curve, `y` of a

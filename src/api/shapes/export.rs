@@ -13,7 +13,11 @@ use super::{
 };
 use crate::api::{
     faults::Faults,
-    json::{fields::Fields, part::read_part, text::ShortText},
+    json::{
+        members::{Member, of_request},
+        request::request,
+        text::ShortText,
+    },
     problem::{Problem, Room},
 };
 use flankfit_engine::{
@@ -39,22 +43,20 @@ pub struct File {
     pub content: Pieces,
 }
 
-// Both requests are declared for the document; `curve` and `surface` read them.
-/// A curve to be written as a file. Lengths are millimetres.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = ExportCurve)]
-pub struct ExportCurveBody {
-    pub curve: CurveBody,
-    pub format: CurveFormatName,
-    /// What the file calls the curve. Default `curve`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
-    pub name: Option<ShortText>,
-    /// Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from the
-    /// curve. Default a thousandth of the curve's extent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub tolerance: Option<f64>,
+request! {
+    /// A curve to be written as a file. Lengths are millimetres.
+    #[schema(as = ExportCurve)]
+    pub struct ExportCurveBody as ExportCurveMembers {
+        required curve: CurveBody,
+        required format: CurveFormatName,
+        /// What the file calls the curve. Default `curve`.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+        optional name: ShortText,
+        /// Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from the
+        /// curve. Default a thousandth of the curve's extent.
+        #[schema(exclusive_minimum = 0)]
+        optional tolerance: f64,
+    }
 }
 
 /// Files of curves: IGES (entity 126) and STEP AP242 hold the curve itself; OBJ, VTK and CSV a
@@ -70,26 +72,24 @@ pub enum CurveFormatName {
     Csv,
 }
 
-/// A surface to be written as a file. Lengths are millimetres.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = ExportSurface)]
-pub struct ExportSurfaceBody {
-    pub surface: SurfaceBody,
-    pub format: SurfaceFormatName,
-    /// What the file calls the surface. Default `surface`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
-    pub name: Option<ShortText>,
-    /// Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of
-    /// rational curves) may be from the one written. Default a millionth of the surface's extent.
-    /// Of meshes: nodes on common borders no farther apart are one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub tolerance: Option<f64>,
-    /// Of all others: quadrilaterals along u and along v on each smooth patch. Default 20 and 20.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Vec<usize>>, min_items = 2, max_items = 2)]
-    pub samples: Option<[usize; 2]>,
+request! {
+    /// A surface to be written as a file. Lengths are millimetres.
+    #[schema(as = ExportSurface)]
+    pub struct ExportSurfaceBody as ExportSurfaceMembers {
+        required surface: SurfaceBody,
+        required format: SurfaceFormatName,
+        /// What the file calls the surface. Default `surface`.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+        optional name: ShortText,
+        /// Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of
+        /// rational curves) may be from the one written. Default a millionth of the surface's extent.
+        /// Of meshes: nodes on common borders no farther apart are one.
+        #[schema(exclusive_minimum = 0)]
+        optional tolerance: f64,
+        /// Of all others: quadrilaterals along u and along v on each smooth patch. Default 20 and 20.
+        #[schema(value_type = Option<Vec<usize>>, min_items = 2, max_items = 2)]
+        optional samples: [usize; 2],
+    }
 }
 
 /// Files of surfaces: IGES (entity 128) and STEP AP242 hold the surface itself; OBJ, STL and VTK
@@ -122,11 +122,11 @@ const CHAIN_POINT: usize = 8 * size_of::<f64>();
 /// Writes the curve of a request, as far as there is `room` for it. Processor work.
 pub fn curve(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
     let mut faults = Faults::default();
-    let fields = Fields::of_request(text, &["curve", "format", "name", "tolerance"], &mut faults)?;
-    let shape = fields.required("curve", "", &mut faults).and_then(|slice| read_curve(slice, "/curve", &mut faults));
-    let format = fields.required("format", "", &mut faults);
-    let format = format.and_then(|slice| read_part::<CurveFormatName>(slice, "/format", &mut faults));
-    let (name, tolerance) = name_and_tolerance(&fields, &mut faults);
+    let members: ExportCurveMembers<'_> = of_request(text, &mut faults)?;
+    let shape = members.curve.required_with(&mut faults, read_curve);
+    let format = members.format.required(&mut faults);
+    let name = members.name.read(&mut faults).map(String::from);
+    let tolerance = read_tolerance(&members.tolerance, &mut faults);
     let (Some(shape), Some(format)) = (shape, format) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
     let name = name.unwrap_or_else(|| "curve".to_owned());
@@ -138,13 +138,12 @@ pub fn curve(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
 /// Writes the surface of a request, as far as there is `room` for its mesh. Processor work.
 pub fn surface(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
     let mut faults = Faults::default();
-    let fields = Fields::of_request(text, &["surface", "format", "name", "tolerance", "samples"], &mut faults)?;
-    let shape =
-        fields.required("surface", "", &mut faults).and_then(|slice| read_surface(slice, "/surface", &mut faults));
-    let format = fields.required("format", "", &mut faults);
-    let format = format.and_then(|slice| read_part::<SurfaceFormatName>(slice, "/format", &mut faults));
-    let (name, tolerance) = name_and_tolerance(&fields, &mut faults);
-    let samples: Option<[usize; 2]> = fields.get("samples").and_then(|slice| read_part(slice, "/samples", &mut faults));
+    let members: ExportSurfaceMembers<'_> = of_request(text, &mut faults)?;
+    let shape = members.surface.required_with(&mut faults, read_surface);
+    let format = members.format.required(&mut faults);
+    let name = members.name.read(&mut faults).map(String::from);
+    let tolerance = read_tolerance(&members.tolerance, &mut faults);
+    let samples = members.samples.read(&mut faults);
     if samples.is_some_and(|samples| samples.contains(&0)) {
         faults.push("/samples", "at least 1 along each parameter");
     }
@@ -294,13 +293,12 @@ fn write_mesh(
     })
 }
 
-fn name_and_tolerance(fields: &Fields, faults: &mut Faults) -> (Option<String>, Option<f64>) {
-    let name: Option<ShortText> = fields.get("name").and_then(|slice| read_part(slice, "/name", faults));
-    let tolerance: Option<f64> = fields.get("tolerance").and_then(|slice| read_part(slice, "/tolerance", faults));
-    if let Some(tolerance) = tolerance.filter(|tolerance| *tolerance <= 0.0) {
-        faults.push("/tolerance", format!("{tolerance:e} is not greater than 0"));
+fn read_tolerance(member: &Member<'_, f64>, faults: &mut Faults) -> Option<f64> {
+    let tolerance = member.read(faults)?;
+    if tolerance <= 0.0 {
+        faults.push(member.pointer(), format!("{tolerance:e} is not greater than 0"));
     }
-    (name.map(String::from), tolerance)
+    Some(tolerance)
 }
 
 fn label(name: &str, now: Timestamp) -> Label {

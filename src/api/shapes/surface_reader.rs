@@ -12,7 +12,7 @@ use super::{
 use crate::api::{
     faults::Faults,
     json::{
-        fields::{Fields, read_numbers},
+        members::{Member, of_object},
         part::read_part,
         slice::Slice,
         tags::{read_tag, unknown_type},
@@ -25,7 +25,7 @@ use flankfit_engine::{
         curve::{Curve, CurveShape},
         space::{ControlFault, Dimension, HIGHEST_DEGREE, Vector},
         surface::{
-            BSplineSurface, BezierSurface, Border, Boundaries, CoonsPatch, GregoryPatch, Patchwork, SurfaceShape,
+            BSplineSurface, BezierSurface, Boundaries, CoonsPatch, GregoryPatch, Patchwork, SurfaceShape,
             bezier::BezierFault,
             boundaries::BoundaryFault,
             coons::Twists,
@@ -52,16 +52,15 @@ pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Surfa
         }
         "bezier" => bezier(read_part(slice, at, faults)?, at, faults).map(SurfaceShape::Bezier),
         "coons_bilinear" => {
-            let fields = Fields::of_part(slice, at, &["type", "boundaries", "tolerance"], faults)?;
-            let boundaries = boundaries(&fields, at, faults)?.0;
+            let members: BilinearCoonsMembers<'_> = of_object(slice, at, faults)?;
+            let boundaries = boundaries(&members.boundaries, &members.tolerance, at, faults)?.0;
             Some(SurfaceShape::Coons(Box::new(CoonsPatch::bilinear(boundaries))))
         }
         "coons_bicubic" => {
-            let keys = ["type", "boundaries", "cross_derivatives", "tolerance"];
-            let fields = Fields::of_part(slice, at, &keys, faults)?;
-            let (boundaries, tolerance) = boundaries(&fields, at, faults)?;
-            let cross = match fields.get("cross_derivatives") {
-                Some(slice) => borders(slice, &format!("{at}/cross_derivatives"), faults)?,
+            let members: BicubicCoonsMembers<'_> = of_object(slice, at, faults)?;
+            let (boundaries, tolerance) = boundaries(&members.boundaries, &members.tolerance, at, faults)?;
+            let cross = match members.cross_derivatives.text() {
+                Some(slice) => borders(slice, &members.cross_derivatives.pointer(), faults)?,
                 None => Default::default(),
             };
             CoonsPatch::bicubic(boundaries, cross, &Twists::default(), tolerance)
@@ -85,10 +84,14 @@ pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Surfa
     }
 }
 
-/// The boundary curves of the object whose fields these are, and the tolerance under which they
-/// meet.
-fn boundaries(fields: &Fields, at: &str, faults: &mut Faults) -> Option<(Boundaries, f64)> {
-    let (curves, tolerance) = boundary_curves(fields, at, faults)?;
+/// The boundary curves of the object at `at`, and the tolerance under which they meet.
+fn boundaries(
+    boundaries: &Member<'_, BordersBody>,
+    tolerance: &Member<'_, f64>,
+    at: &str,
+    faults: &mut Faults,
+) -> Option<(Boundaries, f64)> {
+    let (curves, tolerance) = boundary_curves(boundaries, tolerance, faults)?;
     Boundaries::three_sided(curves, tolerance)
         .map_err(|fault| boundary_fault(&fault, at, "boundaries", faults))
         .ok()
@@ -96,13 +99,14 @@ fn boundaries(fields: &Fields, at: &str, faults: &mut Faults) -> Option<(Boundar
 }
 
 /// The same before it is known that they meet.
-pub fn boundary_curves(fields: &Fields, at: &str, faults: &mut Faults) -> Option<([Option<CurveShape>; 4], f64)> {
-    let slice = fields.required("boundaries", at, faults)?;
-    let tolerance: Option<f64> = match fields.get("tolerance") {
-        Some(slice) => Some(read_part(slice, &format!("{at}/tolerance"), faults)?),
-        None => None,
-    };
-    let curves = borders(slice, &format!("{at}/boundaries"), faults)?;
+pub fn boundary_curves(
+    boundaries: &Member<'_, BordersBody>,
+    tolerance: &Member<'_, f64>,
+    faults: &mut Faults,
+) -> Option<([Option<CurveShape>; 4], f64)> {
+    let slice = boundaries.required_text(faults)?;
+    let tolerance = tolerance.optional(faults)?;
+    let curves = borders(slice, &boundaries.pointer(), faults)?;
     let tolerance = tolerance.unwrap_or_else(|| corner_tolerance(curves.iter().flatten()));
     Some((curves, tolerance))
 }
@@ -116,11 +120,8 @@ pub fn corner_tolerance<'a>(curves: impl Iterator<Item = &'a CurveShape>) -> f64
 /// Curves along borders, in the order u0, u1, v0, v1.
 pub fn borders(slice: &[u8], at: &str, faults: &mut Faults) -> Option<[Option<CurveShape>; 4]> {
     let before = faults.count();
-    let fields = Fields::of_part(slice, at, &["u0", "u1", "v0", "v1"], faults)?;
-    let curves = Border::ALL.map(|border| {
-        let slice = fields.get(border.name())?;
-        read_curve(slice, &format!("{at}/{}", border.name()), faults)
-    });
+    let BordersMembers { u0, u1, v0, v1 } = of_object(slice, at, faults)?;
+    let curves = [u0, u1, v0, v1].map(|border| read_curve(border.text()?, &border.pointer(), faults));
     (faults.count() == before).then_some(curves)
 }
 
@@ -266,14 +267,10 @@ fn gregory(body: &GregoryBody, at: &str, faults: &mut Faults) -> Option<GregoryP
 }
 
 fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
-    let fields = Fields::of_part(slice, at, &["type", "u", "v", "patches"], faults)?;
-    let mut axis = |name: &str| {
-        let slice = fields.required(name, at, faults)?;
-        read_numbers(slice, &format!("{at}/{name}"), faults)
-    };
-    let (u, v) = (axis("u"), axis("v"));
-    let texts = fields.required("patches", at, faults)?;
-    let at_patches = format!("{at}/patches");
+    let members: PatchworkMembers<'_> = of_object(slice, at, faults)?;
+    let (u, v) = (members.u.numbers(faults), members.v.numbers(faults));
+    let texts = members.patches.required_text(faults)?;
+    let at_patches = members.patches.pointer();
     let texts: Vec<Vec<Slice>> = read_part(texts, &at_patches, faults)?;
     let columns = equal_rows(&texts, &at_patches, faults)?;
     let before = faults.count();

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{curve_shape::CurveBody, degree::DegreeBody, domain::DomainBody, net::Net, point::PointBody};
-use crate::api::json::{present::present, tags::tags};
+use crate::api::json::{present::present, request::request, tags::tags};
 use flankfit_engine::geometry::{
     BSplineBasis,
     space::Dimension,
@@ -83,55 +83,52 @@ pub struct BezierSurfaceBody {
     pub domain: Option<DomainBody>,
 }
 
-/// The bilinearly blended patch of four boundary curves.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = BilinearCoonsPatch)]
-pub struct BilinearCoonsBody {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: CoonsBilinearTag,
-    pub boundaries: BordersBody,
-    /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the
-    /// largest coordinate.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0)]
-    pub tolerance: Option<f64>,
+request! {
+    /// The bilinearly blended patch of four boundary curves.
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[schema(as = BilinearCoonsPatch)]
+    pub struct BilinearCoonsBody as BilinearCoonsMembers {
+        #[schema(inline)]
+        required kind as "type": CoonsBilinearTag,
+        required boundaries: BordersBody,
+        /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the
+        /// largest coordinate.
+        #[schema(minimum = 0)]
+        optional tolerance: f64,
+    }
 }
 
-/// The bicubically blended patch of four boundary curves and the derivatives across them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = BicubicCoonsPatch)]
-pub struct BicubicCoonsBody {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: CoonsBicubicTag,
-    pub boundaries: BordersBody,
-    /// ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are estimated.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub cross_derivatives: Option<BordersBody>,
-    /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the
-    /// largest coordinate.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0)]
-    pub tolerance: Option<f64>,
+request! {
+    /// The bicubically blended patch of four boundary curves and the derivatives across them.
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[schema(as = BicubicCoonsPatch)]
+    pub struct BicubicCoonsBody as BicubicCoonsMembers {
+        #[schema(inline)]
+        required kind as "type": CoonsBicubicTag,
+        required boundaries: BordersBody,
+        /// ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are estimated.
+        optional cross_derivatives: BordersBody,
+        /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the
+        /// largest coordinate.
+        #[schema(minimum = 0)]
+        optional tolerance: f64,
+    }
 }
 
-/// Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest u,
-/// `v0` and `v1` along u. Of points in space one may be missing: the patch then has three sides.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = Borders)]
-pub struct BordersBody {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub u0: Option<CurveBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub u1: Option<CurveBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub v0: Option<CurveBody>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub v1: Option<CurveBody>,
+request! {
+    /// Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest u,
+    /// `v0` and `v1` along u. Of points in space one may be missing: the patch then has three sides.
+    #[derive(Default, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[schema(as = Borders)]
+    pub struct BordersBody as BordersMembers {
+        optional u0: CurveBody,
+        optional u1: CurveBody,
+        optional v0: CurveBody,
+        optional v1: CurveBody,
+    }
 }
 
 /// Gregory's rational bicubic patch of 20 control points.
@@ -153,24 +150,25 @@ pub struct GregoryBody {
     pub domain: Option<DomainBody>,
 }
 
-/// Patches over the rectangles between lines of constant u and v; some may have three sides.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = Patchwork)]
-pub struct PatchworkBody {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: PatchworkTag,
-    /// Where patches meet, both ends included, ascending.
-    #[schema(min_items = 2)]
-    pub u: Vec<f64>,
-    /// Where patches meet, both ends included, ascending.
-    #[schema(min_items = 2)]
-    pub v: Vec<f64>,
-    /// For each interval of u a row, for each of v a patch over that rectangle; none a patchwork
-    /// itself.
-    #[schema(no_recursion)]
-    pub patches: Vec<Vec<SurfaceBody>>,
+request! {
+    /// Patches over the rectangles between lines of constant u and v; some may have three sides.
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[schema(as = Patchwork)]
+    pub struct PatchworkBody as PatchworkMembers {
+        #[schema(inline)]
+        required kind as "type": PatchworkTag,
+        /// Where patches meet, both ends included, ascending.
+        #[schema(min_items = 2)]
+        required u: Vec<f64>,
+        /// Where patches meet, both ends included, ascending.
+        #[schema(min_items = 2)]
+        required v: Vec<f64>,
+        /// For each interval of u a row, for each of v a patch over that rectangle; none a patchwork
+        /// itself.
+        #[schema(no_recursion)]
+        required patches: Vec<Vec<SurfaceBody>>,
+    }
 }
 
 tags! {

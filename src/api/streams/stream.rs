@@ -11,14 +11,15 @@ use crate::{
         faults::Faults,
         fits::{
             answer::{result::FitResultBody, text},
-            canonical, reader,
+            canonical,
+            reader::{self, nodes::RawNodes},
             spec::{json, nodes::NodesBody, request::FitSpecBody},
         },
         jobs::iterations::measurand,
         json::{
-            extra::Extra,
-            present::present,
-            text::{LongText, Moment, ShortText},
+            members::of_request,
+            request::request,
+            text::Moment,
             writer::{Json, Object},
         },
         measurand::{
@@ -28,7 +29,7 @@ use crate::{
         problem::Problem,
         warning::WarningBody,
     },
-    jobs::{MeasurementDetails, NewStream, PostedBlock, Stream, StreamDraft},
+    jobs::{NewStream, PostedBlock, Stream, StreamDraft},
 };
 use flankfit_engine::{
     estimation::{Recursive, near},
@@ -45,53 +46,41 @@ pub struct NewStreamBody {
     pub spec: FitSpecBody,
     #[serde(flatten)]
     #[schema(inline)]
-    pub memory: Memory,
+    pub settings: StreamSettings,
 }
 
-/// How long nodes are remembered, and what they are of.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Memory {
-    /// φ in (0, 1], default 1: every counted node multiplies the weights of all before it by φ.
-    /// When the stream is finished all nodes count in full.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0, maximum = 1)]
-    pub forgetting_factor: Option<f64>,
-    /// The flank that was measured.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// The tooth that was measured, as on traces: its number from 1, or a name.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
-    pub tooth: Option<ShortText>,
-    /// What the axes of the nodes mean.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub axes: Option<AxesBody>,
+request! {
+    /// How long nodes are remembered, and what they are of.
+    #[derive(Default)]
+    pub struct StreamSettings as StreamSettingsMembers, read whole {
+        flatten forgetting: Forgetting,
+        flatten measurand: MeasurandBody,
+    }
 }
 
-impl Extra for Memory {
-    const KEYS: &'static [&'static str] = &["forgetting_factor", "flank", "tooth", "axes"];
+request! {
+    /// How long nodes are remembered.
+    #[derive(Default)]
+    pub struct Forgetting as ForgettingMembers, read whole {
+        /// φ in (0, 1], default 1: every counted node multiplies the weights of all before it by φ.
+        /// When the stream is finished all nodes count in full.
+        #[schema(exclusive_minimum = 0, maximum = 1)]
+        optional forgetting_factor: f64,
+    }
 }
 
-/// A block of nodes.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = StreamBlock)]
-pub struct BlockBody {
-    /// 1 for the first block, one more for each. A block sent again with the same number and nodes
-    /// is answered again and not counted twice.
-    #[schema(minimum = 1)]
-    pub sequence: u64,
-    /// One node to many, of one kind throughout the stream (scattered nodes and grids are one
-    /// kind).
-    pub nodes: NodesBody,
-}
-
-#[derive(Deserialize)]
-struct Turn {
-    sequence: u64,
-}
-
-impl Extra for Turn {
-    const KEYS: &'static [&'static str] = &["sequence"];
+request! {
+    /// A block of nodes.
+    #[schema(as = StreamBlock)]
+    pub struct BlockBody as BlockMembers {
+        /// 1 for the first block, one more for each. A block sent again with the same number and nodes
+        /// is answered again and not counted twice.
+        #[schema(minimum = 1)]
+        required sequence: u64,
+        /// One node to many, of one kind throughout the stream (scattered nodes and grids are one
+        /// kind).
+        required nodes: NodesBody as RawNodes,
+    }
 }
 
 /// The estimate after a block.
@@ -164,48 +153,12 @@ pub enum StreamStateName {
     Finished,
 }
 
-/// What is known of a measurement whose nodes came as a stream. All of it may be left out, and the
-/// body with it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = StreamFinish)]
-pub struct FinishBody {
-    /// RFC 3339, any offset; answered in UTC.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
-    pub measured_at: Option<Moment>,
-    /// What the nodes were measured with.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "P40")]
-    pub instrument: Option<ShortText>,
-    /// Who measured them.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
-    pub operator: Option<ShortText>,
-    /// What else is to be known of the measurement; may have line breaks.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
-    pub note: Option<LongText>,
-}
-
-impl From<FinishBody> for MeasurementDetails {
-    fn from(body: FinishBody) -> Self {
-        MeasurementDetails {
-            measured_at: body.measured_at.map(|moment| moment.0),
-            instrument: body.instrument.map(String::from),
-            operator: body.operator.map(String::from),
-            note: body.note.map(String::from),
-        }
-    }
-}
-
 /// Reads and checks a stream to open.
 pub fn read_stream(text: &[u8]) -> Result<StreamDraft, Problem> {
-    let (spec, memory) = reader::read_refit::<Memory>(text)?;
-    let forgetting_factor = memory.forgetting_factor.unwrap_or(1.0);
+    let (spec, settings) = reader::read_refit::<StreamSettings>(text)?;
+    let forgetting_factor = settings.forgetting.forgetting_factor.unwrap_or(1.0);
     let mut faults = Recursive::new(&spec, forgetting_factor).err().map(Faults::from).unwrap_or_default();
-    let Memory { flank, tooth, axes, .. } = memory;
-    let measurand = MeasurandBody { flank, tooth, axes }.checked_for_stream(&spec);
+    let measurand = settings.measurand.checked_for_stream(&spec);
     let measurand = measurand.map_err(|more| faults.append(more)).unwrap_or_default();
     faults.into_result(()).map_err(Problem::invalid)?;
     let input_sha256 = canonical::stream_sha256(&spec, forgetting_factor);
@@ -214,7 +167,12 @@ pub fn read_stream(text: &[u8]) -> Result<StreamDraft, Problem> {
 
 /// Reads a block. Processor work.
 pub fn read_block(text: &[u8]) -> Result<PostedBlock, Problem> {
-    let (nodes, Turn { sequence }) = reader::read_nodes::<Turn>(text)?;
+    let mut faults = Faults::default();
+    let members: BlockMembers<'_> = of_request(text, &mut faults)?;
+    let nodes = RawNodes::required(members.nodes, &mut faults);
+    let sequence = members.sequence.required(&mut faults);
+    let (Some(nodes), Some(sequence)) = (nodes, sequence) else { return Err(Problem::invalid(faults)) };
+    faults.into_result(()).map_err(Problem::invalid)?;
     if sequence == 0 {
         return Err(Problem::invalid(Faults::one("/sequence", "blocks are numbered from 1")));
     }

@@ -1,39 +1,16 @@
 //! Reads the request of a randomisation study, and makes the matrix of its nodes.
 
-use serde::Deserialize;
-
-use super::request::StudyScaling;
+use super::request::{RandomizationMembers, StudyScaling};
 use crate::api::{
     faults::{Faults, Field},
-    fits::reader,
-    json::{error::ReadError, extra::NoExtra, part::read_json, present::present, slice::Slice},
+    fits::{
+        reader::{nodes::RawNodes, spec},
+        spec::request::FitSpecMembers,
+    },
+    json::members::{Members, of_request},
     problem::Problem,
 };
 use flankfit_engine::estimation::randomization::{ColumnScaling, Measured, Setup, Study, StudyField};
-
-/// As it is read: nodes and model go through the reader of fit requests.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawRequest<'a> {
-    #[serde(default, deserialize_with = "present")]
-    x: Option<Vec<Vec<f64>>>,
-    #[serde(borrow, default, deserialize_with = "present")]
-    nodes: Option<Slice<'a>>,
-    #[serde(borrow, default, deserialize_with = "present")]
-    model: Option<Slice<'a>>,
-    #[serde(borrow, default, deserialize_with = "present")]
-    domain: Option<Slice<'a>>,
-    #[serde(default, deserialize_with = "present")]
-    coefficients: Option<Vec<f64>>,
-    #[serde(default, deserialize_with = "present")]
-    noise_sigma: Option<f64>,
-    levels: Vec<f64>,
-    repetitions: usize,
-    #[serde(default, deserialize_with = "present")]
-    seed: Option<u64>,
-    #[serde(default, deserialize_with = "present")]
-    scaling: Option<StudyScaling>,
-}
 
 /// A request read and checked.
 pub struct CheckedStudy {
@@ -60,37 +37,48 @@ struct Material {
 
 /// Reads a request. Processor work where it has nodes.
 pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
-    let mut raw: RawRequest<'_> = read_json(text)?;
-    let from_nodes = raw.nodes.is_some();
-    let material = match (raw.x.take(), raw.nodes) {
+    let mut faults = Faults::default();
+    let members: RandomizationMembers<'_> = of_request(text, &mut faults)?;
+    let x = members.x.read(&mut faults);
+    let coefficients = members.coefficients.read(&mut faults);
+    let noise_sigma = members.noise_sigma.read(&mut faults);
+    let levels = members.levels.required(&mut faults);
+    let repetitions = members.repetitions.required(&mut faults);
+    let (seed, scaling) = (members.seed.read(&mut faults), members.scaling.read(&mut faults));
+    let (Some(levels), Some(repetitions)) = (levels, repetitions) else { return Err(Problem::invalid(faults)) };
+    faults.into_result(()).map_err(Problem::invalid)?;
+    let from_nodes = members.nodes.is_some();
+    let material = match (x, members.nodes) {
         (Some(_), Some(_)) => return refused("/nodes", "give either `x` or `nodes`, not both"),
         (None, None) => return refused("/x", "missing; give `x`, or `nodes` with `model`"),
         (Some(x), None) => {
-            for (part, name) in [(&raw.model, "model"), (&raw.domain, "domain")] {
-                if part.is_some() {
-                    return refused(&format!("/{name}"), "it belongs to `nodes`");
-                }
+            let strangers = [members.model.name_if_given(), members.domain.name_if_given()];
+            if let Some(name) = strangers.into_iter().flatten().next() {
+                return refused(&format!("/{name}"), "it belongs to `nodes`");
             }
             let terms = (0..x.first().map_or(0, Vec::len)).map(|j| format!("x{j}")).collect();
             Material { x, terms, coefficients: None, sigma: None }
         }
-        (None, Some(nodes)) => measured(nodes, raw.model, raw.domain)?,
+        (None, Some(nodes)) => {
+            let (model, domain) = (members.model, members.domain);
+            measured(nodes, &FitSpecMembers { model, domain, ..FitSpecMembers::at("") })?
+        }
     };
-    let (coefficients_given, noise_sigma_given) = (raw.coefficients.is_some(), raw.noise_sigma.is_some());
-    let Some(coefficients) = raw.coefficients.or(material.coefficients) else {
+    let (coefficients_given, noise_sigma_given) = (coefficients.is_some(), noise_sigma.is_some());
+    let Some(coefficients) = coefficients.or(material.coefficients) else {
         return refused("/coefficients", "missing; a bare matrix has no heights to assume them from");
     };
-    let Some(noise_sigma) = raw.noise_sigma.or(material.sigma) else {
+    let Some(noise_sigma) = noise_sigma.or(material.sigma) else {
         return refused("/noise_sigma", "missing, and there are no residuals to assume it from");
     };
-    let (repetitions, seed) = (raw.repetitions, raw.seed.unwrap_or(0));
-    let scaling = raw.scaling.unwrap_or(StudyScaling::None);
+    let seed = seed.unwrap_or(0);
+    let scaling = scaling.unwrap_or(StudyScaling::None);
     let rows = material.x.len();
     let study = Study::new(Setup {
         x: material.x,
         coefficients: coefficients.clone(),
         noise_sigma,
-        levels: raw.levels,
+        levels,
         repetitions,
         seed,
         scaling: match scaling {
@@ -125,16 +113,12 @@ fn refused<T>(pointer: &str, detail: &str) -> Result<T, Problem> {
     Err(Problem::invalid(Faults::one(pointer, detail)))
 }
 
-fn measured(nodes: Slice, model: Option<Slice>, domain: Option<Slice>) -> Result<Material, Problem> {
-    let mut text = [b"{\"nodes\":", nodes.0].concat();
-    for (name, part) in [("model", model), ("domain", domain)] {
-        if let Some(Slice(part)) = part {
-            text.extend_from_slice(format!(",\"{name}\":").as_bytes());
-            text.extend_from_slice(part);
-        }
-    }
-    text.push(b'}');
-    let (nodes, spec, NoExtra {}) = reader::read_fit(&text).map_err(|error: ReadError| Problem::from(error))?;
+fn measured(nodes: RawNodes<'_>, spec: &FitSpecMembers<'_>) -> Result<Material, Problem> {
+    let mut faults = Faults::default();
+    let nodes = RawNodes::required(Some(nodes), &mut faults);
+    let spec = spec::read(spec, &mut faults);
+    let (Some(nodes), Some(spec)) = (nodes, spec) else { return Err(Problem::invalid(faults)) };
+    faults.into_result(()).map_err(Problem::invalid)?;
     let measured = Measured::new(&nodes, &spec)?;
     Ok(Material {
         x: measured.x,

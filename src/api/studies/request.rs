@@ -4,47 +4,44 @@ use serde::Deserialize;
 use utoipa::ToSchema;
 
 use crate::api::{
-    fits::spec::{nodes::NodesBody, request::ModelBody},
+    fits::{
+        reader::nodes::RawNodes,
+        spec::{nodes::NodesBody, request::ModelBody},
+    },
+    json::request::request,
     shapes::domain::DomainBody,
 };
 
-/// What is randomised: either `x`, or `nodes` with `model`.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RandomizationRequest {
-    /// Rows of the measurement matrix.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(min_items = 1)]
-    pub x: Option<Vec<Vec<f64>>>,
-    /// Nodes at which `model` is evaluated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub nodes: Option<NodesBody>,
-    /// With `nodes`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub model: Option<ModelBody>,
-    /// With `nodes`: the box on which mapped bases live.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub domain: Option<DomainBody>,
-    /// The true A, one for each column; with `nodes` the least-squares estimate of their heights is
-    /// assumed when not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub coefficients: Option<Vec<f64>>,
-    /// Deviation of a height; with `nodes` that of their residuals is assumed when not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0)]
-    pub noise_sigma: Option<f64>,
-    /// k: deviation of the noise that is put on a column over the deviation of the column itself.
-    #[schema(min_items = 1, max_items = 200)]
-    pub levels: Vec<f64>,
-    /// Random matrices for each level. More give smoother figures and take longer.
-    #[schema(minimum = 1, maximum = 10000)]
-    pub repetitions: usize,
-    /// Equal seeds give equal studies. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub seed: Option<u64>,
-    /// Columns in which norms and eigenvalues are understood. Default `none`, as they are.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scaling: Option<StudyScaling>,
+request! {
+    /// What is randomised: either `x`, or `nodes` with `model`.
+    #[serde(deny_unknown_fields)]
+    pub struct RandomizationRequest as RandomizationMembers {
+        /// Rows of the measurement matrix.
+        #[schema(min_items = 1)]
+        optional x: Vec<Vec<f64>>,
+        /// Nodes at which `model` is evaluated.
+        optional nodes: NodesBody as RawNodes,
+        /// With `nodes`.
+        optional model: ModelBody,
+        /// With `nodes`: the box on which mapped bases live.
+        optional domain: DomainBody,
+        /// The true A, one for each column; with `nodes` the least-squares estimate of their heights is
+        /// assumed when not given.
+        optional coefficients: Vec<f64>,
+        /// Deviation of a height; with `nodes` that of their residuals is assumed when not given.
+        #[schema(minimum = 0)]
+        optional noise_sigma: f64,
+        /// k: deviation of the noise that is put on a column over the deviation of the column itself.
+        #[schema(min_items = 1, max_items = 200)]
+        required levels: Vec<f64>,
+        /// Random matrices for each level. More give smoother figures and take longer.
+        #[schema(minimum = 1, maximum = 10000)]
+        required repetitions: usize,
+        /// Equal seeds give equal studies. Default 0.
+        optional seed: u64,
+        /// Columns in which norms and eigenvalues are understood. Default `none`, as they are.
+        optional scaling: StudyScaling,
+    }
 }
 
 /// Columns as they are (the paper's), or divided by their lengths and coefficients multiplied by

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 use crate::api::{
     curves::closest::read_points,
     faults::Faults,
-    json::{fields::Fields, writer::Json},
+    json::{members::of_request, request::request, writer::Json},
     problem::Problem,
     shapes::{
         places::{beyond, write_points},
@@ -16,15 +16,15 @@ use crate::api::{
 };
 use flankfit_engine::geometry::surface::closest::{ClosestPoint, SurfacePoint};
 
-// Declared for the document; read by `answer`.
-/// A surface and nodes.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = ClosestOnSurface)]
-pub struct ClosestOnSurfaceBody {
-    pub surface: SurfaceBody,
-    /// `[x, y, z]` each, of a graph `[u, v, z]`; at most 100,000.
-    #[schema(max_items = 100_000)]
-    pub points: Vec<Vec<f64>>,
+request! {
+    /// A surface and nodes.
+    #[schema(as = ClosestOnSurface)]
+    pub struct ClosestOnSurfaceBody as ClosestOnSurfaceMembers {
+        required surface: SurfaceBody,
+        /// `[x, y, z]` each, of a graph `[u, v, z]`; at most 100,000.
+        #[schema(max_items = 100_000)]
+        required points: Vec<Vec<f64>>,
+    }
 }
 
 /// Closest points, everything in the order of the given nodes.
@@ -48,10 +48,9 @@ pub struct SurfaceFeetBody {
 /// Answers a request. Processor work.
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let mut faults = Faults::default();
-    let fields = Fields::of_request(text, &["surface", "points"], &mut faults)?;
-    let surface =
-        fields.required("surface", "", &mut faults).and_then(|slice| read_surface(slice, "/surface", &mut faults));
-    let points = fields.required("points", "", &mut faults).and_then(|slice| read_points(slice, 3, &mut faults));
+    let members: ClosestOnSurfaceMembers<'_> = of_request(text, &mut faults)?;
+    let surface = members.surface.required_with(&mut faults, read_surface);
+    let points = members.points.required_with(&mut faults, |slice, _, faults| read_points(slice, 3, faults));
     let (Some(surface), Some(points)) = (surface, points) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
     let feet = ClosestPoint::on(&surface).to_each(&points);

@@ -1,11 +1,11 @@
 //! A surface at many parameters.
 
-use super::values::SurfaceIncludeName;
+use super::values::{EvaluateSurfaceMembers, ParameterGridMembers, SurfaceIncludeName};
 use crate::api::{
     faults::Faults,
     json::{
-        fields::{Fields, read_numbers, read_rows},
-        part::read_part,
+        members::{of_object, of_request},
+        numbers::read_rows,
         writer::Json,
     },
     problem::{Problem, Room},
@@ -211,18 +211,14 @@ impl Geometry {
 
 fn read(text: &[u8]) -> Result<Wanted, Problem> {
     let mut faults = Faults::default();
-    let keys = ["surface", "at", "grid", "derivatives", "include"];
-    let fields = Fields::of_request(text, &keys, &mut faults)?;
-    let surface =
-        fields.required("surface", "", &mut faults).and_then(|slice| read_surface(slice, "/surface", &mut faults));
-    let places = read_places(&fields, &mut faults);
-    let derivatives: usize =
-        fields.get("derivatives").and_then(|slice| read_part(slice, "/derivatives", &mut faults)).unwrap_or(0);
+    let members: EvaluateSurfaceMembers<'_> = of_request(text, &mut faults)?;
+    let surface = members.surface.required_with(&mut faults, read_surface);
+    let places = read_places(&members, &mut faults);
+    let derivatives = members.derivatives.read(&mut faults).unwrap_or(0);
     if derivatives > 2 {
         faults.push("/derivatives", format!("{derivatives} is more than 2, the highest order that is offered"));
     }
-    let include: Vec<SurfaceIncludeName> =
-        fields.get("include").and_then(|slice| read_part(slice, "/include", &mut faults)).unwrap_or_default();
+    let include = members.include.read(&mut faults).unwrap_or_default();
     if let (Some(surface), Some(places)) = (&surface, &places) {
         let [domain_u, domain_v] = surface.domain();
         match places {
@@ -252,8 +248,8 @@ fn read(text: &[u8]) -> Result<Wanted, Problem> {
     faults.into_result(Wanted { surface, places, derivatives, forms, area }).map_err(Problem::invalid)
 }
 
-fn read_places(fields: &Fields, faults: &mut Faults) -> Option<Places> {
-    match (fields.get("at"), fields.get("grid")) {
+fn read_places(members: &EvaluateSurfaceMembers<'_>, faults: &mut Faults) -> Option<Places> {
+    match (members.at.text(), members.grid.text()) {
         (Some(slice), None) => {
             let (flat, lengths) = read_rows(slice, "/at", faults)?;
             let before = faults.count();
@@ -267,12 +263,8 @@ fn read_places(fields: &Fields, faults: &mut Faults) -> Option<Places> {
                 .then(|| Places::Pairs(flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()))
         }
         (None, Some(slice)) => {
-            let fields = Fields::of_part(slice, "/grid", &["u", "v"], faults)?;
-            let mut axis = |name: &str| {
-                let slice = fields.required(name, "/grid", faults)?;
-                read_numbers(slice, &format!("/grid/{name}"), faults)
-            };
-            let (u, v) = (axis("u"), axis("v"));
+            let grid: ParameterGridMembers<'_> = of_object(slice, "/grid", faults)?;
+            let (u, v) = (grid.u.numbers(faults), grid.v.numbers(faults));
             let places = Places::Grid(u?, v?);
             Some(places)
         }

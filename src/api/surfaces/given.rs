@@ -2,17 +2,16 @@
 
 use std::borrow::Cow;
 
-use serde::Serialize;
-use utoipa::ToSchema;
-
+use super::{
+    methods::MeshMembers,
+    source::{HeightGridMembers, SurfaceSourceMembers},
+};
 use crate::api::{
     curves::points::ParametrizationName,
     faults::Faults,
-    fits::reader,
+    fits::reader::nodes::RawNodes,
     json::{
-        error::ReadError,
-        extra::NoExtra,
-        fields::{Fields, read_numbers, read_rows},
+        members::{Member, of_object},
         part::read_part,
         slice::Slice,
     },
@@ -32,22 +31,6 @@ use flankfit_engine::{
         surface::mesh::CurveMesh,
     },
 };
-
-// Declared for the document; `read` reads it.
-/// A grid of nodes: heights z(u, v) over two axes.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = HeightGrid)]
-pub struct HeightGridBody {
-    /// Ascending.
-    pub u: Vec<f64>,
-    /// Ascending.
-    pub v: Vec<f64>,
-    /// A row for each u, within a row a height for each v. None may be missing.
-    pub z: Vec<Vec<f64>>,
-}
-
-/// The fields of a request of which exactly one says what the surface is made of.
-pub const GIVEN_KEYS: [&str; 6] = ["grid", "xyz", "boundaries", "mesh", "control_points", "nodes"];
 
 /// What the surface is made of.
 pub enum GivenSurface<'a> {
@@ -73,57 +56,51 @@ pub enum GivenSurface<'a> {
     Nodes(Cow<'a, Nodes>),
 }
 
-/// Reads what the fields of a request give.
-pub fn read<'a>(fields: &Fields, own: Option<&'a Nodes>, faults: &mut Faults) -> Option<GivenSurface<'a>> {
-    let there: Vec<_> = GIVEN_KEYS.iter().filter(|key| fields.get(key).is_some()).collect();
-    let key = match there[..] {
-        [key] => *key,
-        [] => return of_nodes(own, faults),
+/// Reads what the members of a request give.
+pub fn read<'a>(
+    source: SurfaceSourceMembers<'_>,
+    own: Option<&'a Nodes>,
+    faults: &mut Faults,
+) -> Option<GivenSurface<'a>> {
+    let alternatives = source.alternatives();
+    let names = || alternatives.map(|(name, _)| name).join(", ");
+    let there: Vec<_> = alternatives.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect();
+    let kind = match there[..] {
+        [name] => name,
+        [] => return of_nodes(own, &names(), faults),
         [_, second, ..] => {
-            faults.push(format!("/{second}"), format!("exactly one of {} is wanted", GIVEN_KEYS.join(", ")));
+            faults.push(format!("/{second}"), format!("exactly one of {} is wanted", names()));
             return None;
         }
     };
-    for (option, of) in [("parametrization", &["xyz"][..]), ("tolerance", &["boundaries", "mesh"])] {
-        if fields.get(option).is_some() && !of.contains(&key) {
+    for (option, of) in [
+        (source.parametrization.name_if_given(), &["xyz"][..]),
+        (source.tolerance.name_if_given(), &["boundaries", "mesh"]),
+    ] {
+        if let Some(option) = option.filter(|_| !of.contains(&kind)) {
             faults.push(format!("/{option}"), format!("it belongs to {}", of.join(" and ")));
             return None;
         }
     }
-    let slice = fields.get(key)?;
-    match key {
-        "grid" => grid(slice, faults),
-        "xyz" => points(slice, fields.get("parametrization"), faults),
+    let SurfaceSourceMembers { grid, xyz, parametrization, boundaries, mesh, tolerance, control_points, nodes } =
+        source;
+    match kind {
+        "grid" => read_grid(grid.text()?, faults),
+        "xyz" => points(&xyz, &parametrization, faults),
         "boundaries" => {
-            let (curves, tolerance) = boundary_curves(fields, "", faults)?;
+            let (curves, tolerance) = boundary_curves(&boundaries, &tolerance, faults)?;
             Some(GivenSurface::Boundaries { curves: Box::new(curves), tolerance })
         }
-        "mesh" => mesh(slice, fields.get("tolerance"), faults),
+        "mesh" => read_mesh(mesh.text()?, &tolerance, faults),
         "control_points" => {
-            let rows: Vec<Vec<PointBody>> = read_part(slice, "/control_points", faults)?;
-            Some(GivenSurface::ControlPoints(Net::read(&rows, "/control_points", faults)?))
+            let rows = control_points.required(faults)?;
+            Some(GivenSurface::ControlPoints(Net::read(&rows, &control_points.pointer(), faults)?))
         }
-        _ => posted_nodes(slice, faults),
+        _ => Some(GivenSurface::Nodes(Cow::Owned(RawNodes::required(nodes, faults)?))),
     }
 }
 
-fn posted_nodes(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface<'static>> {
-    let request = [b"{\"nodes\":", slice, b"}"].concat();
-    match reader::read_nodes(&request) {
-        Ok((nodes, NoExtra {})) => Some(GivenSurface::Nodes(Cow::Owned(nodes))),
-        Err(ReadError::Invalid(found)) => {
-            faults.append(found);
-            None
-        }
-        // the request as a whole was found to be JSON
-        Err(ReadError::Malformed { detail }) => {
-            faults.push("/nodes", detail);
-            None
-        }
-    }
-}
-
-fn of_nodes<'a>(own: Option<&'a Nodes>, faults: &mut Faults) -> Option<GivenSurface<'a>> {
+fn of_nodes<'a>(own: Option<&'a Nodes>, alternatives: &str, faults: &mut Faults) -> Option<GivenSurface<'a>> {
     match own {
         Some(nodes @ (Nodes::Grid(_) | Nodes::Scattered(_))) => Some(GivenSurface::Nodes(Cow::Borrowed(nodes))),
         Some(_) => {
@@ -131,20 +108,15 @@ fn of_nodes<'a>(own: Option<&'a Nodes>, faults: &mut Faults) -> Option<GivenSurf
             None
         }
         None => {
-            faults.push("", format!("one of {} is missing", GIVEN_KEYS.join(", ")));
+            faults.push("", format!("one of {alternatives} is missing"));
             None
         }
     }
 }
 
-fn grid(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface<'static>> {
-    let fields = Fields::of_part(slice, "/grid", &["u", "v", "z"], faults)?;
-    let mut axis = |name: &str| {
-        let slice = fields.required(name, "/grid", faults)?;
-        read_numbers(slice, &format!("/grid/{name}"), faults)
-    };
-    let (u, v) = (axis("u"), axis("v"));
-    let z = fields.required("z", "/grid", faults).and_then(|slice| read_rows(slice, "/grid/z", faults));
+fn read_grid(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface<'static>> {
+    let grid: HeightGridMembers<'_> = of_object(slice, "/grid", faults)?;
+    let (u, v, z) = (grid.u.numbers(faults), grid.v.numbers(faults), grid.z.rows(faults));
     let (u, v, (flat, lengths)) = (u?, v?, z?);
     if lengths.len() != u.len() {
         faults.push(
@@ -165,13 +137,15 @@ fn grid(slice: &[u8], faults: &mut Faults) -> Option<GivenSurface<'static>> {
     Some(GivenSurface::Grid { u, v, z })
 }
 
-fn points(slice: &[u8], parametrization: Option<&[u8]>, faults: &mut Faults) -> Option<GivenSurface<'static>> {
+fn points(
+    xyz: &Member<'_, Vec<Vec<Vec<f64>>>>,
+    parametrization: &Member<'_, ParametrizationName>,
+    faults: &mut Faults,
+) -> Option<GivenSurface<'static>> {
     const AT: &str = "/xyz";
-    let name: Option<ParametrizationName> = match parametrization {
-        Some(slice) => Some(read_part(slice, "/parametrization", faults)?),
-        None => None,
-    };
-    let rows: Vec<Vec<PointBody>> = read_part(slice, AT, faults)?;
+    let name = parametrization.optional(faults)?;
+    // a number in place of a point is refused with the points of other kinds
+    let rows: Vec<Vec<PointBody>> = read_part(xyz.text()?, AT, faults)?;
     equal_rows(&rows, AT, faults)?;
     let net = Net::read(&rows, AT, faults)?;
     if net.dimension != Dimension::Space {
@@ -182,22 +156,12 @@ fn points(slice: &[u8], parametrization: Option<&[u8]>, faults: &mut Faults) -> 
     Some(GivenSurface::Points { rows: net.values.chunks(net.columns).map(<[_]>::to_vec).collect(), parametrization })
 }
 
-fn mesh(slice: &[u8], tolerance: Option<&[u8]>, faults: &mut Faults) -> Option<GivenSurface<'static>> {
-    let fields = Fields::of_part(slice, "/mesh", &["u", "v", "u_curves", "v_curves"], faults)?;
-    let mut axis = |name: &str| {
-        let slice = fields.required(name, "/mesh", faults)?;
-        read_numbers(slice, &format!("/mesh/{name}"), faults)
-    };
-    let (us, vs) = (axis("u"), axis("v"));
-    let mut family = |name: &str| {
-        let slice = fields.required(name, "/mesh", faults)?;
-        curves(slice, &format!("/mesh/{name}"), faults)
-    };
-    let (over_v, over_u) = (family("u_curves"), family("v_curves"));
-    let tolerance: Option<f64> = match tolerance {
-        Some(slice) => Some(read_part(slice, "/tolerance", faults)?),
-        None => None,
-    };
+fn read_mesh(slice: &[u8], tolerance: &Member<'_, f64>, faults: &mut Faults) -> Option<GivenSurface<'static>> {
+    let mesh: MeshMembers<'_> = of_object(slice, "/mesh", faults)?;
+    let (us, vs) = (mesh.u.numbers(faults), mesh.v.numbers(faults));
+    let over_v = mesh.u_curves.required_with(faults, curves);
+    let over_u = mesh.v_curves.required_with(faults, curves);
+    let tolerance = tolerance.optional(faults)?;
     let mesh = CurveMesh { us: us?, vs: vs?, over_v: over_v?, over_u: over_u? };
     let tolerance = tolerance.unwrap_or_else(|| corner_tolerance(mesh.over_v.iter().chain(&mesh.over_u).flatten()));
     Some(GivenSurface::Mesh { mesh, tolerance })

@@ -4,7 +4,7 @@ use super::methods::*;
 use crate::api::{
     faults::Faults,
     json::{
-        fields::Fields,
+        members::{Member, of_object},
         part::read_part,
         tags::{read_tag, unknown_type},
     },
@@ -13,6 +13,7 @@ use crate::api::{
         net::{Net, equal_rows},
         point::PointBody,
         surface_reader::{borders, degrees},
+        surface_shape::BordersBody,
     },
 };
 use flankfit_engine::geometry::{
@@ -51,17 +52,17 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Asked> {
             plain("coons_bilinear", Method::CoonsBilinear)
         }
         "coons_bicubic" => {
-            let fields = Fields::of_part(slice, AT, &["type", "cross_derivatives"], faults)?;
+            let members: CoonsBicubicMembers<'_> = of_object(slice, AT, faults)?;
             let method = Method::CoonsBicubic { twists: Twists::default() };
-            Asked { cross: cross(&fields, faults)?, ..plain("coons_bicubic", method) }
+            Asked { cross: cross(&members.cross_derivatives, faults)?, ..plain("coons_bicubic", method) }
         }
         "gregory" => {
-            let fields = Fields::of_part(slice, AT, &["type", "cross_derivatives", "inner_points"], faults)?;
-            let inner = match fields.get("inner_points") {
-                Some(slice) => Some(inner(slice, faults)?),
+            let members: GregoryMembers<'_> = of_object(slice, AT, faults)?;
+            let inner = match members.inner_points.optional(faults)? {
+                Some(rows) => Some(inner(&rows, faults)?),
                 None => None,
             };
-            Asked { cross: cross(&fields, faults)?, inner, ..plain("gregory", Method::Gregory) }
+            Asked { cross: cross(&members.cross_derivatives, faults)?, inner, ..plain("gregory", Method::Gregory) }
         }
         "bezier" => {
             let body: BezierMethod = read_part(slice, AT, faults)?;
@@ -115,18 +116,17 @@ fn counts(spans: SpansBody) -> [usize; 2] {
     }
 }
 
-fn cross(fields: &Fields, faults: &mut Faults) -> Option<[Option<CurveShape>; 4]> {
-    match fields.get("cross_derivatives") {
-        Some(slice) => borders(slice, "/method/cross_derivatives", faults),
+fn cross(derivatives: &Member<'_, BordersBody>, faults: &mut Faults) -> Option<[Option<CurveShape>; 4]> {
+    match derivatives.text() {
+        Some(slice) => borders(slice, &derivatives.pointer(), faults),
         None => Some(Default::default()),
     }
 }
 
-fn inner(slice: &[u8], faults: &mut Faults) -> Option<[[Vector; 2]; 2]> {
+fn inner(rows: &[Vec<PointBody>], faults: &mut Faults) -> Option<[[Vector; 2]; 2]> {
     const AT: &str = "/method/inner_points";
-    let rows: Vec<Vec<PointBody>> = read_part(slice, AT, faults)?;
-    equal_rows(&rows, AT, faults)?;
-    let net = Net::read(&rows, AT, faults)?;
+    equal_rows(rows, AT, faults)?;
+    let net = Net::read(rows, AT, faults)?;
     if (net.rows, net.columns) != (2, 2) {
         faults.push(AT, format!("{} × {} points, where 2 × 2 are wanted", net.rows, net.columns));
         return None;

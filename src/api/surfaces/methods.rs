@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    json::{present::present, tags::tags},
+    json::{present::present, request::request, tags::tags},
     shapes::point::PointBody,
     shapes::{
         curve_shape::CurveBody,
@@ -41,21 +41,22 @@ pub enum SurfaceMethodBody {
     Nurbs(NurbsSurfaceMethod),
 }
 
-/// Curves along the lines of a mesh, from two families of planes u = const and v = const.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = CurveMesh)]
-pub struct MeshBody {
-    /// Where the curves over v stand, ascending.
-    #[schema(min_items = 2)]
-    pub u: Vec<f64>,
-    /// Where the curves over u stand, ascending.
-    #[schema(min_items = 2)]
-    pub v: Vec<f64>,
-    /// For each u its curve over v. Of points in space the first or the last may be `null`: a tip,
-    /// where the patches have three sides.
-    pub u_curves: Vec<Option<CurveBody>>,
-    /// For each v its curve over u; `null` as above.
-    pub v_curves: Vec<Option<CurveBody>>,
+request! {
+    /// Curves along the lines of a mesh, from two families of planes u = const and v = const.
+    #[schema(as = CurveMesh)]
+    pub struct MeshBody as MeshMembers {
+        /// Where the curves over v stand, ascending.
+        #[schema(min_items = 2)]
+        required u: Vec<f64>,
+        /// Where the curves over u stand, ascending.
+        #[schema(min_items = 2)]
+        required v: Vec<f64>,
+        /// For each u its curve over v. Of points in space the first or the last may be `null`: a tip,
+        /// where the patches have three sides.
+        required u_curves: Vec<Option<CurveBody>>,
+        /// For each v its curve over u; `null` as above.
+        required v_curves: Vec<Option<CurveBody>>,
+    }
 }
 
 /// Bilinearly blended Coons patches: the curves are kept, with edges along them.
@@ -67,32 +68,29 @@ pub struct CoonsBilinearMethod {
     pub kind: CoonsBilinearTag,
 }
 
-/// Bicubically blended Coons patches: C¹ across the lines of a mesh where the curves are.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct CoonsBicubicMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: CoonsBicubicTag,
-    /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are
-    /// estimated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cross_derivatives: Option<BordersBody>,
+request! {
+    /// Bicubically blended Coons patches: C¹ across the lines of a mesh where the curves are.
+    pub struct CoonsBicubicMethod as CoonsBicubicMembers {
+        #[schema(inline)]
+        required kind as "type": CoonsBicubicTag,
+        /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are
+        /// estimated.
+        optional cross_derivatives: BordersBody,
+    }
 }
 
-/// Gregory patches: tangent planes continuous across the lines of a mesh, whatever the twists;
-/// borders become cubics. Of `control_points` with `inner_points`: the patch itself.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct GregoryMethod {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: GregoryTag,
-    /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are
-    /// estimated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cross_derivatives: Option<BordersBody>,
-    /// With `control_points`: 2 × 2, the inner points that are felt along u0 and u1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub inner_points: Option<Vec<Vec<PointBody>>>,
+request! {
+    /// Gregory patches: tangent planes continuous across the lines of a mesh, whatever the twists;
+    /// borders become cubics. Of `control_points` with `inner_points`: the patch itself.
+    pub struct GregoryMethod as GregoryMembers {
+        #[schema(inline)]
+        required kind as "type": GregoryTag,
+        /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are
+        /// estimated.
+        optional cross_derivatives: BordersBody,
+        /// With `control_points`: 2 × 2, the inner points that are felt along u0 and u1.
+        optional inner_points: Vec<Vec<PointBody>>,
+    }
 }
 
 /// Bicubic Bézier patches that fill a mesh, or with `control_points` the patch itself.

@@ -9,6 +9,7 @@ pub mod methods;
 pub mod near;
 pub mod request;
 pub mod result;
+pub mod source;
 pub mod values;
 
 pub use self::request::build;

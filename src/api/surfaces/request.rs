@@ -1,26 +1,23 @@
 //! A surface asked for: what it is made of and a method in, the surface and its report out.
 
-use serde::Serialize;
-use utoipa::ToSchema;
-
 use super::{
-    given::{self, GIVEN_KEYS, GivenSurface, HeightGridBody},
+    given::{self, GivenSurface},
     method_reader::{self, Asked},
-    methods::{MeshBody, SurfaceMethodBody},
+    methods::SurfaceMethodBody,
     near, result,
+    source::SurfaceSource,
 };
 use crate::api::{
     built::Built,
-    curves::points::ParametrizationName,
     faults::Faults,
     fits::faults::shape_faults,
-    fits::{
-        reader::fields::{self, FIT_KEYS, FitFields},
-        spec::nodes::NodesBody,
+    fits::reader::fields::{self, FitFields},
+    json::{
+        members::{self, of_request},
+        request::request,
     },
-    json::fields::Fields,
     problem::Problem,
-    shapes::{THROUGH, net::Net, point::PointBody, surface_shape::BordersBody},
+    shapes::{THROUGH, net::Net},
 };
 use flankfit_engine::{
     estimation::{Nodes, Plans},
@@ -34,65 +31,33 @@ use flankfit_engine::{
 /// Most patches of a mesh or grid that is filled.
 const MOST_PATCHES: usize = 10_000;
 
-// Declared for the document; `build` reads it.
-/// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points` and
-/// `nodes`. One that is kept with an iteration may say none of them: then it is made of the
-/// iteration's nodes.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct SurfaceRequest {
-    #[serde(flatten)]
-    #[schema(inline)]
-    pub of: SurfaceParts,
-    pub method: SurfaceMethodBody,
-    /// For `b_spline_least_squares`.
-    #[serde(flatten)]
-    #[schema(inline)]
-    pub fit: FitFields,
-}
-
-/// What a surface is made of.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
-pub struct SurfaceParts {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub grid: Option<HeightGridBody>,
-    /// Points `[x, y, z]` in rows.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub xyz: Option<Vec<Vec<Vec<f64>>>>,
-    /// Of `xyz`; default `chord_length`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub parametrization: Option<ParametrizationName>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub boundaries: Option<BordersBody>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mesh: Option<MeshBody>,
-    /// Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the caller's
-    /// unit. Default 1e-6 of the largest coordinate at their ends.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0)]
-    pub tolerance: Option<f64>,
-    /// Rows along u, within a row along v.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub control_points: Option<Vec<Vec<PointBody>>>,
-    /// Scattered nodes or a grid with missing nodes, for `b_spline_least_squares`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub nodes: Option<NodesBody>,
+request! {
+    /// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points` and
+    /// `nodes`. One that is kept with an iteration may say none of them: then it is made of the
+    /// iteration's nodes.
+    pub struct SurfaceRequest as SurfaceRequestMembers {
+        flatten of: SurfaceSource,
+        required method: SurfaceMethodBody,
+        /// For `b_spline_least_squares`.
+        flatten fit: FitFields,
+    }
 }
 
 /// Builds the surface of a request, made of the nodes of an iteration where it says nothing else.
 /// Processor work.
 pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, Problem> {
     let mut faults = Faults::default();
-    let keys = [&GIVEN_KEYS[..], &["parametrization", "tolerance", "method"], &FIT_KEYS[..]].concat();
-    let fields = Fields::of_request(text, &keys, &mut faults)?;
-    let given = given::read(&fields, own, &mut faults);
-    let asked = fields.required("method", "", &mut faults).and_then(|slice| method_reader::read(slice, &mut faults));
-    let fit =
-        fields::read(&fields, asked.as_ref().is_none_or(|asked| !asked.is_near()).then_some(THROUGH), &mut faults);
+    let SurfaceRequestMembers { of, method, fit } = of_request(text, &mut faults)?;
+    let kind = of.kind();
+    let given = given::read(of, own, &mut faults);
+    let asked = method.required_with(&mut faults, |slice, _, faults| method_reader::read(slice, faults));
+    // Without a word on the fit, a whole grid is fitted axis by axis, whatever its size.
+    let fit_given = members::given(&fit);
+    let plain = fit_given.is_empty();
+    let fit = fields::read(fit, asked.as_ref().is_none_or(|asked| !asked.is_near()).then_some(THROUGH), &mut faults);
     let (Some(given), Some(asked), Some(fit)) = (given, asked, fit) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
     let name = asked.name.to_owned();
-    // Without a word on the fit, a whole grid is fitted axis by axis, whatever its size.
-    let plain = FIT_KEYS.iter().all(|key| fields.get(key).is_none());
     let near = |nodes: &Nodes, asked, base| {
         near::build(nodes, asked, fit, plans, base).map(|result| Built { method: name.clone(), result })
     };
@@ -109,7 +74,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         GivenSurface::Grid { u, v, z } => (Given::Grid { u, v, z }, None),
         GivenSurface::Points { .. } if asked.is_near() && !plain => {
             let mut faults = Faults::default();
-            for key in FIT_KEYS.iter().filter(|key| fields.get(key).is_some()) {
+            for key in fit_given {
                 let detail = "points of space are fitted by plain least squares, axis by axis; this belongs to `nodes` \
                     or `grid`";
                 faults.push(format!("/{key}"), detail);
@@ -130,7 +95,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         Given::Points { rows, .. } => Some(rows.iter().map(Vec::len).sum()),
         _ => None,
     };
-    let built = construct::build(given, asked.method).map_err(|fault| refused(&fault, &fields))?;
+    let built = construct::build(given, asked.method).map_err(|fault| refused(&fault, kind))?;
     Ok(Built { method: name, result: result::built(&built, nodes, tolerance)? })
 }
 
@@ -175,10 +140,10 @@ fn control_points(net: Net, asked: &Asked) -> Given {
 }
 
 /// Where in the request the reason of a fault stands.
-fn refused(fault: &SurfaceFault, fields: &Fields) -> Problem {
+fn refused(fault: &SurfaceFault, kind: Option<&str>) -> Problem {
     let (field, indices) = fault.place();
     let mut indices = indices.into_iter();
-    let base = GIVEN_KEYS.iter().find(|key| fields.get(key).is_some()).copied().unwrap_or("");
+    let base = kind.unwrap_or("");
     let nodes = base == "grid" || base == "nodes";
     let border = |index: Option<usize>| index.and_then(|i| Border::ALL.get(i)).map_or("", |border| border.name());
     let mut pointer = match field {

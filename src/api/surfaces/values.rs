@@ -4,40 +4,39 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
+    json::request::request,
     shapes::{point::PointBody, surface_shape::SurfaceBody},
     warning::WarningBody,
 };
 
-// Declared for the document; read by `surface_evaluate::answer`.
-/// A surface and where it is evaluated: `at`, or every pair of `grid`.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = EvaluateSurface)]
-pub struct EvaluateSurfaceBody {
-    pub surface: SurfaceBody,
-    /// Pairs [u, v] within the surface's domain, in any order.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Vec<Vec<f64>>>)]
-    pub at: Option<Vec<[f64; 2]>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub grid: Option<ParameterGridBody>,
-    /// Highest order of derivatives that are answered. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, maximum = 2)]
-    pub derivatives: Option<usize>,
-    /// What is answered only when asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub include: Option<Vec<SurfaceIncludeName>>,
+request! {
+    /// A surface and where it is evaluated: `at`, or every pair of `grid`.
+    #[schema(as = EvaluateSurface)]
+    pub struct EvaluateSurfaceBody as EvaluateSurfaceMembers {
+        required surface: SurfaceBody,
+        /// Pairs [u, v] within the surface's domain, in any order.
+        #[schema(value_type = Option<Vec<Vec<f64>>>)]
+        optional at: Vec<[f64; 2]>,
+        optional grid: ParameterGridBody,
+        /// Highest order of derivatives that are answered. Default 0.
+        #[schema(minimum = 0, maximum = 2)]
+        optional derivatives: usize,
+        /// What is answered only when asked for.
+        optional include: Vec<SurfaceIncludeName>,
+    }
 }
 
-/// Parameters of a grid: every u with every v, v running fastest.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = ParameterGrid)]
-pub struct ParameterGridBody {
-    /// In any order.
-    pub u: Vec<f64>,
-    /// In any order.
-    pub v: Vec<f64>,
+request! {
+    /// Parameters of a grid: every u with every v, v running fastest.
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[schema(as = ParameterGrid)]
+    pub struct ParameterGridBody as ParameterGridMembers {
+        /// In any order.
+        required u: Vec<f64>,
+        /// In any order.
+        required v: Vec<f64>,
+    }
 }
 
 /// What is answered of a surface only when asked for. `normals` come with one derivative,

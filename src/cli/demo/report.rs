@@ -153,7 +153,8 @@ pub fn fits(fits: &[&IterationFitBody], chosen: Uuid) -> String {
 
 /// Slopes, crownings and twist of one or more iterations, in µm.
 pub fn flank_forms(forms: &[(&NewIterationBody, FlankForm)]) -> String {
-    let headings: Vec<String> = forms.iter().map(|(iteration, _)| format!("iteration {}", iteration.number)).collect();
+    let headings: Vec<String> =
+        forms.iter().map(|(iteration, _)| format!("iteration {}", iteration.posted.number)).collect();
     let heading = |i: usize| headings.get(i).map_or("", String::as_str);
     let mut table = Table::new(["over the fitted domain, µm", heading(0), heading(1)], 1);
     let Some((_, first)) = forms.first() else { return String::new() };

@@ -91,7 +91,7 @@ impl<W: Write> Story<'_, W> {
             object.entry("note").or_insert_with(|| note.into());
         }
         let iteration: NewIterationBody = self.client.post(&format!("{job}/iterations"), &body)?;
-        self.heading(&format!("Iteration {}: {} ({note})", iteration.number, set.name))?;
+        self.heading(&format!("Iteration {}: {} ({note})", iteration.posted.number, set.name))?;
         write!(self.out, "{}", set.report)?;
         Ok(iteration)
     }
@@ -135,7 +135,7 @@ impl<W: Write> Story<'_, W> {
             object.insert("regularization".into(), with_criterion(object.get("regularization"), criterion.name()));
             object.insert("reason".into(), format!("what {} makes of it", criterion.name()).into());
         }
-        let iteration = format!("{job}/iterations/{}", first.number);
+        let iteration = format!("{job}/iterations/{}", first.posted.number);
         let refit: IterationFitBody = self.client.post(&format!("{iteration}/fits"), &body)?;
 
         let current = fit.result.regularization.criterion.unwrap_or(ChosenBy::LeastSquares);
@@ -170,7 +170,7 @@ impl<W: Write> Story<'_, W> {
             writeln!(
                 self.out,
                 "\n  The unit of the heights is not known, so the decision is left to you: PATCH {}",
-                self.client.url(&format!("{job}/iterations/{}", iteration.number))
+                self.client.url(&format!("{job}/iterations/{}", iteration.posted.number))
             )?;
             return Ok(None);
         };
@@ -179,7 +179,7 @@ impl<W: Write> Story<'_, W> {
         let reason = format!("profile slope {slope} µm, {} allows {limit} µm", self.limit.of);
         let decision = if within { "accept" } else { "remachine" };
         let body = json!({"decision": decision, "reason": reason});
-        let _: Value = self.client.patch(&format!("{job}/iterations/{}", iteration.number), &body)?;
+        let _: Value = self.client.patch(&format!("{job}/iterations/{}", iteration.posted.number), &body)?;
         self.heading(&format!("Decision: {decision} ({reason})"))?;
         write!(self.out, "{}", report::flank_forms(&[(iteration, form)]))?;
         Ok(Some(form))
@@ -187,7 +187,7 @@ impl<W: Write> Story<'_, W> {
 }
 
 fn chosen(iteration: &NewIterationBody) -> Result<&IterationFitBody, StoryError> {
-    iteration.fits.first().ok_or(StoryError::NoFit(iteration.number))
+    iteration.fits.first().ok_or(StoryError::NoFit(iteration.posted.number))
 }
 
 /// Of the criteria whose λ* is clearly another than the fit's own (by more than a tenth), the one

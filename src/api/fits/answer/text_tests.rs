@@ -9,7 +9,6 @@ use super::*;
 use crate::api::{
     examples::REQUEST_EXAMPLES,
     fits::{answer::shared_text, reader},
-    json::extra::NoExtra,
 };
 use flankfit_engine::estimation::{
     self, FitSpec, Nodes,
@@ -61,7 +60,7 @@ fn answers_to_the_examples_are_as_documented() {
     let examples = REQUEST_EXAMPLES.iter().filter(|example| example.operation_id == "create_fit");
     let mut answers = 0;
     for example in examples {
-        let (nodes, spec, NoExtra {}): (Nodes, FitSpec, _) = reader::read_fit(example.text.as_bytes()).unwrap();
+        let (nodes, spec, ()): (Nodes, FitSpec, _) = reader::read_fit(example.text.as_bytes()).unwrap();
         for regularization in regularizations() {
             for scaling in [Scaling::UnitLength, Scaling::None, Scaling::Standardized] {
                 let mut spec = FitSpec { regularization: regularization.clone(), scaling, ..spec.clone() };

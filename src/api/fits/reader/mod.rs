@@ -1,9 +1,9 @@
 //! Reads fit requests: bytes in, checked nodes and spec out, every fault by its JSON Pointer.
 //!
 //! Number arrays are most of a fit request, and a general JSON deserializer spends most of its time
-//! on them. So the request is walked by hand: the arrays of `nodes` go straight into `Vec<f64>`
-//! (correctly rounded, strict JSON grammar), everything else is small and left to serde on its
-//! slice of the text.
+//! on them. So the arrays of `nodes` go straight into `Vec<f64>` while the cursor passes (correctly
+//! rounded, strict JSON grammar); everything else is small and left to serde on its slice of the
+//! text.
 //!
 //! Two kinds of refusal: text that is not JSON ([`ReadError::Malformed`], 400), and JSON that asks
 //! for the impossible ([`ReadError::Invalid`], 422), of which all faults are collected before
@@ -13,7 +13,7 @@ mod csv;
 mod estimator;
 pub mod fields;
 mod filters;
-mod nodes;
+pub mod nodes;
 pub mod regularization;
 mod request;
 pub mod spec;
@@ -23,33 +23,25 @@ mod tests;
 /// Nodes from a table with a header.
 pub use self::csv::read as read_csv;
 
-use crate::api::json::{
-    error::ReadError,
-    extra::{Extra, NoExtra},
-};
+use crate::api::json::{error::ReadError, request::ReadWhole};
 use flankfit_engine::estimation::{FitSpec, Nodes};
 
 /// Reads a fit request: `nodes`, the spec and the fields of `E`.
-pub fn read_fit<E: Extra>(text: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
+pub fn read_fit<E: ReadWhole>(text: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
     request::read_fit(text)
 }
 
 /// Reads a fit request without nodes.
-pub fn read_refit<E: Extra>(text: &[u8]) -> Result<(FitSpec, E), ReadError> {
+pub fn read_refit<E: ReadWhole>(text: &[u8]) -> Result<(FitSpec, E), ReadError> {
     request::read_refit(text)
 }
 
-/// Reads nodes and the fields of `E`, without a spec: a block of a stream.
-pub fn read_nodes<E: Extra>(text: &[u8]) -> Result<(Nodes, E), ReadError> {
-    request::read_nodes(text)
-}
-
 /// Reads a fit request whose nodes come as CSV: the form of `multipart/form-data`.
-pub fn read_fit_with_csv<E: Extra>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
+pub fn read_fit_with_csv<E: ReadWhole>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
     request::read_fit_with_csv(spec, nodes)
 }
 
 /// Reads a stored spec (or any spec of a request).
 pub fn read_stored(spec: &str) -> Result<FitSpec, ReadError> {
-    request::read_refit::<NoExtra>(spec.as_bytes()).map(|(spec, NoExtra {})| spec)
+    request::read_refit(spec.as_bytes()).map(|(spec, ())| spec)
 }

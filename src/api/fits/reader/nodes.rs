@@ -6,6 +6,7 @@ use crate::api::{
     faults::Faults,
     json::{
         cursor::{Cursor, Syntax, Token},
+        members::ReadInPassing,
         numbers::Numbers,
         part::read_part,
         place::escape,
@@ -34,8 +35,8 @@ pub struct RawNodes<'a> {
     faults: Faults,
 }
 
-impl<'a> RawNodes<'a> {
-    pub fn read(cursor: &mut Cursor<'a>) -> Result<Self, Syntax> {
+impl<'a> ReadInPassing<'a> for RawNodes<'a> {
+    fn read(cursor: &mut Cursor<'a>) -> Result<Self, Syntax> {
         let mut raw = RawNodes::default();
         match cursor.token()? {
             Token::Object => {}
@@ -47,6 +48,17 @@ impl<'a> RawNodes<'a> {
         }
         cursor.object(|cursor, key| raw.read_field(cursor, &key))?;
         Ok(raw)
+    }
+}
+
+impl<'a> RawNodes<'a> {
+    /// The node set of a request that must have one.
+    pub fn required(raw: Option<Self>, faults: &mut Faults) -> Option<Nodes> {
+        let Some(raw) = raw else {
+            faults.push("/nodes", "missing");
+            return None;
+        };
+        raw.check().map_err(|found| faults.append(found)).ok()
     }
 
     fn read_field(&mut self, cursor: &mut Cursor<'a>, key: &str) -> Result<(), Syntax> {

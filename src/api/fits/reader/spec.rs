@@ -10,6 +10,7 @@ use crate::api::{
         zeros::{unsigned_zero, unsigned_zeros},
     },
     json::{
+        members::Member,
         part::{read_object, read_part},
         tags::{read_tag, unknown_type},
     },
@@ -19,75 +20,45 @@ use flankfit_engine::{
     fault::words::{Shown, counted},
 };
 
-/// The keys of a spec at the top level of a request.
-pub const SPEC_KEYS: [&str; 10] = [
-    "model",
-    "scaling",
-    "regularization",
-    "estimator",
-    "domain",
-    "coefficient_norm_limit",
-    "noise_sigma",
-    "node_uncertainty",
-    "include",
-    "filters",
-];
-
-/// Slices of the request, in the order of [`SPEC_KEYS`].
-#[derive(Default)]
-pub struct RawSpec<'a> {
-    pub slices: [Option<&'a [u8]>; SPEC_KEYS.len()],
+/// The spec, when none of its members has a fault.
+pub fn read(members: &FitSpecMembers<'_>, faults: &mut Faults) -> Option<FitSpec> {
+    let model = members.model.required_with(faults, |slice, _, faults| read_model(slice, faults));
+    // The rest is looked at in any case: all faults are told at once.
+    let rest = without_model(members, model.clone().unwrap_or(spec::Model::Linear), faults);
+    model.and(rest)
 }
 
-impl RawSpec<'_> {
-    /// The spec, when none of its parts has a fault.
-    pub fn check(&self, faults: &mut Faults) -> Option<FitSpec> {
-        let model = match self.slices[0] {
-            Some(slice) => read_model(slice, faults),
-            None => {
-                faults.push("/model", "missing");
-                None
-            }
-        };
-        // The rest is looked at in any case: all faults are told at once.
-        let rest = self.beside(model.clone().unwrap_or(spec::Model::Linear), faults);
-        model.and(rest)
+/// The spec of `model`, when none of the other members has a fault.
+pub fn without_model(members: &FitSpecMembers<'_>, model: spec::Model, faults: &mut Faults) -> Option<FitSpec> {
+    let before = faults.count();
+    let scaling = members.scaling.read(faults).map(|name| match name {
+        ScalingName::UnitLength => spec::Scaling::UnitLength,
+        ScalingName::None => spec::Scaling::None,
+        ScalingName::Standardized => spec::Scaling::Standardized,
+    });
+    let regularization = members.regularization.text().and_then(|slice| read_regularization(slice, faults));
+    let estimator = members.estimator.text().and_then(|slice| read_estimator(slice, faults));
+    let domain = members.domain.text().and_then(|slice| read_domain(slice, faults));
+    let coefficient_norm_limit = positive(&members.coefficient_norm_limit, faults);
+    let noise_sigma = positive(&members.noise_sigma, faults);
+    let node_uncertainty = members.node_uncertainty.text().and_then(|slice| read_uncertainty(slice, faults));
+    let include = members.include.read(faults).map(|names| include(&names));
+    let filters = members.filters.text().and_then(|slice| super::filters::read(slice, faults));
+    if faults.count() > before {
+        return None;
     }
-
-    /// The spec of `model`, when none of the other parts has a fault.
-    pub fn beside(&self, model: spec::Model, faults: &mut Faults) -> Option<FitSpec> {
-        let before = faults.count();
-        let [_, scaling, regularization, estimator, domain, norm_limit, noise_sigma, uncertainty, include, filters] =
-            self.slices;
-        let scaling = scaling.and_then(|slice| read_part(slice, "/scaling", faults)).map(|name| match name {
-            ScalingName::UnitLength => spec::Scaling::UnitLength,
-            ScalingName::None => spec::Scaling::None,
-            ScalingName::Standardized => spec::Scaling::Standardized,
-        });
-        let regularization = regularization.and_then(|slice| read_regularization(slice, faults));
-        let estimator = estimator.and_then(|slice| read_estimator(slice, faults));
-        let domain = domain.and_then(|slice| read_domain(slice, faults));
-        let coefficient_norm_limit = norm_limit.and_then(|slice| positive(slice, "/coefficient_norm_limit", faults));
-        let noise_sigma = noise_sigma.and_then(|slice| positive(slice, "/noise_sigma", faults));
-        let node_uncertainty = uncertainty.and_then(|slice| read_uncertainty(slice, faults));
-        let include = include.and_then(|slice| read_include(slice, faults));
-        let filters = filters.map_or_else(|| Some(Vec::new()), |slice| super::filters::read(slice, faults));
-        if faults.count() > before {
-            return None;
-        }
-        Some(FitSpec {
-            scaling: scaling.unwrap_or_default(),
-            regularization: regularization.unwrap_or_default(),
-            estimator: estimator.unwrap_or_default(),
-            domain,
-            coefficient_norm_limit,
-            noise_sigma,
-            node_uncertainty,
-            include: include.unwrap_or_default(),
-            filters: filters.unwrap_or_default(),
-            ..FitSpec::new(model)
-        })
-    }
+    Some(FitSpec {
+        scaling: scaling.unwrap_or_default(),
+        regularization: regularization.unwrap_or_default(),
+        estimator: estimator.unwrap_or_default(),
+        domain,
+        coefficient_norm_limit,
+        noise_sigma,
+        node_uncertainty,
+        include: include.unwrap_or_default(),
+        filters: filters.unwrap_or_default(),
+        ..FitSpec::new(model)
+    })
 }
 
 fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
@@ -176,10 +147,10 @@ fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {
     Some(spec::Domain { u: body.u.map(interval), v: body.v.map(interval) })
 }
 
-fn positive(slice: &[u8], pointer: &str, faults: &mut Faults) -> Option<f64> {
-    let value: f64 = read_part(slice, pointer, faults)?;
+fn positive(member: &Member<'_, f64>, faults: &mut Faults) -> Option<f64> {
+    let value = member.read(faults)?;
     if value <= 0.0 {
-        faults.push(pointer, format!("{} is not greater than 0", Shown(value)));
+        faults.push(member.pointer(), format!("{} is not greater than 0", Shown(value)));
     }
     Some(value)
 }
@@ -192,8 +163,4 @@ fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncer
         }
     }
     Some(spec::NodeUncertainty { position: body.position, height: body.height })
-}
-
-fn read_include(slice: &[u8], faults: &mut Faults) -> Option<spec::Include> {
-    read_part::<Vec<IncludeName>>(slice, "/include", faults).map(|names| include(&names))
 }

@@ -1,17 +1,16 @@
 //! What a request may look like, and where its faults are said to be.
 
 use proptest::prelude::*;
-use serde::Deserialize;
 
 use super::*;
 use crate::api::{
     fits::{canonical::input_sha256, spec::json::to_json},
-    json::extra::NoExtra,
+    json::request::request,
 };
 use flankfit_engine::estimation::spec::{self, Criterion, Model, Parameter, Regularization};
 
 fn read(text: &str) -> Result<(Nodes, FitSpec), ReadError> {
-    read_fit::<NoExtra>(text.as_bytes()).map(|(nodes, spec, _)| (nodes, spec))
+    read_fit::<()>(text.as_bytes()).map(|(nodes, spec, _)| (nodes, spec))
 }
 
 /// The faults of a well-formed request.
@@ -277,17 +276,15 @@ fn what_is_not_json_is_refused_with_its_place() {
     }
     let deep = format!("{{\"model\":{}1{}}}", "[".repeat(50), "]".repeat(50));
     assert!(matches!(read(&deep), Err(ReadError::Malformed { .. })));
-    assert!(matches!(read_fit::<NoExtra>(b"{\"\xff\":1}"), Err(ReadError::Malformed { .. })));
+    assert!(matches!(read_fit::<()>(b"{\"\xff\":1}"), Err(ReadError::Malformed { .. })));
 }
 
-#[derive(Debug, Deserialize)]
-struct Note {
-    #[serde(default)]
-    note: Option<String>,
-}
-
-impl Extra for Note {
-    const KEYS: &'static [&'static str] = &["note", "operator"];
+request! {
+    /// What else is known.
+    pub struct Note as NoteMembers, read whole {
+        optional note: String,
+        optional operator: String,
+    }
 }
 
 #[test]
@@ -304,7 +301,7 @@ fn other_requests_may_have_more_fields_or_no_nodes() {
 #[test]
 fn tables_are_read_and_their_faults_have_line_and_column() {
     let spec = format!("{{{LINE}}}");
-    let read = |table: &str| read_fit_with_csv::<NoExtra>(spec.as_bytes(), table.as_bytes()).map(|(nodes, _, _)| nodes);
+    let read = |table: &str| read_fit_with_csv::<()>(spec.as_bytes(), table.as_bytes()).map(|(nodes, _, _)| nodes);
     let faults = |table: &str| match read(table) {
         Err(ReadError::Invalid(faults)) => faults.list().to_vec(),
         other => panic!("{table}: {other:?}"),

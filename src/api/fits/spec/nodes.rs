@@ -4,6 +4,15 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use crate::api::{fits::reader::nodes::RawNodes, json::request::request};
+
+request! {
+    /// The nodes of a request.
+    pub struct PostedNodes as PostedNodesMembers {
+        required nodes: NodesBody as RawNodes,
+    }
+}
+
 /// Measured nodes, in the caller's own length unit.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]

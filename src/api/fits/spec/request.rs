@@ -14,61 +14,29 @@ pub use super::{
     knots::{KnotsBody, WeightsBody},
 };
 pub use super::{estimator::*, include::IncludeName};
-use super::{filters::FilterBody, nodes::NodesBody};
+use super::{filters::FilterBody, nodes::PostedNodes};
 pub use crate::api::shapes::degree::{DegreeBody, SpansBody};
 pub use crate::api::shapes::domain::DomainBody;
 use crate::api::{
-    json::{present::present, tags::tags, text::ShortText},
+    json::{present::present, request::request, tags::tags, text::ShortText},
     measurand::{
         axes::{AxesBody, MeasurandBody},
         side::SideName,
     },
 };
 
-// Declared for the document; `crate::api::fits::reader` reads it.
 /// A fit request.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[serde(deny_unknown_fields)]
 pub struct FitRequest {
-    pub nodes: NodesBody,
-    pub model: ModelBody,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scaling: Option<ScalingName>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub regularization: Option<RegularizationBody>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub estimator: Option<EstimatorBody>,
-    /// The box on which mapped bases live; by default the smallest box of the counted nodes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub domain: Option<DomainBody>,
-    /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns; by default estimated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub coefficient_norm_limit: Option<f64>,
-    /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from
-    /// the residuals.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub noise_sigma: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub node_uncertainty: Option<NodeUncertaintyBody>,
-    /// What is answered only when asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub include: Option<Vec<IncludeName>>,
-    /// Applied to the heights before the fit, in this order.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(max_items = 16)]
-    pub filters: Option<Vec<FilterBody>>,
-    /// The flank that was measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// The tooth that was measured, as on traces: its number from 1, or a name.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
-    pub tooth: Option<ShortText>,
-    /// What the axes of the nodes mean.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub axes: Option<AxesBody>,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub nodes: PostedNodes,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub spec: FitSpecBody,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurand: MeasurandBody,
 }
 
 /// A fit request as a form (`multipart/form-data`).
@@ -87,44 +55,44 @@ pub struct FitFormSpec {
     #[serde(flatten)]
     #[schema(inline)]
     pub spec: FitSpecBody,
-    #[serde(flatten)]
-    #[schema(inline)]
-    pub measurand: MeasurandBody,
+    /// The flank that was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured, as on traces: its number from 1 without zeros before it, or a
+    /// name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
+    pub tooth: Option<ShortText>,
+    /// What the axes of the nodes mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
 }
 
-/// Everything about a fit but the nodes.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = FitSpec)]
-pub struct FitSpecBody {
-    pub model: ModelBody,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scaling: Option<ScalingName>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub regularization: Option<RegularizationBody>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub estimator: Option<EstimatorBody>,
-    /// The box on which mapped bases live; by default the smallest box of the counted nodes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub domain: Option<DomainBody>,
-    /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns; by default estimated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub coefficient_norm_limit: Option<f64>,
-    /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from
-    /// the residuals.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub noise_sigma: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub node_uncertainty: Option<NodeUncertaintyBody>,
-    /// What is answered only when asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub include: Option<Vec<IncludeName>>,
-    /// Applied to the heights before the fit, in this order.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(max_items = 16)]
-    pub filters: Option<Vec<FilterBody>>,
+request! {
+    /// Everything about a fit but the nodes.
+    #[serde(deny_unknown_fields)]
+    #[schema(as = FitSpec)]
+    pub struct FitSpecBody as FitSpecMembers {
+        required model: ModelBody,
+        optional scaling: ScalingName,
+        optional regularization: RegularizationBody,
+        optional estimator: EstimatorBody,
+        /// The box on which mapped bases live; by default the smallest box of the counted nodes.
+        optional domain: DomainBody,
+        /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns; by default estimated.
+        #[schema(exclusive_minimum = 0)]
+        optional coefficient_norm_limit: f64,
+        /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from
+        /// the residuals.
+        #[schema(exclusive_minimum = 0)]
+        optional noise_sigma: f64,
+        optional node_uncertainty: NodeUncertaintyBody,
+        /// What is answered only when asked for.
+        optional include: Vec<IncludeName>,
+        /// Applied to the heights before the fit, in this order.
+        #[schema(max_items = 16)]
+        optional filters: Vec<FilterBody>,
+    }
 }
 
 /// The functions whose mixture is fitted.

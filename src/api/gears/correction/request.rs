@@ -13,15 +13,15 @@ use crate::{
     api::{
         faults::Faults,
         fits::{
-            reader::fields,
+            reader::fields::{self, FitFieldsMembers},
             spec::request::{RegularizationBody, ScalingName},
         },
         json::{
             error::ReadError,
-            fields::{Fields, read_rows},
-            part::read_part,
+            members::{Members, of_object, of_request},
             place::escape,
             present::present,
+            request::request,
         },
         measurand::{axes::AxesBody, profile_axis::ProfileAxisName, side::SideName},
     },
@@ -40,95 +40,76 @@ use flankfit_engine::{
     },
 };
 
-// Declared for the document; `read` reads it.
-/// A correction of machine settings, by the deviations (µm) that the nodes of an iteration hold.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = CorrectionRequest)]
-pub struct CorrectionRequestBody {
-    pub sensitivity: SensitivityBody,
-    /// By the names of the settings; a setting that is not named may go anywhere.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub limits: Option<BTreeMap<String, LimitsBody>>,
-    /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that were
-    /// laid into the nominal one have no such datum: then what all nodes have in common is left
-    /// aside, and settings that change all nodes nearly alike come back `undetermined`. Default
-    /// true with `matrix`, false with `machine` and wherever traces have a zero each.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absolute: Option<bool>,
-    /// For each node the number of the trace that it belongs to, where profiles and helices were
-    /// measured that have a zero each: what the nodes of a trace have in common is left aside then,
-    /// and a setting that changes the nodes of every trace nearly alike comes back `undetermined`.
-    /// By default what `trace_lengths` of the iteration's heights say, as after an import. Without
-    /// `absolute`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub trace: Option<Vec<u32>>,
-    /// For each node. By default the weights of the iteration.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub weight: Option<Vec<f64>>,
-    /// The deviations that are wanted. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub target_um: Option<Vec<f64>>,
-    /// Standard deviation of a measured deviation. By default from the residuals.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub noise_sigma_um: Option<f64>,
-    /// Standard uncertainty of an entry of the sensitivity matrix, relative to it. Default 0.02.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, maximum = 1)]
-    pub response_uncertainty: Option<f64>,
-    /// How errors of the sensitivity matrix hang together. Default `independent`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub response_errors: Option<ResponseErrorsName>,
-    /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for,
-    /// so that repeated corrections converge.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub regularization: Option<RegularizationBody>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scaling: Option<ScalingName>,
-    /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By default
-    /// the norm that `limits` allow where every setting has both, else what the deviations speak
-    /// for (√n τ, see `result.bias`); with `regularization` that of the least-squares estimate.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub coefficient_norm_limit: Option<f64>,
-    /// What is answered only when asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub include: Option<Vec<CorrectionIncludeName>>,
+request! {
+    /// A correction of machine settings, by the deviations (µm) that the nodes of an iteration hold.
+    #[schema(as = CorrectionRequest)]
+    pub struct CorrectionRequestBody as CorrectionMembers {
+        required sensitivity: SensitivityBody,
+        /// By the names of the settings; a setting that is not named may go anywhere.
+        optional limits: BTreeMap<String, LimitsBody>,
+        /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that were
+        /// laid into the nominal one have no such datum: then what all nodes have in common is left
+        /// aside, and settings that change all nodes nearly alike come back `undetermined`. Default
+        /// true with `matrix`, false with `machine` and wherever traces have a zero each.
+        optional absolute: bool,
+        /// For each node the number of the trace that it belongs to, where profiles and helices were
+        /// measured that have a zero each: what the nodes of a trace have in common is left aside then,
+        /// and a setting that changes the nodes of every trace nearly alike comes back `undetermined`.
+        /// By default what `trace_lengths` of the iteration's heights say, as after an import. Without
+        /// `absolute`.
+        optional trace: Vec<u32>,
+        /// For each node. By default the weights of the iteration.
+        optional weight: Vec<f64>,
+        /// The deviations that are wanted. Default 0.
+        optional target_um: Vec<f64>,
+        /// Standard deviation of a measured deviation. By default from the residuals.
+        #[schema(exclusive_minimum = 0)]
+        optional noise_sigma_um: f64,
+        /// Standard uncertainty of an entry of the sensitivity matrix, relative to it. Default 0.02.
+        #[schema(minimum = 0, maximum = 1)]
+        optional response_uncertainty: f64,
+        /// How errors of the sensitivity matrix hang together. Default `independent`.
+        optional response_errors: ResponseErrorsName,
+        /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for,
+        /// so that repeated corrections converge.
+        optional regularization: RegularizationBody,
+        optional scaling: ScalingName,
+        /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By default
+        /// the norm that `limits` allow where every setting has both, else what the deviations speak
+        /// for (√n τ, see `result.bias`); with `regularization` that of the least-squares estimate.
+        #[schema(exclusive_minimum = 0)]
+        optional coefficient_norm_limit: f64,
+        /// What is answered only when asked for.
+        optional include: Vec<CorrectionIncludeName>,
+    }
 }
 
-/// What a unit of each setting does to each node: as a matrix, or by a machine for cylindrical
-/// gears that is known here.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = Sensitivity)]
-pub struct SensitivityBody {
-    /// Names of the settings, with `matrix`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub settings: Option<Vec<String>>,
-    /// Units of the settings, with `matrix`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub units: Option<Vec<String>>,
-    /// µm per unit: a row for each node in the order posted (of a grid row by row, missing ones
-    /// too), an entry for each setting.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub matrix: Option<Vec<Vec<f64>>>,
-    /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a gear.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub machine: Option<MachineName>,
-    /// With `machine`: the flank that was measured. By default that of the iteration, and `left`
-    /// (warning `flank_assumed`) where it tells none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// With `machine`: what u of the nodes is. By default what the iteration's axes say, else
-    /// `roll_length`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub profile_axis: Option<ProfileAxisName>,
-    /// With `machine`: what crownings refer to. By default what the nodes span.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub profile_diameter_range_mm: Option<[f64; 2]>,
-    /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By default
-    /// that of the nodes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub helix_range_mm: Option<[f64; 2]>,
+request! {
+    /// What a unit of each setting does to each node: as a matrix, or by a machine for cylindrical
+    /// gears that is known here.
+    #[schema(as = Sensitivity)]
+    pub struct SensitivityBody as SensitivityMembers {
+        /// Names of the settings, with `matrix`.
+        optional settings: Vec<String>,
+        /// Units of the settings, with `matrix`.
+        optional units: Vec<String>,
+        /// µm per unit: a row for each node in the order posted (of a grid row by row, missing ones
+        /// too), an entry for each setting.
+        optional matrix: Vec<Vec<f64>>,
+        /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a gear.
+        optional machine: MachineName,
+        /// With `machine`: the flank that was measured. By default that of the iteration, and `left`
+        /// (warning `flank_assumed`) where it tells none.
+        optional flank: SideName,
+        /// With `machine`: what u of the nodes is. By default what the iteration's axes say, else
+        /// `roll_length`.
+        optional profile_axis: ProfileAxisName,
+        /// With `machine`: what crownings refer to. By default what the nodes span.
+        optional profile_diameter_range_mm: [f64; 2],
+        /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By default
+        /// that of the nodes.
+        optional helix_range_mm: [f64; 2],
+    }
 }
 
 /// How a setting may be changed, in its unit.
@@ -206,22 +187,6 @@ impl From<MachineName> for Machine {
     }
 }
 
-const KEYS: [&str; 13] = [
-    "sensitivity",
-    "limits",
-    "absolute",
-    "trace",
-    "weight",
-    "target_um",
-    "noise_sigma_um",
-    "response_uncertainty",
-    "response_errors",
-    "regularization",
-    "scaling",
-    "coefficient_norm_limit",
-    "include",
-];
-
 /// A request that has been read.
 pub struct Read {
     /// The contract's name of the sensitivity.
@@ -243,22 +208,29 @@ pub fn read(
     gear: Option<&Gear>,
 ) -> Result<Result<Read, Faults>, ReadError> {
     let mut faults = Faults::default();
-    let fields = Fields::of_request(text, &KEYS, &mut faults)?;
-    let spec = fields::read(&fields.without("include"), None, &mut faults);
-    let include: Option<Vec<CorrectionIncludeName>> = part(&fields, "include", &mut faults);
-    let include = CorrectionInclude::of(&include.unwrap_or_default());
-    let limits: Option<BTreeMap<String, LimitsBody>> = part(&fields, "limits", &mut faults);
-    let absolute: Option<bool> = part(&fields, "absolute", &mut faults);
-    let trace: Option<Vec<u32>> = part(&fields, "trace", &mut faults);
-    let weight: Option<Vec<f64>> = part(&fields, "weight", &mut faults);
-    let target: Option<Vec<f64>> = part(&fields, "target_um", &mut faults);
-    let noise_sigma: Option<f64> = part(&fields, "noise_sigma_um", &mut faults);
-    let response: Option<f64> = part(&fields, "response_uncertainty", &mut faults);
+    let members: CorrectionMembers<'_> = of_request(text, &mut faults)?;
+    let (regularized, scaled) = (members.regularization.is_given(), members.scaling.is_given());
+    let fit = FitFieldsMembers {
+        regularization: members.regularization,
+        scaling: members.scaling,
+        coefficient_norm_limit: members.coefficient_norm_limit,
+        ..FitFieldsMembers::at("")
+    };
+    let spec = fields::read(fit, None, &mut faults);
+    let include = CorrectionInclude::of(&members.include.read(&mut faults).unwrap_or_default());
+    let limits = members.limits.read(&mut faults);
+    let absolute = members.absolute.read(&mut faults);
+    let trace = members.trace.read(&mut faults);
+    let weight = members.weight.read(&mut faults);
+    let target = members.target_um.read(&mut faults);
+    let noise_sigma = members.noise_sigma_um.read(&mut faults);
+    let response = members.response_uncertainty.read(&mut faults);
     let factor = AxesBody::of(measurand).deviation_factor();
     let factor = factor.map_err(|why| faults.push("/sensitivity", why)).unwrap_or(1.0);
-    let errors: Option<ResponseErrorsName> = part(&fields, "response_errors", &mut faults);
-    let known = fields
-        .required("sensitivity", "", &mut faults)
+    let errors = members.response_errors.read(&mut faults);
+    let known = members
+        .sensitivity
+        .required_text(&mut faults)
         .and_then(|slice| sensitivity(slice, nodes, measurand, gear, &mut faults).or_else(|| none(&mut faults)));
     let (Some(spec), Some(mut known)) = (spec, known) else { return Ok(Err(faults)) };
     for (name, limits) in limits.iter().flatten() {
@@ -282,13 +254,12 @@ pub fn read(
     if let Some(flank) = &mut known.flank {
         flank.traces.clone_from(&traces);
     }
-    let damping =
-        if fields.get("regularization").is_some() { Damping::Given(spec.regularization) } else { Damping::default() };
+    let damping = if regularized { Damping::Given(spec.regularization) } else { Damping::default() };
     let asked = CorrectionSpec {
         weight: weight.or_else(|| iteration_nodes::weights(nodes)),
         target,
         damping,
-        scaling: if fields.get("scaling").is_some() { spec.scaling } else { Scaling::UnitLength },
+        scaling: if scaled { spec.scaling } else { Scaling::UnitLength },
         noise_sigma,
         coefficient_norm_limit: spec.coefficient_norm_limit,
         response_uncertainty: response.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
@@ -305,10 +276,6 @@ pub fn read(
         flank_assumed: known.flank_assumed,
         include,
     }))
-}
-
-fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
-    fields.get(key).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
 }
 
 /// What has no value has a fault.
@@ -335,35 +302,44 @@ fn sensitivity(
     faults: &mut Faults,
 ) -> Option<Known> {
     const AT: &str = "/sensitivity";
-    const MATRIX: [&str; 3] = ["settings", "units", "matrix"];
-    const MACHINE: [&str; 5] = ["machine", "flank", "profile_axis", "profile_diameter_range_mm", "helix_range_mm"];
-    let fields = Fields::of_part(slice, AT, &[&MATRIX[..], &MACHINE[..]].concat(), faults)?;
+    let members: SensitivityMembers<'_> = of_object(slice, AT, faults)?;
+    let of_machine_only = [
+        members.flank.name_if_given(),
+        members.profile_axis.name_if_given(),
+        members.profile_diameter_range_mm.name_if_given(),
+        members.helix_range_mm.name_if_given(),
+    ];
+    let of_matrix_only =
+        [members.settings.name_if_given(), members.units.name_if_given(), members.matrix.name_if_given()];
     let before = faults.count();
-    let (mine, strangers) =
-        if fields.get("machine").is_some() { ("machine", &MATRIX[..]) } else { ("matrix", &MACHINE[1..]) };
-    for key in strangers.iter().filter(|key| fields.get(key).is_some()) {
-        faults.push(format!("{AT}/{key}"), format!("it does not belong to a `{mine}`"));
+    let (kind, foreign) = match members.machine.is_given() {
+        true => ("machine", &of_matrix_only[..]),
+        false => ("matrix", &of_machine_only[..]),
+    };
+    for name in foreign.iter().flatten() {
+        faults.push(format!("{AT}/{name}"), format!("it does not belong to a `{kind}`"));
     }
     if faults.count() > before {
         return None;
     }
-    if mine == "machine" { of_machine(&fields, nodes, measurand, gear, faults) } else { of_matrix(&fields, faults) }
+    match members.machine.is_given() {
+        true => of_machine(&members, nodes, measurand, gear, faults),
+        false => of_matrix(&members, faults),
+    }
 }
 
-fn of_matrix(fields: &Fields<'_>, faults: &mut Faults) -> Option<Known> {
-    const AT: &str = "/sensitivity";
-    let names = fields.required("settings", AT, faults);
-    let matrix = fields.required("matrix", AT, faults);
-    let names: Vec<String> = read_part(names?, "/sensitivity/settings", faults)?;
-    let units: Option<Vec<String>> = match fields.get("units") {
-        Some(slice) => Some(read_part(slice, "/sensitivity/units", faults)?),
-        None => None,
-    };
+fn of_matrix(members: &SensitivityMembers<'_>, faults: &mut Faults) -> Option<Known> {
+    let names = members.settings.required_text(faults);
+    let matrix = members.matrix.required_text(faults);
+    names?;
+    let names = members.settings.read(faults)?;
+    let units = members.units.optional(faults)?;
     if let Some(units) = units.as_ref().filter(|units| units.len() != names.len()) {
         faults.push("/sensitivity/units", format!("{} for {} settings", entries(units.len()), names.len()));
         return None;
     }
-    let (matrix, lengths) = read_rows(matrix?, "/sensitivity/matrix", faults)?;
+    matrix?;
+    let (matrix, lengths) = members.matrix.rows(faults)?;
     let before = faults.count();
     for (k, length) in lengths.iter().enumerate().filter(|(_, length)| **length != names.len()) {
         faults.push(format!("/sensitivity/matrix/{k}"), format!("{} for {} settings", entries(*length), names.len()));
@@ -374,23 +350,15 @@ fn of_matrix(fields: &Fields<'_>, faults: &mut Faults) -> Option<Known> {
 }
 
 fn of_machine(
-    fields: &Fields<'_>,
+    members: &SensitivityMembers<'_>,
     nodes: &Nodes,
     measurand: &Measurand,
     gear: Option<&Gear>,
     faults: &mut Faults,
 ) -> Option<Known> {
-    let asked = |key: &str| fields.get(key).map(|slice| (slice, format!("/sensitivity/{key}")));
-    let (slice, at) = asked("machine")?;
-    let machine: Machine = read_part::<MachineName>(slice, &at, faults)?.into();
-    let side: Option<Side> = match asked("flank") {
-        Some((slice, at)) => Some(read_part::<SideName>(slice, &at, faults)?.into()),
-        None => None,
-    };
-    let axis: Option<ProfileAxisName> = match asked("profile_axis") {
-        Some((slice, at)) => Some(read_part(slice, &at, faults)?),
-        None => None,
-    };
+    let machine: Machine = members.machine.read(faults)?.into();
+    let side: Option<Side> = members.flank.optional(faults)?.map(Into::into);
+    let axis = members.profile_axis.optional(faults)?;
     let before = faults.count();
     if let (Some(asked), Some(measured)) = (side, measurand.flank)
         && asked != measured
@@ -402,14 +370,8 @@ fn of_machine(
     let coordinates = coordinates.filter(|_| faults.count() == before)?;
     let flank_assumed = side.is_none() && measurand.flank.is_none();
     let side = side.or(measurand.flank).unwrap_or(Side::Left);
-    let diameters: Option<[f64; 2]> = match asked("profile_diameter_range_mm") {
-        Some((slice, at)) => Some(read_part(slice, &at, faults)?),
-        None => None,
-    };
-    let helix: Option<[f64; 2]> = match asked("helix_range_mm") {
-        Some((slice, at)) => Some(read_part(slice, &at, faults)?),
-        None => None,
-    };
+    let diameters = members.profile_diameter_range_mm.optional(faults)?;
+    let helix = members.helix_range_mm.optional(faults)?;
     let Some(gear) = gear else {
         faults.push("/sensitivity/machine", "the job has no `gear`, whose flanks the machine would grind");
         return None;

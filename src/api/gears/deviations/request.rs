@@ -6,14 +6,14 @@ use utoipa::ToSchema;
 use super::borders::BordersBody;
 use crate::api::{
     faults::{Faults, Field},
-    fits::reader::fields::{self, FIT_KEYS, FitFields},
+    fits::reader::fields::{self, FitFields},
     gears::{
         design::modification::{ModificationBody, ModificationRangeBody},
         evaluation::request::DirectionName,
         gear::GearBody,
         notice::NoticeBody,
     },
-    json::{error::ReadError, fields::Fields, part::read_part},
+    json::{error::ReadError, members::of_request, request::request},
     measurand::side::SideName,
 };
 use flankfit_engine::{
@@ -34,63 +34,49 @@ use flankfit_engine::{
 /// Most points of one request.
 const MOST_POINTS: usize = 2_000_000;
 
-// Declared for the document; `read` reads it.
-/// Points measured on a gear (`points`), or deviations of one flank on a grid (`grid`).
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = GearDeviationsRequest)]
-pub struct DeviationsRequestBody {
-    /// May be left out where the points belong to a job that has it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gear: Option<GearBody>,
-    /// `[x, y, z]` of each point, mm; `null` where undefined. The tooth at the top (+y) in z = 0 is
-    /// tooth 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(max_items = 2_000_000)]
-    pub points: Option<Vec<Option<[f64; 3]>>>,
-    /// The tooth of each point, counted clockwise from 1 as the viewer sees it. By default the
-    /// nearest; a registration then answers the rotation up to whole pitches (warning
-    /// `rotation_modulo_pitch`). With `teeth` and `flanks` it finds any rotation of the full
-    /// circle.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub teeth: Option<Vec<u32>>,
-    /// The flank of each point. By default the nearest, after a registration that of the part laid
-    /// in place.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub flanks: Option<Vec<SideName>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub grid: Option<DeviationGridBody>,
-    /// What is taken off the involute on purpose, superposed: deviations refer to the flank that is
-    /// left.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub modifications: Vec<ModificationBody>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub modification_range: Option<ModificationRangeBody>,
-    /// Radius of the ball whose centres `points` are. Default 0: they lie on the surface.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0)]
-    pub probe_radius_mm: Option<f64>,
-    /// Along what deviations are taken. Default `normal`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub direction: Option<DirectionName>,
-    /// How far from its flank a point may lie. By default a quarter of the base pitch, at most 2
-    /// mm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0)]
-    pub reach_mm: Option<f64>,
-    /// What becomes of points that belong to no flank. Default `refuse`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub strays: Option<StraysName>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub borders: Option<BordersBody>,
-    /// Best fit of the part to the nominal gear before its deviations are answered. `points` may
-    /// lie turned by any angle, and off centre by up to two modules where shifts are free: the
-    /// start is sought.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub registration: Option<RegistrationRequestBody>,
-    /// For the registration.
-    #[serde(flatten)]
-    #[schema(inline)]
-    pub fit: FitFields,
+request! {
+    /// Points measured on a gear (`points`), or deviations of one flank on a grid (`grid`).
+    #[schema(as = GearDeviationsRequest)]
+    pub struct DeviationsRequestBody as DeviationsMembers {
+        /// May be left out where the points belong to a job that has it.
+        optional gear: GearBody,
+        /// `[x, y, z]` of each point, mm; `null` where undefined. The tooth at the top (+y) in z = 0 is
+        /// tooth 1.
+        #[schema(max_items = 2_000_000)]
+        optional points: Vec<Option<[f64; 3]>>,
+        /// The tooth of each point, counted clockwise from 1 as the viewer sees it. By default the
+        /// nearest; a registration then answers the rotation up to whole pitches (warning
+        /// `rotation_modulo_pitch`). With `teeth` and `flanks` it finds any rotation of the full
+        /// circle.
+        optional teeth: Vec<u32>,
+        /// The flank of each point. By default the nearest, after a registration that of the part laid
+        /// in place.
+        optional flanks: Vec<SideName>,
+        optional grid: DeviationGridBody,
+        /// What is taken off the involute on purpose, superposed: deviations refer to the flank that is
+        /// left.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        required modifications: Vec<ModificationBody>,
+        optional modification_range: ModificationRangeBody,
+        /// Radius of the ball whose centres `points` are. Default 0: they lie on the surface.
+        #[schema(minimum = 0)]
+        optional probe_radius_mm: f64,
+        /// Along what deviations are taken. Default `normal`.
+        optional direction: DirectionName,
+        /// How far from its flank a point may lie. By default a quarter of the base pitch, at most 2
+        /// mm.
+        #[schema(exclusive_minimum = 0)]
+        optional reach_mm: f64,
+        /// What becomes of points that belong to no flank. Default `refuse`.
+        optional strays: StraysName,
+        optional borders: BordersBody,
+        /// Best fit of the part to the nominal gear before its deviations are answered. `points` may
+        /// lie turned by any angle, and off centre by up to two modules where shifts are free: the
+        /// start is sought.
+        optional registration: RegistrationRequestBody,
+        /// For the registration.
+        flatten fit: FitFields,
+    }
 }
 
 /// Deviations where roll lengths (or diameters) and z cross.
@@ -158,69 +144,22 @@ pub enum Given {
     Grid(DeviationGridBody),
 }
 
-const KEYS: [&str; 13] = [
-    "gear",
-    "points",
-    "teeth",
-    "flanks",
-    "grid",
-    "modifications",
-    "modification_range",
-    "probe_radius_mm",
-    "direction",
-    "reach_mm",
-    "strays",
-    "borders",
-    "registration",
-];
-
 /// Reads a request, all but what needs the gear.
 pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<Asked>, ReadError> {
-    let fields = Fields::of_request(text, &[&KEYS[..], &FIT_KEYS[..]].concat(), faults)?;
+    let members: DeviationsMembers<'_> = of_request(text, faults)?;
     let before = faults.count();
-    let gear: Option<GearBody> = part(&fields, "gear", faults);
+    let gear = members.gear.read(faults);
     let hand_assumed = gear.as_ref().and_then(GearBody::hand_assumed);
     let gear = gear.and_then(|gear| gear.checked("/gear").map_err(|more| faults.append(more)).ok());
-    let direction: Option<DirectionName> = part(&fields, "direction", faults);
-    let direction = direction.map_or(Direction::Normal, Into::into);
-    let given = match (fields.get("points"), fields.get("grid")) {
-        (Some(slice), None) => touches(slice, &fields, faults).map(|touches| {
-            let strays: Option<StraysName> = part(&fields, "strays", faults);
-            let measurement = Measurement {
-                ball_radius: part(&fields, "probe_radius_mm", faults).unwrap_or(0.0),
-                direction,
-                reach: part(&fields, "reach_mm", faults),
-                strays: match strays {
-                    None | Some(StraysName::Refuse) => FootlessPoints::Refuse,
-                    Some(StraysName::Undefined) => FootlessPoints::Undefined,
-                },
-            };
-            Given::Points { touches, measurement }
-        }),
-        (None, Some(slice)) => {
-            for key in ["teeth", "flanks", "probe_radius_mm", "reach_mm", "strays"] {
-                if fields.get(key).is_some() {
-                    faults.push(format!("/{key}"), "it belongs to `points`; a `grid` holds deviations already");
-                }
-            }
-            read_part(slice, "/grid", faults).map(Given::Grid)
-        }
-        (None, None) => {
-            faults.push("/points", "missing; give `points` or `grid`");
-            None
-        }
-        (Some(_), Some(_)) => {
-            faults.push("/grid", "give `points` or `grid`, not both");
-            None
-        }
-    };
-    let modifications: Option<Vec<ModificationBody>> = part(&fields, "modifications", faults);
-    let modification_range = part(&fields, "modification_range", faults);
-    let borders = part(&fields, "borders", faults);
-    let asked: Option<RegistrationRequestBody> = part(&fields, "registration", faults);
+    let direction = members.direction.read(faults).map_or(Direction::Normal, Into::into);
+    let given = given(&members, direction, faults);
+    let modifications = members.modifications.read(faults);
+    let modification_range = members.modification_range.read(faults);
+    let borders = members.borders.read(faults);
+    let asked = members.registration.read(faults);
     let registration = asked.map(|asked| (motions(&asked.motions, faults), asked.pivot_z_mm));
-    let unfit = fields.get("registration").is_none().then_some("it belongs to a `registration`, which fits");
-    let spec = fields::read(&fields, unfit, faults);
+    let unfit = (!members.registration.is_given()).then_some("it belongs to a `registration`, which fits");
+    let spec = fields::read(members.fit, unfit, faults);
     let (Some(given), Some(spec)) = (given, spec) else { return Ok(None) };
     Ok((faults.count() == before).then_some(Asked {
         gear,
@@ -235,8 +174,43 @@ pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<Asked>, ReadError
     }))
 }
 
-fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
-    fields.get(key).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
+fn given(members: &DeviationsMembers<'_>, direction: Direction, faults: &mut Faults) -> Option<Given> {
+    match (members.points.is_given(), members.grid.is_given()) {
+        (true, false) => touches(members, faults).map(|touches| {
+            let strays = members.strays.read(faults);
+            let measurement = Measurement {
+                ball_radius: members.probe_radius_mm.read(faults).unwrap_or(0.0),
+                direction,
+                reach: members.reach_mm.read(faults),
+                strays: match strays {
+                    None | Some(StraysName::Refuse) => FootlessPoints::Refuse,
+                    Some(StraysName::Undefined) => FootlessPoints::Undefined,
+                },
+            };
+            Given::Points { touches, measurement }
+        }),
+        (false, true) => {
+            let of_points = [
+                members.teeth.name_if_given(),
+                members.flanks.name_if_given(),
+                members.probe_radius_mm.name_if_given(),
+                members.reach_mm.name_if_given(),
+                members.strays.name_if_given(),
+            ];
+            for name in of_points.into_iter().flatten() {
+                faults.push(format!("/{name}"), "it belongs to `points`; a `grid` holds deviations already");
+            }
+            members.grid.read(faults).map(Given::Grid)
+        }
+        (false, false) => {
+            faults.push("/points", "missing; give `points` or `grid`");
+            None
+        }
+        (true, true) => {
+            faults.push("/grid", "give `points` or `grid`, not both");
+            None
+        }
+    }
 }
 
 fn motions(names: &[String], faults: &mut Faults) -> Vec<Motion> {
@@ -252,10 +226,10 @@ fn motions(names: &[String], faults: &mut Faults) -> Vec<Motion> {
     .collect()
 }
 
-fn touches(slice: &[u8], fields: &Fields<'_>, faults: &mut Faults) -> Option<Vec<MeasuredPoint>> {
-    let points: Vec<Option<[f64; 3]>> = read_part(slice, "/points", faults)?;
-    let teeth: Option<Vec<u32>> = part(fields, "teeth", faults);
-    let flanks: Option<Vec<SideName>> = part(fields, "flanks", faults);
+fn touches(members: &DeviationsMembers<'_>, faults: &mut Faults) -> Option<Vec<MeasuredPoint>> {
+    let points = members.points.read(faults)?;
+    let teeth = members.teeth.read(faults);
+    let flanks = members.flanks.read(faults);
     if points.is_empty() {
         faults.push("/points", "there are no points");
         return None;

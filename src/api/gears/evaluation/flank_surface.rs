@@ -13,10 +13,10 @@ use crate::api::{
     fits::{
         answer::{result::FitResultBody, text},
         canonical,
-        reader::fields::{self, FIT_KEYS, FitFields},
+        reader::fields::{self, FitFields},
     },
     gears::{faults, gear::GearBody},
-    json::{fields::Fields, part::read_part, writer::Json},
+    json::{members::of_request, part::read_part, request::request, writer::Json},
     measurand::{profile_axis::ProfileAxisName, side::SideName},
     problem::Problem,
 };
@@ -33,44 +33,36 @@ use flankfit_engine::{
     },
 };
 
-// Declared for the document; `build` reads it.
-/// Deviations over a flank: on a grid (`deviation_um` is a row for each `profile`), or one for each
-/// node.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = FlankSurfaceRequest)]
-pub struct FlankSurfaceRequestBody {
-    pub gear: GearBody,
-    pub flank: SideName,
-    /// What `profile` is. Default `roll_length`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub profile_axis: Option<ProfileAxisName>,
-    /// mm; roll angles in degrees. Of a grid ascending.
-    pub profile: Vec<f64>,
-    /// Of a grid ascending.
-    pub z_mm: Vec<f64>,
-    /// Rows of numbers (grid) or numbers (scattered nodes), positive where material stands out
-    /// unless `deviation_sign` says otherwise; `null` where undefined.
-    #[schema(value_type = Vec<serde_json::Value>)]
-    pub deviation_um: Vec<serde_json::Value>,
-    /// Evaluation range in the unit of `profile`. By default what the nodes span.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub profile_range: Option<[f64; 2]>,
-    /// Evaluation range in z, `[from, to]`. By default what was measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub helix_range_mm: Option<[f64; 2]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub border_percent: Option<BorderPercentBody>,
-    /// The sign of slopes and twist. Default `din`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sign: Option<SignName>,
-    /// Default `material`, which is what `din` means for a whole flank too; helix slope and twist
-    /// are answered by `sign`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub deviation_sign: Option<DeviationSignName>,
-    /// How is fitted; by default by plain least squares.
-    #[serde(flatten)]
-    #[schema(inline)]
-    pub fit: FitFields,
+request! {
+    /// Deviations over a flank: on a grid (`deviation_um` is a row for each `profile`), or one for each
+    /// node.
+    #[schema(as = FlankSurfaceRequest)]
+    pub struct FlankSurfaceRequestBody as FlankSurfaceMembers {
+        required gear: GearBody,
+        required flank: SideName,
+        /// What `profile` is. Default `roll_length`.
+        optional profile_axis: ProfileAxisName,
+        /// mm; roll angles in degrees. Of a grid ascending.
+        required profile: Vec<f64>,
+        /// Of a grid ascending.
+        required z_mm: Vec<f64>,
+        /// Rows of numbers (grid) or numbers (scattered nodes), positive where material stands out
+        /// unless `deviation_sign` says otherwise; `null` where undefined.
+        #[schema(value_type = Vec<serde_json::Value>)]
+        required deviation_um: Vec<serde_json::Value>,
+        /// Evaluation range in the unit of `profile`. By default what the nodes span.
+        optional profile_range: [f64; 2],
+        /// Evaluation range in z, `[from, to]`. By default what was measured.
+        optional helix_range_mm: [f64; 2],
+        optional border_percent: BorderPercentBody,
+        /// The sign of slopes and twist. Default `din`.
+        optional sign: SignName,
+        /// Default `material`, which is what `din` means for a whole flank too; helix slope and twist
+        /// are answered by `sign`.
+        optional deviation_sign: DeviationSignName,
+        /// How is fitted; by default by plain least squares.
+        flatten fit: FitFields,
+    }
 }
 
 /// What is cut off the evaluation range at each edge, in percent. Default 0.
@@ -132,20 +124,6 @@ pub struct FlankNodesBody {
     pub used: usize,
 }
 
-const KEYS: [&str; 11] = [
-    "gear",
-    "flank",
-    "profile_axis",
-    "profile",
-    "z_mm",
-    "deviation_um",
-    "profile_range",
-    "helix_range_mm",
-    "border_percent",
-    "sign",
-    "deviation_sign",
-];
-
 /// Deviations as they were posted.
 #[derive(Deserialize)]
 #[serde(untagged)]
@@ -157,23 +135,23 @@ enum Posted {
 /// Answers a request; `own` is the gear of the job that the nodes belong to. Processor work.
 pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let mut faults = Faults::default();
-    let fields = Fields::of_request(text, &[&KEYS[..], &FIT_KEYS[..]].concat(), &mut faults)?;
-    let gear: Option<GearBody> = part(&fields, "gear", &mut faults);
+    let members: FlankSurfaceMembers<'_> = of_request(text, &mut faults)?;
+    let gear = members.gear.read(&mut faults);
     let gear = gear.and_then(|gear| gear.checked("/gear").map_err(|more| faults.append(more)).ok()).or(own.cloned());
-    if gear.is_none() && fields.get("gear").is_none() {
+    if gear.is_none() && !members.gear.is_given() {
         faults.push("/gear", "missing");
     }
-    let side: Option<SideName> = required(&fields, "flank", &mut faults);
-    let profile: Option<Vec<f64>> = required(&fields, "profile", &mut faults);
-    let z: Option<Vec<f64>> = required(&fields, "z_mm", &mut faults);
-    let posted: Option<Posted> = required(&fields, "deviation_um", &mut faults);
-    let axis: ProfileAxisName = part(&fields, "profile_axis", &mut faults).unwrap_or_default();
-    let border: BorderPercentBody = part(&fields, "border_percent", &mut faults).unwrap_or_default();
-    let sign: Option<SignName> = part(&fields, "sign", &mut faults);
-    let given: Option<DeviationSignName> = part(&fields, "deviation_sign", &mut faults);
-    let profile_range = part(&fields, "profile_range", &mut faults);
-    let helix_range = part(&fields, "helix_range_mm", &mut faults);
-    let spec = fields::read(&fields, None, &mut faults);
+    let side = members.flank.required(&mut faults);
+    let profile = members.profile.required(&mut faults);
+    let z = members.z_mm.required(&mut faults);
+    let posted: Option<Posted> = members.deviation_um.required_with(&mut faults, read_part);
+    let axis = members.profile_axis.read(&mut faults).unwrap_or_default();
+    let border = members.border_percent.read(&mut faults).unwrap_or_default();
+    let sign = members.sign.read(&mut faults);
+    let given = members.deviation_sign.read(&mut faults);
+    let profile_range = members.profile_range.read(&mut faults);
+    let helix_range = members.helix_range_mm.read(&mut faults);
+    let spec = fields::read(members.fit, None, &mut faults);
     let (Some(gear), Some(side), Some(profile), Some(z), Some(posted), Some(spec)) =
         (gear, side, profile, z, posted, spec)
     else {
@@ -198,14 +176,6 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
     let result = write(&found, &canonical::request_sha256(text), include)?;
     Ok(Built { method: "second_order_surface".to_owned(), result })
-}
-
-fn part<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
-    fields.get(key).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
-}
-
-fn required<T: serde::de::DeserializeOwned>(fields: &Fields<'_>, key: &str, faults: &mut Faults) -> Option<T> {
-    fields.required(key, "", faults).and_then(|slice| read_part(slice, &format!("/{key}"), faults))
 }
 
 /// Row by row; rows of another length than z are faults.

@@ -1,0 +1,315 @@
+//! Objects of requests: the members of an object as slices of its text, each read when its turn
+//! comes.
+//!
+//! What is big (points, parameters, grids) goes straight into vectors; what is small is left to
+//! serde on its slice. Unknown members, repeated ones and whatever is wrong with each are all
+//! refused at once, however long the text is.
+
+use std::marker::PhantomData;
+
+use serde::Deserialize;
+
+use super::{
+    cursor::{Cursor, Syntax, Token},
+    error::{ReadError, malformed},
+    nulls,
+    numbers::{read_numbers, read_rows},
+    part::read_at,
+    place::escape,
+    wording::no_such_field,
+};
+use crate::api::faults::Faults;
+
+/// What became of a member of a text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// There is no member of this name.
+    Unknown,
+    Once,
+    /// The object has had it before.
+    Again,
+}
+
+impl Taken {
+    /// A known member, which the object may have had before.
+    pub fn of(again: bool) -> Self {
+        if again { Taken::Again } else { Taken::Once }
+    }
+}
+
+/// The members that an object may have, and what a text has of them.
+pub trait Members<'a> {
+    /// Those of an object that stands at the pointer `at`, none of them met yet.
+    fn at(at: &'a str) -> Self;
+
+    /// Takes the value at the cursor as the member `name`.
+    fn take(&mut self, name: &str, cursor: &mut Cursor<'a>) -> Result<Taken, Syntax>;
+
+    /// Adds each name, in the order of the declaration, and whether the text has it.
+    fn list(&self, names: &mut Vec<(&'static str, bool)>);
+}
+
+/// The names that a text has of these members.
+pub fn given<'a>(members: &impl Members<'a>) -> Vec<&'static str> {
+    let mut names = Vec::new();
+    members.list(&mut names);
+    names.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect()
+}
+
+/// The members of a whole request. Unknown ones and those that stand twice are faults; what is not
+/// JSON is an error.
+pub fn of_request<'a, M: Members<'a>>(text: &'a [u8], faults: &mut Faults) -> Result<M, ReadError> {
+    let mut cursor = Cursor::new(text);
+    let mut members = M::at("");
+    let walked = walk(&mut cursor, "", &mut members, faults).and_then(|_| cursor.end());
+    walked.map_err(|syntax| malformed(text, &syntax))?;
+    nulls::refuse(&cursor, faults);
+    Ok(members)
+}
+
+/// The members of an object within a request, at the pointer `at` and known to be JSON; `None`
+/// where it is no object. Unknown members and those that stand twice are faults, and the others are
+/// looked at all the same.
+pub fn of_object<'a, M: Members<'a>>(slice: &'a [u8], at: &'a str, faults: &mut Faults) -> Option<M> {
+    let mut members = M::at(at);
+    walk(&mut Cursor::new(slice), at, &mut members, faults).ok()?.then_some(members)
+}
+
+/// Whether there was an object.
+fn walk<'a, M: Members<'a>>(
+    cursor: &mut Cursor<'a>,
+    at: &str,
+    members: &mut M,
+    faults: &mut Faults,
+) -> Result<bool, Syntax> {
+    match cursor.token()? {
+        Token::Object => {}
+        other => {
+            faults.push(at, format!("expected an object, found {}", other.name()));
+            cursor.skip_value()?;
+            return Ok(false);
+        }
+    }
+    cursor.object(|cursor, name| {
+        match members.take(&name, cursor)? {
+            Taken::Once => {}
+            Taken::Again => faults.push(format!("{at}/{name}"), "the field stands twice"),
+            Taken::Unknown => {
+                faults.push(format!("{at}/{}", escape(&name)), unknown(&name, members));
+                cursor.skip_value()?;
+            }
+        }
+        Ok(())
+    })?;
+    Ok(true)
+}
+
+#[cold]
+fn unknown<'a>(name: &str, members: &impl Members<'a>) -> String {
+    let mut known = Vec::new();
+    members.list(&mut known);
+    no_such_field(name, &known.into_iter().map(|(name, _)| name).collect::<Vec<_>>())
+}
+
+/// A member of an object that is read as `T`: its text, where the object has it.
+pub struct Member<'a, T> {
+    name: &'static str,
+    /// The object that it belongs to.
+    at: &'a str,
+    text: Option<&'a [u8]>,
+    read_as: PhantomData<fn() -> T>,
+}
+
+impl<'a, T> Member<'a, T> {
+    pub fn new(name: &'static str, at: &'a str) -> Self {
+        Member { name, at, text: None, read_as: PhantomData }
+    }
+
+    /// Passes over the value at the cursor; `true` where there was one before, which stays.
+    pub fn take(&mut self, cursor: &mut Cursor<'a>) -> Result<bool, Syntax> {
+        let slice = cursor.skip_value()?;
+        Ok(self.text.replace(self.text.unwrap_or(slice)).is_some())
+    }
+
+    pub fn text(&self) -> Option<&'a [u8]> {
+        self.text
+    }
+
+    pub fn is_given(&self) -> bool {
+        self.text.is_some()
+    }
+
+    /// Its name, where the object has it.
+    pub fn name_if_given(&self) -> Option<&'static str> {
+        self.text.map(|_| self.name)
+    }
+
+    /// Its JSON Pointer.
+    pub fn pointer(&self) -> String {
+        format!("{}/{}", self.at, self.name)
+    }
+
+    /// The text, which must be there.
+    pub fn required_text(&self, faults: &mut Faults) -> Option<&'a [u8]> {
+        if self.text.is_none() {
+            faults.push(self.pointer(), "missing");
+        }
+        self.text
+    }
+
+    /// What is made of the text, which must be there, by a reader of its own.
+    pub fn required_with<U>(
+        &self,
+        faults: &mut Faults,
+        read: impl FnOnce(&'a [u8], &str, &mut Faults) -> Option<U>,
+    ) -> Option<U> {
+        let text = self.required_text(faults)?;
+        read(text, &self.pointer(), faults)
+    }
+}
+
+impl<'a, T: Deserialize<'a>> Member<'a, T> {
+    /// The value; `None` where there is none or it is refused.
+    pub fn read(&self, faults: &mut Faults) -> Option<T> {
+        self.optional(faults).flatten()
+    }
+
+    /// The value where there is one; `None` where it is refused.
+    pub fn optional(&self, faults: &mut Faults) -> Option<Option<T>> {
+        match self.text {
+            None => Some(None),
+            Some(text) => read_at(text, || self.pointer(), faults).map(Some),
+        }
+    }
+
+    /// The value, which must be there.
+    pub fn required(&self, faults: &mut Faults) -> Option<T> {
+        read_at(self.required_text(faults)?, || self.pointer(), faults)
+    }
+}
+
+impl Member<'_, Vec<f64>> {
+    /// Numbers, which must be there.
+    pub fn numbers(&self, faults: &mut Faults) -> Option<Vec<f64>> {
+        self.required_with(faults, read_numbers)
+    }
+}
+
+impl Member<'_, Vec<Vec<f64>>> {
+    /// Rows of numbers, which must be there: the numbers end to end and the lengths of the rows.
+    pub fn rows(&self, faults: &mut Faults) -> Option<(Vec<f64>, Vec<usize>)> {
+        self.required_with(faults, read_rows)
+    }
+}
+
+/// A member that is read while the cursor passes: one with arrays of numbers that are most of a
+/// request.
+pub trait ReadInPassing<'a>: Sized {
+    fn read(cursor: &mut Cursor<'a>) -> Result<Self, Syntax>;
+}
+
+/// No members.
+impl<'a> Members<'a> for () {
+    fn at(_: &'a str) -> Self {}
+
+    fn take(&mut self, _: &str, _: &mut Cursor<'a>) -> Result<Taken, Syntax> {
+        Ok(Taken::Unknown)
+    }
+
+    fn list(&self, _: &mut Vec<(&'static str, bool)>) {}
+}
+
+/// Declares the members of an object that has those of several.
+macro_rules! members_of_several {
+    ($($part:ident)+) => {
+        impl<'a, $($part: Members<'a>),+> Members<'a> for ($($part,)+) {
+            fn at(at: &'a str) -> Self {
+                ($($part::at(at),)+)
+            }
+
+            #[expect(non_snake_case, reason = "a part is called as its type")]
+            fn take(&mut self, name: &str, cursor: &mut Cursor<'a>) -> Result<Taken, Syntax> {
+                let ($($part,)+) = self;
+                $(
+                    let taken = $part.take(name, cursor)?;
+                    if taken != Taken::Unknown {
+                        return Ok(taken);
+                    }
+                )+
+                Ok(Taken::Unknown)
+            }
+
+            #[expect(non_snake_case, reason = "a part is called as its type")]
+            fn list(&self, names: &mut Vec<(&'static str, bool)>) {
+                let ($($part,)+) = self;
+                $($part.list(names);)+
+            }
+        }
+    };
+}
+
+members_of_several!(A B);
+members_of_several!(A B C);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::json::request::{ReadWhole, request};
+
+    request! {
+        /// A request.
+        pub struct Sample as SampleMembers {
+            required a: Vec<f64>,
+            optional b: Inner,
+        }
+    }
+
+    request! {
+        /// A part of it.
+        pub struct Inner as InnerMembers, read whole {
+            required c as "type": u32,
+            optional d: String,
+        }
+    }
+
+    fn first(faults: &Faults) -> (&str, &str) {
+        faults.list().first().map_or(("", ""), |fault| (&fault.pointer, &fault.detail))
+    }
+
+    #[test]
+    fn members_are_slices_and_strangers_are_named() {
+        let mut faults = Faults::default();
+        let text = br#" {"a": [1, 2], "b": {"type": 3}} "#;
+        let sample: SampleMembers = of_request(text, &mut faults).unwrap();
+        assert_eq!(sample.a.numbers(&mut faults), Some(vec![1.0, 2.0]));
+        assert_eq!((sample.b.text().unwrap(), sample.b.pointer()), (&br#"{"type": 3}"#[..], "/b".to_owned()));
+        assert_eq!(given(&sample), ["a", "b"]);
+        assert_eq!(serde_json::to_string(&Sample { a: vec![1.0], b: None }).unwrap(), r#"{"a":[1.0]}"#);
+        for (text, pointer, what) in [
+            (&br#"{"x": 1}"#[..], "/x", "expected `a` or `b`"),
+            (br#"{"a": 1, "a": 2}"#, "/a", "twice"),
+            (br#"{"b": null}"#, "/b", "null is no value"),
+            (br#"[1]"#, "", "expected an object, found an array"),
+        ] {
+            let mut faults = Faults::default();
+            of_request::<SampleMembers>(text, &mut faults).unwrap();
+            let (place, detail) = first(&faults);
+            assert!(place == pointer && detail.contains(what), "{place} {detail}");
+        }
+        assert!(of_request::<SampleMembers>(b"{\"a\": 1} x", &mut faults).is_err());
+    }
+
+    #[test]
+    fn objects_within_have_their_pointers() {
+        let mut faults = Faults::default();
+        let members: InnerMembers = of_object(br#"{"type": 3, "d": "x"}"#, "/b", &mut faults).unwrap();
+        let expected = Inner { c: 3, d: Some("x".to_owned()) };
+        assert_eq!(Inner::read(&members, &mut faults), Some(expected));
+        assert!(faults.is_empty());
+        let members: InnerMembers = of_object(br#"{"d": 1}"#, "/b", &mut faults).unwrap();
+        assert_eq!(Inner::read(&members, &mut faults), None);
+        let pointers: Vec<_> = faults.list().iter().map(|fault| fault.pointer.as_str()).collect();
+        assert_eq!(pointers, ["/b/type", "/b/d"]);
+        assert!(of_object::<InnerMembers>(b"7", "/b", &mut faults).is_none());
+    }
+}
