@@ -1,5 +1,5 @@
 #![doc = include_str!("../README.md")]
-#![warn(unreachable_pub, unnameable_types)]
+#![warn(missing_docs, unnameable_types, unreachable_pub)]
 
 pub mod estimation;
 pub mod fault;

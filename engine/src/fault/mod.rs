@@ -2,8 +2,6 @@
 //! with its numbers. A room that hands out faults has an enum of fields and one of reasons beside
 //! its checks; whoever shows them to a caller has the table from fields to the caller's names.
 
-#![warn(missing_docs)]
-
 pub mod common;
 pub mod words;
 

@@ -8,8 +8,6 @@
 //! bring back its very bits, and a number that is not finite is never written. docs/export.md tells
 //! users what to expect of each format.
 
-#![warn(missing_docs)]
-
 mod axis;
 pub mod cad;
 pub mod fault;

@@ -9,8 +9,6 @@
 //! Nothing here solves a least-squares problem of its own: lines, surfaces, registration and
 //! correction are fits of [`crate::estimation`].
 
-#![warn(missing_docs)]
-
 mod check;
 pub mod correction;
 pub mod data;

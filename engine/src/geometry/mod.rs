@@ -4,8 +4,6 @@
 //! Bases are generic over [`crate::numerics::Real`], so that the same code answers in double and in
 //! double-double precision.
 
-#![warn(missing_docs)]
-
 pub mod b_spline;
 pub mod curve;
 pub mod mapping;

@@ -11,8 +11,6 @@
 //! singular values ascend. Every result is a fixed sequence of operations: equal input gives equal
 //! bits.
 
-#![warn(missing_docs)]
-
 pub mod band_cholesky;
 pub mod banded;
 pub mod cancel;

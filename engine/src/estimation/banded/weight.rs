@@ -26,10 +26,13 @@ const RANGE: [f64; 2] = [-23.0, 16.0];
 /// How the trace of the smoother was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trace {
+    /// From the inverse within the band, to rounding.
     Exact,
     /// The mean over so many random vectors of a fixed seed.
     Estimated {
+        /// Number of the random vectors.
         probes: usize,
+        /// Seed that they were drawn from.
         seed: u64,
     },
 }

@@ -13,7 +13,12 @@ pub enum Form {
     /// `z(u, v)`: scattered nodes and grids.
     Surface,
     /// Rows of a measurement matrix.
-    Matrix { columns: usize, names: Option<Vec<String>> },
+    Matrix {
+        /// n.
+        columns: usize,
+        /// Names of the columns, where they have any.
+        names: Option<Vec<String>>,
+    },
 }
 
 impl Form {

@@ -1,8 +1,7 @@
 //! Measured nodes, checked.
 //!
 //! A node set is built only through the constructors here, which look at every number once and name
-//! every fault by its place in the request (a JSON Pointer such as `/nodes/z/3/7`). Inside the
-//! crate nothing is checked a second time.
+//! every one that is wrong by its list and index. Inside the crate nothing is checked a second time.
 
 use super::reason::{Extent, NodesReason};
 use crate::estimation::fault::{Faults, Field, NodeList, Reason};

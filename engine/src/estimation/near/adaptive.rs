@@ -42,7 +42,9 @@ const CROWDED: f64 = 0.75;
 pub struct Step {
     /// The full knot vector.
     pub knots: Vec<f64>,
+    /// Largest distance of a counted point from the curve, at its parameter.
     pub max_error: f64,
+    /// Root mean square of these distances.
     pub rms_error: f64,
 }
 

@@ -31,6 +31,7 @@ use crate::{
 /// A curve near points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveFit {
+    /// The curve; its control points are the coefficients of all coordinates.
     pub curve: BSplineCurve,
     /// One per point.
     pub parameters: Vec<f64>,
@@ -38,13 +39,13 @@ pub struct CurveFit {
     pub results: Vec<FitResult>,
     /// The spec of those fits.
     pub spec: FitSpec,
-    /// Largest and root mean square distance of counted points from the curve, at their parameters
-    /// (unweighted).
+    /// Largest distance of a counted point from the curve, at its parameter.
     pub max_error: f64,
+    /// Root mean square of these distances.
     pub rms_error: f64,
-    /// The knots tried up to the best, which are those of the curve, where they were placed by
-    /// residuals; and why they are the best.
+    /// The knots tried where residuals placed them, up to the best, which are those of the curve.
     pub steps: Vec<Step>,
+    /// Why knots were no longer added; `None` where they were not placed by residuals.
     pub stop: Option<Stop>,
 }
 

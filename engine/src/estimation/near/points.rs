@@ -17,6 +17,7 @@ use crate::{
 pub struct CurvePoints<'a> {
     /// y alone, or x and y, or x, y and z.
     pub coordinates: &'a [Vec<f64>],
+    /// Where on the curve each point belongs.
     pub parameters: Parameters<'a>,
     /// Ω of least squares; 0 leaves a point out.
     pub weight: Option<&'a [f64]>,

@@ -11,15 +11,19 @@ pub enum KnotPlacement {
     Spans(usize),
     /// So many control points, about as many parameters in every span.
     Averaged {
+        /// Number of control points.
         controls: usize,
     },
+    /// Knots where residuals ask for them.
     Adaptive(Adaptive),
 }
 
 /// What is fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveSettings {
+    /// Degree of the B-splines.
     pub degree: usize,
+    /// Where the knots come from.
     pub knots: KnotPlacement,
     /// Weights of NURBS, one per control point; not with adaptive knots, whose number is not known.
     pub weights: Option<Vec<f64>>,

@@ -19,7 +19,9 @@ use crate::{
 /// A fitted curve or surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
+    /// The graph y(x), or a curve of plane or space.
     Curve(CurveShape),
+    /// The graph z(u, v), or a surface in space.
     Surface(SurfaceShape),
 }
 

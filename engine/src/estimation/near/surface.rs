@@ -43,10 +43,13 @@ const MOST_OPERATIONS: f64 = 2e10;
 /// Points over two parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoints<'a> {
+    /// First parameter of each point.
     pub u: &'a [f64],
+    /// Second parameter of each point.
     pub v: &'a [f64],
     /// z alone, or x, y and z.
     pub coordinates: &'a [Vec<f64>],
+    /// Ω of least squares; 0 leaves a point out. All weigh 1 by default.
     pub weight: Option<&'a [f64]>,
 }
 

@@ -26,7 +26,9 @@ const MOST_OPERATIONS: f64 = 2e10;
 /// What is answered only when asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SurfaceInclude {
+    /// Standard errors of the control values.
     pub standard_errors: bool,
+    /// Residuals of the counted nodes.
     pub residuals: bool,
 }
 
@@ -46,24 +48,30 @@ pub struct SurfaceFit {
     /// Of the matrix solved (the Fisher information matrix plus penalty) on a unit diagonal; `None`
     /// where Lanczos did not settle.
     pub condition: Option<f64>,
-    /// Nodes in every cell, those along v running fastest, and how many cells hold none.
+    /// Nodes in every cell, those along v running fastest.
     pub nodes_per_span: Vec<usize>,
+    /// Cells without a node.
     pub empty_spans: usize,
+    /// λ and how it was found; `None` without a penalty.
     pub regularization: Option<Weight>,
     /// In which the matrix was factored.
     pub arithmetic: Arithmetic,
-    /// Corrections made, and the size of the last one against the coefficients.
+    /// Corrections made by residuals.
     pub corrections: usize,
+    /// Norm of the last correction over that of the coefficients.
     pub last_correction: f64,
+    /// What a reader must know of this fit.
     pub warnings: Vec<Warning>,
 }
 
 /// One coordinate of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coordinate {
-    /// `Σ w r²`, √(RSS/Σw), largest residual.
+    /// `Σ w r²`.
     pub rss: f64,
+    /// Root mean square residual √(RSS/Σw).
     pub rms: f64,
+    /// Largest absolute residual.
     pub max_abs: f64,
     /// √(RSS/(m − edf)).
     pub sigma: Option<f64>,
@@ -76,11 +84,13 @@ pub struct Coordinate {
 /// The weight of the penalty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weight {
+    /// λ.
     pub lambda: f64,
     /// `None` for a given λ.
     pub criterion: Option<Criterion>,
     /// Whether the criterion is met within the range searched.
     pub reached: bool,
+    /// How the trace of the smoother was found.
     pub trace: Trace,
 }
 

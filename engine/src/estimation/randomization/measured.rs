@@ -17,6 +17,7 @@ pub struct Measured {
     /// Rows of the measurement matrix in the caller's columns, rounded to doubles; those of a
     /// weighted node times √weight.
     pub x: Vec<Vec<f64>>,
+    /// Names of the columns.
     pub labels: Vec<String>,
     /// The least-squares estimate of the nodes' heights.
     pub coefficients: Vec<f64>,

@@ -11,24 +11,30 @@ use crate::{
 pub struct StudyResult {
     /// Of XᵀX, ascending; 0 where numerically zero.
     pub eigenvalues: Vec<f64>,
-    /// Least and largest |Pearson correlation| of two columns that vary; `None` with fewer than two
-    /// of them.
+    /// Least |Pearson correlation| of two columns that vary; `None` with fewer than two of them.
     pub smallest_correlation: Option<f64>,
+    /// The largest one, likewise.
     pub largest_correlation: Option<f64>,
     /// |V₁ᵀA|/‖A‖, the share of A along the eigenvector of the smallest eigenvalue; `None` for A = 0.
     pub along_smallest: Option<f64>,
+    /// One entry for each level, in the order given.
     pub levels: Vec<LevelResult>,
+    /// What the estimates of least squares and of each regularisation come to on the same heights.
     pub references: References,
     /// The level of least median error; `None` where no level has one, and without noise.
     pub optimum: Option<Optimum>,
+    /// What a reader must know of this study.
     pub warnings: Vec<Warning>,
 }
 
 /// Median and quartiles over the repetitions (interpolated linearly between order statistics).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
+    /// Median.
     pub median: f64,
+    /// Lower quartile.
     pub q1: f64,
+    /// Upper quartile.
     pub q3: f64,
 }
 
@@ -50,6 +56,7 @@ impl Summary {
 pub struct Figures {
     /// Of the (randomised, regularised) Fisher information matrix.
     pub condition: Option<Summary>,
+    /// log₁₀ of the determinant of the same matrix.
     pub log10_determinant: Option<Summary>,
     /// ‖A − Â‖².
     pub bias_norm_squared: Option<Summary>,
@@ -62,6 +69,7 @@ pub struct Figures {
 pub struct LevelResult {
     /// k.
     pub level: f64,
+    /// What the least-squares estimates on the randomised matrices come to.
     pub figures: Figures,
     /// ‖y − X̃ Â_R‖², what the randomised fit itself sees.
     pub fitted_rss: Option<Summary>,
@@ -77,9 +85,11 @@ impl LevelResult {
 /// A regularised estimate with one criterion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceChoice {
+    /// The criterion that chose λ* or k.
     pub criterion: Criterion,
     /// λ* of the spectral schemes, k of ridge; `None` where nothing was regularised.
     pub lambda_star: Option<Summary>,
+    /// What its estimates come to.
     pub figures: Figures,
 }
 
@@ -88,22 +98,27 @@ pub struct ReferenceChoice {
 pub struct Reference {
     /// L; `None` for ridge.
     pub count: Option<usize>,
+    /// One entry for each criterion that has an answer.
     pub choices: Vec<ReferenceChoice>,
 }
 
 /// Every reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct References {
+    /// Least squares on the matrix as it is.
     pub least_squares: Figures,
     /// `None` where λ₁ is numerically zero, by which Eq. 39 divides.
     pub spectral_first_order: Option<Reference>,
+    /// The scheme of exact eigenvalues; `None` where λ₁ is numerically zero.
     pub spectral_exact: Option<Reference>,
+    /// Ridge regression.
     pub ridge: Reference,
 }
 
 /// The level of least median ‖A − Â_R‖².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optimum {
+    /// k of the level.
     pub level: f64,
     /// Median ‖A − Â‖² of least squares over that of this level.
     pub error_ratio: f64,

@@ -29,8 +29,11 @@ pub struct Setup {
     pub noise_sigma: f64,
     /// k, in the order of the answer.
     pub levels: Vec<f64>,
+    /// Repetitions at each level, from 1.
     pub repetitions: usize,
+    /// Seed of the draws: the same seed gives the same study.
     pub seed: u64,
+    /// Columns in which norms, eigenvalues and λ* are understood.
     pub scaling: ColumnScaling,
 }
 

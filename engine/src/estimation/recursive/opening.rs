@@ -78,8 +78,11 @@ fn is_surface(spec: &FitSpec) -> Option<bool> {
 /// Which kinds of nodes a spec takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Taken {
+    /// Nodes y(x).
     pub curves: bool,
+    /// Nodes z(u, v), scattered or on a grid.
     pub surfaces: bool,
+    /// Rows of a measurement matrix.
     pub matrices: bool,
 }
 

@@ -5,7 +5,9 @@ use crate::numerics::Dd;
 /// The numbers of an estimate in a fixed order, and the names of its columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
+    /// Everything that is summed, in an order that only the engine knows.
     pub numbers: Vec<f64>,
+    /// Names of a matrix's columns, where its nodes have any.
     pub names: Option<Vec<String>>,
 }
 

@@ -1,29 +1,39 @@
 //! How the columns depend on each other.
 
+/// Collinearity of the columns of X: condition indices, variance inflation and near dependencies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollinearityReport {
+    /// One entry for each column, in the order of the coefficients.
     pub columns: Vec<ColumnCollinearity>,
     /// Pearson correlation of the columns, in coefficient order; `None` beyond the size limit
     /// unless included.
     pub correlation: Option<Vec<Vec<f64>>>,
     /// Per term, the share of its variance that belongs to each eigenvalue (ascending).
     pub variance_proportions: Option<Vec<Vec<f64>>>,
+    /// Directions with a condition index above 30 (Belsley's rule), the smallest eigenvalue first;
+    /// at most 100.
     pub near_dependencies: Vec<NearDependency>,
 }
 
+/// How far one column is explained by the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColumnCollinearity {
+    /// Name of the term.
     pub term: String,
     /// 1/(1−R²), centred; `None` for the constant.
     pub vif: Option<f64>,
 }
 
+/// A direction along which some columns almost cancel, so that heights say little about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearDependency {
+    /// Eigenvalue λᵢ of the Fisher information matrix of unit-length columns.
     pub eigenvalue: f64,
+    /// √(λₙ/λᵢ); `None` where λᵢ is numerically zero.
     pub condition_index: Option<f64>,
     /// The eigenvector: how much of each unit-length column takes part.
     pub weights: Vec<f64>,
+    /// Terms that take part, the leading one first.
     pub terms: Vec<String>,
     /// cos of the angle between the two columns, where there are two terms.
     pub cosine: Option<f64>,
@@ -31,5 +41,6 @@ pub struct NearDependency {
     pub weight_ratio: Option<f64>,
     /// R² of the leading term on the others, where there are more than two.
     pub r_squared: Option<f64>,
+    /// The same in words, with the figures that it rests on.
     pub sentence: String,
 }

@@ -16,6 +16,7 @@ pub struct FilteringReport {
 /// What one filter changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilterReport {
+    /// The filter as asked for.
     pub filter: Filter,
     /// Nodes whose height is another one now, or that were removed.
     pub changed: usize,

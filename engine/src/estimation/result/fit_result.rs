@@ -15,16 +15,24 @@ use super::{
 };
 use crate::estimation::spec::Domain;
 
+/// The answer to a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitResult {
+    /// One entry for each term of the model.
     pub coefficients: Vec<Coefficient>,
     /// The box on which mapped bases live; `None` for a measurement matrix.
     pub domain: Option<Domain>,
+    /// Eigenvalues of the Fisher information matrix before and after regularisation.
     pub spectrum: SpectrumReport,
+    /// What regularisation did, and what other criteria would have chosen.
     pub regularization: RegularizationReport,
+    /// How far regularisation has moved the estimate, and how far it can have.
     pub bias: BiasReport,
+    /// How the columns depend on each other.
     pub collinearity: Arc<CollinearityReport>,
+    /// How far uncertain nodes can move the coefficients; present when their uncertainty was given.
     pub perturbation: Option<PerturbationReport>,
+    /// What the fitted function leaves of the heights.
     pub residuals: ResidualReport,
     /// Present for every estimator but least squares.
     pub robust: Option<RobustReport>,
@@ -36,6 +44,8 @@ pub struct FitResult {
     pub matrix_b: Option<Vec<Vec<f64>>>,
     /// Present when filters were asked for.
     pub filtering: Option<FilteringReport>,
+    /// Arithmetic and correct digits.
     pub numerics: Numerics,
+    /// What a reader must know of this fit.
     pub warnings: Vec<Warning>,
 }

@@ -2,20 +2,31 @@
 
 use crate::estimation::spec::{Criterion, Scheme};
 
+/// Kind of a regularisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RegularizationKind {
+    /// Least squares as it is.
     None,
+    /// The paper's matrix B (Eqs. 27–40).
     Spectral,
+    /// Ridge regression.
     Ridge,
+    /// A penalty on roughness.
     Tikhonov,
+    /// Truncated singular value decomposition.
     TruncatedSvd,
+    /// Shrinkage by a factor that the data give (James and Stein).
     JamesStein,
+    /// Shrinkage towards a target.
     Attraction,
 }
 
+/// What regularisation did, and what other criteria would have chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegularizationReport {
+    /// Kind of the regularisation.
     pub kind: RegularizationKind,
+    /// Scheme of the spectral kind; `None` for the others.
     pub scheme: Option<Scheme>,
     /// L.
     pub count: Option<usize>,
@@ -32,12 +43,16 @@ pub struct RegularizationReport {
     pub gamma: Option<f64>,
     /// `None` with `fixed == true` for a caller's value, and for no regularisation.
     pub criterion: Option<Criterion>,
+    /// Whether the parameter is the caller's own.
     pub fixed: bool,
+    /// fᵢ of each direction, from 0 (suppressed) to 1 (as in least squares), by ascending
+    /// eigenvalues; those of Tikhonov belong to directions of matrix and penalty together.
     pub filter_factors: Vec<f64>,
     /// Eq. 41.
     pub matrix_norm_squared: Option<f64>,
     /// Ineq. 48.
     pub largest_eigenvalue_bound: Option<f64>,
+    /// Plain least squares and every criterion that has an answer, side by side.
     pub choices: Vec<Choice>,
 }
 
@@ -46,16 +61,23 @@ pub struct RegularizationReport {
 pub struct Choice {
     /// `None` is plain least squares.
     pub criterion: Option<Criterion>,
+    /// λ* or k that it chooses; `None` for plain least squares.
     pub lambda_star: Option<f64>,
+    /// Condition of the regularised Fisher information matrix; `None` where it is singular.
     pub condition: Option<f64>,
+    /// ‖Â − Â_B‖ in the scaled columns.
     pub bias_norm: f64,
+    /// Mean squared error of the coefficients in the scaled columns, predicted from an estimate
+    /// less its noise: variance and squared bias; `None` without σ.
     pub predicted_mse: Option<f64>,
+    /// √(Σ w r² / Σ w) of the regularised estimate.
     pub rms: f64,
 }
 
 /// Where r came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NormLimitSource {
+    /// The caller's own.
     Request,
     /// ‖Â‖.
     Estimate,
@@ -77,33 +99,46 @@ impl NormLimitSource {
     }
 }
 
+/// How far regularisation has moved the estimate, and how far it can have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BiasReport {
     /// Observed ‖Â − Â_B‖ in the scaled columns.
     pub norm: f64,
+    /// r max(1 − fᵢ), the sharp bound on the norm of the bias in the scaled columns where ‖A‖ ≤ r.
     pub sharp_bound: f64,
     /// Ineq. 51; `None` for ridge and for n = 1, where it does not hold.
     pub paper_bound: Option<f64>,
+    /// r, the norm that the true coefficients are taken to have at most, in the scaled columns.
     pub coefficient_norm_limit: f64,
+    /// Where r came from.
     pub coefficient_norm_limit_source: NormLimitSource,
     /// The small number e of Ineq. 51, read as max cᵢ.
     pub e: Option<f64>,
 }
 
+/// The figures that criteria look at, at one value of the parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LambdaCurvePoint {
+    /// λ* or k.
     pub lambda_star: f64,
+    /// Condition of the regularised Fisher information matrix; `None` where it is singular.
     pub condition: Option<f64>,
+    /// ‖Â − Â_B‖ in the scaled columns.
     pub bias_norm: f64,
+    /// Mean squared error of the coefficients, predicted as in [`Choice::predicted_mse`].
     pub predicted_mse: Option<f64>,
+    /// √(Σ w r² / Σ w).
     pub rms: f64,
+    /// The generalised cross-validation function; `None` where no degrees of freedom are left.
     pub gcv: Option<f64>,
+    /// ‖Â_B‖ in the scaled columns.
     pub coefficient_norm: f64,
 }
 
 /// The coefficients at one k.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RidgeTracePoint {
+    /// Ridge parameter.
     pub k: f64,
     /// In the caller's terms and order.
     pub coefficients: Vec<f64>,

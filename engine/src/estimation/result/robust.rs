@@ -6,6 +6,7 @@ use crate::estimation::spec::Start;
 /// nodes carry weights).
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobustReport {
+    /// Whether the iteration ended within its tolerance.
     pub converged: bool,
     /// Reweightings, Newton's steps, concentration steps or changes of the vertex.
     pub iterations: usize,
@@ -25,12 +26,15 @@ pub struct RobustReport {
     pub rejected: Vec<usize>,
     /// Largest dual on the vertex; at most 1 (but for rounding) proves the optimum.
     pub certificate: Option<f64>,
+    /// Whether no other coefficients do as well; `None` where the estimator does not tell.
     pub unique: Option<bool>,
     /// Posted nodes that the surface passes through by construction.
     pub vertex: Option<Vec<usize>>,
     /// h of trimmed squares.
     pub subset_size: Option<usize>,
+    /// Where the iteration of an M-estimator started.
     pub start: Option<Start>,
+    /// Which minimum was reached.
     pub solution: LocalSolution,
     /// The estimate before regularisation, in the caller's terms.
     pub coefficients: Vec<f64>,

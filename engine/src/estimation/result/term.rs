@@ -11,15 +11,20 @@ pub enum TermKey {
     Column(usize),
 }
 
+/// An estimated coefficient, with its errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coefficient {
     /// Readable name: `u^2*v`, `T2(u)*T1(v)`, `B3(u)*B0(v)`, or the column's name.
     pub term: String,
+    /// The same as data.
     pub key: TermKey,
     /// Regularised estimate Â_B (Eq. 29).
     pub value: f64,
+    /// Standard error of `value`; `None` without degrees of freedom. It does not contain the bias.
     pub std_error: Option<f64>,
+    /// Least-squares estimate Â (Eq. 15).
     pub least_squares: f64,
+    /// Standard error of `least_squares`; `None` without degrees of freedom.
     pub least_squares_std_error: Option<f64>,
     /// Sharp bound on |Â − Â_B| of this coefficient, given r.
     pub bias_bound: f64,

@@ -3,6 +3,8 @@
 /// A stable code and a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
+    /// Stable code.
     pub code: &'static str,
+    /// The same in words.
     pub message: String,
 }

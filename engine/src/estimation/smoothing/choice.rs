@@ -60,7 +60,9 @@ pub struct Problem {
 /// λ and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
+    /// λ.
     pub lambda: f64,
+    /// The criterion that chose it; `None` for a given λ or given degrees of freedom.
     pub criterion: Option<Criterion>,
     /// False where what was asked for is not reached within the range of λ: its end is answered.
     pub reached: bool,
@@ -69,14 +71,26 @@ pub struct Found {
 /// Why there is no λ.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoParameter {
+    /// The criterion needs σ, and none is given.
     #[error("{} needs σ, the standard deviation of a height of weight 1", .0.name())]
     NoSigma(Criterion),
+    /// The criterion is not one for large penalised problems.
     #[error("{} is not for a penalty on so many coefficients: gcv, discrepancy, l_curve and min_mse are", .0.name())]
     NotHere(Criterion),
+    /// A given λ that is negative or not finite.
     #[error("{0} is not a finite number ≥ 0")]
     Negative(f64),
+    /// Effective degrees of freedom that no λ gives.
     #[error("{asked} effective degrees of freedom are not within {least} to {most}")]
-    Degrees { asked: f64, least: f64, most: f64 },
+    Degrees {
+        /// Those asked for.
+        asked: f64,
+        /// The fewest possible.
+        least: f64,
+        /// The most possible.
+        most: f64,
+    },
+    /// The equations could not be solved for any λ.
     #[error("the equations could not be solved for any λ in the range searched")]
     Unsolved,
 }

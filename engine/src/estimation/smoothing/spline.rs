@@ -34,12 +34,14 @@ pub struct Points<'a> {
     pub x: &'a [f64],
     /// One to three coordinates, each as long as `x`.
     pub coordinates: &'a [Vec<f64>],
+    /// Weights, not negative; 0 leaves a point out. All weigh 1 by default.
     pub weight: Option<&'a [f64]>,
 }
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothingSpec {
+    /// How λ is found.
     pub smoothing: Smoothing,
     /// σ of a height of weight 1, for `discrepancy` and `min_mse`.
     pub noise_sigma: Option<f64>,
@@ -52,28 +54,35 @@ pub struct SmoothingSpec {
 pub struct SmoothingSpline {
     /// Degree 3, knots at the abscissae.
     pub curve: BSplineCurve,
+    /// λ.
     pub lambda: f64,
+    /// λ and how it was found.
     pub found: Found,
     /// Trace of the matrix that makes fitted values of heights; between 2 and the number of
     /// abscissae.
     pub effective_degrees_of_freedom: f64,
-    /// Points counted, and distinct abscissae among them.
+    /// Points counted.
     pub count: usize,
+    /// Distinct abscissae among the counted points.
     pub abscissae: usize,
-    /// `Σ w r²`, √(RSS/Σw), largest residual and σ̂ = √(RSS/(m − edf)) of each coordinate; σ̂ only
-    /// where m > edf.
+    /// `Σ w r²` of each coordinate.
     pub rss: Vec<f64>,
+    /// √(RSS/Σw) of each coordinate.
     pub rms: Vec<f64>,
+    /// Largest absolute residual of each coordinate.
     pub max_abs: Vec<f64>,
+    /// σ̂ = √(RSS/(m − edf)) of each coordinate; `None` where m ≤ edf.
     pub sigma: Vec<Option<f64>>,
     /// ∫ g″², over all coordinates.
     pub roughness: f64,
+    /// Fitted values; present when asked for.
     pub pointwise: Option<Pointwise>,
 }
 
 /// At the distinct abscissae.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pointwise {
+    /// Distinct abscissae of the counted points, ascending.
     pub x: Vec<f64>,
     /// By coordinate.
     pub fitted: Vec<Vec<f64>>,
@@ -84,20 +93,58 @@ pub struct Pointwise {
 /// Why points cannot be smoothed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SmoothingFault {
+    /// A list of another length than the abscissae.
     #[error("{given} numbers where {wanted} are needed, one for each abscissa")]
-    Count { part: Part, given: usize, wanted: usize },
+    Count {
+        /// The list at fault.
+        part: Part,
+        /// Numbers given.
+        given: usize,
+        /// Numbers needed.
+        wanted: usize,
+    },
+    /// A number that is NaN or infinite.
     #[error("number {index} is not finite")]
-    NotFinite { part: Part, index: usize },
+    NotFinite {
+        /// The list at fault.
+        part: Part,
+        /// Its index, from 0.
+        index: usize,
+    },
+    /// A weight that is negative or not finite.
     #[error("the weight {value} is negative or not finite; 0 leaves a point out")]
-    Weight { index: usize, value: f64 },
+    Weight {
+        /// Its index, from 0.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// An abscissa below the one before it.
     #[error("abscissa {index} ({value}) lies below the one before it ({before}); the order of points is never changed")]
-    Descending { index: usize, value: f64, before: f64 },
+    Descending {
+        /// Its index, from 0.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// The abscissa before it.
+        before: f64,
+    },
+    /// Fewer than two distinct abscissae that count.
     #[error("at least 2 distinct abscissae of weight above 0 are needed; found {given}")]
-    TooFew { given: usize },
+    TooFew {
+        /// Distinct abscissae that count.
+        given: usize,
+    },
+    /// Points of no or of more than three coordinates.
     #[error("{given} coordinates: one, two or three are possible")]
-    Coordinates { given: usize },
+    Coordinates {
+        /// Coordinates given.
+        given: usize,
+    },
+    /// There is no λ as asked for.
     #[error("{0}")]
     Parameter(#[from] NoParameter),
+    /// Numbers beyond the range of a double on the way.
     #[error("these numbers leave the range of double precision: choose another unit")]
     Range,
 }
@@ -105,9 +152,11 @@ pub enum SmoothingFault {
 /// Which numbers a fault speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
+    /// The abscissae, or parameters.
     Abscissae,
     /// Of this coordinate.
     Coordinate(usize),
+    /// The weights.
     Weights,
 }
 

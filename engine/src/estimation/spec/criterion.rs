@@ -3,16 +3,25 @@
 /// λ* of the spectral schemes, k of ridge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parameter {
+    /// Chosen from the data.
     Criterion(Criterion),
+    /// The caller's own, not negative.
     Fixed(f64),
 }
 
+/// A rule that chooses λ* or k from the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Criterion {
+    /// Least mean squared error of the coefficients, predicted from an estimate less its noise.
     MinMse,
+    /// Least condition of the regularised Fisher information matrix (Eq. 49); of spectral schemes
+    /// only.
     MinCondition,
+    /// Least generalised cross-validation function `RSS/(m − Σfᵢ)²` (Golub, Heath and Wahba).
     Gcv,
+    /// RSS = m σ² (Morozov's discrepancy principle).
     Discrepancy,
+    /// Greatest curvature of the L-curve, log ‖residuals‖ against log ‖Â_B‖ (Hansen).
     LCurve,
     /// Ridge: (p−2)σ²/‖Â‖², the modified form of Hoerl, Kennard and Baldwin.
     Hkb,

@@ -6,6 +6,7 @@ use super::loss::Loss;
 /// every estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Estimator {
+    /// Least `Σ r²` (Eq. 15).
     #[default]
     LeastSquares,
     /// Eqs. 10–12.
@@ -13,11 +14,22 @@ pub enum Estimator {
     /// Least `Σ|r|`: variationally weighted least squares (Mudrov and Kushko), solved exactly.
     LeastAbsolute,
     /// Least `Σ|r|^p`, 1 ≤ p ≤ 2.
-    Lp { p: f64 },
+    Lp {
+        /// p.
+        p: f64,
+    },
     /// Regression quantile (Koenker and Bassett), 0 < tau < 1.
-    Quantile { tau: f64 },
+    Quantile {
+        /// The share of nodes that lie below the function, 0.5 for the median.
+        tau: f64,
+    },
     /// Least sum of the smallest squares; `coverage` is the share of nodes in it, 0.5 to 1.
-    LeastTrimmed { coverage: f64, seed: u64 },
+    LeastTrimmed {
+        /// Share of the nodes whose squares are summed.
+        coverage: f64,
+        /// Seed of the random starts: the same seed gives the same estimate.
+        seed: u64,
+    },
     /// Least rank dispersion with Wilcoxon scores (Jaeckel).
     Rank,
 }
@@ -28,11 +40,15 @@ pub const DEFAULT_COVERAGE: f64 = 0.75;
 /// Least `Σ ρ(r/s)` by reweighting: in each iteration scale, then weights, then solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MEstimator {
+    /// ρ.
     pub loss: Loss,
+    /// How the scale s of the residuals is found.
     pub scale: ScaleRule,
     /// The iteration stops when no residual and not the scale moves by more than this many scales.
     pub tolerance: f64,
+    /// Iterations at most.
     pub max_iterations: usize,
+    /// Where the iteration starts.
     pub start: Start,
 }
 
@@ -65,7 +81,10 @@ pub enum ScaleRule {
     /// Median of |r| divided by Φ⁻¹(0.75) = 0.674489750196….
     Mad,
     /// Huber's proposal 2 with its own `k2`.
-    Proposal2 { k2: f64 },
+    Proposal2 {
+        /// k₂, in scales.
+        k2: f64,
+    },
     /// The caller's, in the unit of the heights.
     Fixed(f64),
 }
@@ -76,6 +95,7 @@ pub const DEFAULT_K2: f64 = 1.345;
 /// Where the iteration starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Start {
+    /// The least-squares estimate.
     #[default]
     LeastSquares,
     /// Least trimmed squares of half the nodes, which up to half of them cannot spoil.

@@ -60,7 +60,9 @@ pub struct Gaussian {
 /// Order of the polynomial that is fitted under the window of the robust filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Order {
+    /// A constant: a weighted mean.
     Zero,
+    /// A parabola, which follows form better towards the ends.
     #[default]
     Two,
 }
@@ -77,6 +79,8 @@ pub struct Spline {
 /// The axis along which a filter runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilterAxis {
+    /// Along u, or along the abscissae of a curve.
     U,
+    /// Along v.
     V,
 }

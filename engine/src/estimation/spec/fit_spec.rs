@@ -10,9 +10,13 @@ use super::{
 /// Everything about a fit but the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitSpec {
+    /// Functions whose mixture is fitted.
     pub model: Model,
+    /// How the columns of X are scaled before the eigen analysis.
     pub scaling: Scaling,
+    /// Regularisation and its parameter.
     pub regularization: Regularization,
+    /// How coefficients are estimated.
     pub estimator: Estimator,
     /// The box on which mapped bases live; by default the smallest box of the counted nodes.
     pub domain: Option<Domain>,
@@ -22,7 +26,9 @@ pub struct FitSpec {
     pub expected_size: ExpectedSize,
     /// Standard deviation of a height of weight 1; by default estimated from the residuals.
     pub noise_sigma: Option<f64>,
+    /// Standard uncertainties of the nodes; with them perturbation bounds are answered.
     pub node_uncertainty: Option<NodeUncertainty>,
+    /// Parts of the answer beyond the default.
     pub include: Include,
     /// What is done to the nodes before, in this order.
     pub filters: Vec<Filter>,
@@ -79,10 +85,13 @@ pub struct NodeUncertainty {
 /// What is answered only when asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Include {
+    /// Residuals, node by node.
     pub residuals: bool,
     /// The two n×n collinearity matrices also beyond the size up to which they are always found.
     pub collinearity: bool,
+    /// The figures that criteria look at, along λ*.
     pub lambda_curve: bool,
+    /// Rows of the matrix B.
     pub matrix_b: bool,
     /// Coefficients along k, for ridge.
     pub ridge_trace: bool,

@@ -11,16 +11,32 @@ use std::f64::consts::PI;
 pub enum Loss {
     /// Huber (1964): ρ = u²/2 for |u| ≤ k, else k|u| − k²/2; ψ = max(−k, min(k, u)); weight min(1,
     /// k/|u|). Convex.
-    Huber { k: f64 },
+    Huber {
+        /// Residuals up to k scales count by their squares.
+        k: f64,
+    },
     /// Tukey's biweight (Beaton and Tukey 1974): ρ = c²/6·(1 − (1 − (u/c)²)³) up to c, then c²/6; ψ
     /// = u(1 − (u/c)²)²; weight (1 − (u/c)²)², 0 beyond c.
-    Tukey { c: f64 },
+    Tukey {
+        /// Residuals beyond c scales have weight 0.
+        c: f64,
+    },
     /// Hampel (1974), three parts: ψ = u up to a, a·sign(u) up to b, falling to 0 at c; ρ ends at
     /// a(b + c − a)/2.
-    Hampel { a: f64, b: f64, c: f64 },
+    Hampel {
+        /// End of the part where ψ = u.
+        a: f64,
+        /// End of the part where ψ is constant.
+        b: f64,
+        /// Beyond c scales the weight is 0.
+        c: f64,
+    },
     /// Andrews' sine (1974): ρ = a²(1 − cos(u/a)), ψ = a·sin(u/a), weight sin(u/a)/(u/a) up to aπ;
     /// then 2a², 0, 0.
-    Andrews { a: f64 },
+    Andrews {
+        /// Residuals beyond aπ scales have weight 0.
+        a: f64,
+    },
 }
 
 impl Loss {

@@ -3,13 +3,20 @@
 /// The functions whose mixture is fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Model {
+    /// Polynomials on one or two axes.
     Polynomial {
+        /// Highest degree on each axis.
         degree: Degree,
+        /// Polynomials that the coefficients belong to.
         basis: PolynomialBasis,
+        /// Products that take part on a surface.
         terms: Terms,
     },
+    /// B-splines, or NURBS with given weights (Eqs. 7–9).
     BSpline {
+        /// Degree on each axis.
         degree: Degree,
+        /// Knots on each axis.
         knots: Knots,
         /// Of NURBS: one weight > 0 per control point (for a surface v running fastest). They are
         /// given, not fitted.
@@ -22,10 +29,14 @@ pub enum Model {
 /// One degree for every axis, or one for each (`[p, q]`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Degree {
+    /// The same degree on every axis.
     Both(usize),
+    /// Degree along u and along v.
     Each(usize, usize),
 }
 
+/// Polynomials that the coefficients belong to; the estimate is computed in Chebyshev polynomials
+/// whichever they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PolynomialBasis {
     /// Powers of the caller's raw u and v.
@@ -36,6 +47,7 @@ pub enum PolynomialBasis {
     Legendre,
 }
 
+/// Products of powers of u and v that a surface has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Terms {
     /// Every product up to the degree of each axis.
@@ -73,6 +85,8 @@ pub enum Scaling {
 /// `u` for a curve's x, `v` only for surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Domain {
+    /// Range of u, or of the abscissae of a curve; by default that of the counted nodes.
     pub u: Option<[f64; 2]>,
+    /// Range of v; by default that of the counted nodes.
     pub v: Option<[f64; 2]>,
 }

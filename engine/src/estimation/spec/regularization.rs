@@ -6,25 +6,37 @@ use super::{
     tikhonov::Tikhonov,
 };
 
+/// What is done against small eigenvalues.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Regularization {
+    /// Least squares as it is.
     None,
     /// The paper's matrix B (Eq. 40).
     Spectral {
+        /// Which eigenvalues the matrix B makes.
         scheme: Scheme,
+        /// How many eigenvalues are raised, L.
         count: Count,
+        /// λₙ/λᵢ beyond which [`Count::Auto`] regularises a direction.
         condition_limit: f64,
+        /// λ*, the eigenvalue that small ones are raised to.
         lambda_star: Parameter,
     },
+    /// `min ‖Y − XA‖² + k ‖A‖²` in the scaled columns.
     Ridge {
+        /// k.
         parameter: Parameter,
     },
+    /// A penalty on roughness.
     Tikhonov(Tikhonov),
     /// Only the `rank` largest singular values are kept.
     TruncatedSvd {
+        /// Number of singular values that are kept.
         rank: usize,
     },
+    /// Shrinkage by a factor that the data give.
     JamesStein(JamesStein),
+    /// Shrinkage towards a target.
     Attraction(Attraction),
 }
 
@@ -42,6 +54,7 @@ impl Default for Regularization {
     }
 }
 
+/// Which eigenvalues the matrix B makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Scheme {
     /// cᵢ = (λ* − λᵢ)/(2λᵢ), Eq. 40.
@@ -57,5 +70,6 @@ pub enum Count {
     /// Those with λₙ/λᵢ above the condition limit.
     #[default]
     Auto,
+    /// This many.
     Given(usize),
 }

@@ -8,6 +8,7 @@ use super::criterion::Parameter;
 /// (`noise_sigma`) its square takes the place of the estimate of the variance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JamesStein {
+    /// Formula of the factor c.
     pub factor: ShrinkageFactor,
     /// c is not let below 0.
     pub positive_part: bool,
