@@ -64,6 +64,15 @@ impl Form {
 /// A single block stays what it is. Grids over the same v whose u goes on ascending are one grid;
 /// any other mixture of surface blocks becomes scattered nodes, of which missing ones are left out.
 /// Where some blocks carry weights, nodes of the others weigh 1.
+///
+/// ```
+/// use flankfit_engine::estimation::{Nodes, data::join};
+///
+/// let nodes = |x: &[f64], y: &[f64]| Nodes::curve(x.to_vec(), y.to_vec(), None);
+/// let blocks = vec![nodes(&[0.0, 1.0], &[2.0, 3.0])?, nodes(&[2.0], &[5.0])?];
+/// assert_eq!(join(blocks), Some(nodes(&[0.0, 1.0, 2.0], &[2.0, 3.0, 5.0])?));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn join(blocks: Vec<Nodes>) -> Option<Nodes> {
     let mut blocks = blocks;
     if blocks.len() <= 1 {

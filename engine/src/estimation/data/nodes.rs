@@ -8,6 +8,27 @@ use crate::estimation::fault::{Faults, Field, NodeList, Reason};
 use crate::fault::Common;
 
 /// The four forms in which nodes arrive. Lengths are in the caller's own unit.
+///
+/// ```
+/// use flankfit_engine::estimation::{Field, NodeList, Nodes};
+///
+/// // Two profiles of three nodes each; one node is missing.
+/// let grid = Nodes::grid(
+///     vec![6.0, 9.0, 12.0],
+///     vec![2.0, 8.0],
+///     vec![0.1, 0.3, f64::NAN, 0.2, 0.0, 0.4],
+///     None,
+///     None,
+/// )?;
+/// assert_eq!(grid.posted(), 6);
+///
+/// // Every number that is wrong is named.
+/// let faults =
+///     Nodes::curve(vec![0.0, 1.0, 2.0], vec![0.5, f64::NAN, f64::INFINITY], None).unwrap_err();
+/// let fields: Vec<Field> = faults.list().iter().map(|fault| fault.field).collect();
+/// assert_eq!(fields, [Field::Entry(NodeList::Y, 1), Field::Entry(NodeList::Y, 2)]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Nodes {
     /// One boundary curve `y(x)`.

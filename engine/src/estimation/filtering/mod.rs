@@ -31,11 +31,63 @@ use super::{
 
 /// Filters the nodes as `spec` asks and fits the rest of `spec` to what comes out. Pure, as the fit
 /// itself is.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Degree, Model, PolynomialBasis, Regularization, Terms},
+/// };
+///
+/// // A crowned helix: deviations in µm over the face width in mm, 3 − 0.04 (z − 10)².
+/// let z: Vec<f64> = (0..=20).map(f64::from).collect();
+/// let deviation = z.iter().map(|z| 3.0 - 0.04 * (z - 10.0).powi(2)).collect();
+/// let nodes = Nodes::curve(z, deviation, None)?;
+/// let model = Model::Polynomial {
+///     degree: Degree::Both(2),
+///     basis: PolynomialBasis::Monomial,
+///     terms: Terms::Tensor,
+/// };
+/// let found =
+///     fit(&nodes, &FitSpec { regularization: Regularization::None, ..FitSpec::new(model) })?;
+///
+/// // The same in powers of z is −1 + 0.8 z − 0.04 z².
+/// for (coefficient, expected) in found.coefficients.iter().zip([-1.0, 0.8, -0.04]) {
+///     assert!((coefficient.value - expected).abs() < 1e-12);
+/// }
+/// assert_eq!(found.coefficients[2].term, "x^2");
+/// assert!(found.numerics.correct_digits > 12.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
     fit_remembering(nodes, spec, &Plans::default())
 }
 
 /// The same, bit for bit, with what `plans` remembers of positions and spec.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, Plans, fit, fit_remembering,
+///     spec::{Degree, Model, PolynomialBasis, Terms},
+/// };
+///
+/// // Flanks of two teeth, measured at the same nodes.
+/// let axis: Vec<f64> = (0..6).map(f64::from).collect();
+/// let flank = |tooth: i32| {
+///     let heights = (0..36).map(|k| f64::from((7 * k + 5 * tooth) % 11)).collect();
+///     Nodes::grid(axis.clone(), axis.clone(), heights, None, None)
+/// };
+/// let model = Model::Polynomial {
+///     degree: Degree::Both(2),
+///     basis: PolynomialBasis::Chebyshev,
+///     terms: Terms::Tensor,
+/// };
+/// let (plans, spec) = (Plans::default(), FitSpec::new(model));
+/// for tooth in [1, 2] {
+///     let nodes = flank(tooth)?;
+///     assert_eq!(fit_remembering(&nodes, &spec, &plans)?, fit(&nodes, &spec)?);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     if spec.filters.is_empty() {
         return fit_nodes(nodes, spec, plans);

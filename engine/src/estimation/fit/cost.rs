@@ -17,6 +17,20 @@ const MOST_COLUMNS: usize = 25;
 const MOST_ENTRIES: usize = 20_000;
 
 /// Whether fitting `spec` to `nodes` takes a fraction of a millisecond.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, is_short,
+///     spec::{Estimator, Model},
+/// };
+///
+/// let nodes =
+///     Nodes::matrix(vec![1.0, 0.0, 1.0, 1.0, 1.0, 2.0], 2, vec![0.0, 1.0, 3.0], None, None)?;
+/// let spec = FitSpec::new(Model::Linear);
+/// assert!(is_short(&nodes, &spec));
+/// assert!(!is_short(&nodes, &FitSpec { estimator: Estimator::Rank, ..spec }));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn is_short(nodes: &Nodes, spec: &FitSpec) -> bool {
     let columns = columns(nodes, &spec.model);
     columns <= MOST_COLUMNS && columns.saturating_mul(nodes.posted()) <= MOST_ENTRIES && is_usual(spec)

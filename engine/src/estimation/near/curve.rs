@@ -63,6 +63,42 @@ impl CurveFit {
 }
 
 /// Fits one curve of all coordinates.
+///
+/// ```
+/// use flankfit_engine::{
+///     estimation::{
+///         FitSpec,
+///         near::{Adaptive, CurvePoints, CurveSettings, KnotPlacement, Parameters, Stop, curve},
+///         spec::{Model, Regularization},
+///     },
+///     geometry::curve::{Curve, Parametrization},
+/// };
+///
+/// // A quarter of a circle of radius 20 mm, to 1 µm.
+/// let angles: Vec<f64> =
+///     (0..=60).map(|k| f64::from(k) / 60.0 * std::f64::consts::FRAC_PI_2).collect();
+/// let coordinates = [
+///     angles.iter().map(|a| 20.0 * a.cos()).collect(),
+///     angles.iter().map(|a| 20.0 * a.sin()).collect(),
+/// ];
+/// let points = CurvePoints {
+///     coordinates: &coordinates,
+///     parameters: Parameters::By(Parametrization::ChordLength),
+///     weight: None,
+/// };
+/// let settings = CurveSettings {
+///     degree: 3,
+///     knots: KnotPlacement::Adaptive(Adaptive { spans: 1, tolerance: 1e-3, most_controls: 20 }),
+///     weights: None,
+///     spec: FitSpec { regularization: Regularization::None, ..FitSpec::new(Model::Linear) },
+/// };
+/// let near = curve(&points, &settings)?;
+/// assert_eq!(near.stop, Some(Stop::Tolerance));
+/// assert!(near.max_error <= 1e-3);
+/// let middle = near.curve.value(0.5);
+/// assert!((middle.x.hypot(middle.y) - 20.0).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn curve(points: &CurvePoints, asked: &CurveSettings) -> Result<CurveFit, CurveRefused> {
     let dimension = check(points, asked)?;
     let parameters = parameters(points)?;

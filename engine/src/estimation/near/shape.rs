@@ -27,6 +27,27 @@ pub enum Shape {
 
 /// The graph that `result`, a fit of `spec`, stands for; `None` for models that are no B-splines,
 /// and for degrees beyond those that curves and surfaces have.
+///
+/// ```
+/// use flankfit_engine::{
+///     estimation::{
+///         FitSpec, Nodes, fit,
+///         near::{Shape, shape_of},
+///         spec::{Degree, Knots, Model, Regularization},
+///     },
+///     geometry::curve::Curve,
+/// };
+///
+/// // A parabola is a quadratic spline.
+/// let x: Vec<f64> = (0..=12).map(f64::from).collect();
+/// let y = x.iter().map(|x| x * x).collect();
+/// let model = Model::BSpline { degree: Degree::Both(2), knots: Knots::Spans(3), weights: None };
+/// let spec = FitSpec { regularization: Regularization::None, ..FitSpec::new(model) };
+/// let found = fit(&Nodes::curve(x, y, None)?, &spec)?;
+/// let Some(Shape::Curve(curve)) = shape_of(&spec, &found) else { panic!("a curve was fitted") };
+/// assert!((curve.value(2.5).x - 6.25).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn shape_of(spec: &FitSpec, result: &FitResult) -> Option<Shape> {
     let Model::BSpline { weights, .. } = &spec.model else { return None };
     let domain = result.domain?;

@@ -64,6 +64,30 @@ impl SurfacePoints<'_> {
 }
 
 /// Fits the `b_spline` of `spec` to scattered points.
+///
+/// ```
+/// use flankfit_engine::{
+///     estimation::{
+///         FitSpec,
+///         near::{SurfaceInclude, SurfacePoints, surface},
+///         spec::{Degree, Knots, Model, Regularization},
+///     },
+///     geometry::surface::Surface,
+/// };
+///
+/// // 500 scattered points of z = u v + u².
+/// let u: Vec<f64> = (0..500).map(|k| (f64::from(k) * 0.618_034).fract()).collect();
+/// let v: Vec<f64> = (0..500).map(|k| (f64::from(k) * 0.414_214).fract()).collect();
+/// let z = vec![u.iter().zip(&v).map(|(u, v)| u * v + u * u).collect()];
+/// let points = SurfacePoints { u: &u, v: &v, coordinates: &z, weight: None };
+/// let model = Model::BSpline { degree: Degree::Both(2), knots: Knots::Spans(5), weights: None };
+/// let spec = FitSpec { regularization: Regularization::None, ..FitSpec::new(model) };
+/// let near = surface(&points, &spec, SurfaceInclude::default())?;
+/// assert!(near.coordinates[0].rms < 1e-13);
+/// assert!((near.surface.value(0.3, 0.7).x - 0.3).abs() < 1e-12);
+/// assert_eq!((near.count, near.empty_spans), (500, 0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn surface(points: &SurfacePoints, spec: &FitSpec, include: SurfaceInclude) -> Result<SurfaceFit, FitError> {
     check_spec(spec)?;
     check_points(points)?;

@@ -12,6 +12,25 @@ use crate::{
 };
 
 /// What nodes and a model give to a study.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes,
+///     randomization::Measured,
+///     spec::{Degree, Model, PolynomialBasis, Terms},
+/// };
+///
+/// let nodes = Nodes::curve(vec![0.0, 1.0, 2.0, 3.0], vec![1.0, 3.0, 5.0, 7.0], None)?;
+/// let model = Model::Polynomial {
+///     degree: Degree::Both(1),
+///     basis: PolynomialBasis::Monomial,
+///     terms: Terms::Tensor,
+/// };
+/// let measured = Measured::new(&nodes, &FitSpec::new(model))?;
+/// assert_eq!(measured.x[3], [1.0, 3.0]);
+/// assert!((measured.coefficients[1] - 2.0).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// Rows of the measurement matrix in the caller's columns, rounded to doubles; those of a

@@ -41,6 +41,37 @@ use outcome::Outcome;
 use references::Base;
 
 /// Runs a study. Processor work, bounded by `setup::MOST_WORK`.
+///
+/// ```
+/// use flankfit_engine::estimation::randomization::{ColumnScaling, Setup, Study, run};
+///
+/// // Two columns that are nearly one. Noise on them lowers the condition, as regularisation does.
+/// let x = (0..12)
+///     .map(|k| f64::from(k) / 11.0)
+///     .map(|t| vec![1.0 + t, 1.0 + t + 0.01 * t * t])
+///     .collect();
+/// let setup = Setup {
+///     x,
+///     coefficients: vec![1.0, 1.0],
+///     noise_sigma: 0.01,
+///     levels: vec![0.0, 0.03, 0.1],
+///     repetitions: 50,
+///     seed: 7,
+///     scaling: ColumnScaling::None,
+/// };
+/// let found = run(&Study::new(setup)?)?;
+/// let conditions: Vec<f64> = found
+///     .levels
+///     .iter()
+///     .map(|level| level.figures.condition.expect("full rank").median)
+///     .collect();
+/// let condition = found.eigenvalues[1] / found.eigenvalues[0];
+/// assert!((conditions[0] / condition - 1.0).abs() < 1e-6);
+/// assert!(conditions[0] > 10.0 * conditions[1] && conditions[1] > conditions[2]);
+/// // An estimate on randomised columns may err less than least squares does.
+/// assert!(found.optimum.is_some_and(|optimum| optimum.level > 0.0 && optimum.error_ratio > 1.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
     let base = Base::new(study)?;
     let handle = cancel::current();

@@ -40,6 +40,41 @@ pub use state::State;
 use sums::Sums;
 
 /// An estimate that nodes are added to.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, Recursive, fit,
+///     spec::{Degree, Model, PolynomialBasis, Terms},
+/// };
+///
+/// // Nodes of a trace come in three blocks.
+/// let x: Vec<f64> = (0..30).map(|k| 0.5 * f64::from(k)).collect();
+/// let y: Vec<f64> =
+///     x.iter().map(|x| 2.0 - 0.3 * x + 0.02 * x * x + 0.05 * (9.0 * x).sin()).collect();
+/// let model = Model::Polynomial {
+///     degree: Degree::Both(2),
+///     basis: PolynomialBasis::Monomial,
+///     terms: Terms::Tensor,
+/// };
+/// let spec = FitSpec::new(model);
+/// let mut estimate = Recursive::new(&spec, 1.0)?;
+/// for (x, y) in x.chunks(10).zip(y.chunks(10)) {
+///     estimate.push(&Nodes::curve(x.to_vec(), y.to_vec(), None)?)?;
+/// }
+/// // The estimate is that of all nodes at once.
+/// let (found, together) = (
+///     estimate.result()?.expect("there are enough nodes"),
+///     fit(&Nodes::curve(x, y, None)?, &spec)?,
+/// );
+/// for (a, b) in found.coefficients.iter().zip(&together.coefficients) {
+///     assert!((a.value - b.value).abs() < 1e-9 * (1.0 + b.value.abs()));
+/// }
+/// // It can be written down and taken up again, to the last bit.
+/// let state = estimate.state().expect("there were nodes");
+/// let restored = Recursive::restore(&spec, 1.0, &state).expect("it is a state of this spec");
+/// assert_eq!(restored.result()?, Some(found));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone)]
 pub struct Recursive {
     spec: FitSpec,

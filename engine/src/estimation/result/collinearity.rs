@@ -1,6 +1,25 @@
 //! How the columns depend on each other.
 
 /// Collinearity of the columns of X: condition indices, variance inflation and near dependencies.
+///
+/// ```
+/// use flankfit_engine::estimation::{FitSpec, Nodes, fit, spec::Model};
+///
+/// // Columns at an angle of 0.02 rad: their condition index is cot 0.01.
+/// let angle = 0.02_f64;
+/// let rows = vec![1.0, angle.cos(), 0.0, angle.sin(), 0.0, 0.0];
+/// let names = Some(vec!["crowning".to_owned(), "twist".to_owned()]);
+/// let found = fit(
+///     &Nodes::matrix(rows, 2, vec![1.0, 0.1, 0.0], names, None)?,
+///     &FitSpec::new(Model::Linear),
+/// )?;
+/// let near = &found.collinearity.near_dependencies[0];
+/// assert_eq!(near.terms.len(), 2);
+/// assert!(near.condition_index.is_some_and(|index| (index * 0.01_f64.tan() - 1.0).abs() < 1e-9));
+/// assert!(near.cosine.is_some_and(|cosine| (cosine - angle.cos()).abs() < 1e-12));
+/// println!("{}", near.sentence);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollinearityReport {
     /// One entry for each column, in the order of the coefficients.

@@ -22,6 +22,24 @@ pub enum RegularizationKind {
 }
 
 /// What regularisation did, and what other criteria would have chosen.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     result::RegularizationKind,
+///     spec::{Model, Regularization},
+/// };
+///
+/// let rows = vec![1.0, 1.0, 0.0, 1.0, 1.01, 1.0, 1.0, 0.99, 2.0, 1.0, 1.0, 3.0];
+/// let nodes = Nodes::matrix(rows, 3, vec![2.0, 3.0, 4.1, 5.0], None, None)?;
+/// let regularization = Regularization::TruncatedSvd { rank: 2 };
+/// let report =
+///     fit(&nodes, &FitSpec { regularization, ..FitSpec::new(Model::Linear) })?.regularization;
+/// assert_eq!((report.kind, report.rank), (RegularizationKind::TruncatedSvd, Some(2)));
+/// // Eigenvalues ascend: what is left out belongs to the smallest one.
+/// assert_eq!(report.filter_factors, [0.0, 1.0, 1.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegularizationReport {
     /// Kind of the regularisation.

@@ -171,6 +171,38 @@ struct Merged {
 }
 
 /// Smooths `points`.
+///
+/// ```
+/// use flankfit_engine::{
+///     estimation::{
+///         smoothing::{
+///             Smoothing, smoothing_spline,
+///             spline::{Points, SmoothingSpec},
+///         },
+///         spec::{Criterion, Parameter},
+///     },
+///     geometry::curve::Curve,
+/// };
+///
+/// let x: Vec<f64> = (0..40).map(|k| f64::from(k) / 39.0).collect();
+/// let noise = |k: usize| (k * 7919 % 101) as f64 / 505.0 - 0.1;
+/// let y =
+///     vec![x.iter().enumerate().map(|(k, x)| (4.0 * x).sin() + noise(k)).collect::<Vec<f64>>()];
+/// let points = Points { x: &x, coordinates: &y, weight: None };
+/// let smooth = |smoothing| {
+///     smoothing_spline(&points, &SmoothingSpec { smoothing, noise_sigma: None, pointwise: false })
+/// };
+/// // Generalised cross-validation takes the noise away and leaves the wave.
+/// let chosen = smooth(Smoothing::Parameter(Parameter::Criterion(Criterion::Gcv)))?;
+/// assert!((chosen.curve.value(0.5).x - 2f64.sin()).abs() < 0.05);
+/// // As many effective degrees of freedom as asked for.
+/// let six = smooth(Smoothing::EffectiveDegrees(6.0))?;
+/// assert!((six.effective_degrees_of_freedom - 6.0).abs() < 1e-6);
+/// // Without a penalty the spline passes through every point.
+/// let interpolating = smooth(Smoothing::Parameter(Parameter::Fixed(0.0)))?;
+/// assert!(interpolating.max_abs[0] < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn smoothing_spline(points: &Points, asked: &SmoothingSpec) -> Result<SmoothingSpline, SmoothingFault> {
     check(points)?;
     let merged = merge(points);

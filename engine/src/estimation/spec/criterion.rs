@@ -10,6 +10,48 @@ pub enum Parameter {
 }
 
 /// A rule that chooses λ* or k from the data.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Criterion, Model, Parameter, Regularization},
+/// };
+///
+/// let t = |k: i32| f64::from(k) / 10.0 - 1.0;
+/// let rows = (0..=20).flat_map(|k| [1.0, t(k), t(k) + 0.1 * t(k).powi(2)]).collect();
+/// let heights = (0..=20).map(|k| 3.0 + 4.0 * t(k) + 0.3 * (37.0 * t(k)).sin()).collect();
+/// let nodes = Nodes::matrix(rows, 3, heights, None, None)?;
+/// let ridge = |criterion: Criterion| {
+///     let regularization = Regularization::Ridge { parameter: Parameter::Criterion(criterion) };
+///     fit(
+///         &nodes,
+///         &FitSpec { regularization, noise_sigma: Some(0.3), ..FitSpec::new(Model::Linear) },
+///     )
+/// };
+/// // Each fit says what the other rules would have chosen. (The least condition is a rule of the
+/// // spectral schemes alone.)
+/// let table = ridge(Criterion::MinMse)?.regularization.choices;
+/// let rules =
+///     Criterion::ALL.into_iter().filter(|criterion| *criterion != Criterion::MinCondition);
+/// for criterion in rules.chain(Criterion::RIDGE) {
+///     let chosen = ridge(criterion)?.regularization.lambda_star;
+///     let foreseen = table
+///         .iter()
+///         .find(|choice| choice.criterion == Some(criterion))
+///         .map(|choice| choice.lambda_star);
+///     assert_eq!(foreseen, Some(chosen));
+/// }
+/// // Hoerl, Kennard and Baldwin in closed form: pσ²/‖Â‖² in columns of unit length.
+/// let found = ridge(Criterion::Hkb1975)?;
+/// let norm = found.bias.coefficient_norm_limit;
+/// assert!(
+///     found
+///         .regularization
+///         .lambda_star
+///         .is_some_and(|k| (k * norm * norm / (3.0 * 0.3 * 0.3) - 1.0).abs() < 1e-12)
+/// );
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Criterion {
     /// Least mean squared error of the coefficients, predicted from an estimate less its noise.

@@ -4,6 +4,47 @@ use super::loss::Loss;
 
 /// How coefficients are estimated from nodes. Weights of nodes act by `√w` on rows and heights, for
 /// every estimator.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{
+///         Degree, Estimator, Loss, MEstimator, Model, PolynomialBasis, Regularization, Terms,
+///     },
+/// };
+///
+/// // The line 1 + 2x, and a speck of dust on one node.
+/// let x: Vec<f64> = (0..=10).map(f64::from).collect();
+/// let mut y: Vec<f64> = x.iter().map(|x| 1.0 + 2.0 * x).collect();
+/// y[8] += 40.0;
+/// let nodes = Nodes::curve(x, y, None)?;
+/// let model = Model::Polynomial {
+///     degree: Degree::Both(1),
+///     basis: PolynomialBasis::Monomial,
+///     terms: Terms::Tensor,
+/// };
+/// let plain = FitSpec { regularization: Regularization::None, ..FitSpec::new(model) };
+/// let slope = |estimator: Estimator| {
+///     let found = fit(&nodes, &FitSpec { estimator, ..plain.clone() })?;
+///     Ok::<f64, flankfit_engine::estimation::FitError>(found.coefficients[1].value)
+/// };
+/// // Least squares gives way by 40 · 3/110.
+/// assert!((slope(Estimator::LeastSquares)? - (2.0 + 120.0 / 110.0)).abs() < 1e-12);
+/// let robust = [
+///     Estimator::M(MEstimator::new(Loss::TUKEY)),
+///     Estimator::LeastAbsolute,
+///     Estimator::Quantile { tau: 0.5 },
+///     Estimator::LeastTrimmed { coverage: 0.75, seed: 1 },
+///     Estimator::Rank,
+/// ];
+/// for estimator in robust {
+///     assert!((slope(estimator)? - 2.0).abs() < 1e-9, "{estimator:?}");
+/// }
+/// // Lₚ lies between both.
+/// let between = slope(Estimator::Lp { p: 1.5 })?;
+/// assert!(2.0 < between && between < 3.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Estimator {
     /// Least `Σ r²` (Eq. 15).
@@ -38,6 +79,31 @@ pub enum Estimator {
 pub const DEFAULT_COVERAGE: f64 = 0.75;
 
 /// Least `Σ ρ(r/s)` by reweighting: in each iteration scale, then weights, then solve.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Estimator, Loss, MEstimator, Model, Regularization, ScaleRule, Start},
+/// };
+///
+/// // The location of numbers about 10, one of them far off.
+/// let heights = vec![9.8, 10.1, 10.4, 9.7, 10.0, 25.0];
+/// let nodes = Nodes::matrix(vec![1.0; 6], 1, heights, None, None)?;
+/// let (scale, start) = (ScaleRule::Fixed(0.25), Start::LeastTrimmed);
+/// let tukey = MEstimator { scale, start, ..MEstimator::new(Loss::TUKEY) };
+/// let spec = FitSpec {
+///     estimator: Estimator::M(tukey),
+///     regularization: Regularization::None,
+///     ..FitSpec::new(Model::Linear)
+/// };
+/// let found = fit(&nodes, &spec)?;
+/// // Nodes beyond c = 4.685 scales have no weight.
+/// let robust = found.robust.expect("the estimator is a robust one");
+/// assert!(robust.converged);
+/// assert_eq!(robust.rejected, [5]);
+/// assert!((found.coefficients[0].value - 10.0).abs() < 0.02);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MEstimator {
     /// ρ.

@@ -2,6 +2,42 @@
 //! them checks the rest against the nodes.
 
 /// One filter; filters are applied in the order asked for.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Action, Degree, Filter, Gaussian, Hampel, Model, PolynomialBasis, Spline, Terms},
+/// };
+/// use std::f64::consts::TAU;
+///
+/// let x: Vec<f64> = (0..=400).map(|k| 0.05 * f64::from(k)).collect();
+/// let model = Model::Polynomial {
+///     degree: Degree::Both(1),
+///     basis: PolynomialBasis::Legendre,
+///     terms: Terms::Tensor,
+/// };
+/// let filtered = |y: Vec<f64>, filter: Filter| {
+///     let nodes = Nodes::curve(x.clone(), y, None)?;
+///     let found = fit(&nodes, &FitSpec { filters: vec![filter], ..FitSpec::new(model.clone()) })?;
+///     Ok::<_, Box<dyn std::error::Error>>(
+///         found.filtering.expect("there is a filter").filters.remove(0),
+///     )
+/// };
+/// // A peak stands out of the median of its window.
+/// let mut flat: Vec<f64> = x.iter().map(|x| 0.01 * (9.0 * x).sin()).collect();
+/// flat[123] = 5.0;
+/// let hampel = Hampel { window: 11, threshold: 6.0, action: Action::Remove, axis: None };
+/// assert_eq!(filtered(flat, Filter::Hampel(hampel))?.peaks, Some(vec![123]));
+///
+/// // A wave of the length of the cut-off is halved, by either low-pass filter.
+/// let wave: Vec<f64> = x.iter().map(|x| (TAU * x / 0.8).sin()).collect();
+/// let gaussian = Gaussian { axis: None, cutoff: 0.8, robust: None };
+/// for filter in [Filter::Gaussian(gaussian), Filter::Spline(Spline { axis: None, cutoff: 0.8 })] {
+///     let change = filtered(wave.clone(), filter)?.rms_change;
+///     assert!((change - 0.5 / 2f64.sqrt()).abs() < 0.01, "{change}");
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
     /// Peaks are found by the distance from the median of a window.

@@ -8,6 +8,29 @@ use super::{
 };
 
 /// Everything about a fit but the nodes.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Model, Regularization},
+/// };
+///
+/// // Two settings of a machine that do nearly the same to three nodes.
+/// let nodes =
+///     Nodes::matrix(vec![1.0, 1.0, 2.0, 2.1, 3.0, 2.9], 2, vec![2.0, 4.2, 5.8], None, None)?;
+/// let spec = FitSpec::new(Model::Linear);
+/// let limit = |r: f64| FitSpec { coefficient_norm_limit: Some(r), ..spec.clone() };
+///
+/// // What regularisation can have moved is proportional to the norm r that coefficients may have.
+/// let (near, far) = (fit(&nodes, &limit(10.0))?, fit(&nodes, &limit(20.0))?);
+/// for (a, b) in near.coefficients.iter().zip(&far.coefficients) {
+///     assert!(a.bias_bound > 0.0 && (b.bias_bound / a.bias_bound - 2.0).abs() < 1e-12);
+/// }
+/// // Without regularisation there is nothing to bound.
+/// let plain = fit(&nodes, &FitSpec { regularization: Regularization::None, ..spec })?;
+/// assert!(plain.coefficients.iter().all(|coefficient| coefficient.bias_bound == 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitSpec {
     /// Functions whose mixture is fitted.
@@ -74,6 +97,27 @@ pub enum ExpectedSize {
 }
 
 /// Standard uncertainties of a node, in the caller's unit.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Model, NodeUncertainty},
+/// };
+///
+/// let rows = vec![1.0, 0.0, 1.0, 1.0, 1.0, 2.0, 1.0, 3.0];
+/// let nodes = Nodes::matrix(rows, 2, vec![1.0, 3.1, 4.9, 7.0], None, None)?;
+/// let bound = |uncertainty: f64| {
+///     let node_uncertainty = Some(NodeUncertainty { position: uncertainty, height: uncertainty });
+///     let found = fit(&nodes, &FitSpec { node_uncertainty, ..FitSpec::new(Model::Linear) })?;
+///     let bounds = found.perturbation.expect("it was asked for").least_squares;
+///     Ok::<f64, flankfit_engine::estimation::FitError>(
+///         bounds.first_order_bound.expect("the columns are independent"),
+///     )
+/// };
+/// // Wedin's bound on the relative error of the coefficients is of first order.
+/// assert!((bound(2e-6)? / bound(1e-6)? - 2.0).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeUncertainty {
     /// Of each abscissa (of each entry for a measurement matrix).
@@ -83,6 +127,28 @@ pub struct NodeUncertainty {
 }
 
 /// What is answered only when asked for.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Include, Model},
+/// };
+///
+/// let nodes = Nodes::matrix(vec![1.0; 4], 1, vec![1.0, 2.0, 3.0, 6.0], None, None)?;
+/// let spec = FitSpec::new(Model::Linear);
+/// assert_eq!(fit(&nodes, &spec)?.residuals.values, None);
+/// let include = Include { residuals: true, ..Include::default() };
+/// let residuals =
+///     fit(&nodes, &FitSpec { include, ..spec })?.residuals.values.expect("they were asked for");
+/// // The mean is 3.
+/// assert!(
+///     residuals
+///         .iter()
+///         .zip([-2.0, -1.0, 0.0, 3.0])
+///         .all(|(r, expected)| (r - expected).abs() < 1e-14)
+/// );
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Include {
     /// Residuals, node by node.

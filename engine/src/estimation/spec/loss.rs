@@ -7,6 +7,17 @@
 use std::f64::consts::PI;
 
 /// A loss with its tuning constants.
+///
+/// ```
+/// use flankfit_engine::estimation::spec::Loss;
+///
+/// // A residual of 2.69 scales is twice Huber's k: it has half the weight.
+/// assert_eq!(Loss::HUBER.weight(2.69), 0.5);
+/// assert_eq!(Loss::HUBER.psi(2.69), 1.345);
+/// // Tukey's biweight leaves it out beyond 4.685 scales.
+/// assert_eq!(Loss::TUKEY.weight(5.0), 0.0);
+/// assert!(Loss::TUKEY.rejects() && !Loss::HUBER.rejects());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
     /// Huber (1964): ρ = u²/2 for |u| ≤ k, else k|u| − k²/2; ψ = max(−k, min(k, u)); weight min(1,

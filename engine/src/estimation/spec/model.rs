@@ -1,6 +1,32 @@
 //! The functions whose mixture is fitted, and how their columns are scaled.
 
 /// The functions whose mixture is fitted.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Degree, Knots, Model, PolynomialBasis, Terms},
+/// };
+///
+/// let axis: Vec<f64> = (0..9).map(f64::from).collect();
+/// let nodes = Nodes::grid(axis.clone(), axis.clone(), vec![1.0; 81], None, None)?;
+/// let coefficients = |model: Model| {
+///     Ok::<usize, Box<dyn std::error::Error>>(
+///         fit(&nodes, &FitSpec::new(model))?.coefficients.len(),
+///     )
+/// };
+///
+/// // Every product u^i v^j up to degree 3 and 2, or those up to a degree of 3 together.
+/// let polynomial =
+///     |degree, terms| Model::Polynomial { degree, basis: PolynomialBasis::Legendre, terms };
+/// assert_eq!(coefficients(polynomial(Degree::Each(3, 2), Terms::Tensor))?, 4 * 3);
+/// assert_eq!(coefficients(polynomial(Degree::Both(3), Terms::Total))?, 10);
+/// // Cubic B-splines over three spans along u and two along v.
+/// let splines =
+///     Model::BSpline { degree: Degree::Both(3), knots: Knots::SpansEach(3, 2), weights: None };
+/// assert_eq!(coefficients(splines)?, (3 + 3) * (2 + 3));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Model {
     /// Polynomials on one or two axes.

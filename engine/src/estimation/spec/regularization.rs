@@ -7,6 +7,43 @@ use super::{
 };
 
 /// What is done against small eigenvalues.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{
+///         Attraction, Criterion, JamesStein, Model, Parameter, Regularization, ShrinkageFactor,
+///         Tikhonov,
+///     },
+/// };
+///
+/// // Three columns, two of which are nearly one.
+/// let t = |k: i32| f64::from(k) / 10.0 - 1.0;
+/// let rows = (0..=20).flat_map(|k| [1.0, t(k), t(k) + 0.02 * t(k).powi(2)]).collect();
+/// let heights = (0..=20).map(|k| 3.0 + 4.0 * t(k) + 0.1 * (37.0 * t(k)).sin()).collect();
+/// let nodes = Nodes::matrix(rows, 3, heights, None, None)?;
+///
+/// let parameter = Parameter::Criterion(Criterion::MinMse);
+/// let james_stein =
+///     JamesStein { factor: ShrinkageFactor::JamesStein, positive_part: true, target: None };
+/// let kinds = [
+///     Regularization::None,
+///     Regularization::default(),
+///     Regularization::Ridge { parameter },
+///     Regularization::Tikhonov(Tikhonov { order: 0, weights: None, parameter }),
+///     Regularization::TruncatedSvd { rank: 2 },
+///     Regularization::JamesStein(james_stein),
+///     Regularization::Attraction(Attraction { target: vec![3.0, 2.0, 2.0], parameter }),
+/// ];
+/// for regularization in kinds {
+///     let found = fit(&nodes, &FitSpec { regularization, ..FitSpec::new(Model::Linear) })?;
+///     // Each says how far it has moved the estimate, and how far it can have moved it at most.
+///     assert!(found.bias.norm <= found.bias.sharp_bound * (1.0 + 1e-12));
+///     // The surface hardly changes.
+///     assert!(found.residuals.rms < 0.5);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Regularization {
     /// Least squares as it is.
@@ -55,6 +92,37 @@ impl Default for Regularization {
 }
 
 /// Which eigenvalues the matrix B makes.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{Count, DEFAULT_CONDITION_LIMIT, Model, Parameter, Regularization, Scheme},
+/// };
+///
+/// // Two columns of unit length at the cosine c: the eigenvalues are 1 − c and 1 + c.
+/// let nodes =
+///     Nodes::matrix(vec![1.0, 1.0, 1.0, 1.0, 1.0, 1.1], 2, vec![2.0, 2.1, 2.2], None, None)?;
+/// let smallest = |scheme: Scheme| {
+///     let regularization = Regularization::Spectral {
+///         scheme,
+///         count: Count::Auto,
+///         condition_limit: DEFAULT_CONDITION_LIMIT,
+///         lambda_star: Parameter::Fixed(0.01),
+///     };
+///     let spectrum =
+///         fit(&nodes, &FitSpec { regularization, ..FitSpec::new(Model::Linear) })?.spectrum;
+///     Ok::<_, Box<dyn std::error::Error>>((
+///         spectrum.eigenvalues[0],
+///         spectrum.regularized.eigenvalues[0],
+///     ))
+/// };
+/// let (lambda, exact) = smallest(Scheme::Exact)?;
+/// assert!(lambda < 0.002 && (exact - 0.01).abs() < 1e-15);
+/// // To first order: λ (1 + c)² with c = (λ* − λ)/(2λ).
+/// let (_, first_order) = smallest(Scheme::FirstOrder)?;
+/// assert!((first_order - (0.01 + lambda).powi(2) / (4.0 * lambda)).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Scheme {
     /// cᵢ = (λ* − λᵢ)/(2λᵢ), Eq. 40.
