@@ -75,11 +75,11 @@ impl Faults {
         self.faults.extend(other.faults.into_iter().take(room));
     }
 
-    /// The same faults at other places.
-    pub fn moved(&self, place: impl Fn(&str) -> String) -> Faults {
-        let each = self.faults.iter();
-        let faults = each.map(|fault| Fault { pointer: place(&fault.pointer), detail: fault.detail.clone() }).collect();
-        Faults { faults, count: self.count, settled: self.settled.iter().map(|pointer| place(pointer)).collect() }
+    /// The same faults of what stands at `pointer` as a whole, whose parts are not the caller's.
+    pub fn of_whole(self, pointer: &str) -> Faults {
+        let each = self.faults.into_iter();
+        let faults = each.map(|fault| Fault { pointer: pointer.to_owned(), ..fault }).collect();
+        Faults { faults, count: self.count, settled: Vec::new() }
     }
 
     /// The faults kept.
@@ -166,8 +166,7 @@ mod tests {
         let told: Vec<_> = faults.list().iter().map(|fault| (&*fault.pointer, &*fault.detail)).collect();
         assert_eq!(told, [("/a", "all"), ("/b", "all of b")]);
         assert_eq!(faults.count(), 2);
-        let mut moved = faults.moved(|pointer| format!("/x{pointer}"));
-        moved.push("/x/a", "after");
-        assert_eq!(moved.count(), 2);
+        let whole = faults.of_whole("/file");
+        assert!(whole.count() == 2 && whole.list().iter().all(|fault| fault.pointer == "/file"), "{whole}");
     }
 }

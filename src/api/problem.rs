@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    faults::{Fault, Faults},
+    faults::{self, Fault, Faults},
     json::{error::ReadError, writer::NotFinite},
 };
 use flankfit_engine::estimation::{Field, FitError};
@@ -253,20 +253,28 @@ impl Problem {
         self
     }
 
-    /// A fit that was refused on the way of a larger request; `place` says where there its faults
-    /// stand.
+    /// A fit that was refused; `place` says where in the request its fields stand.
     pub fn of_fit(error: FitError, place: impl Fn(&Field) -> String) -> Self {
         match error {
             FitError::Invalid(faults) => Problem::invalid(Faults::by(&faults, place)),
-            // what stands in it is the model
-            other => Problem::from(other).placed(|_| place(&Field::Model)),
+            FitError::RankDeficient { rank, columns, terms } => Problem {
+                errors: vec![ProblemError {
+                    pointer: place(&Field::Model),
+                    detail: format!("linearly dependent terms: {}", terms.join(", ")),
+                }],
+                ..Problem::new(
+                    ProblemCode::RankDeficient,
+                    format!(
+                        "The nodes determine only {rank} of {columns} coefficients; these terms depend on each other: \
+                         {}. \
+                         Spectral regularisation divides by the smallest eigenvalue, which is 0 here: ask for ridge, \
+                         leave terms out, or measure more nodes.",
+                        terms.join(", ")
+                    ),
+                )
+            },
+            FitError::NotConverged(what) => Problem::new(ProblemCode::NotConverged, what.to_string()),
         }
-    }
-
-    /// The same with its faults at other places.
-    pub fn placed(mut self, place: impl Fn(&str) -> String) -> Self {
-        self.errors.iter_mut().for_each(|error| error.pointer = place(&error.pointer));
-        if self.code == ProblemCode::InvalidRequest.name() { self.summed_up() } else { self }
     }
 
     /// 500: the cause goes to the log, nothing of it to the client.
@@ -317,26 +325,7 @@ fn short_pointer(pointer: &str) -> &str {
 
 impl From<FitError> for Problem {
     fn from(error: FitError) -> Self {
-        match error {
-            FitError::Invalid(faults) => Problem::invalid(faults),
-            FitError::RankDeficient { rank, columns, terms } => Problem {
-                errors: vec![ProblemError {
-                    pointer: "/model".into(),
-                    detail: format!("linearly dependent terms: {}", terms.join(", ")),
-                }],
-                ..Problem::new(
-                    ProblemCode::RankDeficient,
-                    format!(
-                        "The nodes determine only {rank} of {columns} coefficients; these terms depend on each other: \
-                         {}. \
-                         Spectral regularisation divides by the smallest eigenvalue, which is 0 here: ask for ridge, \
-                         leave terms out, or measure more nodes.",
-                        terms.join(", ")
-                    ),
-                )
-            },
-            FitError::NotConverged(what) => Problem::new(ProblemCode::NotConverged, what.to_string()),
-        }
+        Problem::of_fit(error, faults::Field::pointer)
     }
 }
 
@@ -375,8 +364,8 @@ mod tests {
         assert_eq!(said("/a", "b"), "/nodes/z/3/7: expected a number; and 1 fault more, see `errors`.");
         assert_eq!(said("/c", "d"), "/nodes/z/3/7: expected a number; and 2 faults more, see `errors`.");
         (3..120).for_each(|_| drop(said("/e", "f")));
-        let many = Problem::invalid(faults.clone()).placed(|pointer| format!("/fit{pointer}"));
-        let told = "/fit/nodes/z/3/7: expected a number; the first of 120 faults, of which `errors` lists 100.";
+        let many = Problem::invalid(faults.clone());
+        let told = "/nodes/z/3/7: expected a number; the first of 120 faults, of which `errors` lists 100.";
         assert_eq!(many.detail, told);
         assert_eq!(Problem::invalid(Faults::one("", "expected an object.")).detail, "expected an object.");
     }

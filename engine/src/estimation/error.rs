@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::fault::Faults;
+use super::fault::{Faults, Reason};
 use crate::fault;
 
 /// Why no fit could be given.
@@ -65,6 +65,16 @@ pub enum Unconverged {
     /// The comparison of two corrections.
     #[error("the changes of the settings are too great to be compared")]
     Comparison,
+}
+
+impl FitError {
+    /// The first reason of an impossible fit, for those whose fields are others.
+    pub fn first(&self) -> Option<&Reason> {
+        match self {
+            FitError::Invalid(faults) => faults.list().first().map(|fault| &fault.reason),
+            _ => None,
+        }
+    }
 }
 
 impl From<Faults> for FitError {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    Gear, GearData, Side,
+    Gear, GearData, Side, Tool,
     data::{HELIX_ANGLES, LEAST_LENGTH, MOST_LENGTH, PRESSURE_ANGLES},
     fault::{GearFaults, GearField, GearReason, MOST_TEETH},
     generation::rack,
@@ -61,44 +61,51 @@ impl Gear {
     }
 }
 
-fn check(data: &GearData) -> Result<(), GearFaults> {
-    let mut faults = GearFaults::default();
-    if !(1..=MOST_TEETH).contains(&data.teeth) {
-        faults.push(GearField::Teeth, GearReason::Teeth(data.teeth));
+impl GearField {
+    /// What is wrong with its number by itself; lengths in mm, angles in rad.
+    pub fn check(self, value: f64) -> Result<(), GearReason> {
+        let angle = |[low, high]: [f64; 2]| {
+            let [low, high] = [low.to_radians(), high.to_radians()];
+            (!(low..high).contains(&value)).then_some(GearReason::Angle { value, low, high })
+        };
+        let fault = match self {
+            GearField::Teeth => {
+                (!(1.0..=f64::from(MOST_TEETH)).contains(&value)).then_some(GearReason::Teeth(value as u32))
+            }
+            GearField::NormalModule | GearField::FaceWidth | GearField::TipDiameter | GearField::RootDiameter => {
+                (!(LEAST_LENGTH..=MOST_LENGTH).contains(&value)).then_some(GearReason::Length(value))
+            }
+            GearField::PressureAngle => angle(PRESSURE_ANGLES),
+            GearField::HelixAngle => angle(HELIX_ANGLES),
+            GearField::ProfileShift => (!(value.abs() <= 100.0)).then_some(GearReason::ProfileShift(value)),
+            GearField::ToolTipRadius | GearField::ToolAddendum | GearField::ToolProtuberance => {
+                (!(0.0..=MOST_LENGTH).contains(&value)).then_some(GearReason::Negative(value))
+            }
+            GearField::Tool => None,
+        };
+        fault.map_or(Ok(()), Err)
     }
-    let lengths = [
+}
+
+fn check(data: &GearData) -> Result<(), GearFaults> {
+    let tool = |part: fn(&Tool) -> f64| data.tool.as_ref().map(part);
+    let numbers = [
+        (GearField::Teeth, Some(f64::from(data.teeth))),
         (GearField::NormalModule, Some(data.normal_module)),
         (GearField::FaceWidth, data.face_width),
         (GearField::TipDiameter, data.tip_diameter),
         (GearField::RootDiameter, data.root_diameter),
+        (GearField::PressureAngle, Some(data.pressure_angle)),
+        (GearField::HelixAngle, Some(data.helix_angle)),
+        (GearField::ProfileShift, Some(data.profile_shift)),
+        (GearField::ToolTipRadius, tool(|tool| tool.tip_radius)),
+        (GearField::ToolAddendum, tool(|tool| tool.addendum_factor)),
+        (GearField::ToolProtuberance, tool(|tool| tool.protuberance)),
     ];
-    for (field, length) in lengths {
-        if let Some(length) = length.filter(|length| !(LEAST_LENGTH..=MOST_LENGTH).contains(length)) {
-            faults.push(field, GearReason::Length(length));
-        }
-    }
-    for (field, value, [low, high]) in [
-        (GearField::PressureAngle, data.pressure_angle, PRESSURE_ANGLES),
-        (GearField::HelixAngle, data.helix_angle, HELIX_ANGLES),
-    ] {
-        let [low, high] = [low.to_radians(), high.to_radians()];
-        if !(low..high).contains(&value) {
-            faults.push(field, GearReason::Angle { value, low, high });
-        }
-    }
-    if !(data.profile_shift.abs() <= 100.0) {
-        faults.push(GearField::ProfileShift, GearReason::ProfileShift(data.profile_shift));
-    }
-    if let Some(tool) = &data.tool {
-        let parts = [
-            (GearField::ToolTipRadius, tool.tip_radius),
-            (GearField::ToolAddendum, tool.addendum_factor),
-            (GearField::ToolProtuberance, tool.protuberance),
-        ];
-        for (field, part) in parts {
-            if !(0.0..=MOST_LENGTH).contains(&part) {
-                faults.push(field, GearReason::Negative(part));
-            }
+    let mut faults = GearFaults::default();
+    for (field, value) in numbers {
+        if let Some(Err(reason)) = value.map(|value| field.check(value)) {
+            faults.push(field, reason);
         }
     }
     faults.into_result(())

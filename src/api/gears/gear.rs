@@ -6,13 +6,14 @@ use utoipa::ToSchema;
 
 use super::notice::NoticeBody;
 use crate::{
-    api::{faults::Faults, json::present::present, problem::Problem},
+    api::{
+        faults::{Faults, Field},
+        json::present::present,
+        problem::Problem,
+    },
     jobs::Job,
 };
-use flankfit_engine::{
-    fault::words::{Shown, counted},
-    gear::{Gear, GearData, Hand, Tool, data::DEDENDUM},
-};
+use flankfit_engine::gear::{Gear, GearData, GearField, Hand, Tool, data::DEDENDUM};
 
 /// An involute gear, in the usual terms of DIN 3960 / ISO 21771.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -27,33 +28,33 @@ pub struct GearBody {
     #[schema(minimum = 1, maximum = 10000)]
     pub teeth: u32,
     /// m_n, mm.
-    #[serde(deserialize_with = "positive")]
+    #[serde(deserialize_with = "normal_module")]
     #[schema(minimum = 0.001, maximum = 1e6)]
     pub normal_module_mm: f64,
     /// α_n. Default 20.
-    #[serde(default, deserialize_with = "angle", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "pressure_angle", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.1, exclusive_maximum = 80)]
     pub normal_pressure_angle_deg: Option<f64>,
     /// β on the reference cylinder. Default 0; below 0 is a left-hand helix.
-    #[serde(default, deserialize_with = "angle", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "helix_angle", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = -89, exclusive_maximum = 89)]
     pub helix_angle_deg: Option<f64>,
     /// Default right, where the helix angle is not below 0.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub hand: Option<HandName>,
     /// x, positive towards the tip of the tooth, on internal gears too. Default 0.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "profile_shift", skip_serializing_if = "Option::is_none")]
     pub profile_shift_coefficient: Option<f64>,
     /// b, mm. Without it there are no helix tolerances and no evaluation range by default.
-    #[serde(default, deserialize_with = "maybe_positive", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "face_width", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub face_width_mm: Option<f64>,
     /// d_a. By default an addendum of (1 + x) m_n.
-    #[serde(default, deserialize_with = "maybe_positive", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "tip_diameter", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub tip_diameter_mm: Option<f64>,
     /// d_f. By default a dedendum of (addendum factor of the tool − x) m_n.
-    #[serde(default, deserialize_with = "maybe_positive", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "root_diameter", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub root_diameter_mm: Option<f64>,
     /// Whether the teeth point inwards. Default false.
@@ -129,56 +130,58 @@ pub enum HandName {
 #[schema(as = GearTool)]
 pub struct GearToolBody {
     /// Default 0.38 m_n (ISO 53, profile A).
-    #[serde(default, deserialize_with = "not_negative", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "tip_radius", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub tip_radius_mm: Option<f64>,
     /// In normal modules. Default 1.25.
-    #[serde(default, deserialize_with = "not_negative", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "addendum_factor", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub addendum_factor: Option<f64>,
     /// Default 0.
-    #[serde(default, deserialize_with = "not_negative", skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "protuberance", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0)]
     pub protuberance_mm: Option<f64>,
 }
 
-const MOST_TEETH: u32 = 10_000;
-
 fn teeth<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
     let teeth = u32::deserialize(deserializer)?;
-    if (1..=MOST_TEETH).contains(&teeth) {
-        Ok(teeth)
-    } else {
-        Err(D::Error::custom(format_args!(
-            "{}; a gear has 1 to {MOST_TEETH}",
-            counted(teeth as usize, "tooth", "teeth")
-        )))
-    }
+    checked(GearField::Teeth, f64::from(teeth))?;
+    Ok(teeth)
 }
 
-fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    checked(deserializer, |value| value > 0.0, "must be greater than 0")
+fn normal_module<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let module = f64::deserialize(deserializer)?;
+    checked(GearField::NormalModule, module)?;
+    Ok(module)
 }
 
-fn maybe_positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    positive(deserializer).map(Some)
+/// Optional numbers, each with its field and what the engine takes it for.
+macro_rules! optional {
+    ($($name:ident => $field:ident, $taken:expr;)*) => {$(
+        fn $name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+            let value = f64::deserialize(deserializer)?;
+            let taken: fn(f64) -> f64 = $taken;
+            checked(GearField::$field, taken(value))?;
+            Ok(Some(value))
+        }
+    )*};
 }
 
-fn not_negative<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    checked(deserializer, |value| value >= 0.0, "must not be negative").map(Some)
+optional! {
+    pressure_angle => PressureAngle, f64::to_radians;
+    helix_angle => HelixAngle, |angle| angle.abs().to_radians();
+    profile_shift => ProfileShift, |value| value;
+    face_width => FaceWidth, |value| value;
+    tip_diameter => TipDiameter, |value| value;
+    root_diameter => RootDiameter, |value| value;
+    tip_radius => ToolTipRadius, |value| value;
+    addendum_factor => ToolAddendum, |value| value;
+    protuberance => ToolProtuberance, |value| value;
 }
 
-fn angle<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    checked(deserializer, |value| value.abs() < 90.0, "must lie between -90 and 90 degrees").map(Some)
-}
-
-fn checked<'de, D: Deserializer<'de>>(
-    deserializer: D,
-    holds: impl Fn(f64) -> bool,
-    otherwise: &str,
-) -> Result<f64, D::Error> {
-    let value = f64::deserialize(deserializer)?;
-    if holds(value) { Ok(value) } else { Err(D::Error::custom(format_args!("{} {otherwise}", Shown(value)))) }
+/// The engine's check of a single number, so that it is told with all other faults of the reading.
+fn checked<E: Error>(field: GearField, value: f64) -> Result<(), E> {
+    field.check(value).map_err(|reason| E::custom(field.detail(&reason)))
 }
 
 #[cfg(test)]
@@ -204,9 +207,7 @@ mod tests {
                 "/gear/tip_diameter_mm",
             ),
             (r#"{"teeth":40,"normal_module_mm":1,"internal":true,"tip_diameter_mm":43}"#, "/gear/tip_diameter_mm"),
-            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":89.5}"#, "/gear/helix_angle_deg"),
             (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":-5,"hand":"right"}"#, "/gear/hand"),
-            (r#"{"teeth":20,"normal_module_mm":1,"normal_pressure_angle_deg":-5}"#, "/gear/normal_pressure_angle_deg"),
         ] {
             let faults = read(text).unwrap().checked("/gear").unwrap_err();
             assert_eq!(faults.list()[0].pointer, pointer, "{text}: {faults:?}");
@@ -216,10 +217,15 @@ mod tests {
     #[test]
     fn wrong_shapes_are_refused() {
         for (text, why) in [
-            (r#"{"teeth":0,"normal_module_mm":1}"#, "0 teeth"),
-            (r#"{"teeth":20,"normal_module_mm":-1}"#, "greater than 0"),
+            (r#"{"teeth":0,"normal_module_mm":1}"#, "0 teeth; a gear has 1 to 10000"),
+            (r#"{"teeth":20,"normal_module_mm":-1}"#, "-1 mm is not a length of a µm to a kilometre"),
+            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":-89.5}"#, "89.5° is not within 0° and 89°"),
+            (r#"{"teeth":20,"normal_module_mm":1,"normal_pressure_angle_deg":-5}"#, "-5° is not within 0.1° and 80°"),
+            (
+                r#"{"teeth":20,"normal_module_mm":1,"tool":{"tip_radius_mm":-1}}"#,
+                "-1 is not a finite number of at least 0",
+            ),
             (r#"{"teeth":20}"#, "normal_module_mm"),
-            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":90}"#, "between"),
             (r#"{"teeth":20,"normal_module_mm":1,"colour":"blue"}"#, "unknown field `colour`"),
             (r#"{"teeth":20.5,"normal_module_mm":1}"#, "invalid type"),
         ] {

@@ -8,6 +8,7 @@ use utoipa::ToSchema;
 
 use crate::{
     api::{
+        faults,
         fits::{
             reader,
             service::{self, Written},
@@ -18,7 +19,7 @@ use crate::{
     },
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
 };
-use flankfit_engine::estimation::{FitSpec, Nodes, Plans, spec::Include};
+use flankfit_engine::estimation::{Field, FitSpec, Nodes, Plans, spec::Include};
 
 /// What a replay is told: nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -58,7 +59,18 @@ impl From<Replay> for ReplayBody {
 
 /// Fits and writes down what is stored of it. Processor work.
 pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed, Problem> {
-    let Written { result, spec, text } = service::write(nodes, spec, plans, false)?;
+    compute_at(nodes, spec, plans, faults::Field::pointer)
+}
+
+/// The same where a request is more than one for a fit: `place` says where in it the fields of a
+/// refused fit stand.
+pub fn compute_at(
+    nodes: &Nodes,
+    spec: &FitSpec,
+    plans: &Plans,
+    place: impl Fn(&Field) -> String,
+) -> Result<Computed, Problem> {
+    let Written { result, spec, text } = service::write(nodes, spec, plans, false, place)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     Ok(Computed { spec: spec.into(), result: text.into(), figures: Figures::of(&result) })
 }

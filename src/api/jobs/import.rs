@@ -15,7 +15,7 @@ use crate::{
                 spec::ImportSpecBody,
             },
         },
-        json::{part::read_json, writer},
+        json::{part::read_json_at, writer},
         problem::Problem,
     },
     jobs::{Computed, IterationDraft, MeasurementDetails, RecordKind},
@@ -37,15 +37,13 @@ pub fn draft(
     plans: &Plans,
 ) -> Result<IterationDraft, Problem> {
     let spec: ImportSpecBody = match spec {
-        Some(text) => {
-            read_json(text).map_err(|error| Problem::from(error).placed(|pointer| format!("/spec{pointer}")))?
-        }
+        Some(text) => read_json_at(text, "/spec")?,
         None => ImportSpecBody::default(),
     };
     let read = read(content, name, &spec, gear)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
-    let measurand = flank.measurand(&nodes).map_err(|faults| Problem::invalid(faults.moved(|_| "/file".to_owned())))?;
+    let measurand = flank.measurand(&nodes).map_err(|faults| Problem::invalid(faults.of_whole("/file")))?;
     let (computed, told) = surface(&nodes, flank.own_zeros.as_ref(), plans)?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let mut of = format!("{} flank of tooth {}{told}, imported from {name}", content::word(flank.side), flank.tooth);
@@ -106,12 +104,11 @@ fn surface(nodes: &Nodes, own: Option<&OwnZeros>, plans: &Plans) -> Result<(Comp
     };
     let mut refused = None;
     for (spec, said) in told {
-        match fits::compute(nodes, &spec, plans) {
+        // neither nodes nor model are the caller's
+        match fits::compute_at(nodes, &spec, plans, |_| "/file".to_owned()) {
             Ok(computed) => return Ok((computed, said)),
             Err(problem) => refused = refused.or(Some(problem)),
         }
     }
-    // neither nodes nor model are the caller's
-    let refused = refused.unwrap_or_else(|| Problem::internal("no surface was tried"));
-    Err(refused.placed(|_| "/file".to_owned()))
+    Err(refused.unwrap_or_else(|| Problem::internal("no surface was tried")))
 }

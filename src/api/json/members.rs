@@ -63,7 +63,7 @@ pub fn of_request<'a, M: Members<'a>>(text: &'a [u8], faults: &mut Faults) -> Re
     let mut members = M::at("");
     let walked = walk(&mut cursor, "", &mut members, faults).and_then(|_| cursor.end());
     walked.map_err(|syntax| malformed(text, &syntax))?;
-    nulls::refuse(&cursor, faults);
+    nulls::refuse(&cursor, "", faults);
     Ok(members)
 }
 

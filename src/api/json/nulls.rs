@@ -23,28 +23,28 @@ enum Step {
 }
 
 /// Adds a fault for every field that is `null`, if the walk of `cursor` over all of its text met
-/// one.
-pub fn refuse(cursor: &Cursor, faults: &mut Faults) {
+/// one; the value stands at `at`.
+pub fn refuse(cursor: &Cursor, at: &str, faults: &mut Faults) {
     if cursor.met_null_field() {
         // The text has been walked over before, so that nothing can be wrong with it.
-        let _ = look(&mut cursor.rewound(), &mut Vec::new(), faults);
+        let _ = look(&mut cursor.rewound(), at, &mut Vec::new(), faults);
     }
 }
 
-fn look(cursor: &mut Cursor, path: &mut Vec<Step>, faults: &mut Faults) -> Result<(), Syntax> {
+fn look(cursor: &mut Cursor, at: &str, path: &mut Vec<Step>, faults: &mut Faults) -> Result<(), Syntax> {
     match cursor.token()? {
         Token::Object => cursor.object(|cursor, key| {
             path.push(Step::Field(escape(&key)));
             if cursor.token()? == Token::Null {
-                faults.settle(pointer(path), REFUSED);
+                faults.settle(pointer(at, path), REFUSED);
             }
-            look(cursor, path, faults)?;
+            look(cursor, at, path, faults)?;
             path.pop();
             Ok(())
         }),
         Token::Array => cursor.array(|cursor, i| {
             path.push(Step::Entry(i));
-            look(cursor, path, faults)?;
+            look(cursor, at, path, faults)?;
             path.pop();
             Ok(())
         }),
@@ -52,8 +52,8 @@ fn look(cursor: &mut Cursor, path: &mut Vec<Step>, faults: &mut Faults) -> Resul
     }
 }
 
-fn pointer(path: &[Step]) -> String {
-    let mut text = String::new();
+fn pointer(at: &str, path: &[Step]) -> String {
+    let mut text = at.to_owned();
     for step in path {
         match step {
             Step::Field(key) => text.extend(["/", key]),
@@ -71,7 +71,7 @@ mod tests {
         let mut cursor = Cursor::new(text.as_bytes());
         cursor.skip_value().unwrap();
         let mut faults = Faults::default();
-        refuse(&cursor, &mut faults);
+        refuse(&cursor, "", &mut faults);
         faults.list().iter().map(|fault| fault.pointer.clone()).collect()
     }
 

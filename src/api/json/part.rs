@@ -13,13 +13,18 @@ use crate::api::faults::{Fault, Faults};
 
 /// Reads any small JSON body, which is an object; faults carry pointers.
 pub fn read_json<'de, T: Deserialize<'de>>(text: &'de [u8]) -> Result<T, ReadError> {
+    read_json_at(text, "")
+}
+
+/// The same of a body whose faults stand below `pointer`.
+pub fn read_json_at<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str) -> Result<T, ReadError> {
     // The walk finds what is not JSON, with the hints that the contract asks for; what serde then
     // refuses is well-formed.
     let mut cursor = Cursor::new(text);
     cursor.skip_value().and_then(|_| cursor.end()).map_err(|syntax| malformed(text, &syntax))?;
     let mut faults = Faults::default();
-    nulls::refuse(&cursor, &mut faults);
-    match read_object(text, "", &mut faults) {
+    nulls::refuse(&cursor, pointer, &mut faults);
+    match read_object(text, pointer, &mut faults) {
         Some(value) => Ok(faults.into_result(value)?),
         None => Err(ReadError::Invalid(faults)),
     }

@@ -26,17 +26,8 @@ impl Net {
     pub fn read(rows: &[Vec<PointBody>], at: &str, faults: &mut Faults) -> Option<Self> {
         let columns = equal_rows(rows, at, faults)?;
         let flat: Vec<PointBody> = rows.concat();
-        let mut own = Faults::default();
-        let read = point::read(&flat, "", &mut own);
-        for fault in own.list() {
-            let index = fault
-                .pointer
-                .trim_start_matches('/')
-                .parse()
-                .map_or(String::new(), |i| format!("/{}", Self::place(columns, i)));
-            faults.push(format!("{at}{index}"), fault.detail.clone());
-        }
-        let (dimension, values) = read?;
+        let place = |index| format!("{at}/{}", Self::place(columns, index));
+        let (dimension, values) = point::read_by(&flat, at, place, faults)?;
         Some(Net { dimension, rows: rows.len(), columns, values })
     }
 

@@ -55,16 +55,25 @@ pub fn written(dimension: Dimension, values: &[Vector]) -> Vec<PointBody> {
 
 /// Reads values of one kind; each that is not is named.
 pub fn read(points: &[PointBody], pointer: &str, faults: &mut Faults) -> Option<(Dimension, Vec<Vector>)> {
+    read_by(points, pointer, |index| format!("{pointer}/{index}"), faults)
+}
+
+/// The same where `place` says where a value stands.
+pub fn read_by(
+    points: &[PointBody],
+    pointer: &str,
+    place: impl Fn(usize) -> String,
+    faults: &mut Faults,
+) -> Option<(Dimension, Vec<Vector>)> {
     let mut known = None;
     let mut values = Vec::with_capacity(points.len());
     let before = faults.count();
     for (index, point) in points.iter().enumerate().asking(20) {
         match (point.read(), known) {
-            (None, _) => faults.push(format!("{pointer}/{index}"), "not a number, [x, y] or [x, y, z]"),
-            (Some((dimension, _)), Some(first)) if dimension != first => faults.push(
-                format!("{pointer}/{index}"),
-                format!("{}, where those before are {}", kind(dimension), kind(first)),
-            ),
+            (None, _) => faults.push(place(index), "not a number, [x, y] or [x, y, z]"),
+            (Some((dimension, _)), Some(first)) if dimension != first => {
+                faults.push(place(index), format!("{}, where those before are {}", kind(dimension), kind(first)))
+            }
             (Some((dimension, value)), _) => {
                 known = Some(dimension);
                 values.push(value);

@@ -22,7 +22,7 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{
-        FitSpec, Nodes, Plans,
+        Faults as FitFaults, Field as FitField, FitSpec, Nodes, Plans,
         spec::{Degree, Include, Model, PolynomialBasis, Regularization, Scaling, Terms},
     },
     fault::words::entries,
@@ -266,14 +266,14 @@ fn condition(machine: &MachineSpec) -> Result<Option<f64>, Problem> {
 
 /// What a run cannot go on with, by places in the request; `number` is how often the machine was
 /// corrected.
-fn place(number: usize) -> impl Fn(&str) -> String {
-    move |pointer| match pointer {
-        pointer if pointer.starts_with("/regularization") => "/strategies".to_owned(),
+fn place(number: usize) -> impl Fn(&FitField) -> String {
+    move |field| match field {
+        field if field.is_of_regularization() => "/strategies".to_owned(),
         // the settings can be told from all nodes, as `condition` knows
-        pointer if pointer.starts_with("/model") => "/missing".to_owned(),
+        field if field.is_of_model() => "/missing".to_owned(),
         // numbers within their limits are out of range only when settings have run away
         _ if number > 0 => "/corrections".to_owned(),
-        pointer => pointer.to_owned(),
+        field => field.pointer(),
     }
 }
 
@@ -292,7 +292,8 @@ fn tell(
     for number in 0..=corrections {
         let measured = simulation.measure();
         let true_rms = simulation.true_rms();
-        let nodes = grid(rows, columns, &measured).map_err(|faults| Problem::invalid(faults.moved(place(number))))?;
+        let nodes =
+            grid(rows, columns, &measured).map_err(|faults| Problem::invalid(Faults::by(&faults, place(number))))?;
         let mut round = ClosedLoopRoundBody {
             iteration: u32::try_from(number + 1).unwrap_or(u32::MAX),
             rms_measured_um: rms(&measured),
@@ -304,7 +305,7 @@ fn tell(
         if number < corrections {
             let asked = closed_loop::asked(&simulation, measured, strategy, uncertainty);
             let request = request(&machine, uncertainty, strategy);
-            let refused = |error| Problem::of_fit(error, |field| place(number)(&field.pointer()));
+            let refused = |error| Problem::of_fit(error, place(number));
             let correction = Correction::new(asked).map_err(|found| {
                 let place = |field: &CorrectionField| match number {
                     0 => faults::correction(field),
@@ -325,9 +326,7 @@ fn tell(
             }
         }
         if store {
-            kept.push(
-                iteration(nodes, strategy, number, record, plans).map_err(|problem| problem.placed(place(number)))?,
-            );
+            kept.push(iteration(nodes, strategy, number, record, plans)?);
         }
         rounds.push(round);
     }
@@ -348,9 +347,9 @@ fn rms(measured: &[f64]) -> f64 {
 }
 
 /// Deviations over [-1, 1] × [-1, 1].
-fn grid(rows: usize, columns: usize, measured: &[f64]) -> Result<Nodes, Faults> {
+fn grid(rows: usize, columns: usize, measured: &[f64]) -> Result<Nodes, FitFaults> {
     let axis = |n: usize| (0..n).map(|i| 2.0 * i as f64 / (n - 1) as f64 - 1.0).collect::<Vec<f64>>();
-    Ok(Nodes::grid(axis(rows), axis(columns), measured.to_vec(), None, None)?)
+    Nodes::grid(axis(rows), axis(columns), measured.to_vec(), None, None)
 }
 
 /// A measurement with its second-order surface and the correction that followed.
@@ -366,7 +365,7 @@ fn iteration(
         terms: Terms::Total,
         basis: PolynomialBasis::Monomial,
     });
-    let computed = fits::compute(&nodes, &spec, plans)?;
+    let computed = fits::compute_at(&nodes, &spec, plans, place(number))?;
     let note = match number {
         0 => "simulated; the machine as it was".to_owned(),
         n => format!("simulated; after correction {n} by {}", strategy.name),

@@ -52,6 +52,31 @@ async fn numbers_beyond_reason_are_refused_where_they_stand() {
 }
 
 #[tokio::test]
+async fn samples_of_a_profile_are_pointed_at_as_they_were_posted() {
+    let app = TestApp::start().await;
+    for name in ["diameter_mm", "roll_length_mm"] {
+        let trace = json!({"tooth": "1", "flank": "left", "kind": "profile", name: [39.0, 40.0, 1e8],
+                           "deviation_um": [0.0, 0.0, 0.0]});
+        let request =
+            json!({"gear": twenty(), "traces": [trace], "evaluation": {"profile_diameter_range_mm": [39.0, 41.0]}});
+        assert_eq!(pointers(&app, "/v1/gears/evaluate", &request).await, [format!("/traces/0/{name}/2")]);
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn a_missing_eccentricity_is_told_in_words() {
+    let app = TestApp::start().await;
+    let readings: Vec<f64> = (0..20).map(|k| 1e-150 * f64::from(k)).collect();
+    let answer = taken(&app, "/v1/gears/pitch", &json!({"gear": twenty(), "readings_um": readings})).await;
+    let told =
+        answer["runout"]["warnings"].as_array().unwrap().iter().find(|told| told["code"] == "no_eccentricity").unwrap();
+    let why = "no eccentricity: squares of these heights vanish in double precision: choose a smaller unit";
+    assert_eq!(told["message"], why);
+    app.stop().await;
+}
+
+#[tokio::test]
 async fn angles_run_with_the_counting() {
     let app = TestApp::start().await;
     let ascending: Vec<f64> = (0..20).map(|k| 18.0 * f64::from(k) + 5.0).collect();

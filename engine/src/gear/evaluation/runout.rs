@@ -163,7 +163,10 @@ fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) ->
         }
     };
     let eccentricity = eccentricity(readings).unwrap_or_else(|error| {
-        let message = format!("no eccentricity: {error}");
+        let message = match error.first() {
+            Some(reason) => format!("no eccentricity: {reason}"),
+            None => format!("no eccentricity: {error}"),
+        };
         notices.push(Notice { code: "no_eccentricity", field: None, message });
         None
     });

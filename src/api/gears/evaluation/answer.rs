@@ -281,7 +281,8 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
         .zip(&read.designs)
         .map(|(trace, design)| Posted { trace, design: design.as_deref() })
         .collect();
-    let evaluation = evaluation::evaluate(gear, &posted, &body.evaluation.settings()).map_err(Problem::invalid)?;
+    let evaluation = evaluation::evaluate(gear, &posted, &body.evaluation.settings())
+        .map_err(|faults| Problem::invalid(body.placed(&faults)))?;
     let explicit = body.evaluation.explicit(&evaluation);
     let mut answer = EvaluationBody::new(evaluation, explicit);
     answer.warnings.extend(body.gear.as_ref().and_then(GearBody::hand_assumed));

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{
-    faults::Faults,
+    faults::{Faults, Field},
     gears::{
         design::modification::{self, ModificationBody, ModificationRangeBody},
         gear::GearBody,
@@ -15,6 +15,7 @@ use flankfit_engine::gear::{
     Gear, Kind, Trace,
     evaluation::{
         self, Evaluation,
+        fault::{TraceFaults, TraceField},
         settings::{
             DeviationSign, HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference,
             ProfileSettings, Settings, SlopeSign,
@@ -302,6 +303,18 @@ pub struct Traces {
 }
 
 impl EvaluateBody {
+    /// Faults of the traces by their places in the request, where a profile may be given by
+    /// diameters.
+    pub fn placed(&self, faults: &TraceFaults) -> Faults {
+        let by_diameter = |trace: usize| self.traces.get(trace).is_some_and(|trace| trace.diameter_mm.is_some());
+        Faults::by(faults, |field| match *field {
+            TraceField::Position { trace, index, .. } if by_diameter(trace) => {
+                format!("/traces/{trace}/diameter_mm/{index}")
+            }
+            other => other.pointer(),
+        })
+    }
+
     /// The traces, once their gear is known.
     pub fn traces(&self, gear: &Gear) -> Result<Traces, Faults> {
         let mut faults = Faults::default();
