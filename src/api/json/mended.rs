@@ -111,7 +111,7 @@ mod tests {
     use serde::de::DeserializeOwned;
 
     use super::*;
-    use crate::api::jobs::job::NewJobBody;
+    use crate::api::{gears::design::profile::ToolMotionBody, jobs::job::NewJobBody, json::wording::OBJECT_WANTED};
 
     /// The first as serde met it, the others sorted.
     fn of<T: DeserializeOwned>(text: &str) -> Vec<String> {
@@ -164,6 +164,25 @@ mod tests {
         // what is as long as it must be is not called too short for what was taken out of it
         assert_eq!(of::<Vec<[u8; 2]>>(r#"[["a",1],[1,2],[1],["b","c"]]"#), ["/0/0", "/2", "/3/0", "/3/1"]);
         assert_eq!(pointers(r#"{"name":1,"tags":{"a":[1]},"gear":{"teeth":[]}}"#)[0], "/name");
+    }
+
+    #[test]
+    fn the_type_of_a_union_is_a_name() {
+        let of = |text: &str| of::<ToolMotionBody>(text);
+        for wrong in ["0", "1", "2.5", "true", "[]", r#"["rack"]"#, r#"{"rack":1}"#, r#""worm""#] {
+            assert_eq!(of(&format!(r#"{{"type":{wrong},"pitch_radius_mm":26}}"#)), ["/type"], "{wrong}");
+        }
+        assert_eq!(of("{}"), ["/type"]);
+        // fields of a union of which nobody knows which one it is are not called unknown
+        assert_eq!(of(r#"{"pitch_radius_mm":26,"internal":true}"#), ["/type"]);
+        for array in ["[]", "[0]", "[0,26]", r#"["rack",26]"#, r#"["rack",{"pitch_radius_mm":26}]"#, "[[]]"] {
+            let refusal = read::<ToolMotionBody>(array.as_bytes(), None).err().unwrap();
+            assert_eq!(refusal.to_string(), OBJECT_WANTED, "{array}");
+            assert_eq!(of(array), [""], "{array}");
+        }
+        assert_eq!(read::<ToolMotionBody>(b"1", None).err().unwrap().to_string(), "expected an object, found 1");
+        let two = r#"[{"type":1,"pitch_radius_mm":26},["rack",26],{"pitch_radius_mm":26},{"type":"rack"}]"#;
+        assert_eq!(super::tests::of::<Vec<ToolMotionBody>>(two), ["/0/type", "/1", "/2/type", "/3/pitch_radius_mm"]);
     }
 
     #[test]

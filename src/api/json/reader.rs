@@ -18,7 +18,7 @@ use super::{
     refusal::Refusal,
     slice::Slice,
     stand_in::StandIn,
-    wording::{BEYOND, NAME_WANTED, too_long},
+    wording::{BEYOND, NAME_WANTED, OBJECT_WANTED, too_long},
 };
 use flankfit_engine::numerics::cancel;
 
@@ -51,7 +51,7 @@ impl<'de> Reader<'_, 'de> {
         cursor.at += 1;
         let (mut index, mut ended) = (0, false);
         let entries = Entries { cursor: &mut *cursor, place, mended, index: &mut index, ended: &mut ended };
-        let value = visitor.visit_seq(entries).map_err(|refusal| refusal.at(place))?;
+        let value = visitor.visit_seq(entries).map_err(|refusal| refusal.of_entries().at(place))?;
         let taken = index;
         while !ended {
             ended = !next_entry(cursor, index)?;
@@ -138,7 +138,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
         visitor: V,
     ) -> Result<V::Value, Refusal> {
         match self.cursor.token()? {
-            Token::Array => Err(Refusal::value("expected an object, found an array").at(self.place)),
+            Token::Array => Err(Refusal::value(OBJECT_WANTED).at(self.place)),
             _ => self.deserialize_any(visitor),
         }
     }
@@ -164,6 +164,16 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
         visitor.visit_enum(name).map_err(|refusal| refusal.at(self.place))
     }
 
+    /// The `type` of a union. serde would take a number for the place of a variant in its
+    /// declaration, and the first entry of an array for the `type`.
+    fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
+        match (self.place, self.cursor.token()?) {
+            (Place::Entry(union, _), _) => Err(Refusal::value(OBJECT_WANTED).at(union)),
+            (_, Token::String) => self.deserialize_any(visitor),
+            _ => Err(Refusal::value(NAME_WANTED).at(self.place)),
+        }
+    }
+
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
         self.cursor.skip_value()?;
         visitor.visit_unit()
@@ -171,7 +181,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
 
     serde::forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
-        tuple_struct identifier
+        tuple_struct
     }
 }
 

@@ -10,7 +10,7 @@ use serde::de::{self, Expected, Unexpected};
 use super::{
     cursor::Syntax,
     place::{Place, escape},
-    wording::{mismatch, no_such_field, one_of, too_short, unknown_name},
+    wording::{OBJECT_WANTED, mismatch, no_such_field, one_of, too_short, unknown_name},
 };
 use crate::api::faults::Fault;
 
@@ -73,6 +73,14 @@ impl Refusal {
             self.0.pointer = Some(pointer);
         }
         self
+    }
+
+    /// The same of the entries of an array: where a field is missed, an object was wanted.
+    pub fn of_entries(self) -> Self {
+        match self.0.wrong {
+            Wrong::Missing(_) if self.0.pointer.is_none() => Self::value(OBJECT_WANTED),
+            _ => self,
+        }
     }
 
     /// The same of what stands in for a missing value at `place`.

@@ -85,9 +85,13 @@ impl<'de> Deserializer<'de> for StandIn {
         visitor.visit_enum(name)
     }
 
+    /// The `type` of a union: whichever stood in, fields of the others would be called unknown.
+    fn deserialize_identifier<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Refusal> {
+        Err(Refusal::value("nothing can stand in for it"))
+    }
+
     serde::forward_to_deserialize_any! {
-        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char byte_buf unit unit_struct tuple_struct identifier
-        ignored_any
+        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char byte_buf unit unit_struct tuple_struct ignored_any
     }
 }
 

@@ -13,6 +13,8 @@ const REPEATED: usize = 64;
 
 /// Of a number that no double holds.
 pub const BEYOND: &str = "the number is beyond double precision (about 1.8e308)";
+/// Of an array where an object is wanted, whatever the array holds.
+pub const OBJECT_WANTED: &str = "expected an object, found an array";
 /// Of what is no string where a name is wanted.
 pub const NAME_WANTED: &str = "expected one of the names that are offered here, in quotes";
 

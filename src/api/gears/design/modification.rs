@@ -14,7 +14,7 @@ use flankfit_engine::gear::{
 /// material is removed. They refer to the range given with them, over which u runs from root to tip
 /// and v from the lower to the higher end, both from −1 to 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields, expecting = "an object")]
 #[schema(as = FlankModification)]
 pub enum ModificationBody {
     /// C_α u².

@@ -120,7 +120,7 @@ pub enum ThroughName {
 
 /// How tool and gear move.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields, expecting = "an object")]
 #[schema(as = ToolMotion)]
 pub enum ToolMotionBody {
     /// A rack whose pitch line rolls on the gear's circle of this radius.
