@@ -44,7 +44,8 @@ pub struct ServeSettings {
     #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60,
         value_parser = clap::value_parser!(u64).range(1..))]
     pub body_timeout: u64,
-    /// Seconds without progress after which a client that does not read its response is disconnected.
+    /// Seconds without progress after which a client that does not read its response is
+    /// disconnected.
     #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30,
         value_parser = clap::value_parser!(u64).range(1..))]
     pub write_timeout: u64,

@@ -55,8 +55,8 @@ pub fn preference(headers: &HeaderMap, media: &str) -> Preference {
 }
 
 impl Format {
-    /// What `Accept` prefers; JSON where it has no preference, and of two that it prefers alike the one
-    /// it names more exactly. `what` begins the sentence of a refusal.
+    /// What `Accept` prefers; JSON where it has no preference, and of two that it prefers alike the
+    /// one it names more exactly. `what` begins the sentence of a refusal.
     pub fn negotiated(headers: &HeaderMap, what: &str) -> Result<Format, Problem> {
         let [json, csv] = ["application/json", "text/csv"].map(|media| preference(headers, media));
         if json.quality > 0.0 && json >= csv {

@@ -23,7 +23,8 @@ use super::{
 /// Jobs and everything that can be done with them.
 ///
 /// Whoever waits for a use case may leave at any time. What the store has taken is then finished
-/// all the same, with what follows from it (`run_to_completion`); what it has not taken yet is not begun.
+/// all the same, with what follows from it (`run_to_completion`); what it has not taken yet is not
+/// begun.
 pub struct Jobs {
     pub(super) repository: Arc<dyn Repository>,
     pub(super) clock: Arc<dyn Clock>,

@@ -4,6 +4,7 @@
 
 mod circles;
 mod dependencies;
+mod sizes;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -110,7 +110,8 @@ proptest! {
         let [a, b] = drawn[..] else { panic!("{} shapes", drawn.len()) };
         check_curve(&file, a, &curve, &first);
         check_surface(&file, b, &surface, &second);
-        prop_assert!(a.label.len() <= 8 && first.contains(a.label.chars().next().unwrap_or('\0')) != a.label.is_empty());
+        prop_assert!(a.label.len() <= 8);
+        prop_assert!(first.contains(a.label.chars().next().unwrap_or('\0')) != a.label.is_empty());
     }
 }
 

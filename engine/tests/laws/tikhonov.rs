@@ -82,10 +82,14 @@ proptest! {
         let x = rows(&problem.x);
         let mut signs = vec![1.0];
         for _ in 0..order {
-            signs = (0..=signs.len()).map(|i| if i > 0 { signs[i - 1] } else { 0.0 } - signs.get(i).copied().unwrap_or(0.0)).collect();
+            let at = |i: usize| signs.get(i).copied().unwrap_or(0.0);
+            signs = (0..=signs.len()).map(|i| if i > 0 { at(i - 1) } else { 0.0 } - at(i)).collect();
         }
         let differences: Rows = (0..n - order)
-            .map(|row| (0..n).map(|j| Big::from(if j >= row { signs.get(j - row).copied().unwrap_or(0.0) } else { 0.0 })).collect())
+            .map(|row| {
+                let at = |j: usize| j.checked_sub(row).and_then(|k| signs.get(k)).copied().unwrap_or(0.0);
+                (0..n).map(|j| Big::from(at(j))).collect()
+            })
             .collect();
         let weight = 2.5;
         let penalty: Rows = gram(&differences).iter().map(|r| r.iter()

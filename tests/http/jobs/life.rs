@@ -12,6 +12,29 @@ use reqwest::{
 };
 use serde_json::{Value, json};
 
+/// The first iteration in the trace, by the answers that made it.
+fn check_traced(told: &Value, first: &Value, second: &Value) {
+    assert_eq!(told["decision"], "remachine");
+    assert_eq!(told["measured_at"], "2026-11-21T08:30:00.000000Z");
+    assert_eq!(told["fits"][0]["id"], first["fits"][0]["id"]);
+    assert_eq!(told["fits"][1]["lambda_star"], 0.001);
+    assert_eq!(told["fits"][1]["criterion"], "fixed");
+    assert_eq!(told["fits"][1]["count"], 2);
+    assert_eq!(told["fits"][1]["reason"], "smoother");
+    assert_eq!(told["fits"][1]["coefficients"], second["result"]["coefficients"]);
+    let result = &second["result"];
+    assert_eq!(told["fits"][1]["condition"], result["spectrum"]["condition"]);
+    assert_eq!(told["fits"][1]["regularized_condition"], result["spectrum"]["regularized"]["condition"]);
+    assert_eq!(told["fits"][1]["bias_norm"], result["bias"]["norm"]);
+    assert_eq!(told["fits"][1]["bias_sharp_bound"], result["bias"]["sharp_bound"]);
+    assert_eq!(told["fits"][1]["rms"], result["residuals"]["rms"]);
+    assert_eq!(told["fits"][1]["max_abs"], result["residuals"]["max_abs"]);
+    assert_eq!(told["choices"][0]["fit_id"], first["fits"][0]["id"]);
+    assert_eq!(told["choices"][1]["fit_id"], second["id"]);
+    assert_eq!(told["choices"][1]["reason"], "less noise");
+    assert_eq!(told["decisions"][0]["decision"], "remachine");
+}
+
 #[tokio::test]
 async fn a_job_from_creation_to_acceptance() {
     let mut app = TestApp::start().await;
@@ -105,26 +128,7 @@ async fn a_job_from_creation_to_acceptance() {
     // Every field of the answer is documented.
     assert_eq!(serde_json::to_value(documented).unwrap(), trace);
     assert_eq!(trace["job"]["name"], "wheel");
-    let told = &trace["iterations"][0];
-    assert_eq!(told["decision"], "remachine");
-    assert_eq!(told["measured_at"], "2026-11-21T08:30:00.000000Z");
-    assert_eq!(told["fits"][0]["id"], first["fits"][0]["id"]);
-    assert_eq!(told["fits"][1]["lambda_star"], 0.001);
-    assert_eq!(told["fits"][1]["criterion"], "fixed");
-    assert_eq!(told["fits"][1]["count"], 2);
-    assert_eq!(told["fits"][1]["reason"], "smoother");
-    assert_eq!(told["fits"][1]["coefficients"], second["result"]["coefficients"]);
-    let result = &second["result"];
-    assert_eq!(told["fits"][1]["condition"], result["spectrum"]["condition"]);
-    assert_eq!(told["fits"][1]["regularized_condition"], result["spectrum"]["regularized"]["condition"]);
-    assert_eq!(told["fits"][1]["bias_norm"], result["bias"]["norm"]);
-    assert_eq!(told["fits"][1]["bias_sharp_bound"], result["bias"]["sharp_bound"]);
-    assert_eq!(told["fits"][1]["rms"], result["residuals"]["rms"]);
-    assert_eq!(told["fits"][1]["max_abs"], result["residuals"]["max_abs"]);
-    assert_eq!(told["choices"][0]["fit_id"], first["fits"][0]["id"]);
-    assert_eq!(told["choices"][1]["fit_id"], second["id"]);
-    assert_eq!(told["choices"][1]["reason"], "less noise");
-    assert_eq!(told["decisions"][0]["decision"], "remachine");
+    check_traced(&trace["iterations"][0], &first, &second);
     assert_eq!(trace["iterations"][1]["decision"], "accept");
     assert_eq!(trace["iterations"].as_array().unwrap().len(), 2);
 

@@ -15,7 +15,8 @@ pub struct StudyResult {
     pub smallest_correlation: Option<f64>,
     /// The largest one, likewise.
     pub largest_correlation: Option<f64>,
-    /// |V₁ᵀA|/‖A‖, the share of A along the eigenvector of the smallest eigenvalue; `None` for A = 0.
+    /// |V₁ᵀA|/‖A‖, the share of A along the eigenvector of the smallest eigenvalue; `None` for
+    /// A = 0.
     pub along_smallest: Option<f64>,
     /// One entry for each level, in the order given.
     pub levels: Vec<LevelResult>,

@@ -106,7 +106,9 @@ pub struct EvaluationSettingsBody {
 
 /// Declares an enum of the wire that stands for one of the domain.
 macro_rules! names {
-    ($(#[$doc:meta])* $name:ident as $schema:ident for $domain:ty { $($(#[$variant_doc:meta])* $variant:ident => $path:path,)+ }) => {
+    ($(#[$doc:meta])* $name:ident as $schema:ident for $domain:ty {
+        $($(#[$variant_doc:meta])* $variant:ident => $path:path,)+
+    }) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
         #[serde(rename_all = "snake_case")]
