@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use flankfit_engine::estimation::result::{Times, Warning};
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -14,4 +16,33 @@ pub struct WarningBody {
     pub code: Cow<'static, str>,
     /// In words, with the numbers that matter.
     pub message: String,
+}
+
+impl From<&Warning> for WarningBody {
+    fn from(warning: &Warning) -> Self {
+        WarningBody { code: warning.code().into(), message: sentence(warning) }
+    }
+}
+
+/// The engine's words, but where the contract has names for what they speak of.
+pub fn sentence(warning: &Warning) -> String {
+    match warning {
+        Warning::FilterNotConverged { filter, rounds, lines } => format!(
+            "filters/{filter}: the robust filter still moved after {rounds} rounds on {lines} line(s); its last round \
+             stands"
+        ),
+        Warning::NormLimitBelowEstimate { limit, norm } => format!(
+            "coefficient_norm_limit {limit} is below ‖Â‖ = {norm} of this fit: the bounds limit the expected bias, \
+             the observed one may exceed them"
+        ),
+        Warning::SigmaMissing(what) => format!(
+            "{what} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is answered"
+        ),
+        Warning::WorseThanLeastSquares(factor) => format!(
+            "this choice is predicted to have {} the mean squared coefficient error of plain least squares: the \
+             surface has a real component along the regularised directions; see regularization.choices",
+            Times(*factor)
+        ),
+        other => other.to_string(),
+    }
 }

@@ -26,6 +26,7 @@ pub mod simulation;
 pub mod tolerance;
 pub mod tooth;
 pub mod trace;
+pub mod warning;
 
 pub use data::{Gear, GearData, Hand, Side, Tool};
 pub use fault::{GearField, GearReason, Refused};

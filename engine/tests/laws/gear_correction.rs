@@ -269,7 +269,9 @@ fn bounds_are_of_the_size_of_settings_and_the_default_does_not_warn_against_itse
         let want = reached.max(norm);
         assert!((bias.coefficient_norm_limit - want).abs() < 1e-6 * want, "{} {want}", bias.coefficient_norm_limit);
         assert!(own.settings.iter().all(|s| s.bias_bound.unwrap() < 100.0), "{seed}: {:?}", own.settings);
-        let codes = |s: &Solution| s.fit.warnings.iter().chain(&s.warnings).map(|w| w.code).collect::<Vec<_>>();
+        let codes = |s: &Solution| {
+            s.fit.warnings.iter().map(|w| w.code()).chain(s.warnings.iter().map(|w| w.code)).collect::<Vec<_>>()
+        };
         for code in ["worse_than_least_squares", "norm_limit_below_estimate"] {
             assert!(!codes(&own).contains(&code), "{seed}: {:?}", codes(&own));
         }

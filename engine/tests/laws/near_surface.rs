@@ -201,7 +201,7 @@ fn starved_cells_are_named_or_smoothed() {
     let parameter = Parameter::Fixed(1e-6);
     let smooth = Regularization::Tikhonov(Tikhonov { order: 2, weights: None, parameter });
     let found = surface(&points, &spec(model([3, 3], [12, 12]), smooth), ALL).unwrap();
-    assert!(found.empty_spans > 20 && found.warnings.iter().any(|w| w.code == "empty_spans"));
+    assert!(found.empty_spans > 20 && found.warnings.iter().any(|w| w.code() == "empty_spans"));
     // a plane has no roughness
     for (u, v) in [(-0.99, -0.99), (0.0, 0.0), (0.97, -0.9)] {
         assert!(

@@ -141,7 +141,7 @@ pub fn least_squares_values(result: &FitResult) -> Vec<f64> {
 }
 
 pub fn warned(result: &FitResult, code: &str) -> bool {
-    result.warnings.iter().any(|w| w.code == code)
+    result.warnings.iter().any(|w| w.code() == code)
 }
 
 /// `|a − b| ≤ relative · max(|a|, |b|) + absolute`.

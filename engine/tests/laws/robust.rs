@@ -173,7 +173,7 @@ fn answers_that_are_not_unique_say_so() {
     let robust = result.robust.as_ref().unwrap();
     assert_eq!((robust.unique, robust.objective), (Some(false), 9.0));
     assert!((1.0..=3.0).contains(&values(&result)[0]));
-    assert!(result.warnings.iter().any(|w| w.code == "not_unique"));
+    assert!(result.warnings.iter().any(|w| w.code() == "not_unique"));
     // of an odd number, and with a height three times: degenerate, but unique
     for y in [vec![0.0, 1.0, 5.0], vec![0.0, 2.0, 2.0, 2.0, 9.0]] {
         let problem = Problem { x: vec![vec![1.0]; y.len()], y, weight: None };

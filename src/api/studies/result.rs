@@ -206,11 +206,7 @@ impl RandomizationResult {
                 error_ratio: o.error_ratio,
                 condition_ratio: o.condition_ratio,
             }),
-            warnings: result
-                .warnings
-                .into_iter()
-                .map(|w| WarningBody { code: w.code.into(), message: w.message })
-                .collect(),
+            warnings: result.warnings.iter().map(WarningBody::from).collect(),
             engine: crate::api::ENGINE.to_owned(),
         }
     }

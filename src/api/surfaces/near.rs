@@ -10,12 +10,13 @@ use crate::api::{
     json::writer::{Json, Object},
     problem::Problem,
     shapes::places::beyond,
+    warning::sentence,
 };
 use flankfit_engine::{
     estimation::{
         self, FitSpec, Nodes, Plans,
         near::{self, Shape, SurfaceFit, SurfaceInclude, SurfacePoints},
-        result::{Arithmetic, Warning},
+        result::Arithmetic,
         spec::{Degree, Estimator, Include, Knots, Model, Regularization, Scaling},
     },
     geometry::surface::{SurfaceShape, construct::Method, least_squares::AxisKnots},
@@ -66,7 +67,7 @@ pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base
     object.list("fits", [text], |object, text| {
         object.string("coordinate", "z").raw("result", &text);
     });
-    let warnings: Vec<_> = result.warnings.iter().map(|warning| (warning.code, warning.message.clone())).collect();
+    let warnings: Vec<_> = result.warnings.iter().map(|warning| (warning.code(), sentence(warning))).collect();
     write_warnings(&mut object, &warnings);
     object.end();
     json.finish().map_err(|_| beyond(base))
@@ -102,8 +103,8 @@ fn banded(nodes: &Nodes, spec: &FitSpec, base: &str) -> Result<Vec<u8>, Problem>
     let columns = surface.bases()[1].distinct_knots().len() - 1;
     write_surface(&mut object, &SurfaceShape::BSpline(surface.clone()), None);
     object.object("banded_fit", |object| write_banded(object, &fit, columns));
-    object.list("warnings", &fit.warnings, |object, Warning { code, message }| {
-        object.string("code", code).string("message", message);
+    object.list("warnings", &fit.warnings, |object, warning| {
+        object.string("code", warning.code()).string("message", &sentence(warning));
     });
     object.end();
     json.finish().map_err(|_| beyond(base))

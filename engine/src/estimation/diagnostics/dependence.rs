@@ -50,15 +50,7 @@ pub(crate) fn refuse_dependence(
     if matches!(spec.regularization, Regularization::Spectral { .. }) {
         return Err(FitError::RankDeficient { rank, columns: design.size(), terms });
     }
-    warnings.push(Warning {
-        code: "rank_deficient",
-        message: format!(
-            "the columns of {} depend on each other over these nodes (rank {rank} of {}): \
-             the least-squares figures are those of the minimum-norm solution in the scaled columns",
-            terms.join(", "),
-            design.size()
-        ),
-    });
+    warnings.push(Warning::RankDeficient { terms, rank, columns: design.size() });
     Ok(())
 }
 

@@ -26,10 +26,7 @@ impl Dropped {
 
     fn warn(self, warnings: &mut Vec<Warning>) {
         if !self.0.is_empty() {
-            warnings.push(Warning {
-                code: "beyond_double",
-                message: format!("left out because they leave the range of double precision: {}", self.0.join(", ")),
-            });
+            warnings.push(Warning::BeyondDouble(self.0));
         }
     }
 }

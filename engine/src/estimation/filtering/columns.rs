@@ -62,37 +62,18 @@ pub(super) fn compare(
     let after = match r {
         Factored::Plain(factor) => figures(&design, &factor, kept.count(), weight(&kept))?,
         Factored::Degenerate => {
-            warnings.push(Warning {
-                code: "filtered_columns_dependent",
-                message:
-                    "the filters leave columns that double precision cannot tell apart: condition, correlation and \
-                          variance inflation after filtering are left out"
-                        .into(),
-            });
+            warnings.push(Warning::FilteredColumnsDependent);
             counted
         }
         Factored::TooMuch => {
-            warnings.push(Warning {
-                code: "filtered_columns_not_examined",
-                message:
-                    "the columns were not filtered too, because that is too much work for so many nodes: condition, \
-                          correlation and variance inflation after filtering are left out"
-                        .into(),
-            });
+            warnings.push(Warning::FilteredColumnsNotExamined);
             counted
         }
     };
     if let (Some(low), Some(high)) = (before.condition, after.condition)
         && high > 2.0 * low
     {
-        warnings.push(Warning {
-            code: "filtering_raises_collinearity",
-            message: format!(
-                "filtering raises the condition of the columns from {low:.3e} to {high:.3e}: what tells the terms \
-                 apart is \
-                 partly smoothed away"
-            ),
-        });
+        warnings.push(Warning::FilteringRaisesCollinearity { before: low, after: high });
     }
     Ok([before, after])
 }

@@ -95,13 +95,7 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
     let mut applied = steps::apply(nodes, &spec.filters)?;
     let mut result = fit_nodes(&applied.nodes, spec, plans)?;
     if spec.filters.iter().any(|filter| !matches!(filter, Filter::Hampel(_))) {
-        applied.warnings.push(Warning {
-            code: "filtered_noise",
-            message: "a low-pass filter leaves neighbouring heights with common noise: σ, standard errors and the \
-                choice of λ* \
-                      are those of the filtered heights and take their noise for independent"
-                .into(),
-        });
+        applied.warnings.push(Warning::FilteredNoise);
     }
     let [before, after] = columns::compare(nodes, &applied.nodes, &applied.steps, spec, &mut applied.warnings)?;
     let report = FilteringReport { filters: applied.reports, before, after };

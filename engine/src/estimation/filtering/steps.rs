@@ -139,14 +139,10 @@ pub(super) fn apply(nodes: &Nodes, filters: &[Filter]) -> Result<Applied, Faults
                     (0..z.len()).filter(|&i| present[i]).for_each(|i| z[i] = smooth[i]);
                     iteration = Some(IterationReport { iterations: robust.rounds, converged: robust.unfinished == 0 });
                     if robust.unfinished > 0 {
-                        warnings.push(Warning {
-                            code: "filter_not_converged",
-                            message: format!(
-                                "filters/{at}: the robust filter still moved after {ROUNDS} rounds on {} line(s); its \
-                                 last \
-                                 round stands",
-                                robust.unfinished
-                            ),
+                        warnings.push(Warning::FilterNotConverged {
+                            filter: at,
+                            rounds: ROUNDS,
+                            lines: robust.unfinished,
                         });
                     }
                     delta = Some(robust.delta);

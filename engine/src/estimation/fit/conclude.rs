@@ -143,11 +143,7 @@ impl<'a> Solved<'a> {
         let sigma = (degrees_of_freedom > 0).then(|| (least_squares_rss / degrees_of_freedom as f64).sqrt());
         let noise = robust.map_or(sigma, |robust| robust.estimate.sigma.filter(|_| degrees_of_freedom > 0));
         if sigma.is_none() {
-            warnings.push(Warning {
-                code: "no_degrees_of_freedom",
-                message: "as many coefficients as nodes: there is no estimate of the noise, so no standard errors"
-                    .into(),
-            });
+            warnings.push(Warning::NoDegreesOfFreedom);
         }
         let weight = robust.map_or(heights.weight, |robust| robust.weight);
         Ok(Solved {
@@ -207,13 +203,7 @@ impl<'a> Solved<'a> {
             norm: self.spectrum.a.iter().map(|a| a * a).sum::<f64>().sqrt(),
         };
         let after = after.unwrap_or_else(|| {
-            warnings.push(Warning {
-                code: "no_regularized_perturbation",
-                message:
-                    "perturbation bounds are those of one matrix X + B; this estimate is not made by one, so only \
-                          least squares has them"
-                        .into(),
-            });
+            warnings.push(Warning::NoRegularizedPerturbation);
             perturbation::Estimate { condition: None, largest: 0.0, norm: 0.0 }
         });
         let vanishing = before.norm == 0.0 || (bounded && after.norm == 0.0);
@@ -224,18 +214,9 @@ impl<'a> Solved<'a> {
         let unbounded =
             report.least_squares.square_bound.is_none() || (bounded && report.regularized.square_bound.is_none());
         if vanishing {
-            warnings.push(Warning {
-                code: "no_relative_error",
-                message: "the coefficients are all 0: bounds on their relative error divide by their length, so there \
-                          are none"
-                    .into(),
-            });
+            warnings.push(Warning::NoRelativeError);
         } else if unbounded {
-            warnings.push(Warning {
-                code: "perturbation_unbounded",
-                message: "the node uncertainty times the condition reaches 1: the square bound does not exist there"
-                    .into(),
-            });
+            warnings.push(Warning::PerturbationUnbounded);
         }
         Some(report)
     }
@@ -264,13 +245,7 @@ impl<'a> Solved<'a> {
             length: self.heights.about_zero.sqrt(),
         });
         if digits < 6.0 {
-            warnings.push(Warning {
-                code: "few_digits",
-                message: format!(
-                    "the posted numbers, rounded to doubles, determine the worst coefficient to about {digits:.0} \
-                     digits only"
-                ),
-            });
+            warnings.push(Warning::FewDigits(digits));
         }
         digits
     }

@@ -171,33 +171,18 @@ pub(super) fn report(
     let freedom = count as f64 - effective;
     let has_freedom = freedom > 1e-9 * count as f64;
     if !has_freedom {
-        warnings.push(Warning {
-            code: "no_degrees_of_freedom",
-            message: "as many coefficients as nodes: there is no estimate of the noise, so no standard errors".into(),
-        });
+        warnings.push(Warning::NoDegreesOfFreedom);
     }
     if solved.factor.condition.is_none() {
-        warnings.push(Warning {
-            code: "condition_unknown",
-            message: "the extreme eigenvalues did not settle within the limit of the iteration".into(),
-        });
+        warnings.push(Warning::ConditionUnknown);
     }
     if let Some(Weight { reached: false, .. }) = weight {
-        warnings.push(Warning {
-            code: "criterion_not_reached",
-            message: "the criterion is not met within the range of λ searched: its end is answered".into(),
-        });
+        warnings.push(Warning::CriterionNotReached);
     }
     let nodes_per_span = problem.nodes_per_span();
     let empty_spans = nodes_per_span.iter().filter(|&&nodes| nodes == 0).count();
     if empty_spans > 0 {
-        warnings.push(Warning {
-            code: "empty_spans",
-            message: format!(
-                "{empty_spans} of {} cells hold no node: the surface there follows its neighbours",
-                nodes_per_span.len()
-            ),
-        });
+        warnings.push(Warning::EmptySpans { empty: empty_spans, cells: nodes_per_span.len() });
     }
     let spread = problem.include.standard_errors.then(|| spread(system, &solved, penalty, &mut warnings)).flatten();
     let residuals = problem.include.residuals.then(|| system.residuals(&solved.coefficients).values);
@@ -258,10 +243,7 @@ fn spread(system: &System, solved: &Solved, penalty: Option<Penalty>, warnings: 
     };
     let fisher = &system.normal.fisher;
     if 6.0 * (n as f64).powi(2) * fisher.width() as f64 > MOST_OPERATIONS {
-        warnings.push(Warning {
-            code: "no_standard_errors",
-            message: format!("standard errors of {n} penalised coefficients ask for as many solutions: too many"),
-        });
+        warnings.push(Warning::NoStandardErrors(n));
         return None;
     }
     let mut unit = vec![0.0; n];

@@ -36,7 +36,7 @@ pub use setup::{ColumnScaling, Setup, Study};
 use rayon::prelude::*;
 
 use super::{error::FitError, result::Warning};
-use crate::{fault::words::Shown, numerics::cancel};
+use crate::numerics::cancel;
 use outcome::Outcome;
 use references::Base;
 
@@ -102,26 +102,15 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
             }
         })
         .collect();
-    let lost: Vec<String> = levels.iter().filter(|l| !l.complete()).map(|l| Shown(l.level).to_string()).collect();
+    let lost: Vec<f64> = levels.iter().filter(|l| !l.complete()).map(|l| l.level).collect();
     if !lost.is_empty() {
-        warnings.push(Warning {
-            code: "dependent_columns",
-            message: format!(
-                "the columns depend on each other at the level(s) {}: figures that do not exist there are left out",
-                lost.join(", ")
-            ),
-        });
+        warnings.push(Warning::DependentLevels(lost));
     }
     let references = base.references(&outcomes, &mut warnings);
     let optimum = if study.noise_sigma > 0.0 {
         result::optimum(&levels, &references.least_squares)
     } else {
-        warnings.push(Warning {
-            code: "no_noise",
-            message: "without noise least squares is exact, and nothing that randomising does can be better: there is \
-                no optimum"
-                .into(),
-        });
+        warnings.push(Warning::NoNoise);
         None
     };
     Ok(StudyResult {

@@ -100,16 +100,7 @@ impl Base {
             })
         };
         if !self.spectrum.full_rank() {
-            warnings.push(Warning {
-                code: "rank_deficient",
-                message: format!(
-                    "the columns depend on each other (rank {} of {}): the spectral schemes divide by λ₁ = 0 and are \
-                     left out, \
-                     least squares is the minimum-norm solution",
-                    self.spectrum.rank,
-                    self.lambda().len()
-                ),
-            });
+            warnings.push(Warning::NoSpectralSchemes { rank: self.spectrum.rank, columns: self.lambda().len() });
         }
         References {
             least_squares,

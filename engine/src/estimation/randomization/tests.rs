@@ -171,7 +171,7 @@ fn dependent_columns_are_told_not_invented() {
     assert!(result.references.spectral_exact.is_none() && result.references.least_squares.condition.is_none());
     assert!(result.levels[0].figures.condition.is_none() && result.levels[2].figures.condition.is_some());
     assert!(result.references.least_squares.bias_norm_squared.is_some());
-    let codes: Vec<_> = result.warnings.iter().map(|w| w.code).collect();
+    let codes: Vec<_> = result.warnings.iter().map(|w| w.code()).collect();
     assert_eq!(codes, ["dependent_columns", "rank_deficient"]);
 }
 

@@ -35,7 +35,6 @@ use super::{
     spec::FitSpec,
 };
 use crate::estimation::fault::{Faults, Field, NodeList, NodesReason, RangeReason};
-use crate::fault::words::Shown;
 pub use state::State;
 use sums::Sums;
 
@@ -172,24 +171,12 @@ impl Recursive {
             evidence: Evidence::Summed(&sums.summary),
         };
         let mut result = report(&linear, &heights, &self.spec)?;
-        result.warnings.push(Warning {
-            code: "nodes_not_kept",
-            message:
-                "an estimate of a stream keeps sums only: the largest residual, single residuals and the rows of B \
-                      are given when the stream is finished"
-                    .into(),
-        });
+        result.warnings.push(Warning::NodesNotKept);
         if self.forgetting < 1.0 {
-            result.warnings.push(Warning {
-                code: "forgetting",
-                message: format!(
-                    "with a forgetting factor of {} the weights of all {} nodes add up to {:.6}; weights are relative \
-                     1/σ², so \
-                     sigma is that of the newest node, older ones counting as noisier",
-                    Shown(self.forgetting),
-                    sums.summary.count,
-                    heights.weight
-                ),
+            result.warnings.push(Warning::Forgetting {
+                factor: self.forgetting,
+                nodes: sums.summary.count,
+                weight: heights.weight,
             });
         }
         Ok(Some(result))

@@ -5,7 +5,7 @@ use crate::estimation::{
     estimate::{Estimate, LeastSquares},
     problem::{LinearProblem, Residuals},
     result::{
-        BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationReport, RegularizedSpectrum,
+        BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationReport, Regularized, RegularizedSpectrum,
         RidgeTracePoint, Warning,
     },
     selection::selector::warn_about,
@@ -51,13 +51,7 @@ impl Context<'_> {
             };
         };
         if r < norm {
-            warnings.push(Warning {
-                code: "norm_limit_below_estimate",
-                message: format!(
-                    "coefficient_norm_limit {r} is below ‖Â‖ = {norm} of this fit: the bounds limit the expected bias, \
-                     the observed one may exceed them"
-                ),
-            });
+            warnings.push(Warning::NormLimitBelowEstimate { limit: r, norm });
         }
         r
     }
@@ -103,21 +97,20 @@ impl Context<'_> {
     }
 
     /// Says what was included but does not exist for `kind`.
-    pub(crate) fn warn_of_missing(&self, kind: &str, curve: bool, warnings: &mut Vec<Warning>) {
+    pub(crate) fn warn_of_missing(&self, kind: Regularized, curve: bool, warnings: &mut Vec<Warning>) {
         let include = self.spec.include;
         if include.lambda_curve && !curve {
-            warnings.push(Warning { code: "no_lambda_curve", message: format!("{kind} has no λ* to run along") });
+            warnings.push(Warning::NoLambdaOf(kind));
         }
         if include.matrix_b {
-            warnings
-                .push(Warning { code: "no_matrix_b", message: "only spectral regularisation has a matrix B".into() });
+            warnings.push(Warning::MatrixBIsSpectral);
         }
         self.warn_of_trace(warnings);
     }
 
     pub(crate) fn warn_of_trace(&self, warnings: &mut Vec<Warning>) {
         if self.spec.include.ridge_trace {
-            warnings.push(Warning { code: "no_ridge_trace", message: "only ridge has a ridge trace".into() });
+            warnings.push(Warning::NoRidgeTrace);
         }
     }
 }

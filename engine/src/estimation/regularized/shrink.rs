@@ -15,7 +15,7 @@ use super::{
 use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     error::FitError,
-    result::{Choice, LambdaCurvePoint, RegularizationKind, RegularizationReport, Warning},
+    result::{Choice, LambdaCurvePoint, NeedsSigma, RegularizationKind, RegularizationReport, Regularized, Warning},
     selection::{
         Rule, Search, Spectral, Unavailable, range,
         selector::{Comparison, ParameterProblem, select, warn_of_missing_sigma},
@@ -43,7 +43,7 @@ pub(super) fn james_stein(
     };
     let p = target.directions();
     check_directions(p)?;
-    context.warn_of_missing("James–Stein", false, warnings);
+    context.warn_of_missing(Regularized::JamesStein, false, warnings);
     let variance = match (context.spec.noise_sigma, asked.factor) {
         (None, ShrinkageFactor::JamesStein | ShrinkageFactor::EfronMorris) => {
             context.variance.map(|_| context.least_squares.rss / (context.degrees_of_freedom as f64 + 2.0))
@@ -60,7 +60,7 @@ pub(super) fn james_stein(
         if asked.positive_part { factor.max(0.0) } else { factor }
     });
     if factor.is_none() {
-        warn_of_missing_sigma("James–Stein", warnings);
+        warn_of_missing_sigma(NeedsSigma::JamesStein, warnings);
     }
     let c = factor.unwrap_or(1.0);
     let report = target.report(RegularizationKind::JamesStein);
@@ -89,7 +89,7 @@ pub(super) fn attraction(
     warnings: &mut Vec<Warning>,
 ) -> Result<Applied, FitError> {
     let target = AttractionTarget::at(context, Some(&asked.target), warnings);
-    context.warn_of_missing("attraction", true, warnings);
+    context.warn_of_missing(Regularized::Attraction, true, warnings);
     // seen from T, every direction of X(Â − T) is alike: the sums of ridge with eigenvalue 1
     let lambda = vec![1.0; target.directions()];
     let away: Vec<f64> = context
@@ -114,13 +114,7 @@ pub(super) fn attraction(
     let selection = select(&attracted, asked.parameter, want_curve, warnings)?;
     let drawn = selection.answer;
     if let Some(Drawn { weight: None, .. }) = drawn {
-        warnings.push(Warning {
-            code: "attracted_entirely",
-            message:
-                "nothing of the distance to the target stands out of the noise: the target itself is answered, and \
-                      the weight, which would be infinite, is left out"
-                    .into(),
-        });
+        warnings.push(Warning::AttractedEntirely);
     }
     let c = drawn.map_or(1.0, |drawn| drawn.factor);
     context.judge(&selection.choices, &target.choice(c), warnings);

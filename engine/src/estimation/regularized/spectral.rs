@@ -140,19 +140,15 @@ impl AppliedFilter<'_> {
             return Ok(None);
         }
         let (_, Some(_)) = filters::scheme_and_count(self.selected.rule) else {
-            warnings
-                .push(Warning { code: "no_matrix_b", message: "only spectral regularisation has a matrix B".into() });
+            warnings.push(Warning::MatrixBIsSpectral);
             return Ok(None);
         };
         if columns.constant.is_some() {
-            warnings.push(Warning {
-                code: "no_matrix_b",
-                message: "of standardised columns there is no B to be added to the posted ones".into(),
-            });
+            warnings.push(Warning::MatrixBOfStandardized);
             return Ok(None);
         }
         let Evidence::Posted { sample, .. } = linear.evidence else {
-            warnings.push(Warning { code: "no_matrix_b", message: "the rows of B need the nodes themselves".into() });
+            warnings.push(Warning::MatrixBNeedsNodes);
             return Ok(None);
         };
         let (m, n) = (sample.count(), linear.design.size());

@@ -54,11 +54,7 @@ impl<'a> AttractionTarget<'a> {
         if let Some(constant) = &context.columns.constant
             && given(constant.index) != 0.0
         {
-            warnings.push(Warning {
-                code: "target_of_constant_unused",
-                message: "standardised columns leave the constant unpenalised: its entry of the target takes no part"
-                    .into(),
-            });
+            warnings.push(Warning::TargetOfConstantUnused);
         }
         Self::with((0..n).map(|j| Dd::from(given(j))).collect(), None, context)
     }

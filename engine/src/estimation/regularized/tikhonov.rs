@@ -30,7 +30,7 @@ use crate::{
         error::{FitError, Unconverged},
         estimate::{Estimate, directions},
         factor::multiply_upper_vector,
-        result::{RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
+        result::{RegularizationKind, RegularizationReport, Regularized, RegularizedSpectrum, Warning},
         selection::Filtered,
         spec::Tikhonov,
     },
@@ -67,7 +67,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
         })
         .collect();
     let oblique = scaled(context, &pair, &a);
-    context.warn_of_missing("Tikhonov", true, warnings);
+    context.warn_of_missing(Regularized::Tikhonov, true, warnings);
     let SelectedPenalty { selection, figures } = oblique_choice::decide(context, &oblique, asked.parameter, warnings)?;
     let chosen = selection.answer.map(|lambda| lambda.value);
     let lambda = chosen.unwrap_or(0.0);

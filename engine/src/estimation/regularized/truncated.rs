@@ -15,7 +15,7 @@ use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     error::FitError,
     estimate::{Estimate, residuals},
-    result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum, Warning},
+    result::{Choice, RegularizationKind, RegularizationReport, Regularized, RegularizedSpectrum, Warning},
     selection::{Filtered, Rule, Spectral},
 };
 
@@ -66,7 +66,7 @@ pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>)
     };
     let choices = vec![least];
     context.judge(&choices, &standing, warnings);
-    context.warn_of_missing("a truncated singular value decomposition", false, warnings);
+    context.warn_of_missing(Regularized::TruncatedSvd, false, warnings);
     let estimate = Estimate::new(columns, spectrum, &filtered, least_squares);
     let residuals = residuals(linear, spectrum, &filtered, &estimate, least_squares, spec);
     let r = context.norm_limit(context.norm_of(&estimate.coefficients), warnings);

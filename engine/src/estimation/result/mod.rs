@@ -23,4 +23,4 @@ pub use residuals::ResidualReport;
 pub use robust::{LocalSolution, RobustReport};
 pub use spectrum::{RegularizedSpectrum, SpectrumReport};
 pub use term::{Coefficient, TermKey};
-pub use warning::Warning;
+pub use warning::{NeedsSigma, Regularized, Times, Warning};

@@ -1,10 +1,360 @@
-//! Warnings are data: a stable code, and a sentence for people.
+//! What must be known of an answer: as data, with a stable code and a sentence.
 
-/// A stable code and a sentence.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    /// Stable code.
-    pub code: &'static str,
-    /// The same in words.
-    pub message: String,
+use std::fmt;
+
+use crate::{estimation::spec::Criterion, fault::words::Shown};
+
+/// Something that the reader of an answer must know.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Warning {
+    /// As many coefficients as nodes.
+    #[error("as many coefficients as nodes: there is no estimate of the noise, so no standard errors")]
+    NoDegreesOfFreedom,
+    /// Columns that depend on each other.
+    #[error(
+        "the columns of {} depend on each other over these nodes (rank {rank} of {columns}): the least-squares \
+         figures are those of the minimum-norm solution in the scaled columns", .terms.join(", ")
+    )]
+    RankDeficient {
+        /// Their terms.
+        terms: Vec<String>,
+        /// Numerically nonzero singular values.
+        rank: usize,
+        /// Columns of X.
+        columns: usize,
+    },
+    /// Columns whose variance inflation factor is infinite.
+    #[error("no variance inflation factor for {}: the column depends on others exactly", .0.join(", "))]
+    InfiniteInflation(Vec<String>),
+    /// Figures that are left out.
+    #[error("left out because they leave the range of double precision: {}", .0.join(", "))]
+    BeyondDouble(Vec<&'static str>),
+    /// Few digits of the posted numbers arrive in the coefficients.
+    #[error("the posted numbers, rounded to doubles, determine the worst coefficient to about {0:.0} digits only")]
+    FewDigits(f64),
+    /// Perturbation bounds of an estimate that is made by no matrix X + B.
+    #[error(
+        "perturbation bounds are those of one matrix X + B; this estimate is not made by one, so only least squares \
+         has them"
+    )]
+    NoRegularizedPerturbation,
+    /// Relative errors of coefficients that are all 0.
+    #[error("the coefficients are all 0: bounds on their relative error divide by their length, so there are none")]
+    NoRelativeError,
+    /// A node uncertainty beyond the square bound.
+    #[error("the node uncertainty times the condition reaches 1: the square bound does not exist there")]
+    PerturbationUnbounded,
+    /// A limit below the norm of the estimate.
+    #[error(
+        "the limit {limit} of the norm is below ‖Â‖ = {norm} of this fit: the bounds limit the expected bias, the \
+         observed one may exceed them"
+    )]
+    NormLimitBelowEstimate {
+        /// r of the request.
+        limit: f64,
+        /// ‖Â‖.
+        norm: f64,
+    },
+    /// A curve over λ* of a fit without regularisation.
+    #[error("there is no λ* without regularisation")]
+    NoLambda,
+    /// A curve over λ* of a regularisation without it.
+    #[error("{0} has no λ* to run along")]
+    NoLambdaOf(Regularized),
+    /// A matrix B of another regularisation.
+    #[error("only spectral regularisation has a matrix B")]
+    MatrixBIsSpectral,
+    /// A matrix B of standardised columns.
+    #[error("of standardised columns there is no B to be added to the posted ones")]
+    MatrixBOfStandardized,
+    /// A matrix B without nodes.
+    #[error("the rows of B need the nodes themselves")]
+    MatrixBNeedsNodes,
+    /// A ridge trace of another regularisation.
+    #[error("only ridge has a ridge trace")]
+    NoRidgeTrace,
+    /// An estimate that is the target.
+    #[error(
+        "nothing of the distance to the target stands out of the noise: the target itself is answered, and the \
+         weight, which would be infinite, is left out"
+    )]
+    AttractedEntirely,
+    /// A target's entry of a constant that is not penalised.
+    #[error("standardised columns leave the constant unpenalised: its entry of the target takes no part")]
+    TargetOfConstantUnused,
+    /// A discrepancy that is not reached.
+    #[error("the residuals stay below the noise for every {0}: the largest one is answered")]
+    DiscrepancyNotReached(&'static str),
+    /// A criterion without σ.
+    #[error("{0} needs σ: there are as many coefficients as nodes, so give its value; least squares is answered")]
+    SigmaMissing(NeedsSigma),
+    /// A choice that is predicted to be worse than none.
+    #[error(
+        "this choice is predicted to have {} the mean squared coefficient error of plain least squares: the surface \
+         has a real component along the regularised directions; see the choices of the regularisation", Times(*.0)
+    )]
+    WorseThanLeastSquares(f64),
+    /// M-estimation that did not converge.
+    #[error(
+        "{iterations} iterations left a change of {reached:.1e} scales: the estimate is the last one; allow more \
+         iterations or another tolerance"
+    )]
+    WeightsNotConverged {
+        /// Iterations.
+        iterations: usize,
+        /// The last change, in scales.
+        reached: f64,
+    },
+    /// Newton's method that did not converge.
+    #[error("{iterations} steps of Newton's method left a change of {reached:.1e} of the largest residual")]
+    NewtonNotConverged {
+        /// Steps.
+        iterations: usize,
+        /// The last change, relative to the largest residual.
+        reached: f64,
+    },
+    /// A simplex of absolute deviations that was stopped.
+    #[error("the walk over vertices was stopped after {0} steps; see the certificate")]
+    SimplexStopped(usize),
+    /// A simplex of the rank dispersion that was stopped.
+    #[error("the walk over vertices was stopped; the certificate says how far the dispersion is from its least")]
+    DispersionStopped,
+    /// Absolute deviations with several solutions.
+    #[error("other coefficients have the same least sum: one vertex of them is answered")]
+    SumNotUnique,
+    /// A rank dispersion with several solutions.
+    #[error("other coefficients have the same least dispersion: one vertex of them is answered")]
+    DispersionNotUnique,
+    /// Nodes that a robust estimate passes through.
+    #[error(
+        "{on} of {nodes} nodes lie on one surface to rounding: the scale is 0, the others weigh nothing beside them, \
+         and there are no standard errors"
+    )]
+    ExactFit {
+        /// Nodes on the surface.
+        on: usize,
+        /// All nodes.
+        nodes: usize,
+    },
+    /// Too few residuals for a scale.
+    #[error(
+        "too few nodes lie off the surface to tell the scale of the residuals: it is left out, and so are standard \
+         errors"
+    )]
+    NoScale,
+    /// A low-pass filter before a fit.
+    #[error(
+        "a low-pass filter leaves neighbouring heights with common noise: σ, standard errors and the choice of λ* are \
+         those of the filtered heights and take their noise for independent"
+    )]
+    FilteredNoise,
+    /// A robust filter that did not converge.
+    #[error(
+        "filter {filter}: the robust filter still moved after {rounds} rounds on {lines} line(s); its last round \
+         stands"
+    )]
+    FilterNotConverged {
+        /// Which one, from 0.
+        filter: usize,
+        /// Rounds.
+        rounds: usize,
+        /// Lines on which it moved.
+        lines: usize,
+    },
+    /// Filtered columns that depend on each other.
+    #[error(
+        "the filters leave columns that double precision cannot tell apart: condition, correlation and variance \
+         inflation after filtering are left out"
+    )]
+    FilteredColumnsDependent,
+    /// Columns that were not filtered.
+    #[error(
+        "the columns were not filtered too, because that is too much work for so many nodes: condition, correlation \
+         and variance inflation after filtering are left out"
+    )]
+    FilteredColumnsNotExamined,
+    /// A condition that filtering raises.
+    #[error(
+        "filtering raises the condition of the columns from {before:.3e} to {after:.3e}: what tells the terms apart \
+         is partly smoothed away"
+    )]
+    FilteringRaisesCollinearity {
+        /// Of the columns.
+        before: f64,
+        /// Of the filtered columns.
+        after: f64,
+    },
+    /// The estimate of a stream.
+    #[error(
+        "an estimate of a stream keeps sums only: the largest residual, single residuals and the rows of B are given \
+         when the stream is finished"
+    )]
+    NodesNotKept,
+    /// A stream that forgets.
+    #[error(
+        "with a forgetting factor of {} the weights of all {nodes} nodes add up to {weight:.6}; weights are relative \
+         1/σ², so sigma is that of the newest node, older ones counting as noisier", Shown(*.factor)
+    )]
+    Forgetting {
+        /// φ.
+        factor: f64,
+        /// Nodes so far.
+        nodes: usize,
+        /// Their weights together.
+        weight: f64,
+    },
+    /// The condition of a big surface that is not known.
+    #[error("the extreme eigenvalues did not settle within the limit of the iteration")]
+    ConditionUnknown,
+    /// A criterion that is not met.
+    #[error("the criterion is not met within the range of λ searched: its end is answered")]
+    CriterionNotReached,
+    /// Cells without nodes.
+    #[error("{empty} of {cells} cells hold no node: the surface there follows its neighbours")]
+    EmptySpans {
+        /// Those without.
+        empty: usize,
+        /// All.
+        cells: usize,
+    },
+    /// Standard errors that are too much work.
+    #[error("standard errors of {0} penalised coefficients ask for as many solutions: too many")]
+    NoStandardErrors(usize),
+    /// A study of dependent columns.
+    #[error(
+        "the columns depend on each other (rank {rank} of {columns}): the spectral schemes divide by λ₁ = 0 and are \
+         left out, least squares is the minimum-norm solution"
+    )]
+    NoSpectralSchemes {
+        /// Numerically nonzero singular values.
+        rank: usize,
+        /// Columns of X.
+        columns: usize,
+    },
+    /// Levels of a study with dependent columns.
+    #[error(
+        "the columns depend on each other at the level(s) {}: figures that do not exist there are left out",
+        Levels(.0)
+    )]
+    DependentLevels(Vec<f64>),
+    /// A study without noise.
+    #[error(
+        "without noise least squares is exact, and nothing that randomising does can be better: there is no optimum"
+    )]
+    NoNoise,
+}
+
+impl Warning {
+    /// The stable code.
+    pub fn code(&self) -> &'static str {
+        use Warning::*;
+        match self {
+            NoDegreesOfFreedom => "no_degrees_of_freedom",
+            RankDeficient { .. } | NoSpectralSchemes { .. } => "rank_deficient",
+            InfiniteInflation(_) => "vif_infinite",
+            BeyondDouble(_) => "beyond_double",
+            FewDigits(_) => "few_digits",
+            NoRegularizedPerturbation => "no_regularized_perturbation",
+            NoRelativeError => "no_relative_error",
+            PerturbationUnbounded => "perturbation_unbounded",
+            NormLimitBelowEstimate { .. } => "norm_limit_below_estimate",
+            NoLambda | NoLambdaOf(_) => "no_lambda_curve",
+            MatrixBIsSpectral | MatrixBOfStandardized | MatrixBNeedsNodes => "no_matrix_b",
+            NoRidgeTrace => "no_ridge_trace",
+            AttractedEntirely => "attracted_entirely",
+            TargetOfConstantUnused => "target_of_constant_unused",
+            DiscrepancyNotReached(_) => "discrepancy_not_reached",
+            SigmaMissing(_) => "criterion_unavailable",
+            WorseThanLeastSquares(_) => "worse_than_least_squares",
+            WeightsNotConverged { .. } | NewtonNotConverged { .. } | SimplexStopped(_) | DispersionStopped => {
+                "not_converged"
+            }
+            SumNotUnique | DispersionNotUnique => "not_unique",
+            ExactFit { .. } => "exact_fit",
+            NoScale => "no_scale",
+            FilteredNoise => "filtered_noise",
+            FilterNotConverged { .. } => "filter_not_converged",
+            FilteredColumnsDependent => "filtered_columns_dependent",
+            FilteredColumnsNotExamined => "filtered_columns_not_examined",
+            FilteringRaisesCollinearity { .. } => "filtering_raises_collinearity",
+            NodesNotKept => "nodes_not_kept",
+            Forgetting { .. } => "forgetting",
+            ConditionUnknown => "condition_unknown",
+            CriterionNotReached => "criterion_not_reached",
+            EmptySpans { .. } => "empty_spans",
+            NoStandardErrors(_) => "no_standard_errors",
+            DependentLevels(_) => "dependent_columns",
+            NoNoise => "no_noise",
+        }
+    }
+}
+
+/// A regularisation that lacks what others have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Regularized {
+    /// Truncation of the singular values.
+    TruncatedSvd,
+    /// Shrinkage by the factor of James and Stein.
+    JamesStein,
+    /// Attraction to a target.
+    Attraction,
+    /// A roughness penalty.
+    Tikhonov,
+}
+
+impl fmt::Display for Regularized {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Regularized::TruncatedSvd => "a truncated singular value decomposition",
+            Regularized::JamesStein => "James–Stein",
+            Regularized::Attraction => "attraction",
+            Regularized::Tikhonov => "Tikhonov",
+        })
+    }
+}
+
+/// What cannot be had without σ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NeedsSigma {
+    /// A criterion.
+    Criterion(Criterion),
+    /// The shrinkage factor of James and Stein.
+    JamesStein,
+}
+
+impl fmt::Display for NeedsSigma {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            NeedsSigma::Criterion(criterion) => criterion.name(),
+            NeedsSigma::JamesStein => "James–Stein",
+        })
+    }
+}
+
+/// How many times as much.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Times(pub f64);
+
+impl fmt::Display for Times {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            factor if factor < 1e4 => write!(f, "{factor:.2} times"),
+            factor if factor.is_finite() => write!(f, "{factor:.1e} times"),
+            _ => f.write_str("infinitely many times"),
+        }
+    }
+}
+
+/// Levels of a study in a row.
+struct Levels<'a>(&'a [f64]);
+
+impl fmt::Display for Levels<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, level) in self.0.iter().enumerate() {
+            let between = if k == 0 { "" } else { ", " };
+            write!(f, "{between}{}", Shown(*level))?;
+        }
+        Ok(())
+    }
 }

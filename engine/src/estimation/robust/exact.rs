@@ -17,14 +17,7 @@ pub(super) fn rounding(largest: f64) -> f64 {
 
 /// The warning about an exact fit.
 pub(super) fn warning(on: usize, m: usize) -> Warning {
-    Warning {
-        code: "exact_fit",
-        message: format!(
-            "{on} of {m} nodes lie on one surface to rounding: the scale is 0, the others weigh nothing beside them, \
-             and there \
-             are no standard errors"
-        ),
-    }
+    Warning::ExactFit { on, nodes: m }
 }
 
 /// A scale with what hangs on it, as it is answered.
@@ -53,13 +46,7 @@ pub(super) fn settled(
         return Settled { scale: Some(0.0), dispersion: None, weights: Some(weights) };
     }
     if scale.is_none() {
-        warnings.push(Warning {
-            code: "no_scale",
-            message:
-                "too few nodes lie off the surface to tell the scale of the residuals: it is left out, and so are \
-                standard errors"
-                    .into(),
-        });
+        warnings.push(Warning::NoScale);
     }
     Settled { scale, dispersion: dispersion.filter(|_| scale.is_some()), weights: None }
 }

@@ -57,16 +57,10 @@ pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcom
         .ok_or(FitError::NotConverged(Unconverged::AbsoluteDeviations))?;
     let mut warnings = Vec::new();
     if !vertex.optimal {
-        warnings.push(Warning {
-            code: "not_converged",
-            message: format!("the walk over vertices was stopped after {} steps; see the certificate", vertex.steps),
-        });
+        warnings.push(Warning::SimplexStopped(vertex.steps));
     }
     if !vertex.unique {
-        warnings.push(Warning {
-            code: "not_unique",
-            message: "other coefficients have the same least sum: one vertex of them is answered".into(),
-        });
+        warnings.push(Warning::SumNotUnique);
     }
     let mut residuals = rows.residuals(&vertex.x);
     for &k in &vertex.basis {

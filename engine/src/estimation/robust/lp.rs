@@ -89,12 +89,7 @@ pub(super) fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError>
     let scale = median_abs(&r) / NORMAL_QUARTILE;
     let mut warnings = Vec::new();
     if !converged {
-        warnings.push(Warning {
-            code: "not_converged",
-            message: format!(
-                "{iterations} steps of Newton's method left a change of {reached:.1e} of the largest residual"
-            ),
-        });
+        warnings.push(Warning::NewtonNotConverged { iterations, reached });
     }
     let tau = dispersion(p, &r, m, n, scale);
     let settled = exact::settled(Some(scale), tau, &r, measured.heights.largest, &mut warnings);

@@ -89,13 +89,7 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
     };
     let mut warnings = Vec::new();
     if !converged {
-        warnings.push(Warning {
-            code: "not_converged",
-            message: format!(
-                "{iterations} iterations left a change of {reached:.1e} scales: the estimate is the last one; \
-                 allow more iterations or another tolerance"
-            ),
-        });
+        warnings.push(Warning::WeightsNotConverged { iterations, reached });
     }
     let s = if is_exact { 0.0 } else { last_scale.unwrap_or(0.0) };
     let convex = asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });

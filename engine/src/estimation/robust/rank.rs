@@ -56,18 +56,10 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     }
     let mut warnings = Vec::new();
     if !walk.optimal {
-        warnings.push(Warning {
-            code: "not_converged",
-            message:
-                "the walk over vertices was stopped; the certificate says how far the dispersion is from its least"
-                    .into(),
-        });
+        warnings.push(Warning::DispersionStopped);
     }
     if !walk.unique {
-        warnings.push(Warning {
-            code: "not_unique",
-            message: "other coefficients have the same least dispersion: one vertex of them is answered".into(),
-        });
+        warnings.push(Warning::DispersionNotUnique);
     }
     let scores = scores(&residuals);
     let tau = tau(&residuals, n);

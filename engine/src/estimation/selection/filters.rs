@@ -75,8 +75,7 @@ pub(crate) fn decide(
     let (kind, rule, parameter) = rule(regularization, problem.lambda)?;
     let Some(parameter) = parameter else {
         if want_curve {
-            warnings
-                .push(Warning { code: "no_lambda_curve", message: "there is no λ* without regularisation".into() });
+            warnings.push(Warning::NoLambda);
         }
         let choices = vec![figures(problem, Rule::None, weight, None, None)];
         let selection = Selection { answer: None, criterion: None, fixed: false, choices, curve: None };

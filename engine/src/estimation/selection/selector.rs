@@ -9,7 +9,7 @@ use super::search::Unavailable;
 use crate::estimation::fault::{Faults, Field, RegularizationReason};
 use crate::estimation::{
     error::FitError,
-    result::{Choice, LambdaCurvePoint, Warning},
+    result::{Choice, LambdaCurvePoint, NeedsSigma, Warning},
     spec::{Criterion, Parameter},
 };
 
@@ -90,20 +90,14 @@ pub(crate) fn select<P: Comparison>(
     let answer = match (asked.unwrap_or_else(|| problem.answer(parameter)), criterion) {
         (Ok(answer), _) => Some(answer),
         (Err(Unavailable::NoSigma), Some(criterion)) => {
-            warn_of_missing_sigma(criterion.name(), warnings);
+            warn_of_missing_sigma(NeedsSigma::Criterion(criterion), warnings);
             None
         }
         (Err(_), Some(criterion)) => return Err(no_minimiser(criterion).into()),
         (Err(_), None) => None,
     };
     if answer.is_some_and(|answer| !P::reached(&answer)) {
-        warnings.push(Warning {
-            code: "discrepancy_not_reached",
-            message: format!(
-                "the residuals stay below the noise for every {}: the largest one is answered",
-                P::PARAMETER
-            ),
-        });
+        warnings.push(Warning::DiscrepancyNotReached(P::PARAMETER));
     }
     let curve = want_curve
         .then(|| (0..=POINTS).map(|i| problem.curve_point(problem.at_share(i as f64 / POINTS as f64))).collect());
@@ -111,13 +105,8 @@ pub(crate) fn select<P: Comparison>(
 }
 
 /// Says that `what` needs σ, and that least squares is answered without it.
-pub(crate) fn warn_of_missing_sigma(what: &str, warnings: &mut Vec<Warning>) {
-    warnings.push(Warning {
-        code: "criterion_unavailable",
-        message: format!(
-            "{what} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is answered"
-        ),
-    });
+pub(crate) fn warn_of_missing_sigma(what: NeedsSigma, warnings: &mut Vec<Warning>) {
+    warnings.push(Warning::SigmaMissing(what));
 }
 
 /// Why a criterion cannot be had of a regularisation at all.
@@ -137,17 +126,6 @@ pub(crate) fn warn_about(choices: &[Choice], chosen: &Choice, warnings: &mut Vec
         && here > there * (1.0 + 1e-9)
     {
         let factor = here / there;
-        let factor = match factor {
-            _ if factor < 1e4 => format!("{factor:.2} times"),
-            _ if factor.is_finite() => format!("{factor:.1e} times"),
-            _ => "infinitely many times".to_owned(),
-        };
-        warnings.push(Warning {
-            code: "worse_than_least_squares",
-            message: format!(
-                "this choice is predicted to have {factor} the mean squared coefficient error of plain least squares: \
-                 the surface has a real component along the regularised directions; see regularization.choices"
-            ),
-        });
+        warnings.push(Warning::WorseThanLeastSquares(factor));
     }
 }

@@ -16,9 +16,9 @@ use super::{
 };
 use crate::estimation::{
     FitError, FitResult, FitSpec, Nodes, Unconverged, fit,
-    result::Warning,
     spec::{Attraction, Count, ExpectedSize, JamesStein, Model, Regularization},
 };
+use crate::gear::warning::Warning;
 use crate::numerics::cancel;
 
 /// Which limit a setting stands at.

@@ -5,11 +5,8 @@ use super::{
     problem::{Correction, Setting},
     solution::{Change, Indistinguishable},
 };
-use crate::estimation::{
-    FitResult,
-    result::{RegularizationKind, Warning},
-    spec::Regularization,
-};
+use crate::estimation::{FitResult, result::RegularizationKind, spec::Regularization};
+use crate::gear::warning::Warning;
 
 impl Correction {
     pub(super) fn indistinguishable(&self, fit: &FitResult) -> Vec<Indistinguishable> {

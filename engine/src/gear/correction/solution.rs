@@ -7,10 +7,8 @@ use super::{
     problem::{Correction, Setting},
     rounding::rounded,
 };
-use crate::estimation::{
-    FitError, FitResult, Unconverged,
-    result::{NormLimitSource, Warning},
-};
+use crate::estimation::{FitError, FitResult, Unconverged, result::NormLimitSource};
+use crate::gear::warning::Warning;
 use crate::numerics::cancel::Asking;
 
 /// What becomes of one setting.

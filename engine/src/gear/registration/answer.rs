@@ -10,10 +10,10 @@ use super::{
     pose::{Motion, Pose},
     solve::{Found, dot},
 };
+use crate::gear::warning::Warning;
 use crate::{
     estimation::{
         FitResult, FitSpec, fit,
-        result::Warning,
         spec::{Estimator, Include, Regularization},
     },
     fault::words::{Shown, counted},

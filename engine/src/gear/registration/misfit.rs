@@ -7,8 +7,8 @@ use super::{
     pose::{Motion, Pose},
     search::SHIFTS,
 };
+use crate::gear::warning::Warning;
 use crate::{
-    estimation::result::Warning,
     fault::words::{Shown, counted},
     gear::{Gear, deviation::Deviations},
     numerics::quantiles::median,

@@ -30,7 +30,8 @@ pub use solve::{register, register_from};
 pub use start::{Start, start};
 
 use super::deviation::Deviations;
-use crate::estimation::{FitResult, FitSpec, result::Warning};
+use crate::estimation::{FitResult, FitSpec};
+use crate::gear::warning::Warning;
 
 /// What is asked for.
 #[derive(Clone, Debug)]

@@ -16,7 +16,7 @@ use crate::api::{
     fits::spec::request::FitSpecBody,
     json::writer::Object,
     shapes::{curve_shape::CurveBody, domain::DomainBody, surface_shape::SurfaceBody},
-    warning::WarningBody,
+    warning::{WarningBody, sentence},
 };
 use flankfit_engine::estimation::{
     FitResult,
@@ -127,8 +127,8 @@ impl WriteAs<DomainBody> for Domain {
 
 impl ListAs<WarningBody> for Warning {
     fn list_as(items: &[Self], object: &mut Object<'_>, name: &'static str, _: &Include) {
-        object.list(name, items, |object, Warning { code, message }| {
-            object.string("code", code).string("message", message);
+        object.list(name, items, |object, warning| {
+            object.string("code", warning.code()).string("message", &sentence(warning));
         });
     }
 }

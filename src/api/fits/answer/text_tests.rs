@@ -309,7 +309,7 @@ impl Maker {
                 arithmetic: [Arithmetic::Double, Arithmetic::DoubleDouble][self.below(2)],
                 correct_digits: self.number(),
             },
-            warnings: self.list(|m| Warning { code: "code", message: m.text() }),
+            warnings: self.list(|m| Warning::InfiniteInflation(vec![m.text()])),
         }
     }
 }

@@ -24,11 +24,12 @@ use crate::{
     jobs::Measurand,
 };
 use flankfit_engine::{
-    estimation::{Field as FitField, FitError, NodeList, Nodes, result::Warning, spec::Include},
+    estimation::{Field as FitField, FitError, NodeList, Nodes, spec::Include},
     gear::{
         Gear,
         correction::{Change, Correction, Limit, Predicted, Solution, Trust},
         evaluation::flank_surface::FlankFigures,
+        warning::Warning,
     },
 };
 

@@ -58,7 +58,7 @@ pub(crate) fn report(
             let vif = if Some(j) == design.constant || !varies(j) {
                 None
             } else if shares.undetermined[j] {
-                infinite.push(design.labels[j].as_str());
+                infinite.push(design.labels[j].clone());
                 None
             } else {
                 let own = shares.total[j] / (length[j] * length[j]);
@@ -69,13 +69,7 @@ pub(crate) fn report(
         })
         .collect();
     if !infinite.is_empty() {
-        warnings.push(Warning {
-            code: "vif_infinite",
-            message: format!(
-                "no variance inflation factor for {}: the column depends on others exactly",
-                infinite.join(", ")
-            ),
-        });
+        warnings.push(Warning::InfiniteInflation(infinite));
     }
     CollinearityReport {
         columns,
