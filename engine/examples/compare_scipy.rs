@@ -17,7 +17,7 @@ use flankfit_engine::geometry::surface::{
 
 use serde_json::{Value, json};
 
-/// As the service has it.
+/// As the HTTP service has it.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

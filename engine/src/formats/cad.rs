@@ -1,8 +1,8 @@
 //! Splines as every CAD system takes them.
 //!
 //! Points of space, ends of full multiplicity, weights above 0 or none, no jumps inside. Whatever a
-//! B-spline of the service has beyond that is brought to this form without changing the shape or
-//! its parametrisation:
+//! B-spline may have beyond that is brought to this form without changing the shape or its
+//! parametrisation:
 //! - y(x) and z(u, v) become (x, y, 0) and (u, v, z); with Greville abscissae as coordinates a
 //!   spline gives its own parameter. Where there are weights the product of parameter and
 //!   denominator is a spline of one degree more, and the whole is raised to it.

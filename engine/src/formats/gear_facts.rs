@@ -5,7 +5,7 @@ use crate::{
     gear::{GearData, Hand},
 };
 
-/// A datum that a gear cannot be without, by its name on the interface.
+/// A datum that a gear cannot be without, by its stable name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Datum {
     /// Number of teeth.
@@ -65,7 +65,7 @@ pub struct GearFacts {
 /// A datum that a file gives otherwise than a gear has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// By its name on the interface.
+    /// Stable name of the datum.
     pub name: &'static str,
     /// Its value in the file, as text.
     pub file: String,
@@ -181,7 +181,7 @@ impl GearFacts {
     }
 }
 
-/// Degrees of a file as rad: one rounding, so that 20 is the very double that the interface makes
+/// Degrees of a file as rad: one rounding, so that 20 is the very double that a caller makes
 /// of 20.
 pub(super) fn radians(degrees: f64) -> f64 {
     degrees.to_radians()

@@ -1,6 +1,6 @@
 //! The gear flank: nominal, modified, measured, evaluated and corrected (ISO 21771, ISO 1328-1).
 //!
-//! Conventions. Lengths in mm, deviations in µm, angles in radians (degrees are for the interface).
+//! Conventions. Lengths in mm, deviations in µm, angles in radians.
 //! The z axis is the gear's and points to the viewer, the tooth of a section z = 0 points up (+y)
 //! and is symmetrical about the y axis. *Left* and *right* flank are those that the viewer sees on
 //! the left (−x) and on the right of the tooth. A deviation is positive where material stands out

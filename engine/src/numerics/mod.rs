@@ -1,6 +1,6 @@
 //! Number kernels that know nothing but numbers.
 //!
-//! The small eigenvalues of a measurement are what the service is about, so everything here is made
+//! The small eigenvalues of a measurement are what this crate is about, so everything here is made
 //! to keep them: an orthogonal triangularisation ([`qr`]) instead of the normal equations,
 //! one-sided Jacobi ([`jacobi`]) for singular values with high relative accuracy, and the same
 //! algorithms once more in double-double ([`dd`]) for data whose digits a double cannot hold.

@@ -1,6 +1,6 @@
 //! The roughness penalty of a tensor B-spline as a banded matrix: `P = w_u D_u ⊗ M_v + w_v M_u ⊗
 //! D_v`, the integrals of squared derivatives and values over the knots, as for Tikhonov's estimate
-//! of the service.
+//! of other fits.
 
 use crate::{
     geometry::BSplineBasis,

@@ -1,5 +1,5 @@
 //! B-spline and NURBS curves near points: y(x), or points of plane or space over a parameter, each
-//! coordinate a fit of the service with the same measurement matrix.
+//! coordinate a fit ([`crate::estimation::fit()`]) with the same measurement matrix.
 //!
 //! Knots are given, uniform, averaged by the parameters (Piegl and Tiller, Eqs. 9.68 and 9.69), or
 //! placed by the residuals ([`super::adaptive`]). Estimator, regularisation, scaling and

@@ -1,9 +1,9 @@
 //! Curves and surfaces *near* points: what a fit of B-splines or NURBS looks like as a shape, and
-//! fits beyond those of the service.
+//! fits beyond [`super::fit()`].
 //!
 //! | what | where |
 //! |---|---|
-//! | the shape of a fit of the service | [`shape_of`] |
+//! | the shape of any fit of B-splines | [`shape_of`] |
 //! | curves y(x), or of plane or space, knots given or placed | [`curve`] |
 //! | smoothing splines | [`super::smoothing`] |
 //! | big scattered surfaces, of one or three coordinates | [`surface`] |

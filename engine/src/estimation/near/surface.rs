@@ -1,13 +1,13 @@
 //! Tensor B-spline surfaces near many scattered points: z(u, v), or (x, y, z) over (u, v) with one
 //! matrix for all coordinates.
 //!
-//! The small fits of the service analyse the whole spectrum; here, with thousands of coefficients,
-//! the answer has what a banded factorisation tells: coefficients to the same digits, residuals,
-//! σ̂, the condition of the Fisher information matrix on columns of unit length, standard errors,
-//! and the number of nodes in every cell. Regularisation is none, ridge (`k‖Â‖²` in columns of unit
-//! length, or in the caller's with scaling `none`) or Tikhonov with the penalty of the service; λ
-//! may be given or found by `gcv`, `discrepancy`, `l_curve` or `min_mse` (the latter of fitted
-//! values). Several coordinates share λ.
+//! Other fits analyse the whole spectrum; here, with thousands of coefficients, the answer has what
+//! a banded factorisation tells: coefficients to the same digits, residuals, σ̂, the condition of
+//! the Fisher information matrix on columns of unit length, standard errors, and the number of
+//! nodes in every cell. Regularisation is none, ridge (`k‖Â‖²` in columns of unit length, or in the
+//! caller's with scaling `none`) or Tikhonov with the penalty of other fits; λ may be given or
+//! found by `gcv`, `discrepancy`, `l_curve` or `min_mse` (the latter of fitted values). Several
+//! coordinates share λ.
 
 pub use super::surface_report::{Coordinate, SurfaceFit, SurfaceInclude, Weight};
 

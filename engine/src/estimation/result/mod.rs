@@ -1,5 +1,4 @@
-//! The answer to a fit. Field names and meanings are the contract's; a value that does not exist is
-//! `None`.
+//! The answer to a fit. A value that does not exist is `None`.
 
 mod accuracy;
 mod collinearity;

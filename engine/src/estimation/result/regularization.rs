@@ -106,7 +106,7 @@ pub enum NormLimitSource {
 }
 
 impl NormLimitSource {
-    /// As the interface writes it.
+    /// Stable name.
     pub fn name(self) -> &'static str {
         match self {
             NormLimitSource::Request => "request",

@@ -1,7 +1,7 @@
 //! The weight λ of a roughness penalty, `min ‖√Ω(Y − f)‖² + λ P(f)`, where each λ costs a
 //! factorisation of a banded matrix.
 //!
-//! Criteria carry the names of the service and are those of Tikhonov's estimate there:
+//! Criteria are those of Tikhonov's estimate in other fits, by the same names:
 //! * `gcv`: minimise `RSS / (1 − edf/m)²`, edf being the trace of the matrix that makes fitted
 //!   values of heights;
 //! * `discrepancy`: `RSS = m σ²`, with a given σ;

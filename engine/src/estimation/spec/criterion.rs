@@ -81,7 +81,7 @@ impl Criterion {
     pub const ALL: [Criterion; 5] =
         [Criterion::MinMse, Criterion::MinCondition, Criterion::Gcv, Criterion::Discrepancy, Criterion::LCurve];
 
-    /// The contract's name.
+    /// Stable name.
     pub fn name(self) -> &'static str {
         match self {
             Criterion::MinMse => "min_mse",

@@ -49,7 +49,7 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// The contract's name.
+    /// Stable name.
     pub fn name(&self) -> &'static str {
         match self {
             Filter::Hampel(_) => "hampel",

@@ -58,7 +58,7 @@ pub struct FitSpec {
 }
 
 impl FitSpec {
-    /// The defaults of the contract for a model: unit-length scaling, spectral / first_order / auto
+    /// The defaults for a model: unit-length scaling, spectral / first_order / auto
     /// / min_mse, least squares.
     pub fn new(model: Model) -> Self {
         FitSpec {

@@ -45,7 +45,7 @@ pub enum Damping {
     /// singular value decomposition).
     #[default]
     Uncertainty,
-    /// What the caller asks of the service.
+    /// A regularisation of the caller's choice.
     Given(Regularization),
 }
 
@@ -85,7 +85,7 @@ pub(super) fn trust(plain: &FitResult, square: f64, eta: f64, sigma: Option<f64>
     Some(Trust { lambda_star, from_response, from_noise, damped, gain: 1.0 / lambda_star.sqrt() })
 }
 
-/// What the service is asked for, given the plain fit.
+/// The regularisation that is asked for, given the plain fit.
 pub(super) fn regularization(plain: &FitResult, trust: Option<Trust>) -> Regularization {
     let full = plain.spectrum.rank == plain.spectrum.eigenvalues.len();
     match trust {

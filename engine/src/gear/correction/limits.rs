@@ -1,4 +1,4 @@
-//! Settings at their limits: an active set over fits of the service.
+//! Settings at their limits: an active set over fits.
 //!
 //! What is answered is settled when it is a fixed point of the fits: the free settings are the fit
 //! of what the settings at their limits leave over, they keep their own limits, and every setting

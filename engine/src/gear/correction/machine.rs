@@ -120,7 +120,7 @@ impl Kind {
 }
 
 impl Machine {
-    /// As the interface writes it.
+    /// Stable name.
     pub fn name(self) -> &'static str {
         match self {
             Machine::GeneratingGrinding => "generating_grinding",

@@ -89,7 +89,7 @@ pub struct CorrectionSpec {
     /// r of the bias bounds, in the scaled columns (µm of a whole column). By default, under
     /// [`Damping::Uncertainty`], the norm of the changes that the limits allow where every setting
     /// has both, else √n τ, what the deviations speak for
-    /// ([`crate::estimation::spec::ExpectedSize`]); under [`Damping::Given`] the service's, the
+    /// ([`crate::estimation::spec::ExpectedSize`]); under [`Damping::Given`] that of any fit, the
     /// norm of the least-squares estimate.
     pub coefficient_norm_limit: Option<f64>,
     /// η, standard uncertainty of an entry of J relative to the entry.

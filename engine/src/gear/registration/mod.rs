@@ -2,7 +2,7 @@
 //!
 //! Deviations of a part that is displaced by small motions p are `d ≈ X p + form`, with the columns
 //! X of [`columns`]; p is a fit of [`crate::estimation`], so regularisation, estimators, bias
-//! bounds and collinearity are the service's. Motions are not small enough to be linear to the last
+//! bounds and collinearity are those of fits. Motions are not small enough to be linear to the last
 //! digit: with the exact inverse motion ([`pose`]) the points are carried back, their deviations
 //! d_k are taken anew at the pose p_k, and the whole p is fitted to `d_k + X_k p_k` (Gauss–Newton;
 //! not its step, so that a regularised p stays regularised however often this is repeated). Columns

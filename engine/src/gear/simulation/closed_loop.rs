@@ -31,7 +31,7 @@ impl Strategy {
         Strategy { name: "spectral_uncertainty".into(), damping: Damping::Uncertainty }
     }
 
-    /// The service's spectral regularisation with its own count and a criterion.
+    /// Spectral regularisation with its own count and a criterion.
     pub fn spectral(criterion: Criterion) -> Self {
         let regularization = Regularization::Spectral {
             scheme: Scheme::FirstOrder,

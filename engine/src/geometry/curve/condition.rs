@@ -2,7 +2,7 @@
 //!
 //! For one polynomial: of the matrix of Vandermonde (Eqs. 13 and 14; for given derivatives the
 //! confluent one) in powers of x as they are given, which is the paper's example of an
-//! ill-conditioned problem. The service does not solve these equations, its forms avoid them;
+//! ill-conditioned problem. These equations are not solved here, the forms in use avoid them;
 //! whoever writes the polynomial in powers does, and loses as many digits. The inverse is built
 //! from cardinal polynomials in double-double, so that condition numbers far above 1e16 are figures
 //! too. For splines: of the equations for the slopes, rows scaled to 2 on the diagonal. For

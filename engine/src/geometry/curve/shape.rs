@@ -1,4 +1,4 @@
-//! Any curve of the service, as one value that can be kept, written down and evaluated.
+//! Any curve of this crate, as one value that can be kept, written down and evaluated.
 
 use super::{BSplineCurve, Curve, CurveJet, PiecewisePolynomial, Polynomial};
 use crate::geometry::space::{Dimension, Vector};

@@ -1,4 +1,4 @@
-//! Any surface of the service, as one value that can be kept, written down and evaluated.
+//! Any surface of this crate, as one value that can be kept, written down and evaluated.
 
 use super::{BSplineSurface, BezierSurface, CoonsPatch, GregoryPatch, Patchwork, Surface, SurfaceJet};
 use crate::geometry::space::{Dimension, Vector};

@@ -3,7 +3,7 @@
 //!
 //! Over the evaluation range, less the border, roll length and z are mapped to [-1, 1]²: u from
 //! root to tip, v towards greater z. `δ ≈ c₁ + c_u u + c_v v + c_uu u² + c_uv uv + c_vv v²` is a
-//! fit of the service with the caller's regularisation, estimator and filters, and
+//! fit with the caller's regularisation, estimator and filters, and
 //!
 //! | figure | is | positive where material |
 //! |---|---|---|
