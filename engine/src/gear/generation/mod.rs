@@ -14,6 +14,7 @@ pub mod envelope;
 pub mod fault;
 pub mod rack;
 pub mod root;
+mod tool_profile;
 pub mod tooth;
 
 pub use root::Root;

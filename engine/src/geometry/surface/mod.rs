@@ -35,6 +35,7 @@ mod least_squares_axis;
 mod local;
 pub mod mesh;
 mod mesh_fault;
+mod method;
 pub mod patchwork;
 mod refine;
 pub mod shape;

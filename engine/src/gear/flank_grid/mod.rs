@@ -15,72 +15,24 @@
 //! which is orthogonal to both derivatives of P − H n. Where the modified profile has shrunk into
 //! the base cylinder (A ≤ 0), n is kept.
 
-use std::fmt;
+mod fault;
+mod warning;
 
 use rayon::prelude::*;
 
 use super::{
-    Gear, Geometry, Modifications, NoInvolute, ProfileAxis, Side,
+    Gear, Modifications, ProfileAxis, Side,
     fault::NoSuchTooth,
     involute::Flank,
     modification::{Column, Relief},
 };
-use crate::fault::{
-    Faults,
-    words::{Shown, counted},
-};
 use crate::numerics::cancel;
-
-/// Most nodes of one grid.
-pub const MOST_NODES: usize = 2_000_000;
+pub use fault::{GridFaults, GridField, GridReason, MOST_NODES};
+pub use warning::GridWarning;
+use warning::warnings;
 
 /// Nodes that one thread takes at a time; fewer are not shared out.
 const CHUNK: usize = 4096;
-
-/// A part of what is wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GridField {
-    /// Places along the profile.
-    Profile,
-    /// One of them.
-    ProfileValue {
-        /// From 0.
-        index: usize,
-    },
-    /// Places along the axis.
-    Positions,
-    /// One of them.
-    Position {
-        /// From 0.
-        index: usize,
-    },
-    /// Of which tooth.
-    Tooth,
-}
-
-/// Why there is no such grid.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum GridReason {
-    /// An axis without a place.
-    #[error("at least one place is needed")]
-    Empty,
-    /// So many nodes are too many.
-    #[error("{}; a grid has at most {MOST_NODES}", counted(*.0, "node", "nodes"))]
-    TooMany(usize),
-    /// No z.
-    #[error("{} is not a place on the axis", Shown(*.0))]
-    NotOnAxis(f64),
-    /// A tooth that the gear has not got.
-    #[error(transparent)]
-    Tooth(#[from] NoSuchTooth),
-    /// A place without an involute.
-    #[error(transparent)]
-    NoInvolute(#[from] NoInvolute),
-}
-
-/// Faults of a grid.
-pub type GridFaults = Faults<GridField, GridReason>;
 
 /// Which nodes are wanted.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,71 +47,6 @@ pub struct GridSpec {
     pub positions: Vec<f64>,
     /// 1 is the tooth at the top; numbers go clockwise as the viewer sees them, up to z.
     pub tooth: u32,
-}
-
-/// A grid that leaves the flank that is really there: the involute itself goes on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GridWarning {
-    /// So many profile values, `first` the first of them, lie beyond the tip form diameter (mm).
-    BeyondTip {
-        /// Index of the first of them.
-        first: usize,
-        /// How many there are.
-        count: usize,
-        /// Tip form diameter, mm.
-        diameter: f64,
-    },
-    /// They lie below the root form diameter (mm), where fillet or undercut has replaced the
-    /// involute.
-    BelowForm {
-        /// Index of the first of them.
-        first: usize,
-        /// How many there are.
-        count: usize,
-        /// Root form diameter, mm.
-        diameter: f64,
-    },
-    /// The places span more than the face width (mm).
-    BeyondFace {
-        /// Distance of the outermost places.
-        span: f64,
-        /// Face width of the gear.
-        face_width: f64,
-    },
-}
-
-impl GridWarning {
-    /// A stable name.
-    pub fn code(&self) -> &'static str {
-        match self {
-            GridWarning::BeyondTip { .. } => "beyond_tip",
-            GridWarning::BelowForm { .. } => "below_form_diameter",
-            GridWarning::BeyondFace { .. } => "beyond_face_width",
-        }
-    }
-}
-
-impl fmt::Display for GridWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            GridWarning::BeyondTip { first, count, diameter } => write!(
-                f,
-                "{}, from number {first} on, beyond the tip form diameter of {} mm: no material is there",
-                counted(count, "profile value lies", "profile values lie"),
-                Shown(diameter)
-            ),
-            GridWarning::BelowForm { first, count, diameter } => write!(
-                f,
-                "{}, from number {first} on, below the root form diameter of {} mm, where fillet or undercut has \
-                 replaced the involute",
-                counted(count, "profile value lies", "profile values lie"),
-                Shown(diameter)
-            ),
-            GridWarning::BeyondFace { span, face_width } => {
-                write!(f, "the places span {} mm, the face is {} mm wide", Shown(span), Shown(face_width))
-            }
-        }
-    }
 }
 
 /// Nodes in rows of one profile value each, z running fastest.
@@ -365,30 +252,4 @@ impl<'a> Frame<'a> {
         }
         (point, normal)
     }
-}
-
-/// Where the grid leaves the flank.
-fn warnings(gear: &Gear, roll_lengths: &[f64], positions: &[f64]) -> Vec<GridWarning> {
-    let geometry = Geometry::of(gear);
-    let mut found = Vec::new();
-    // Callers round: what lies beyond by less than this is on the border.
-    let margin = 1e-6 * gear.data().normal_module;
-    let outward = gear.outward();
-    let beyond = |limit: f64, towards: f64| {
-        let mut outside = roll_lengths.iter().enumerate().filter(|(_, roll)| towards * (**roll - limit) > margin);
-        outside.next().map(|(first, _)| (first, 1 + outside.count()))
-    };
-    if let Some((first, count)) = beyond(geometry.roll_length_tip_form, outward) {
-        found.push(GridWarning::BeyondTip { first, count, diameter: geometry.tip_form_diameter });
-    }
-    if let Some((first, count)) = beyond(geometry.roll_length_root_form, -outward) {
-        found.push(GridWarning::BelowForm { first, count, diameter: geometry.root_form_diameter });
-    }
-    if let Some(face_width) = gear.data().face_width {
-        let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(low, high), z| (low.min(*z), high.max(*z)));
-        if high - low > face_width + margin {
-            found.push(GridWarning::BeyondFace { span: high - low, face_width });
-        }
-    }
-    found
 }
