@@ -308,6 +308,25 @@ fn the_engine_knows_no_pointers() {
     }
 }
 
+/// Why the engine refuses something is a variant with its numbers: no reason is made of words.
+#[test]
+fn reasons_are_no_words() {
+    let mut looked_at = 0;
+    for file in rust_files(&root().join("engine/src")) {
+        let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
+        if !(name.ends_with("fault") || matches!(&*name, "reason" | "error" | "warning")) {
+            continue;
+        }
+        looked_at += 1;
+        let (code, _) = split(&fs::read_to_string(&file).expect("a source file"));
+        let dense: String = code.split_whitespace().collect();
+        for word in ["Cow<", "From<&'staticstr>", "From<&str>", "From<String>", "Words("] {
+            assert!(!dense.contains(word), "{} holds {word}", file.display());
+        }
+    }
+    assert!(looked_at > 20, "only {looked_at} files of reasons were found");
+}
+
 #[test]
 fn nothing_is_left_unfinished() {
     for file in sources() {
