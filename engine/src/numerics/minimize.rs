@@ -120,7 +120,8 @@ mod tests {
             count.get()
         };
         // golden sections alone would need 32
-        let cases: [(fn(f64) -> f64, usize); 3] = [
+        type Case = (fn(f64) -> f64, usize);
+        let cases: [Case; 3] = [
             (|x| (x - 0.7).powi(2), 5),
             (|x| (x - 1.0).exp() - x, 11),
             (|x| (1.0 + (x - 0.3).exp()).ln() - 0.4 * x, 12),

@@ -77,7 +77,6 @@ impl<C: Send, O: Run<C>> AnyPending<C> for Pending<O> {
 }
 
 /// A write that waits, on its way through a transaction.
-#[expect(clippy::large_enum_variant, reason = "nearly every write is the large one")]
 pub enum Write<C> {
     /// Done together with the others of its group.
     Iteration(Pending<InsertIteration>),
@@ -102,7 +101,6 @@ impl<C> Write<C> {
     }
 }
 
-#[expect(clippy::large_enum_variant, reason = "nearly every message is the large one")]
 enum Message<C> {
     Write(Write<C>),
     /// Finish what was sent before, close the database, answer.
