@@ -20,7 +20,7 @@ const COMMANDS: &[Entry] = &[
     ("memory", "[OPTION…]", "what a server can be made to hold (tools/memory_attack.py)", memory),
     ("deny", "", "licences, bans, sources and advisories by cargo deny", deny),
     ("semver", "[REVISION]", "what breaks callers of the engine since REVISION (main)", semver),
-    ("portability", "", "check the engine for other processors", portability),
+    ("portability", "", "check the engine for other processors, compare digits without flags", portability),
 ];
 
 /// The list of commands.
@@ -126,5 +126,24 @@ fn portability(_: &[String]) -> Outcome {
         run(&mut check)?;
         println!("{target}: checked");
     }
-    Ok(())
+    same_digits()
+}
+
+/// Builds the same work with and without the flags of .cargo/config.toml and compares every digit.
+fn same_digits() -> Outcome {
+    let rows = |flags: Option<&str>| {
+        let mut work = cargo();
+        work.args(["run", "--quiet", "--locked", "-p", "engine-benches", "--example", "portable"]);
+        output(work.envs(flags.map(|flags| ("RUSTFLAGS", flags))))
+    };
+    let (with, without) = (rows(None)?, rows(Some(""))?);
+    let rows = String::from_utf8_lossy(&with).into_owned();
+    match rows.lines().zip(String::from_utf8_lossy(&without).lines()).find(|(a, b)| a != b) {
+        Some((with, without)) => Err(format!("with flags:    {with}\nwithout flags: {without}")),
+        None if with != without || rows.is_empty() => Err("the builds did different work".into()),
+        None => {
+            println!("{} kinds of work: the same digits with and without flags", rows.lines().count());
+            Ok(())
+        }
+    }
 }

@@ -5,8 +5,7 @@
 //! need. Rows are stored end to end, so that the inner loops are dot products of neighbouring
 //! numbers.
 
-use super::cancel;
-use super::real::Real;
+use super::{cancel, real::Real, with_fma};
 
 /// A symmetric matrix that is 0 further than `width` from the diagonal; its lower half, row by row.
 #[derive(Clone, Debug)]
@@ -19,17 +18,34 @@ pub struct SymmetricBand<T> {
 /// Sums running side by side in a dot product.
 const CHAINS: usize = 8;
 
-fn dot<T: Real>(x: &[T], y: &[T]) -> T {
-    let mut sums = [T::of(0.0); CHAINS];
-    let (whole_x, whole_y) = (x.chunks_exact(CHAINS), y.chunks_exact(CHAINS));
-    let rest = whole_x.remainder().iter().zip(whole_y.remainder());
-    let rest = rest.fold(T::of(0.0), |sum, (&x, &y)| x.fma(y, sum));
-    for (x, y) in whole_x.zip(whole_y) {
-        for k in 0..CHAINS {
-            sums[k] = x[k].fma(y[k], sums[k]);
+with_fma! {
+    /// The scalar product.
+    fn dot<T: Real>(x: &[T], y: &[T]) -> T {
+        let mut sums = [T::of(0.0); CHAINS];
+        let (whole_x, whole_y) = (x.chunks_exact(CHAINS), y.chunks_exact(CHAINS));
+        let rest = whole_x.remainder().iter().zip(whole_y.remainder());
+        let rest = rest.fold(T::of(0.0), |sum, (&x, &y)| x.mul_add(y, sum));
+        for (x, y) in whole_x.zip(whole_y) {
+            for k in 0..CHAINS {
+                sums[k] = x[k].mul_add(y[k], sums[k]);
+            }
+        }
+        sums.into_iter().fold(rest, |total, sum| total + sum)
+    }
+
+    /// `y += factor · x`.
+    fn add_multiple<T: Real>(factor: T, x: &[T], y: &mut [T]) {
+        for (to, &x) in y.iter_mut().zip(x) {
+            *to = factor.mul_add(x, *to);
         }
     }
-    sums.into_iter().fold(rest, |total, sum| total + sum)
+
+    /// `y += x · factor`, which rounds otherwise in double-double.
+    fn add_entries<T: Real>(x: &[T], factor: T, y: &mut [T]) {
+        for (to, &x) in y.iter_mut().zip(x) {
+            *to = x.mul_add(factor, *to);
+        }
+    }
 }
 
 impl<T: Real> SymmetricBand<T> {
@@ -80,9 +96,7 @@ impl<T: Real> SymmetricBand<T> {
             let (first, row) = self.row(i);
             let (before, diagonal) = row.split_at(i - first);
             y[i] += dot(before, &x[first..i]) + diagonal[0] * x[i];
-            for (to, &entry) in y[first..i].iter_mut().zip(before) {
-                *to = entry.fma(x[i], *to);
-            }
+            add_entries(before, x[i], &mut y[first..i]);
         }
         y
     }
@@ -194,9 +208,7 @@ impl<T: Real> Cholesky<T> {
             let (before, diagonal) = row.split_at(i - first);
             let x = b[i] / diagonal[0];
             b[i] = x;
-            for (to, &entry) in b[first..i].iter_mut().zip(before) {
-                *to = (-x).fma(entry, *to);
-            }
+            add_multiple(-x, before, &mut b[first..i]);
         }
     }
 
@@ -224,9 +236,7 @@ impl<T: Real> Cholesky<T> {
                 let factor = -(self.l.get(k, i) / diagonal);
                 if !factor.is_zero() {
                     let slot = (k % w) * w;
-                    for (to, &z) in row.iter_mut().zip(&window[slot..slot + w]) {
-                        *to = factor.fma(z, *to);
-                    }
+                    add_multiple(factor, &window[slot..slot + w], &mut row);
                 }
             }
             for k in i + 1..=last {

@@ -14,6 +14,8 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
+use super::dispatch::fma;
+
 /// A normalised unevaluated sum of two doubles.
 ///
 /// ```
@@ -66,7 +68,7 @@ pub fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
 #[inline(always)]
 pub fn two_prod(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
-    (product, a.mul_add(b, -product))
+    (product, fma(a, b, -product))
 }
 
 /// The power of two `2^exponent`, for exponents of normal doubles (-1022 ..= 1023).
@@ -154,7 +156,7 @@ impl Dd {
     #[inline(always)]
     pub fn square(self) -> Self {
         let (p, e) = two_prod(self.hi, self.hi);
-        Self::quick(p, (2.0 * self.hi).mul_add(self.lo, e))
+        Self::quick(p, fma(2.0 * self.hi, self.lo, e))
     }
 
     /// The square root; NaN below zero, as for doubles.
@@ -269,7 +271,7 @@ impl Mul for Dd {
     #[inline(always)]
     fn mul(self, other: Dd) -> Dd {
         let (p, e) = two_prod(self.hi, other.hi);
-        let cross = self.hi.mul_add(other.lo, self.lo * other.hi);
+        let cross = fma(self.hi, other.lo, self.lo * other.hi);
         Dd::quick(p, e + cross)
     }
 }
@@ -279,7 +281,7 @@ impl Mul<f64> for Dd {
     #[inline(always)]
     fn mul(self, other: f64) -> Dd {
         let (p, e) = two_prod(self.hi, other);
-        Dd::quick(p, self.lo.mul_add(other, e))
+        Dd::quick(p, fma(self.lo, other, e))
     }
 }
 

@@ -6,12 +6,56 @@
 //! processors with AVX2 and FMA (Intel since 2013, AMD since 2015), and ask once in a call which of
 //! both runs. The operations and their order are the same, and so are the results, bit by bit.
 //! Where the whole build may use the instructions, nothing is asked and nothing is compiled twice.
+//!
+//! What is compiled twice is what is inlined: a kernel, its closures and what it calls
+//! `#[inline(always)]`. Single operations outside of kernels ([`fma`]) ask for themselves.
 
 /// Whether this processor has the instructions that the second version is compiled for.
 #[cfg(all(target_arch = "x86_64", not(all(target_feature = "avx2", target_feature = "fma"))))]
 #[inline(always)]
 pub(crate) fn has_fma() -> bool {
-    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+    use std::sync::atomic::{AtomicU8, Ordering};
+
+    const UNKNOWN: u8 = 0;
+    const NO: u8 = 1;
+    const YES: u8 = 2;
+    // one comparison for each operation that asks
+    static ANSWER: AtomicU8 = AtomicU8::new(UNKNOWN);
+
+    #[cold]
+    fn ask() -> bool {
+        let has = std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
+        ANSWER.store(if has { YES } else { NO }, Ordering::Relaxed);
+        has
+    }
+
+    match ANSWER.load(Ordering::Relaxed) {
+        YES => true,
+        NO => false,
+        _ => ask(),
+    }
+}
+
+/// `a · b + c`, rounded once, for sequences of dependent operations: where the build may not use the
+/// instruction everywhere, no call into a library either. Loops that the compiler is to turn into
+/// vector instructions take [`f64::mul_add`] inside of [`with_fma!`].
+#[inline(always)]
+pub(crate) fn fma(a: f64, b: f64, c: f64) -> f64 {
+    #[cfg(all(target_arch = "x86_64", not(all(target_feature = "avx2", target_feature = "fma"))))]
+    if has_fma() {
+        let mut result = a;
+        #[expect(unsafe_code, reason = "a function with the instruction enabled could not be inlined here")]
+        // SAFETY: the processor has been asked for the instruction, which touches registers alone.
+        unsafe {
+            std::arch::asm!(
+                "vfmadd213sd {0}, {1}, {2}",
+                inout(xmm_reg) result, in(xmm_reg) b, in(xmm_reg) c,
+                options(pure, nomem, nostack, preserves_flags)
+            );
+        }
+        return result;
+    }
+    a.mul_add(b, c)
 }
 
 /// Functions whose inner loops are multiplications with addition. Arguments are plain names.
@@ -46,6 +90,10 @@ pub(crate) use with_fma;
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
+    use super::fma;
+
     with_fma! {
         /// Σ x y, rounded once for each term.
         fn chain(x: &[f64], y: &[f64]) -> f64 {
@@ -65,5 +113,15 @@ mod tests {
         }
         assert_eq!(chain(&x, &y).to_bits(), sum.to_bits());
         assert_ne!(sum.to_bits(), f64::to_bits(twice));
+    }
+
+    proptest! {
+        #[test]
+        fn a_single_operation_is_that_of_the_library(a in any::<f64>(), b in any::<f64>(), c in any::<f64>()) {
+            let (got, want) = (fma(a, b, c), a.mul_add(b, c));
+            prop_assert!(got.to_bits() == want.to_bits() || got.is_nan() && want.is_nan(), "{got} {want}");
+            let near = fma(a, b, -(a * b));
+            prop_assert!(near.to_bits() == a.mul_add(b, -(a * b)).to_bits() || near.is_nan());
+        }
     }
 }

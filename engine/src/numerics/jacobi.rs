@@ -15,6 +15,7 @@ use nalgebra::DMatrix;
 use super::cancel;
 use super::columns::{dot, rotate, shear};
 use super::dd::{exponent_of, pow2};
+use super::dispatch::fma;
 use super::lanes::{LANES, Lanes, lanes_for};
 use super::real::Real;
 
@@ -214,7 +215,7 @@ impl<T: Real> Columns<T> {
                 worst.cosine = worst.cosine.max(inner.to_f64().abs() / lengths);
                 let ratio = if x.length > y.length { x.length / y.length } else { y.length / x.length };
                 worst.turn = worst.turn.max(t.abs() * ratio);
-                let cos_squared = 1.0 / t.mul_add(t, 1.0);
+                let cos_squared = 1.0 / fma(t, t, 1.0);
                 self.facts[p].origin = cos_squared * (x.origin + t * t * y.origin);
                 self.facts[q].origin = cos_squared * (y.origin + t * t * x.origin);
                 self.update(p, x.square + inner.mul_f64(t), x.square);
@@ -291,7 +292,7 @@ fn tangent(difference: f64, inner: f64) -> f64 {
     if zeta.abs() > pow2(60) {
         0.5 / zeta
     } else {
-        let t = 1.0 / (zeta.abs() + zeta.mul_add(zeta, 1.0).sqrt());
+        let t = 1.0 / (zeta.abs() + fma(zeta, zeta, 1.0).sqrt());
         if zeta < 0.0 { -t } else { t }
     }
 }

@@ -17,7 +17,7 @@ pub mod cancel;
 pub mod columns;
 pub mod condition;
 pub mod dd;
-mod dispatch;
+pub(crate) mod dispatch;
 pub mod fisher;
 pub mod givens;
 mod inverse;
@@ -36,7 +36,7 @@ pub mod sums;
 pub mod triangular;
 mod vector;
 
-pub(crate) use dispatch::with_fma;
+pub(crate) use dispatch::{fma, with_fma};
 
 pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;

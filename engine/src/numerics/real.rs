@@ -7,6 +7,7 @@ use nalgebra::Scalar;
 use num_traits::{One, Zero};
 
 use super::dd::{Dd, ldexp};
+use super::dispatch::fma;
 use super::lanes::{Ddx4, F64x4, Lanes};
 
 /// A real number of fixed precision.
@@ -46,6 +47,9 @@ pub trait Real:
     fn abs(self) -> Self;
     /// `self * a + b`.
     fn fma(self, a: Self, b: Self) -> Self;
+    /// [`Self::fma`] for loops that are to become vector instructions: on a processor that a build
+    /// does not ask for, doubles are quick here only inside of kernels compiled twice.
+    fn mul_add(self, a: Self, b: Self) -> Self;
     /// `self * factor`.
     fn mul_f64(self, factor: f64) -> Self;
     /// `self * 2^exponent`.
@@ -84,7 +88,11 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn fma(self, a: Self, b: Self) -> Self {
-        self.mul_add(a, b)
+        fma(self, a, b)
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        f64::mul_add(self, a, b)
     }
     #[inline(always)]
     fn mul_f64(self, factor: f64) -> Self {
@@ -131,6 +139,10 @@ impl Real for Dd {
     }
     #[inline(always)]
     fn fma(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
         self * a + b
     }
     #[inline(always)]

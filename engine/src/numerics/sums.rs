@@ -4,7 +4,10 @@
 //! sum of the moduli of the terms. Eight running sums hide the latency of the additions; the order
 //! is fixed, so the same slices always give the same bits.
 
-use super::dd::{Dd, two_prod, two_sum};
+use super::{
+    dd::{Dd, two_sum},
+    with_fma,
+};
 
 const LANES: usize = 8;
 
@@ -36,34 +39,36 @@ pub fn sum2(x: &[f64]) -> Dd {
     gather(high, low)
 }
 
-/// The scalar product of `x` and `y`, over the shorter of the two.
-///
-/// ```
-/// use flankfit_engine::numerics::dot2;
-///
-/// assert_eq!(dot2(&[1e8, 1.0, -1e8], &[1e8, 1.0, 1e8]).to_f64(), 1.0);
-/// ```
-pub fn dot2(x: &[f64], y: &[f64]) -> Dd {
-    let len = x.len().min(y.len());
-    let mut high = [0.0; LANES];
-    let mut low = [0.0; LANES];
-    let (x_blocks, x_rest) = x[..len].as_chunks::<LANES>();
-    let (y_blocks, y_rest) = y[..len].as_chunks::<LANES>();
-    for (x, y) in x_blocks.iter().zip(y_blocks) {
-        for k in 0..LANES {
-            let (p, e) = two_prod(x[k], y[k]);
+with_fma! {
+    /// The scalar product of `x` and `y`, over the shorter of the two.
+    ///
+    /// ```
+    /// use flankfit_engine::numerics::dot2;
+    ///
+    /// assert_eq!(dot2(&[1e8, 1.0, -1e8], &[1e8, 1.0, 1e8]).to_f64(), 1.0);
+    /// ```
+    pub fn dot2(x: &[f64], y: &[f64]) -> Dd {
+        let len = x.len().min(y.len());
+        let mut high = [0.0; LANES];
+        let mut low = [0.0; LANES];
+        let (x_blocks, x_rest) = x[..len].as_chunks::<LANES>();
+        let (y_blocks, y_rest) = y[..len].as_chunks::<LANES>();
+        for (x, y) in x_blocks.iter().zip(y_blocks) {
+            for k in 0..LANES {
+                let (p, e) = (x[k] * y[k], x[k].mul_add(y[k], -(x[k] * y[k])));
+                let (s, f) = two_sum(high[k], p);
+                high[k] = s;
+                low[k] += e + f;
+            }
+        }
+        for (k, (&x, &y)) in x_rest.iter().zip(y_rest).enumerate() {
+            let (p, e) = (x * y, x.mul_add(y, -(x * y)));
             let (s, f) = two_sum(high[k], p);
             high[k] = s;
             low[k] += e + f;
         }
+        gather(high, low)
     }
-    for (k, (&x, &y)) in x_rest.iter().zip(y_rest).enumerate() {
-        let (p, e) = two_prod(x, y);
-        let (s, f) = two_sum(high[k], p);
-        high[k] = s;
-        low[k] += e + f;
-    }
-    gather(high, low)
 }
 
 fn gather(high: [f64; LANES], low: [f64; LANES]) -> Dd {

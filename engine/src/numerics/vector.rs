@@ -1,8 +1,10 @@
 //! Four doubles in one register.
 //!
 //! Compilers turn loops over small arrays into vector instructions, but lose sight of them in
-//! longer kernels. Where the target has AVX and FMA a [`F64x4`] is therefore such a register by
-//! name; elsewhere it is an array. Both do the same correctly rounded operations in the same order,
+//! longer kernels. On x86-64 a [`F64x4`] is therefore such a register by name, elsewhere an array.
+//! Operations are instructions by name where the whole build may use AVX and FMA. Where it may not
+//! they are written lane by lane, of which the compiler makes the same instructions inside of
+//! [`with_fma!`](super::with_fma). All do the same correctly rounded operations in the same order,
 //! so that results do not depend on the processor.
 
 use std::ops::{Add, Mul, Neg, Sub};
@@ -13,7 +15,7 @@ pub const LANES: usize = 4;
 /// Four doubles.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub struct F64x4(machine::Four);
+pub struct F64x4(register::Four);
 
 impl F64x4 {
     /// Four zeros.
@@ -24,7 +26,7 @@ impl F64x4 {
     /// These four numbers.
     #[inline(always)]
     pub const fn new(values: [f64; LANES]) -> Self {
-        F64x4(machine::load(values))
+        F64x4(register::load(values))
     }
     /// One number four times.
     #[inline(always)]
@@ -34,17 +36,17 @@ impl F64x4 {
     /// The four numbers.
     #[inline(always)]
     pub fn to_array(self) -> [f64; LANES] {
-        machine::store(self.0)
+        register::store(self.0)
     }
     /// The four numbers where they stand.
     #[inline(always)]
     pub fn as_array(&self) -> &[f64; LANES] {
-        machine::numbers(&self.0)
+        register::numbers(&self.0)
     }
     /// The same, to write one of them.
     #[inline(always)]
     pub fn as_mut_array(&mut self) -> &mut [f64; LANES] {
-        machine::numbers_mut(&mut self.0)
+        register::numbers_mut(&mut self.0)
     }
     /// `self · a + b`, rounded once.
     #[inline(always)]
@@ -118,19 +120,71 @@ impl Neg for F64x4 {
     }
 }
 
+/// How four doubles are held.
+#[cfg(target_arch = "x86_64")]
+mod register {
+    #![expect(unsafe_code, reason = "a register and an array of four doubles are the same bytes")]
+
+    pub(super) type Four = std::arch::x86_64::__m256d;
+
+    #[inline(always)]
+    pub(super) const fn load(values: [f64; 4]) -> Four {
+        // SAFETY: both are four doubles, one behind the other.
+        unsafe { std::mem::transmute::<[f64; 4], Four>(values) }
+    }
+    #[inline(always)]
+    pub(super) fn store(four: Four) -> [f64; 4] {
+        // SAFETY: both are four doubles, one behind the other.
+        unsafe { std::mem::transmute::<Four, [f64; 4]>(four) }
+    }
+    #[inline(always)]
+    pub(super) fn numbers(four: &Four) -> &[f64; 4] {
+        // SAFETY: both are four doubles, one behind the other.
+        unsafe { &*std::ptr::from_ref(four).cast() }
+    }
+    #[inline(always)]
+    pub(super) fn numbers_mut(four: &mut Four) -> &mut [f64; 4] {
+        // SAFETY: both are four doubles, one behind the other.
+        unsafe { &mut *std::ptr::from_mut(four).cast() }
+    }
+}
+
+/// How four doubles are held.
+#[cfg(not(target_arch = "x86_64"))]
+mod register {
+    pub(super) type Four = [f64; 4];
+
+    #[inline(always)]
+    pub(super) const fn load(values: [f64; 4]) -> Four {
+        values
+    }
+    #[inline(always)]
+    pub(super) fn store(four: Four) -> [f64; 4] {
+        four
+    }
+    #[inline(always)]
+    pub(super) fn numbers(four: &Four) -> &[f64; 4] {
+        four
+    }
+    #[inline(always)]
+    pub(super) fn numbers_mut(four: &mut Four) -> &mut [f64; 4] {
+        four
+    }
+}
+
 #[cfg(all(target_arch = "x86_64", target_feature = "avx", target_feature = "fma"))]
 mod machine {
     #![expect(unsafe_code, reason = "this module exists only where the compiler may use AVX and FMA everywhere")]
 
     use std::arch::x86_64::*;
 
-    pub(crate) type Four = __m256d;
+    use super::register::{Four, load};
 
     /// An operation on registers whose only demand is that the processor has AVX and FMA.
     macro_rules! operations {
         ($($name:ident($($x:ident),+) = $instruction:ident($($argument:expr),+);)+) => {$(
             #[inline(always)]
-            pub(crate) fn $name($($x: Four),+) -> Four {
+            pub(super) fn $name($($x: Four),+) -> Four {
                 // SAFETY: the module is compiled only for targets that have the instruction.
                 unsafe { $instruction($($argument),+) }
             }
@@ -149,93 +203,38 @@ mod machine {
         negate(a) = _mm256_xor_pd(a, load([-0.0; 4]));
         abs(a) = _mm256_andnot_pd(load([-0.0; 4]), a);
     }
-
-    #[inline(always)]
-    pub(crate) const fn load(values: [f64; 4]) -> Four {
-        // SAFETY: both are four doubles, one behind the other.
-        unsafe { std::mem::transmute::<[f64; 4], Four>(values) }
-    }
-
-    #[inline(always)]
-    pub(crate) fn store(four: Four) -> [f64; 4] {
-        // SAFETY: both are four doubles, one behind the other.
-        unsafe { std::mem::transmute::<Four, [f64; 4]>(four) }
-    }
-
-    #[inline(always)]
-    pub(crate) fn numbers(four: &Four) -> &[f64; 4] {
-        // SAFETY: both are four doubles, one behind the other.
-        unsafe { &*std::ptr::from_ref(four).cast() }
-    }
-
-    #[inline(always)]
-    pub(crate) fn numbers_mut(four: &mut Four) -> &mut [f64; 4] {
-        // SAFETY: both are four doubles, one behind the other.
-        unsafe { &mut *std::ptr::from_mut(four).cast() }
-    }
 }
 
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx", target_feature = "fma")))]
 mod machine {
-    use std::array::from_fn;
+    use super::register::{Four, load, store};
 
-    pub(crate) type Four = [f64; 4];
+    /// An operation on each lane.
+    macro_rules! operations {
+        ($($name:ident($($x:ident),+) = $result:expr;)+) => {$(
+            #[inline(always)]
+            pub(super) fn $name($($x: Four),+) -> Four {
+                $(let $x = store($x);)+
+                let lane = |k: usize| {
+                    $(let $x: f64 = $x[k];)+
+                    $result
+                };
+                load([lane(0), lane(1), lane(2), lane(3)])
+            }
+        )+};
+    }
 
-    #[inline(always)]
-    pub(crate) const fn load(values: [f64; 4]) -> Four {
-        values
-    }
-    #[inline(always)]
-    pub(crate) fn store(four: Four) -> [f64; 4] {
-        four
-    }
-    #[inline(always)]
-    pub(crate) fn numbers(four: &Four) -> &[f64; 4] {
-        four
-    }
-    #[inline(always)]
-    pub(crate) fn numbers_mut(four: &mut Four) -> &mut [f64; 4] {
-        four
-    }
-    #[inline(always)]
-    pub(crate) fn add(a: Four, b: Four) -> Four {
-        from_fn(|k| a[k] + b[k])
-    }
-    #[inline(always)]
-    pub(crate) fn subtract(a: Four, b: Four) -> Four {
-        from_fn(|k| a[k] - b[k])
-    }
-    #[inline(always)]
-    pub(crate) fn multiply(a: Four, b: Four) -> Four {
-        from_fn(|k| a[k] * b[k])
-    }
-    #[inline(always)]
-    pub(crate) fn divide(a: Four, b: Four) -> Four {
-        from_fn(|k| a[k] / b[k])
-    }
-    #[inline(always)]
-    pub(crate) fn mul_add(a: Four, b: Four, c: Four) -> Four {
-        from_fn(|k| a[k].mul_add(b[k], c[k]))
-    }
-    #[inline(always)]
-    pub(crate) fn mul_sub(a: Four, b: Four, c: Four) -> Four {
-        from_fn(|k| a[k].mul_add(b[k], -c[k]))
-    }
-    #[inline(always)]
-    pub(crate) fn square_root(a: Four) -> Four {
-        a.map(f64::sqrt)
-    }
-    #[inline(always)]
-    pub(crate) fn larger(a: Four, b: Four) -> Four {
-        from_fn(|k| if a[k] > b[k] { a[k] } else { b[k] })
-    }
-    #[inline(always)]
-    pub(crate) fn negate(a: Four) -> Four {
-        a.map(|x| -x)
-    }
-    #[inline(always)]
-    pub(crate) fn abs(a: Four) -> Four {
-        a.map(f64::abs)
+    operations! {
+        add(a, b) = a + b;
+        subtract(a, b) = a - b;
+        multiply(a, b) = a * b;
+        divide(a, b) = a / b;
+        mul_add(a, b, c) = a.mul_add(b, c);
+        mul_sub(a, b, c) = a.mul_add(b, -c);
+        square_root(a) = a.sqrt();
+        larger(a, b) = if a > b { a } else { b };
+        negate(a) = -a;
+        abs(a) = a.abs();
     }
 }
 

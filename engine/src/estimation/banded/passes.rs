@@ -10,6 +10,7 @@ use crate::numerics::{
     Dd, Real,
     band_cholesky::SymmetricBand,
     cancel::{self, Asking},
+    with_fma,
 };
 
 /// From how many nodes on tasks are shared among threads.
@@ -95,6 +96,37 @@ fn over_rows<P: Send>(cells: &Cells, work: impl Fn(usize) -> P + Sync, mut fold:
     }
 }
 
+with_fma! {
+    /// Adds the nodes of a cell to its share of F, row by row, and to those of the right-hand sides.
+    fn add_cell<T: Real>(
+        axes: &Axes<T>,
+        cells: &Cells,
+        at: (usize, usize),
+        room: &mut Room<T>,
+        gram: &mut [T],
+        shares: &mut [T],
+    ) {
+        let (k, (i, j)) = (axes.functions(), at);
+        let cell = i * cells.spans[1] + j;
+        for node in (cells.start[cell]..cells.start[cell + 1]).asking(4 * k * k) {
+            axes.row((i, j), cells.u[node], cells.v[node], room);
+            let weight = cells.w(node);
+            for (row, &value) in gram.chunks_exact_mut(k).zip(&room.values) {
+                let weighted = value.mul_f64(weight);
+                for (sum, &other) in row.iter_mut().zip(&room.values) {
+                    *sum = weighted.mul_add(other, *sum);
+                }
+            }
+            for (share, heights) in shares.chunks_exact_mut(k).zip(&cells.heights) {
+                let height = weight * heights[node];
+                for (sum, &value) in share.iter_mut().zip(&room.values) {
+                    *sum += value.mul_f64(height);
+                }
+            }
+        }
+    }
+}
+
 /// Sums F and the right-hand sides.
 pub(crate) fn normal<T: Real>(axes: &Axes<T>, cells: &Cells) -> Normal<T> {
     let (n, k, across) = (axes.size(), axes.functions(), cells.spans[1]);
@@ -109,23 +141,7 @@ pub(crate) fn normal<T: Real>(axes: &Axes<T>, cells: &Cells) -> Normal<T> {
             let mut room = Room::new(axes);
             for (j, sums) in sums.chunks_exact_mut(stride).enumerate().asking(stride) {
                 let (gram, shares) = sums.split_at_mut(k * k);
-                let cell = i * across + j;
-                for node in (cells.start[cell]..cells.start[cell + 1]).asking(4 * k * k) {
-                    axes.row((i, j), cells.u[node], cells.v[node], &mut room);
-                    let weight = cells.w(node);
-                    for (row, &value) in gram.chunks_exact_mut(k).zip(&room.values) {
-                        let weighted = value.mul_f64(weight);
-                        for (sum, &other) in row.iter_mut().zip(&room.values) {
-                            *sum = weighted.fma(other, *sum);
-                        }
-                    }
-                    for (share, heights) in shares.chunks_exact_mut(k).zip(&cells.heights) {
-                        let height = weight * heights[node];
-                        for (sum, &value) in share.iter_mut().zip(&room.values) {
-                            *sum += value.mul_f64(height);
-                        }
-                    }
-                }
+                add_cell(axes, cells, (i, j), &mut room, gram, shares);
             }
             sums
         },

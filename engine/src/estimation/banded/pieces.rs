@@ -86,7 +86,7 @@ impl<T: Real> Pieces<T> {
         out.copy_from_slice(&span.powers[..width]);
         for row in span.powers[width..].chunks_exact(width) {
             for (value, &power) in out.iter_mut().zip(row) {
-                *value = value.fma(t, power);
+                *value = value.mul_add(t, power);
             }
         }
     }

@@ -70,16 +70,26 @@ impl<'a> Chebyshev<'a> {
 }
 
 /// T₀, T₁, … at the mapped `x`, as many as `out` has room for.
+///
+/// Loops, not `from_fn`: what is called and not inlined is not taken along by kernels that are
+/// compiled twice.
 #[inline(always)]
 pub(crate) fn chebyshev<L: Lanes>(x: &[F64x4; GROUPS], mapping: Mapping, out: &mut [[L; GROUPS]]) {
-    let one = L::from_doubles(F64x4::ONE);
-    let t: [L; GROUPS] = std::array::from_fn(|g| L::mapped(x[g], mapping.center, mapping.scale));
+    let mut t = [L::ZERO; GROUPS];
+    for g in 0..GROUPS {
+        t[g] = L::mapped(x[g], mapping.center, mapping.scale);
+    }
     for i in 0..out.len() {
-        out[i] = match i {
-            0 => [one; GROUPS],
-            1 => t,
-            _ => std::array::from_fn(|g| t[g].doubled().fma(out[i - 1][g], out[i - 2][g].neg())),
+        let mut next = match i {
+            0 => [L::from_doubles(F64x4::ONE); GROUPS],
+            _ => t,
         };
+        if i > 1 {
+            for g in 0..GROUPS {
+                next[g] = t[g].doubled().fma(out[i - 1][g], out[i - 2][g].neg());
+            }
+        }
+        out[i] = next;
     }
 }
 

@@ -3,6 +3,8 @@
 //! In products of Chebyshev polynomials all n² sums of products follow from the (2p+1)(2q+1)
 //! moments `Σ w Tₐ(u) T_b(v)`, because `2 TᵢTⱼ = T_{i+j} + T_{|i−j|}`.
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 
 use super::chunks::over_chunks;
@@ -18,6 +20,7 @@ use crate::{
         Dd,
         cancel::Asking,
         lanes::{F64x4, Lanes},
+        with_fma,
     },
 };
 
@@ -42,32 +45,7 @@ fn from_moments(axes: &Chebyshev, sample: &Sample) -> Normal {
     let mut totals = vec![Dd::ZERO; mp * mq + p * q];
     over_chunks(
         sample.count(),
-        |range| {
-            let mut sums = vec![F64x4::ZERO; mp * mq + p * q];
-            let (mut a, mut b) = (vec![[F64x4::ZERO; GROUPS]; mp], vec![[F64x4::ZERO; GROUPS]; mq]);
-            let mut za = vec![[F64x4::ZERO; GROUPS]; p];
-            for start in range.step_by(TILE).asking(4 * TILE * (mp * mq + p * q)) {
-                let nodes = sample.tile(start);
-                tile::chebyshev(&nodes.u, axes.u.0, &mut a);
-                tile::chebyshev(&nodes.v, axes.v.0, &mut b);
-                if sample.weighted() || nodes.counted < TILE {
-                    for a in &mut a {
-                        *a = std::array::from_fn(|g| a[g].mul_doubles(nodes.w[g]));
-                    }
-                }
-                for (to, a) in za.iter_mut().zip(&a) {
-                    *to = std::array::from_fn(|g| a[g].mul_doubles(nodes.z[g]));
-                }
-                let (moments, shares) = sums.split_at_mut(mp * mq);
-                for (row, a) in moments.chunks_exact_mut(mq).zip(&a) {
-                    row.iter_mut().zip(&b).for_each(|(sum, b)| *sum = tile::products(a, b, *sum));
-                }
-                for (row, a) in shares.chunks_exact_mut(q).zip(&za) {
-                    row.iter_mut().zip(&b).for_each(|(sum, b)| *sum = tile::products(a, b, *sum));
-                }
-            }
-            sums
-        },
+        |range| moments(axes, sample, range),
         |sums| {
             for (total, sum) in totals.iter_mut().zip(sums) {
                 *total += Dd::from(sum.sum_of_pairs());
@@ -88,6 +66,42 @@ fn from_moments(axes: &Chebyshev, sample: &Sample) -> Normal {
     let rhs = axes.terms.iter().map(|&(i, j)| totals[mp * mq + i * q + j].to_f64()).collect();
     let ones = axes.terms.iter().map(|&(i, j)| moment(i, j)).collect();
     Normal { gram, rhs, ones }
+}
+
+with_fma! {
+    /// Moments and shares of the heights of one chunk of nodes.
+    fn moments(axes: &Chebyshev, sample: &Sample, range: Range<usize>) -> Vec<F64x4> {
+        let (p, q) = axes.shape();
+        let (mp, mq) = (2 * p - 1, 2 * q - 1);
+        let mut sums = vec![F64x4::ZERO; mp * mq + p * q];
+        let (mut a, mut b) = (vec![[F64x4::ZERO; GROUPS]; mp], vec![[F64x4::ZERO; GROUPS]; mq]);
+        let mut za = vec![[F64x4::ZERO; GROUPS]; p];
+        for start in range.step_by(TILE).asking(4 * TILE * (mp * mq + p * q)) {
+            let nodes = sample.tile(start);
+            tile::chebyshev(&nodes.u, axes.u.0, &mut a);
+            tile::chebyshev(&nodes.v, axes.v.0, &mut b);
+            if sample.weighted() || nodes.counted < TILE {
+                for a in &mut a {
+                    for g in 0..GROUPS {
+                        a[g] = a[g].mul_doubles(nodes.w[g]);
+                    }
+                }
+            }
+            for (to, a) in za.iter_mut().zip(&a) {
+                for g in 0..GROUPS {
+                    to[g] = a[g].mul_doubles(nodes.z[g]);
+                }
+            }
+            let (moments, shares) = sums.split_at_mut(mp * mq);
+            for (row, a) in moments.chunks_exact_mut(mq).zip(&a) {
+                row.iter_mut().zip(&b).for_each(|(sum, b)| *sum = tile::products(a, b, *sum));
+            }
+            for (row, a) in shares.chunks_exact_mut(q).zip(&za) {
+                row.iter_mut().zip(&b).for_each(|(sum, b)| *sum = tile::products(a, b, *sum));
+            }
+        }
+        sums
+    }
 }
 
 /// Any basis: row by row, touching only what is not 0.

@@ -3,6 +3,8 @@
 //! Nodes are taken in chunks of a fixed size whose partial sums are added in order, so that results
 //! do not depend on how many threads work.
 
+use std::ops::Range;
+
 use super::chunks::over_chunks;
 use crate::{
     estimation::{
@@ -16,6 +18,7 @@ use crate::{
         Dd, Real,
         cancel::{self, Asking},
         lanes::{Ddx4, F64x4, Lanes},
+        with_fma,
     },
 };
 
@@ -103,66 +106,7 @@ fn tiled_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[D
     };
     over_chunks(
         sample.count(),
-        |range| {
-            let mut part = Part {
-                projected: vec![S::ZERO; if project { p * q } else { 0 }],
-                rss: Dd::ZERO,
-                max_abs: 0.0,
-                values: Vec::with_capacity(if keep { range.len() } else { 0 }),
-            };
-            let (mut a, mut b) = (vec![[L::ZERO; GROUPS]; p], vec![[L::ZERO; GROUPS]; q]);
-            let mut narrow_a = vec![[S::ZERO; GROUPS]; if project { p } else { 0 }];
-            let (mut rss, mut largest) = ([L::ZERO; GROUPS], [F64x4::ZERO; GROUPS]);
-            for start in range.clone().step_by(TILE) {
-                cancel::every(4 * TILE * c.len(), (start - range.start) / TILE);
-                let nodes = sample.tile(start);
-                tile::chebyshev(&nodes.u, axes.u.0, &mut a);
-                tile::chebyshev(&nodes.v, axes.v.0, &mut b);
-                let mut fitted = [L::ZERO; GROUPS];
-                for (j, b) in b.iter().enumerate() {
-                    let column = &table[j * p..j * p + heights[j]];
-                    // as many sums at a time as registers hold
-                    for half in [0, GROUPS / 2] {
-                        let mut sum = [L::ZERO; GROUPS / 2];
-                        for (c, a) in column.iter().zip(&a) {
-                            for g in 0..GROUPS / 2 {
-                                sum[g] = sum[g].accumulate(*c, a[half + g]);
-                            }
-                        }
-                        for g in 0..GROUPS / 2 {
-                            fitted[half + g] = fitted[half + g].accumulate(sum[g].settled(), b[half + g]);
-                        }
-                    }
-                }
-                let mut weighted = [L::ZERO; GROUPS];
-                let mut plain = [F64x4::ZERO; GROUPS];
-                for g in 0..GROUPS {
-                    let residual = L::from_doubles(nodes.z[g]).sub(fitted[g].settled());
-                    weighted[g] = residual.mul_doubles(nodes.w[g]);
-                    rss[g] = weighted[g].fma(residual, rss[g]);
-                    plain[g] = residual.to_doubles();
-                    // places left over repeat a node, so they change no maximum
-                    largest[g] = plain[g].abs().larger(largest[g]);
-                }
-                if keep {
-                    let plain = plain.map(F64x4::to_array);
-                    part.values.extend_from_slice(&plain.as_flattened()[..nodes.counted]);
-                }
-                if project {
-                    narrow_a.iter_mut().zip(&a).for_each(|(to, from)| *to = from.map(narrow));
-                    let weighted = weighted.map(narrow::<L, S>);
-                    for (j, b) in b.iter().enumerate() {
-                        let share: [S; GROUPS] = std::array::from_fn(|g| weighted[g].mul(narrow(b[g])));
-                        for (sum, a) in part.projected[j * p..j * p + heights[j]].iter_mut().zip(&narrow_a) {
-                            *sum = tile::products(&share, a, *sum);
-                        }
-                    }
-                }
-            }
-            part.rss = rss.into_iter().fold(Dd::ZERO, |sum, rss| sum + rss.sum_of_pairs().to_dd());
-            part.max_abs = largest.into_iter().flat_map(F64x4::to_array).fold(0.0, f64::max);
-            part
-        },
+        |range| tiled_chunk::<L, S>(axes, sample, &table, &heights, wanted, range),
         |part| {
             for (total, &(i, j)) in pass.projected.iter_mut().zip(axes.terms) {
                 *total += part.projected[j * p + i].settled().sum_of_pairs().to_dd();
@@ -173,6 +117,83 @@ fn tiled_residuals<L: Lanes, S: Lanes>(axes: &Chebyshev, sample: &Sample, c: &[D
         },
     );
     pass
+}
+
+with_fma! {
+    /// The pass over one chunk of nodes; `table` has the coefficients, column by column of v, of
+    /// which each has so many `heights`.
+    fn tiled_chunk<L: Lanes, S: Lanes>(
+        axes: &Chebyshev,
+        sample: &Sample,
+        table: &[L],
+        heights: &[usize],
+        wanted: Wanted,
+        range: Range<usize>,
+    ) -> Part<S> {
+        let (p, q) = axes.shape();
+        let (keep, project) = (wanted == Wanted::Values, wanted == Wanted::Projection);
+        let mut part = Part {
+            projected: vec![S::ZERO; if project { p * q } else { 0 }],
+            rss: Dd::ZERO,
+            max_abs: 0.0,
+            values: Vec::with_capacity(if keep { range.len() } else { 0 }),
+        };
+        let (mut a, mut b) = (vec![[L::ZERO; GROUPS]; p], vec![[L::ZERO; GROUPS]; q]);
+        let mut narrow_a = vec![[S::ZERO; GROUPS]; if project { p } else { 0 }];
+        let (mut rss, mut largest) = ([L::ZERO; GROUPS], [F64x4::ZERO; GROUPS]);
+        for start in range.clone().step_by(TILE) {
+            cancel::every(4 * TILE * axes.terms.len(), (start - range.start) / TILE);
+            let nodes = sample.tile(start);
+            tile::chebyshev(&nodes.u, axes.u.0, &mut a);
+            tile::chebyshev(&nodes.v, axes.v.0, &mut b);
+            let mut fitted = [L::ZERO; GROUPS];
+            for (j, b) in b.iter().enumerate() {
+                let column = &table[j * p..j * p + heights[j]];
+                // as many sums at a time as registers hold
+                for half in [0, GROUPS / 2] {
+                    let mut sum = [L::ZERO; GROUPS / 2];
+                    for (c, a) in column.iter().zip(&a) {
+                        for g in 0..GROUPS / 2 {
+                            sum[g] = sum[g].accumulate(*c, a[half + g]);
+                        }
+                    }
+                    for g in 0..GROUPS / 2 {
+                        fitted[half + g] = fitted[half + g].accumulate(sum[g].settled(), b[half + g]);
+                    }
+                }
+            }
+            let mut weighted = [L::ZERO; GROUPS];
+            let mut plain = [F64x4::ZERO; GROUPS];
+            for g in 0..GROUPS {
+                let residual = L::from_doubles(nodes.z[g]).sub(fitted[g].settled());
+                weighted[g] = residual.mul_doubles(nodes.w[g]);
+                rss[g] = weighted[g].fma(residual, rss[g]);
+                plain[g] = residual.to_doubles();
+                // places left over repeat a node, so they change no maximum
+                largest[g] = plain[g].abs().larger(largest[g]);
+            }
+            if keep {
+                let plain = plain.map(F64x4::to_array);
+                part.values.extend_from_slice(&plain.as_flattened()[..nodes.counted]);
+            }
+            if project {
+                narrow_a.iter_mut().zip(&a).for_each(|(to, from)| *to = from.map(narrow));
+                let weighted = weighted.map(narrow::<L, S>);
+                for (j, b) in b.iter().enumerate() {
+                    let mut share = [S::ZERO; GROUPS];
+                    for g in 0..GROUPS {
+                        share[g] = weighted[g].mul(narrow(b[g]));
+                    }
+                    for (sum, a) in part.projected[j * p..j * p + heights[j]].iter_mut().zip(&narrow_a) {
+                        *sum = tile::products(&share, a, *sum);
+                    }
+                }
+            }
+        }
+        part.rss = rss.into_iter().fold(Dd::ZERO, |sum, rss| sum + rss.sum_of_pairs().to_dd());
+        part.max_abs = largest.into_iter().flat_map(F64x4::to_array).fold(0.0, f64::max);
+        part
+    }
 }
 
 /// The same numbers in the arithmetic of the projection.

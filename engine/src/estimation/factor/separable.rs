@@ -4,7 +4,7 @@
 //! The heights are contracted once, `B = Q_uᵀ Z Q_v`, with products and sums carried in
 //! double-double; one more pass forms the residuals. Everything after that is small.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ use crate::{
         Dd, Real,
         cancel::{self, Asking},
         lanes::{Ddx4, F64x4, LANES, Lanes},
-        qr, triangular,
+        qr, triangular, with_fma,
     },
 };
 
@@ -174,7 +174,7 @@ fn four(row: &[f64], start: usize) -> F64x4 {
 }
 
 /// Applies `work` to groups of grid rows, in order.
-fn over_rows<P: Send>(rows: usize, nodes: usize, work: impl Fn(std::ops::Range<usize>) -> P + Sync) -> Vec<P> {
+fn over_rows<P: Send>(rows: usize, nodes: usize, work: impl Fn(Range<usize>) -> P + Sync) -> Vec<P> {
     let groups = rows.div_ceil(ROWS);
     let handle = cancel::current();
     let range = |g: usize| g * ROWS..((g + 1) * ROWS).min(rows);
@@ -187,9 +187,32 @@ fn over_rows<P: Send>(rows: usize, nodes: usize, work: impl Fn(std::ops::Range<u
 
 /// `Q_uᵀ Z Q_v`.
 fn contract(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, z: &[f64]) -> Vec<Dd> {
-    let (nu, nv, p, q) = (qu.nrows(), qv.nrows(), qu.ncols(), qv.ncols());
     let columns: Vec<Vec<Ddx4>> = lanes_of(qv);
-    let parts = over_rows(nu, z.len(), |rows| {
+    let parts = over_rows(qu.nrows(), z.len(), |rows| contract_rows(qu, &columns, z, rows));
+    let mut total = vec![Dd::ZERO; qu.ncols() * qv.ncols()];
+    for part in parts {
+        total.iter_mut().zip(part).for_each(|(total, part)| *total += part);
+    }
+    total
+}
+
+fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid, keep: bool) -> (f64, f64, Vec<f64>) {
+    let columns: Vec<Vec<L>> = lanes_of(qv);
+    let z = &grid.z;
+    let parts = over_rows(qu.nrows(), z.len(), |rows| residual_rows(qu, &columns, b, z, rows, keep));
+    let (mut rss, mut max_abs, mut values) = (Dd::ZERO, 0.0f64, Vec::with_capacity(if keep { z.len() } else { 0 }));
+    for (part, largest, kept) in parts {
+        rss += part;
+        max_abs = max_abs.max(largest);
+        values.extend(kept);
+    }
+    (rss.to_f64(), max_abs, values)
+}
+
+with_fma! {
+    /// What some rows of the grid add to `Q_uᵀ Z Q_v`.
+    fn contract_rows(qu: &DMatrix<Dd>, columns: &[Vec<Ddx4>], z: &[f64], rows: Range<usize>) -> Vec<Dd> {
+        let (p, q, nv) = (qu.ncols(), columns.len(), z.len() / qu.nrows());
         let mut sum = vec![Dd::ZERO; p * q];
         for k in rows.asking(4 * (p + nv) * q) {
             let row = &z[k * nv..(k + 1) * nv];
@@ -205,19 +228,18 @@ fn contract(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, z: &[f64]) -> Vec<Dd> {
             }
         }
         sum
-    });
-    let mut total = vec![Dd::ZERO; p * q];
-    for part in parts {
-        total.iter_mut().zip(part).for_each(|(total, part)| *total += part);
     }
-    total
-}
 
-fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid, keep: bool) -> (f64, f64, Vec<f64>) {
-    let (nu, nv, p, q) = (qu.nrows(), qv.nrows(), qu.ncols(), qv.ncols());
-    let columns: Vec<Vec<L>> = lanes_of(qv);
-    let z = &grid.z;
-    let parts = over_rows(nu, z.len(), |rows| {
+    /// `Σ r²`, `max |r|` and, if asked for, the residuals of some rows of the grid.
+    fn residual_rows<L: Lanes>(
+        qu: &DMatrix<Dd>,
+        columns: &[Vec<L>],
+        b: &[Dd],
+        z: &[f64],
+        rows: Range<usize>,
+        keep: bool,
+    ) -> (Dd, f64, Vec<f64>) {
+        let (p, q, nv) = (qu.ncols(), columns.len(), z.len() / qu.nrows());
         let (mut rss, mut max_abs, mut values) = (L::ZERO, F64x4::ZERO, Vec::new());
         for k in rows.asking(4 * (p + nv) * q) {
             let weights: Vec<L> = (0..q)
@@ -246,12 +268,5 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
             }
         }
         (rss.sum_of_pairs().to_dd(), max_abs.to_array().into_iter().fold(0.0, f64::max), values)
-    });
-    let (mut rss, mut max_abs, mut values) = (Dd::ZERO, 0.0f64, Vec::with_capacity(if keep { z.len() } else { 0 }));
-    for (part, largest, kept) in parts {
-        rss += part;
-        max_abs = max_abs.max(largest);
-        values.extend(kept);
     }
-    (rss.to_f64(), max_abs, values)
 }

@@ -6,7 +6,10 @@ use std::ops::Range;
 use super::filter::Rule;
 use crate::{
     estimation::spec::Scheme,
-    numerics::lanes::{F64x4, LANES, Lanes},
+    numerics::{
+        lanes::{F64x4, LANES, Lanes},
+        with_fma,
+    },
 };
 
 /// What every criterion needs to know of a fit, laid out for repeated summation.
@@ -52,6 +55,7 @@ impl Block {
     };
 
     /// Only the first `count` directions.
+    #[inline(always)]
     fn first(mut self, count: usize) -> Self {
         for k in count..LANES {
             (self.square[k], self.noise[k], self.real[k], self.ones[k]) = (0.0, 0.0, 0.0, 0.0);
@@ -171,18 +175,12 @@ impl<'a> Spectral<'a> {
     /// reads.
     #[inline(always)]
     pub(crate) fn sums_touching(&self, rule: Rule, parameter: f64, touched: Range<usize>) -> Sums {
-        let (whole, partial) = (touched.end / LANES, touched.end % LANES);
-        let last = (partial > 0).then(|| self.blocks[whole].first(partial));
-        let sums = carried(rule, self.blocks[..whole].iter().copied().chain(last), F64x4::splat(parameter));
-        self.finished(sums.map(Lanes::sum_of_pairs), touched.end)
+        sums_touching(self, rule, parameter, touched)
     }
 
     /// The same at four parameters side by side.
     pub(crate) fn sums_at_four(&self, rule: Rule, parameters: [f64; LANES], touched: Range<usize>) -> [Sums; LANES] {
-        let directions = touched.clone().map(|i| self.blocks[i / LANES].repeated(i % LANES));
-        let sums = carried(rule, directions, F64x4::new(parameters));
-        let sums = sums.map(F64x4::to_array);
-        std::array::from_fn(|k| self.finished(sums.map(|x| x[k]), touched.end))
+        sums_at_four(self, rule, parameters, touched)
     }
 
     /// Adds to the sums over the touched directions what the others (those from `end` on)
@@ -210,6 +208,22 @@ impl<'a> Spectral<'a> {
         }
         let condition = high / low;
         (low > 0.0 && condition.is_finite()).then_some(condition)
+    }
+}
+
+with_fma! {
+    fn sums_touching(problem: &Spectral, rule: Rule, parameter: f64, touched: Range<usize>) -> Sums {
+        let (whole, partial) = (touched.end / LANES, touched.end % LANES);
+        let last = (partial > 0).then(|| problem.blocks[whole].first(partial));
+        let sums = carried(rule, problem.blocks[..whole].iter().copied().chain(last), F64x4::splat(parameter));
+        problem.finished(sums.map(Lanes::sum_of_pairs), touched.end)
+    }
+
+    fn sums_at_four(problem: &Spectral, rule: Rule, parameters: [f64; LANES], touched: Range<usize>) -> [Sums; LANES] {
+        let directions = touched.clone().map(|i| problem.blocks[i / LANES].repeated(i % LANES));
+        let sums = carried(rule, directions, F64x4::new(parameters));
+        let sums = sums.map(F64x4::to_array);
+        std::array::from_fn(|k| problem.finished(sums.map(|x| x[k]), touched.end))
     }
 }
 

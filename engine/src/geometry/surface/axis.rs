@@ -7,7 +7,7 @@
 //! roundings of 1.
 
 use crate::geometry::BSplineBasis;
-use crate::numerics::Dd;
+use crate::numerics::{Dd, fma};
 
 /// The finer the parts, the seldomer a place has to be looked for within its part.
 const PARTS_PER_SPAN: usize = 16;
@@ -83,12 +83,12 @@ impl<const N: usize> Axis<N> {
         for coefficients in piece.coefficients.iter().rev() {
             for i in 0..N {
                 if ORDER > 1 {
-                    sums[2][i] = sums[2][i].mul_add(t, sums[1][i]);
+                    sums[2][i] = fma(sums[2][i], t, sums[1][i]);
                 }
                 if ORDER > 0 {
-                    sums[1][i] = sums[1][i].mul_add(t, sums[0][i]);
+                    sums[1][i] = fma(sums[1][i], t, sums[0][i]);
                 }
-                sums[0][i] = sums[0][i].mul_add(t, coefficients[i]);
+                sums[0][i] = fma(sums[0][i], t, coefficients[i]);
             }
         }
         if ORDER > 0 {

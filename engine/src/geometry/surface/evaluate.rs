@@ -14,7 +14,7 @@ use crate::geometry::{
     BSplineBasis,
     space::{Dimension, Vector},
 };
-use crate::numerics::cancel;
+use crate::numerics::{cancel, fma};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -193,7 +193,7 @@ impl<const N: usize> Tensor<N> {
             let net = &plane[start..start + N];
             for order in 0..=ORDER {
                 for c in 0..N {
-                    row[order][c] = functions[order][k].mul_add(net[c], row[order][c]);
+                    row[order][c] = fma(functions[order][k], net[c], row[order][c]);
                 }
             }
         }
@@ -270,7 +270,7 @@ impl<const N: usize> Tensor<N> {
             row.resize(self.columns, 0.0);
             for k in 0..N {
                 let net = &plane[(i + k) * self.columns..][..self.columns];
-                row.iter_mut().zip(net).for_each(|(sum, c)| *sum = fu[0][k].mul_add(*c, *sum));
+                row.iter_mut().zip(net).for_each(|(sum, c)| *sum = fma(fu[0][k], *c, *sum));
             }
         };
         sum(&self.planes[0], &mut line.row);
@@ -291,7 +291,7 @@ impl<const N: usize> Tensor<N> {
                     for k in 0..N {
                         let net = &plane[(i + k) * self.columns..][..self.columns];
                         for (sum, c) in sums.iter_mut().zip(net) {
-                            *sum = fu[order][k].mul_add(*c, *sum);
+                            *sum = fma(fu[order][k], *c, *sum);
                         }
                     }
                 }
@@ -320,7 +320,7 @@ impl<const N: usize> Tensor<N> {
 fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     let mut sum = 0.0;
     for i in 0..N {
-        sum = a[i].mul_add(b[i], sum);
+        sum = fma(a[i], b[i], sum);
     }
     sum
 }

@@ -10,6 +10,7 @@ use crate::numerics::{
     Dd, Real,
     cancel::Asking,
     dd::{two_prod, two_sum},
+    fma,
 };
 
 /// Lines that are worked on side by side.
@@ -284,7 +285,7 @@ fn accumulate(hi: &mut Lane<f64>, lo: &mut Lane<f64>, a: (f64, f64), x: (&Lane<f
         let (product, error) = two_prod(a.0, x.0[l]);
         let (sum, rest) = two_sum(hi[l], product);
         hi[l] = sum;
-        lo[l] += rest + a.0.mul_add(x.1[l], a.1.mul_add(x.0[l], error));
+        lo[l] += rest + fma(a.0, x.1[l], fma(a.1, x.0[l], error));
     }
 }
 

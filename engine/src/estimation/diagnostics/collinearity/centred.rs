@@ -7,7 +7,7 @@ use crate::{
     numerics::{
         Dd,
         cancel::{self, Asking},
-        triangular,
+        triangular, with_fma,
     },
 };
 
@@ -38,15 +38,17 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     dot4(a4, b4) + rest
 }
 
-#[inline(always)]
-fn dot4(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
-    let mut sums = [0.0; 4];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..4 {
-            sums[k] = a[k].mul_add(b[k], sums[k]);
+with_fma! {
+    /// The sums of fours.
+    fn dot4(x: &[[f64; 4]], y: &[[f64; 4]]) -> f64 {
+        let mut sums = [0.0; 4];
+        for (a, b) in x.iter().zip(y) {
+            for k in 0..4 {
+                sums[k] = a[k].mul_add(b[k], sums[k]);
+            }
         }
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 /// Lengths of the columns.

@@ -6,6 +6,7 @@ use crate::numerics::{
     cancel::Asking,
     columns::dot,
     lanes::{self, F64x4, Lanes},
+    with_fma,
 };
 
 /// The columns divided by their lengths, and how many lanes each has.
@@ -47,28 +48,34 @@ pub(super) fn explained(unit: &[F64x4], stride: usize, terms: &[usize], room: &m
 /// `x += factor (d·x) d` for four columns x, one behind the other.
 #[inline(never)]
 fn remove(d: &[F64x4], factor: f64, columns: &mut [F64x4]) {
-    let n = d.len();
-    let (a, columns) = columns.split_at_mut(n);
-    let (b, columns) = columns.split_at_mut(n);
-    let (c, e) = columns.split_at_mut(n);
-    let e = &mut e[..n];
-    let mut along = [F64x4::ZERO; 4];
-    for k in 0..n {
-        let d = d[k];
-        along = [
-            along[0].accumulate_late(d, a[k]),
-            along[1].accumulate_late(d, b[k]),
-            along[2].accumulate_late(d, c[k]),
-            along[3].accumulate_late(d, e[k]),
-        ];
-    }
-    let along = along.map(|sum| sum.sum_of_halves() * factor);
-    for k in 0..n {
-        let d = d[k];
-        a[k] = a[k].add_scaled(along[0], d);
-        b[k] = b[k].add_scaled(along[1], d);
-        c[k] = c[k].add_scaled(along[2], d);
-        e[k] = e[k].add_scaled(along[3], d);
+    remove_from_four(d, factor, columns)
+}
+
+with_fma! {
+    fn remove_from_four(d: &[F64x4], factor: f64, columns: &mut [F64x4]) {
+        let n = d.len();
+        let (a, columns) = columns.split_at_mut(n);
+        let (b, columns) = columns.split_at_mut(n);
+        let (c, e) = columns.split_at_mut(n);
+        let e = &mut e[..n];
+        let mut along = [F64x4::ZERO; 4];
+        for k in 0..n {
+            let d = d[k];
+            along = [
+                along[0].accumulate_late(d, a[k]),
+                along[1].accumulate_late(d, b[k]),
+                along[2].accumulate_late(d, c[k]),
+                along[3].accumulate_late(d, e[k]),
+            ];
+        }
+        let along = along.map(|sum| sum.sum_of_halves() * factor);
+        for k in 0..n {
+            let d = d[k];
+            a[k] = a[k].add_scaled(along[0], d);
+            b[k] = b[k].add_scaled(along[1], d);
+            c[k] = c[k].add_scaled(along[2], d);
+            e[k] = e[k].add_scaled(along[3], d);
+        }
     }
 }
 
