@@ -215,77 +215,94 @@ fn flanks(read: &FileRead) -> Result<String, std::fmt::Error> {
 
 fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::Error> {
     let mut out = of_gear(&read.gear);
-    for (kind, title, names) in [
-        (KindName::Profile, "Profiles", ["f_Hα", "f_fα", "F_α", "C_α"]),
-        (KindName::Helix, "Helices", ["f_Hβ", "f_fβ", "F_β", "C_β"]),
-    ] {
-        let traces: Vec<&EvaluatedTraceBody> = found.traces.iter().filter(|trace| trace.kind == kind).collect();
-        if traces.is_empty() {
-            continue;
-        }
-        writeln!(out, "\n{title}, µm")?;
-        let [slope, form, total, crowning] = names;
-        let mut table = Table::new(["tooth", "flank", slope, form, total, crowning, "class"], 2);
-        for trace in traces {
-            let number = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), tenths);
-            let class = trace.class.as_ref().map_or_else(
-                || "–".to_owned(),
-                |class| {
-                    let worst = [class.slope, class.form, class.total].into_iter().flatten().max();
-                    if class.beyond.is_empty() {
-                        worst.map_or_else(String::new, |c| c.to_string())
-                    } else {
-                        "> 11".to_owned()
-                    }
-                },
-            );
-            table.row([
-                trace.tooth.clone(),
-                side_word(trace.flank).to_owned(),
-                number(trace.slope_um),
-                number(trace.form_um),
-                number(trace.total_um),
-                number(trace.crowning_um),
-                class,
-            ]);
-        }
-        write!(out, "{table}")?;
-        for mean in found.means.iter().filter(|mean| mean.kind == kind) {
-            let flank = side_word(mean.flank);
-            writeln!(
-                out,
-                "  {flank}, mean of {}: {slope} {:.1} (variation {:.1}), {form} {:.1}, {total} {:.1}",
-                mean.count, mean.slope_um.mean, mean.slope_um.variation, mean.form_um.mean, mean.total_um.mean
-            )?;
-        }
+    trace_table(&mut out, found, KindName::Profile, "Profiles", ["f_Hα", "f_fα", "F_α", "C_α"])?;
+    trace_table(&mut out, found, KindName::Helix, "Helices", ["f_Hβ", "f_fβ", "F_β", "C_β"])?;
+    surface_table(&mut out, found)?;
+    twists(&mut out, found)?;
+    Ok(out)
+}
+
+/// The traces of a kind, and their means.
+fn trace_table(
+    out: &mut String,
+    found: &EvaluationBody,
+    kind: KindName,
+    title: &str,
+    [slope, form, total, crowning]: [&str; 4],
+) -> std::fmt::Result {
+    let traces: Vec<&EvaluatedTraceBody> = found.traces.iter().filter(|trace| trace.kind == kind).collect();
+    if traces.is_empty() {
+        return Ok(());
     }
-    if !found.surfaces.is_empty() {
-        writeln!(out, "\nSecond-order surfaces through all traces of a flank, µm over the evaluation ranges")?;
-        let mut table =
-            Table::new(["tooth", "flank", "traces", "f_Hα", "f_Hβ", "C_α", "C_β", "twist", "left over (rms)"], 2);
-        for surface in &found.surfaces {
-            let figure = |figure: &Option<FigureBody>| match figure {
-                Some(FigureBody { value, std_error: Some(error), .. }) => {
-                    format!("{} ± {}", tenths(*value), tenths(*error))
+    writeln!(out, "\n{title}, µm")?;
+    let mut table = Table::new(["tooth", "flank", slope, form, total, crowning, "class"], 2);
+    for trace in traces {
+        let number = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), tenths);
+        let class = trace.class.as_ref().map_or_else(
+            || "–".to_owned(),
+            |class| {
+                let worst = [class.slope, class.form, class.total].into_iter().flatten().max();
+                if class.beyond.is_empty() {
+                    worst.map_or_else(String::new, |c| c.to_string())
+                } else {
+                    "> 11".to_owned()
                 }
-                Some(figure) => tenths(figure.value),
-                None => "–".to_owned(),
-            };
-            let of = &surface.figures;
-            table.row([
-                surface.tooth.clone(),
-                side_word(surface.flank).to_owned(),
-                surface.traces.to_string(),
-                figure(&of.profile_slope_um),
-                figure(&of.helix_slope_um),
-                figure(&of.profile_crowning_um),
-                figure(&of.helix_crowning_um),
-                figure(&of.twist_um),
-                format!("{:.2}", surface.rms_um),
-            ]);
-        }
-        writeln!(out, "{table}")?;
+            },
+        );
+        table.row([
+            trace.tooth.clone(),
+            side_word(trace.flank).to_owned(),
+            number(trace.slope_um),
+            number(trace.form_um),
+            number(trace.total_um),
+            number(trace.crowning_um),
+            class,
+        ]);
     }
+    write!(out, "{table}")?;
+    for mean in found.means.iter().filter(|mean| mean.kind == kind) {
+        let flank = side_word(mean.flank);
+        writeln!(
+            out,
+            "  {flank}, mean of {}: {slope} {:.1} (variation {:.1}), {form} {:.1}, {total} {:.1}",
+            mean.count, mean.slope_um.mean, mean.slope_um.variation, mean.form_um.mean, mean.total_um.mean
+        )?;
+    }
+    Ok(())
+}
+
+fn surface_table(out: &mut String, found: &EvaluationBody) -> std::fmt::Result {
+    if found.surfaces.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nSecond-order surfaces through all traces of a flank, µm over the evaluation ranges")?;
+    let mut table =
+        Table::new(["tooth", "flank", "traces", "f_Hα", "f_Hβ", "C_α", "C_β", "twist", "left over (rms)"], 2);
+    for surface in &found.surfaces {
+        let figure = |figure: &Option<FigureBody>| match figure {
+            Some(FigureBody { value, std_error: Some(error), .. }) => {
+                format!("{} ± {}", tenths(*value), tenths(*error))
+            }
+            Some(figure) => tenths(figure.value),
+            None => "–".to_owned(),
+        };
+        let of = &surface.figures;
+        table.row([
+            surface.tooth.clone(),
+            side_word(surface.flank).to_owned(),
+            surface.traces.to_string(),
+            figure(&of.profile_slope_um),
+            figure(&of.helix_slope_um),
+            figure(&of.profile_crowning_um),
+            figure(&of.helix_crowning_um),
+            figure(&of.twist_um),
+            format!("{:.2}", surface.rms_um),
+        ]);
+    }
+    writeln!(out, "{table}")
+}
+
+fn twists(out: &mut String, found: &EvaluationBody) -> std::fmt::Result {
     for twist in &found.twists {
         let by = if twist.kind == KindName::Helix { "helices" } else { "profiles" };
         let between = twist.sections_mm.map_or_else(String::new, |[a, b]| {
@@ -295,5 +312,5 @@ fn tables(read: &FileRead, found: &EvaluationBody) -> Result<String, std::fmt::E
         let flank = side_word(twist.flank);
         writeln!(out, "  twist of tooth {}, {flank} flank, by {by}{between}: {:.1} µm", twist.tooth, twist.twist_um)?;
     }
-    Ok(out)
+    Ok(())
 }
