@@ -27,7 +27,7 @@ use crate::{
             gear::GearBody,
             trace::KindName,
         },
-        json::part::read_json,
+        json::value::read_json,
         measurand::side::SideName,
         problem::Problem,
     },

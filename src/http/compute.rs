@@ -15,7 +15,7 @@ use super::{
     state::AppState,
 };
 use crate::api::{
-    json::{part, request::ReadWhole},
+    json::{request::ReadWhole, value},
     problem::{Problem, Room},
 };
 use flankfit_engine::estimation::{self, FitSpec, Nodes};
@@ -108,7 +108,7 @@ where
             return Ok(T::default());
         }
         match media {
-            Media::Json => Ok(part::read_json(&text)?),
+            Media::Json => Ok(value::read_json(&text)?),
             Media::Multipart(other) | Media::Other(other) => Err(unsupported(&other, "application/json")),
         }
     };

@@ -9,7 +9,7 @@ use uuid::Uuid;
 
 use super::{body::Payload, compute::read_small_json, state::AppState};
 use crate::api::{
-    json::part::read_json,
+    json::value::read_json,
     problem::{Problem, ProblemCode},
 };
 

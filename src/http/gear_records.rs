@@ -19,11 +19,11 @@ use crate::{
         gears::{
             correction::{
                 self, csv,
-                include::{CorrectionInclude, KeptIncludeName},
-                kept::{self, After, KeptCorrectionBody},
+                include::{CorrectionInclude, StoredIncludeName},
                 request::CorrectionRequestBody,
                 result::CorrectionBody,
                 same_nodes::Measured,
+                stored::{self as stored_correction, After, StoredCorrectionBody},
             },
             deviations::{self, request::DeviationsRequestBody},
             evaluation::{self, request::EvaluateBody},
@@ -139,13 +139,13 @@ async fn create_iteration_correction(request: RecordRequest) -> Result<Response,
     params(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
-        ("include" = Option<Vec<KeptIncludeName>>, Query, style = Form, explode = false, description = "What is \
+        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "What is \
             answered beside, names with commas between them.")
     ),
     responses(
         (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next \
             iteration. As CSV a line for each setting, under the names of OPC UA for Geometrical Measuring Systems.",
-            content((KeptCorrectionBody = "application/json"), (String = "text/csv"))),
+            content((StoredCorrectionBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
             content_type = "application/problem+json")
     )
@@ -157,8 +157,8 @@ async fn get_iteration_correction(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let format = Format::negotiated(&headers, "Corrections")?;
-    let names: Vec<KeptIncludeName> = query.names()?;
-    let include = CorrectionInclude::of_kept(&names);
+    let names: Vec<StoredIncludeName> = query.names()?;
+    let include = CorrectionInclude::of_stored(&names);
     let Some(record) = state.jobs.latest_record(job, number, RecordKind::Correction).await? else {
         return Err(Problem::new(ProblemCode::NotFound, "The iteration has no correction."));
     };
@@ -175,7 +175,8 @@ async fn get_iteration_correction(
         Successors { .. } => (After::Nothing, None),
     };
     let today = of_job(&state.jobs.job(job).await?)?;
-    let body = state.pool.run(move || kept::write(&record, &before, &after, today.as_ref(), include)).await??;
+    let body =
+        state.pool.run(move || stored_correction::write(&record, &before, &after, today.as_ref(), include)).await??;
     Ok(format.response(body))
 }
 

@@ -27,9 +27,8 @@ use crate::{
         fits::{nodes_text, spec::nodes::NodesBody},
         jobs::{
             fits,
-            iterations::{
-                self, IterationBody, IterationForm, IterationPatchBody, IterationRequest, Measurement, NewIterationBody,
-            },
+            iteration_requests::{IterationForm, IterationPatchBody, IterationRequest, Measurement},
+            iterations::{self, IterationBody, NewIterationBody},
             problem::of_measured,
         },
         problem::Problem,

@@ -29,7 +29,8 @@ use crate::{
         },
         jobs::{
             fits::{self, ReplayBody, ReplayRequest},
-            iterations::{self, ChosenFitBody, FitPageBody, IterationBody, IterationFitBody, RefitRequest, Why},
+            iteration_requests::{ChosenFitBody, RefitRequest, Why},
+            iterations::{self, FitPageBody, IterationBody, IterationFitBody},
         },
         problem::Problem,
     },

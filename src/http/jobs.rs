@@ -20,7 +20,7 @@ use super::{
 use crate::{
     api::{
         jobs::job::{JobBody, JobPageBody, JobPatchBody, NewJobBody},
-        json::part::read_json,
+        json::{value::read_json, writer::text_of},
         problem::Problem,
     },
     jobs::{Answer, Job, List, Stored},
@@ -62,8 +62,7 @@ fn created(job: &Job, stored: Stored) -> Answer {
         status: 201,
         location: Some(format!("/v1/jobs/{}", job.id)),
         etag: Some(etag(stored.version)),
-        // A job holds texts and times only, which can always be written.
-        body: serde_json::to_vec(&JobBody::from(job.clone())).unwrap_or_default(),
+        body: text_of(&JobBody::from(job.clone())).into_bytes(),
     }
 }
 

@@ -18,7 +18,7 @@ use utoipa::openapi::{
 use crate::{
     api::{
         faults::Faults,
-        json::{place::escape, wording::alternatives},
+        json::{location::escape, wording::alternatives},
         problem::{Problem, ProblemCode},
     },
     http::accept,

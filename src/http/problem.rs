@@ -6,7 +6,10 @@ use axum::{
 };
 
 use crate::{
-    api::problem::{Problem, ProblemCode},
+    api::{
+        json::writer::text_of,
+        problem::{Problem, ProblemCode},
+    },
     pool::PoolError,
     telemetry,
 };
@@ -16,7 +19,7 @@ impl IntoResponse for Problem {
     /// log the cause.
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
-        let body = serde_json::to_vec(&self).unwrap_or_default();
+        let body = text_of(&self);
         let mut response = (status, body).into_response();
         let headers = response.headers_mut();
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));

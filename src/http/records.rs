@@ -26,7 +26,7 @@ use super::{
 use crate::{
     api::{
         built::Built,
-        gears::correction::include::{CorrectionInclude, KeptIncludeName},
+        gears::correction::include::{CorrectionInclude, StoredIncludeName},
         jobs::records::{self, RecordBody, RecordPageBody},
         problem::Problem,
     },
@@ -149,7 +149,7 @@ async fn list_iteration_records(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
         ("record_id" = Uuid, Path),
-        ("include" = Option<Vec<KeptIncludeName>>, Query, style = Form, explode = false, description = "Of a \
+        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "Of a \
             correction, what is answered beside: names with commas between them.")
     ),
     responses(
@@ -163,10 +163,10 @@ async fn get_iteration_record(
     PathOf((job, number, id)): PathOf<(Uuid, u32, Uuid)>,
     QueryOf(query): QueryOf<IncludeQuery>,
 ) -> Result<Response, Problem> {
-    let names: Vec<KeptIncludeName> = query.names()?;
+    let names: Vec<StoredIncludeName> = query.names()?;
     let mut record = state.jobs.record(job, number, id).await?;
     if record.draft.kind == RecordKind::Correction {
-        record.draft.result = CorrectionInclude::of_kept(&names).of_result(&record.draft.result)?.into();
+        record.draft.result = CorrectionInclude::of_stored(&names).of_result(&record.draft.result)?.into();
     }
     let mut response = json(records::record(&record));
     // it is kept as it is

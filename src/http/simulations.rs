@@ -15,8 +15,13 @@ use super::{
 };
 use crate::{
     api::{
+        json::writer::text_of,
         problem::Problem,
-        simulations::closed_loop::{self, ClosedLoopBody, ClosedLoopResultBody, Kept, Told},
+        simulations::{
+            closed_loop::{self, RunDraft, SimulatedRun},
+            request::ClosedLoopBody,
+            result::ClosedLoopResultBody,
+        },
     },
     jobs::{Answer, Stored},
 };
@@ -49,14 +54,14 @@ async fn simulate_closed_loop(
     idempotent(state, key, scope, payload, |state, payload, key| async move {
         let plans = state.plans.clone();
         let simulated = read_json(&state, payload, move |text| closed_loop::simulate(text, &plans)).await?;
-        let (mut runs, mut kept) = (Vec::new(), Vec::new());
-        for Told { run, kept: keep } in simulated.runs {
-            kept.extend(keep.map(|Kept { job, rounds }| (job, rounds)));
+        let (mut runs, mut drafts) = (Vec::new(), Vec::new());
+        for SimulatedRun { run, draft } in simulated.runs {
+            drafts.extend(draft.map(|RunDraft { job, rounds }| (job, rounds)));
             runs.push(run);
         }
         let body = ClosedLoopResultBody { seed: simulated.seed, condition: simulated.condition, runs };
         let answer = move |ids: &Vec<Uuid>, _: Stored| answered(&body, ids);
-        if kept.is_empty() && key.is_none() {
+        if drafts.is_empty() && key.is_none() {
             return Ok(answer(&Vec::new(), Stored { number: 0, version: 1 }));
         }
         let answer = Arc::new(answer);
@@ -64,7 +69,7 @@ async fn simulate_closed_loop(
             let answer = answer.clone();
             key.answered_by(move |ids, stored| answer(ids, stored))
         });
-        let (ids, stored) = state.jobs.add_runs(kept, keyed).await?;
+        let (ids, stored) = state.jobs.add_runs(drafts, keyed).await?;
         Ok(answer(&ids, stored))
     })
     .await
@@ -76,6 +81,5 @@ fn answered(body: &ClosedLoopResultBody, ids: &[Uuid]) -> Answer {
     for (run, id) in body.runs.iter_mut().zip(ids) {
         run.job_id = Some(*id);
     }
-    // Names and finite numbers, which can always be written.
-    Answer { status: 200, location: None, etag: None, body: serde_json::to_vec(&body).unwrap_or_default() }
+    Answer { status: 200, location: None, etag: None, body: text_of(&body).into_bytes() }
 }

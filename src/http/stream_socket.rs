@@ -25,6 +25,7 @@ use uuid::Uuid;
 use super::{budget::WithPermit, extract::PathOf, observe::too_late, state::AppState, streams};
 use crate::{
     api::{
+        json::writer::text_of,
         problem::{Problem, ProblemCode},
         streams::stream,
     },
@@ -221,7 +222,7 @@ async fn block(state: &AppState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
             if let Some(cause) = problem.cause.take() {
                 tracing::error!(stream = %id, code = %problem.code, cause, "problem");
             }
-            serde_json::to_vec(&problem).unwrap_or_default()
+            text_of(&problem).into_bytes()
         }
     };
     // both are JSON, which is UTF-8

@@ -19,11 +19,7 @@ use super::{
 };
 use crate::{
     api::{
-        jobs::{
-            fits,
-            iterations::{MeasurementDetailsBody, NewIterationBody},
-            problem::of_measured,
-        },
+        jobs::{fits, iteration_requests::MeasurementDetailsBody, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
         streams::stream::{self, BlockBody, EstimateBody, NewStreamBody, StreamBody},
     },
@@ -99,7 +95,7 @@ async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> 
     let (stream, estimate) = state.jobs.stream_with_estimate(&state, id).await?;
     let input_sha256 = stream.input_sha256;
     let estimate = match estimate {
-        Some(estimate) => Some(state.pool.run(move || stream::tell(&estimate, &input_sha256)).await??),
+        Some(estimate) => Some(state.pool.run(move || stream::estimate_text(&estimate, &input_sha256)).await??),
         None => None,
     };
     let mut response = json(stream::stream(&stream, estimate.as_ref()));

@@ -21,7 +21,14 @@ pub struct Difference {
 
 impl Replay {
     /// Compares two answers; how they differ is only looked at when they do.
-    pub fn of(stored: &str, recomputed: &str, difference: impl FnOnce(&str, &str) -> Difference) -> Self {
-        if stored == recomputed { Replay::Identical } else { Replay::Different(difference(stored, recomputed)) }
+    pub fn of<E>(
+        stored: &str,
+        recomputed: &str,
+        difference: impl FnOnce(&str, &str) -> Result<Difference, E>,
+    ) -> Result<Self, E> {
+        if stored == recomputed {
+            return Ok(Replay::Identical);
+        }
+        difference(stored, recomputed).map(Replay::Different)
     }
 }

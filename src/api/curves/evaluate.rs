@@ -79,8 +79,8 @@ pub struct CurveValuesBody {
     pub warnings: Vec<WarningBody>,
 }
 
-/// A request as it was read.
-struct Wanted {
+/// A request, read and checked.
+struct CheckedRequest {
     curve: CurveShape,
     at: Vec<f64>,
     derivatives: usize,
@@ -89,7 +89,7 @@ struct Wanted {
 
 /// Answers a request. Processor work.
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
-    let Wanted { curve, at, derivatives, arc_length } = read(text)?;
+    let CheckedRequest { curve, at, derivatives, arc_length } = read(text)?;
     let width = curve.dimension().count();
     let mut orders = vec![Vec::with_capacity(at.len() * width); derivatives + 1];
     let mut bends = Bends::default();
@@ -198,7 +198,7 @@ impl Lengths {
     }
 }
 
-fn read(text: &[u8]) -> Result<Wanted, Problem> {
+fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
     let mut faults = Faults::default();
     let members: EvaluateCurveMembers<'_> = of_request(text, &mut faults)?;
     let curve = members.curve.required_with(&mut faults, read_curve);
@@ -219,5 +219,5 @@ fn read(text: &[u8]) -> Result<Wanted, Problem> {
         }
     }
     let (Some(curve), Some(at)) = (curve, at) else { return Err(Problem::invalid(faults)) };
-    faults.into_result(Wanted { curve, at, derivatives, arc_length }).map_err(Problem::invalid)
+    faults.into_result(CheckedRequest { curve, at, derivatives, arc_length }).map_err(Problem::invalid)
 }

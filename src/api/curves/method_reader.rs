@@ -5,8 +5,8 @@ use crate::api::{
     faults::Faults,
     json::{
         members::of_object,
-        part::read_part,
         tags::{read_tag, unknown_type},
+        value::read_value,
     },
     shapes::{
         THROUGH,
@@ -18,8 +18,8 @@ use flankfit_engine::geometry::{
     space::{Dimension, Vector},
 };
 
-/// A method as it was asked for, with its name.
-pub enum Asked {
+/// The method of a request, with its name.
+pub enum RequestedMethod {
     Through { name: &'static str, method: Method },
     Near { name: &'static str, method: NearBody },
 }
@@ -31,40 +31,40 @@ pub enum NearBody {
     Smoothing(SmoothingSplineMethod),
 }
 
-impl Asked {
+impl RequestedMethod {
     /// Why nothing of a fit may stand beside it, where that is so.
     pub fn takes_no_fit(&self) -> Option<&'static str> {
         match self {
-            Asked::Through { .. } => Some(THROUGH),
-            Asked::Near { method: NearBody::Smoothing(_), .. } => Some(
+            RequestedMethod::Through { .. } => Some(THROUGH),
+            RequestedMethod::Near { method: NearBody::Smoothing(_), .. } => Some(
                 "a smoothing spline has its `parameter`, `noise_sigma` and `weight` in its method, and no other \
                  estimator",
             ),
-            Asked::Near { .. } => None,
+            RequestedMethod::Near { .. } => None,
         }
     }
 }
 
 /// Reads the method that stands at `/method`, for these points.
-pub fn read(slice: &[u8], points: &Points, faults: &mut Faults) -> Option<Asked> {
+pub fn read(slice: &[u8], points: &Points, faults: &mut Faults) -> Option<RequestedMethod> {
     const AT: &str = "/method";
     let dimension = match points {
         Points::Graph { .. } => Dimension::Graph,
         Points::Space { dimension, .. } => *dimension,
     };
     let values = Values { dimension };
-    let through = |name, method| Some(Asked::Through { name, method });
+    let through = |name, method| Some(RequestedMethod::Through { name, method });
     match read_tag(slice, AT, faults)?.as_str() {
         "lagrange" => {
-            read_part::<LagrangeMethod>(slice, AT, faults)?;
+            read_value::<LagrangeMethod>(slice, AT, faults)?;
             through("lagrange", Method::Lagrange)
         }
         "newton" => {
-            read_part::<NewtonMethod>(slice, AT, faults)?;
+            read_value::<NewtonMethod>(slice, AT, faults)?;
             through("newton", Method::Newton)
         }
         "hermite" => {
-            let body: HermiteMethod = read_part(slice, AT, faults)?;
+            let body: HermiteMethod = read_value(slice, AT, faults)?;
             let mut derivatives = Vec::with_capacity(body.derivatives.len());
             for (i, orders) in body.derivatives.iter().enumerate() {
                 derivatives.push(values.read(orders, &format!("{AT}/derivatives/{i}"), faults)?);
@@ -72,7 +72,7 @@ pub fn read(slice: &[u8], points: &Points, faults: &mut Faults) -> Option<Asked>
             through("hermite", Method::Hermite { derivatives })
         }
         "cubic_hermite" => {
-            let body: CubicHermiteMethod = read_part(slice, AT, faults)?;
+            let body: CubicHermiteMethod = read_value(slice, AT, faults)?;
             let tangents = match (body.tangents, body.values) {
                 (TangentsName::Given, Some(given)) => {
                     Tangents::Given(values.read(&given, &format!("{AT}/values"), faults)?)
@@ -100,21 +100,21 @@ pub fn read(slice: &[u8], points: &Points, faults: &mut Faults) -> Option<Asked>
             through("cubic_spline", Method::CubicSpline(values.ends(ends, faults)?))
         }
         "b_spline" => {
-            let body: BSplineCurveMethod = read_part(slice, AT, faults)?;
+            let body: BSplineCurveMethod = read_value(slice, AT, faults)?;
             let knots = body.knots.map_or(KnotChoice::Averaging, KnotChoice::Given);
             through("b_spline", Method::BSpline { degree: body.degree, knots })
         }
         "b_spline_least_squares" => {
-            let method = NearBody::BSpline(read_part(slice, AT, faults)?);
-            Some(Asked::Near { name: "b_spline_least_squares", method })
+            let method = NearBody::BSpline(read_value(slice, AT, faults)?);
+            Some(RequestedMethod::Near { name: "b_spline_least_squares", method })
         }
         "nurbs_least_squares" => {
-            let method = NearBody::Nurbs(read_part(slice, AT, faults)?);
-            Some(Asked::Near { name: "nurbs_least_squares", method })
+            let method = NearBody::Nurbs(read_value(slice, AT, faults)?);
+            Some(RequestedMethod::Near { name: "nurbs_least_squares", method })
         }
         "smoothing_spline" => {
-            let method = NearBody::Smoothing(read_part(slice, AT, faults)?);
-            Some(Asked::Near { name: "smoothing_spline", method })
+            let method = NearBody::Smoothing(read_value(slice, AT, faults)?);
+            Some(RequestedMethod::Near { name: "smoothing_spline", method })
         }
         other => {
             unknown_type(
@@ -157,25 +157,25 @@ impl Values {
         const AT: &str = "/method/ends";
         Some(match read_tag(slice, AT, faults)?.as_str() {
             "clamped" => {
-                let body: ClampedEnds = read_part(slice, AT, faults)?;
+                let body: ClampedEnds = read_value(slice, AT, faults)?;
                 let [start, end] = self.pair(body.start, body.end, AT, faults)?;
                 Ends::clamped(start, end)
             }
             "natural" => {
-                read_part::<NaturalEnds>(slice, AT, faults)?;
+                read_value::<NaturalEnds>(slice, AT, faults)?;
                 Ends::natural()
             }
             "second_derivative" => {
-                let body: SecondDerivativeEnds = read_part(slice, AT, faults)?;
+                let body: SecondDerivativeEnds = read_value(slice, AT, faults)?;
                 let [start, end] = self.pair(body.start, body.end, AT, faults)?;
                 Ends::second_derivatives(start, end)
             }
             "not_a_knot" => {
-                read_part::<NotAKnotEnds>(slice, AT, faults)?;
+                read_value::<NotAKnotEnds>(slice, AT, faults)?;
                 Ends::not_a_knot()
             }
             "periodic" => {
-                read_part::<PeriodicEnds>(slice, AT, faults)?;
+                read_value::<PeriodicEnds>(slice, AT, faults)?;
                 Ends::Periodic
             }
             other => {

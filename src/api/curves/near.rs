@@ -88,7 +88,7 @@ fn placement(method: &BSplineLeastSquaresCurveMethod) -> Result<KnotPlacement, P
     }
 }
 
-fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveSettings) -> Result<Vec<u8>, Problem> {
+fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveSettings) -> Result<Vec<u8>, Problem> {
     let columns = Columns::of(&given.points);
     let points = CurvePoints {
         coordinates: &columns.values,
@@ -98,7 +98,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, asked: CurveSett
         },
         weight: weight.as_deref(),
     };
-    let fit = near::curve(&points, &asked).map_err(refused_curve)?;
+    let fit = near::curve(&points, &settings).map_err(refused_curve)?;
     let CurveFit { curve, parameters, results, spec, max_error: _, rms_error: _, steps, stop } = &fit;
     let mut texts = Vec::with_capacity(results.len());
     for (result, heights) in results.iter().zip(&columns.values) {
@@ -184,8 +184,8 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u
     };
     let weight = method.weight.as_ref().or(given.weight.as_ref());
     let points = spline::Points { x, coordinates: &columns.values, weight: weight.map(Vec::as_slice) };
-    let asked = spline::SmoothingSpec { smoothing, noise_sigma: method.noise_sigma, pointwise: false };
-    let spline = smoothing_spline(&points, &asked).map_err(|fault| refused(&fault, columns.names.len()))?;
+    let settings = spline::SmoothingSpec { smoothing, noise_sigma: method.noise_sigma, pointwise: false };
+    let spline = smoothing_spline(&points, &settings).map_err(|fault| refused(&fault, columns.names.len()))?;
     let mut json = Json::with_capacity(1024 + 60 * x.len());
     let mut object = json.object();
     write_curve(&mut object, &CurveShape::BSpline(spline.curve.clone()), (columns.names.len() > 1).then_some(x));

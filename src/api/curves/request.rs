@@ -1,7 +1,7 @@
 //! A curve asked for: points and a method in, the curve and its report out.
 
 use super::{
-    method_reader::{self, Asked},
+    method_reader::{self, RequestedMethod},
     methods::CurveMethodBody,
     near,
     points::{self, CurvePointsBody},
@@ -32,7 +32,8 @@ request! {
 
 request! {
     /// A curve to build and to keep with an iteration.
-    pub struct KeptCurveRequest as KeptCurveMembers {
+    #[schema(as = KeptCurveRequest)]
+    pub struct IterationCurveRequest as IterationCurveMembers {
         /// By default the iteration's own nodes with their weights, which must be of type `curve`.
         optional points: CurvePointsBody,
         required method: CurveMethodBody,
@@ -51,7 +52,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>) -> Result<Built, Problem> {
             (points, method, fit)
         }
         Some(_) => {
-            let KeptCurveMembers { points, method, fit } = of_request(text, &mut faults)?;
+            let IterationCurveMembers { points, method, fit } = of_request(text, &mut faults)?;
             (points, method, fit)
         }
     };
@@ -63,11 +64,11 @@ pub fn build(text: &[u8], own: Option<&Nodes>) -> Result<Built, Problem> {
     let (Some(points), Some(method)) = (points, method) else { return Err(Problem::invalid(faults)) };
     let graph = matches!(points.points, Points::Graph { .. });
     let method = method_reader::read(method, &points.points, &mut faults);
-    let fit = fields::read(fit, method.as_ref().and_then(Asked::takes_no_fit), &mut faults);
+    let fit = fields::read(fit, method.as_ref().and_then(RequestedMethod::takes_no_fit), &mut faults);
     let (Some(method), Some(fit)) = (method, fit) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
     match method {
-        Asked::Through { name, method } => {
+        RequestedMethod::Through { name, method } => {
             let constructed = through(&points.points, &method).map_err(|fault| {
                 let fields = if graph {
                     CurveFields { x: "points/x", values: "points/y" }
@@ -80,7 +81,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>) -> Result<Built, Problem> {
             })?;
             Ok(Built { method: name.to_owned(), result: result::through(&constructed, !graph)? })
         }
-        Asked::Near { name, method } => {
+        RequestedMethod::Near { name, method } => {
             Ok(Built { method: name.to_owned(), result: near::build(&points, method, fit)? })
         }
     }

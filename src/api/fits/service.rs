@@ -33,14 +33,14 @@ pub fn write(
 ) -> Result<Written, Problem> {
     let begun = Instant::now();
     let result = estimation::fit_remembering(nodes, spec, plans).map_err(|error| Problem::of_fit(error, place))?;
-    let asked = json::to_json(spec);
-    let digest = canonical::input_sha256_by(nodes, spec, &asked);
+    let spec_text = json::to_json(spec);
+    let digest = canonical::input_sha256_by(nodes, spec, &spec_text);
     let shape = near::shape_of(spec, &result);
-    let told = with_spec.then_some(asked.as_str());
-    let answer = FitAnswer { result: &result, shape: shape.as_ref(), input_sha256: &digest, spec: told };
+    let answered_spec = with_spec.then_some(spec_text.as_str());
+    let answer = FitAnswer { result: &result, shape: shape.as_ref(), input_sha256: &digest, spec: answered_spec };
     let text = text::write_answer(&answer, spec.include).map_err(Problem::internal)?;
     telemetry::record_fit(nodes.posted(), begun.elapsed());
-    Ok(Written { result, spec: asked, text })
+    Ok(Written { result, spec: spec_text, text })
 }
 
 /// Fits and writes the answer with what was asked. Processor work.

@@ -23,7 +23,7 @@ use flankfit_engine::{
     },
 };
 
-use crate::api::{faults::Field, json::place::escape, problem::Problem};
+use crate::api::{faults::Field, json::location::escape, problem::Problem};
 
 /// Of the object `gear`.
 impl Field<GearReason> for GearField {

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::iterations::DecisionName;
+use super::iteration_requests::DecisionName;
 use crate::{
-    api::json::text::Moment,
+    api::json::{text::Moment, writer::text_of},
     jobs::{Decision, EventKind, JobEvent},
 };
 
@@ -158,7 +158,7 @@ pub fn to_text(events: impl IntoIterator<Item = JobEvent>) -> String {
         let body = JobEventBody::from(event);
         // JSON of one line: line breaks inside strings are escaped. Writing to a string cannot
         // fail.
-        let data = serde_json::to_string(&body).unwrap_or_default();
+        let data = text_of(&body);
         let _ = write!(text, "id: {}\nevent: {}\ndata: {data}\n\n", body.number, body.kind.name());
     }
     text

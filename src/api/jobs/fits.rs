@@ -77,9 +77,9 @@ pub fn compute_at(
 
 /// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and
 /// added; what is stored stays as it is. Processor work.
-pub fn with_include(nodes: &Nodes, stored: &FitRecord, asked: Include, plans: &Plans) -> Result<Arc<str>, Problem> {
+pub fn with_include(nodes: &Nodes, stored: &FitRecord, requested: Include, plans: &Plans) -> Result<Arc<str>, Problem> {
     let mut spec = reader::read_stored(&stored.spec).map_err(Problem::internal)?;
-    let include = include::both(spec.include, asked);
+    let include = include::both(spec.include, requested);
     if include == spec.include {
         return Ok(stored.result.clone());
     }
@@ -93,18 +93,17 @@ pub fn replay(nodes: &Nodes, stored: &FitRecord) -> Result<Replay, Problem> {
     let spec = reader::read_stored(&stored.spec).map_err(Problem::internal)?;
     // all of it anew, plans too
     let computed = compute(nodes, &spec, &Plans::default())?;
-    Ok(Replay::of(&stored.result, &computed.result, difference))
+    Replay::of(&stored.result, &computed.result, difference).map_err(Problem::internal)
 }
 
-fn difference(stored: &str, replayed: &str) -> Difference {
-    let read = |text: &str| serde_json::from_str::<Value>(text).unwrap_or_default();
-    let (stored, replayed) = (read(stored), read(replayed));
+fn difference(stored: &str, replayed: &str) -> Result<Difference, serde_json::Error> {
+    let (stored, replayed): (Value, Value) = (serde_json::from_str(stored)?, serde_json::from_str(replayed)?);
     let engine = |answer: &Value| answer["provenance"]["engine"].as_str().map(str::to_owned);
-    Difference {
+    Ok(Difference {
         max_relative_difference: largest_difference(&stored, &replayed),
         stored_engine: engine(&stored),
         replay_engine: engine(&replayed),
-    }
+    })
 }
 
 /// Over all numbers that stand in the same places; `None` when the answers do not line up.
@@ -134,15 +133,15 @@ mod tests {
     #[test]
     fn differences_are_relative_and_need_the_same_places() {
         let stored = r#"{"a":[1.0,2.0],"b":{"c":-4.0},"provenance":{"engine":"old 1"}}"#;
-        let found = difference(stored, r#"{"a":[1.0,2.0],"b":{"c":-4.5},"provenance":{"engine":"new 2"}}"#);
+        let found = difference(stored, r#"{"a":[1.0,2.0],"b":{"c":-4.5},"provenance":{"engine":"new 2"}}"#).unwrap();
         assert_eq!(found.max_relative_difference, Some(0.5 / 4.5));
         assert_eq!((found.stored_engine.as_deref(), found.replay_engine.as_deref()), (Some("old 1"), Some("new 2")));
-        assert_eq!(difference(stored, r#"{"a":[1.0],"b":{},"provenance":{}}"#).max_relative_difference, None);
+        assert_eq!(difference(stored, r#"{"a":[1.0],"b":{},"provenance":{}}"#).unwrap().max_relative_difference, None);
     }
 
     #[test]
     fn a_replay_of_the_same_text_does_not_look_further() {
-        let replay = Replay::of("{}", "{}", |_, _| unreachable!("they are the same"));
+        let replay = Replay::of("{}", "{}", |_, _| Err("they are the same")).unwrap();
         assert_eq!(serde_json::to_string(&ReplayBody::from(replay)).unwrap(), r#"{"identical":true}"#);
     }
 }

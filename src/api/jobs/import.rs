@@ -15,7 +15,7 @@ use crate::{
                 spec::ImportSpecBody,
             },
         },
-        json::{part::read_json_at, writer},
+        json::{value::read_json_at, writer},
         problem::Problem,
     },
     jobs::{Computed, IterationDraft, MeasurementDetails, RecordKind},

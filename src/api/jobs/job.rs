@@ -11,6 +11,7 @@ use crate::{
         json::{
             present::present,
             text::{Moment, ShortText, Tags},
+            writer::text_of,
         },
     },
     jobs::{Job, JobDraft, JobGear, JobPatch, List, Page, Update},
@@ -159,7 +160,7 @@ impl TryFrom<NewJobBody> for JobDraft {
             part_number: body.part_number.map(String::from),
             serial_number: body.serial_number.map(String::from),
             machine: body.machine.map(String::from),
-            gear: body.gear.as_ref().map(gear_text).map(JobGear::from),
+            gear: body.gear.as_ref().map(text_of).map(JobGear::from),
             tags: body.tags.0,
         })
     }
@@ -194,7 +195,7 @@ impl TryFrom<JobPatchBody> for JobPatch {
             part_number: update(ClearableName::PartNumber, body.part_number.map(String::from)),
             serial_number: update(ClearableName::SerialNumber, body.serial_number.map(String::from)),
             machine: update(ClearableName::Machine, body.machine.map(String::from)),
-            gear: update(ClearableName::Gear, body.gear.as_ref().map(gear_text)).map(JobGear::from),
+            gear: update(ClearableName::Gear, body.gear.as_ref().map(text_of)).map(JobGear::from),
             tags: body.tags.map(|tags| tags.0),
         };
         faults.into_result(patch)
@@ -209,7 +210,7 @@ impl From<Job> for JobBody {
             part_number: job.part_number,
             serial_number: job.serial_number,
             machine: job.machine,
-            // What is stored was written by `gear_text`; were it damaged, the job would still be
+            // What is stored was written by `text_of`; were it damaged, the job would still be
             // shown.
             gear: job.gear.and_then(|text| serde_json::from_str(&text).ok()),
             tags: Tags(job.tags),
@@ -226,11 +227,6 @@ impl From<Page<Job>> for JobPageBody {
             next_cursor: page.next.map(|next| next.encode(List::Jobs)),
         }
     }
-}
-
-/// A gear as it is stored. A checked gear holds finite numbers only, which can always be written.
-fn gear_text(gear: &GearBody) -> String {
-    serde_json::to_string(gear).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 pub mod events;
 pub mod fits;
 pub mod import;
+pub mod iteration_requests;
 pub mod iterations;
 pub mod job;
 pub mod problem;

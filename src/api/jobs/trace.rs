@@ -6,7 +6,8 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{
-    iterations::{DecisionName, FitSummaryBody, fit_summary, measurand},
+    iteration_requests::DecisionName,
+    iterations::{FitSummaryBody, fit_summary, measurand},
     job::JobBody,
     records::RecordSummaryBody,
 };

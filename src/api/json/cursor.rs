@@ -1,4 +1,4 @@
-//! A place in a JSON text, and the strict grammar of RFC 8259 from there on.
+//! A position in a JSON text, and the strict grammar of RFC 8259 from there on.
 
 use std::borrow::Cow;
 
@@ -333,7 +333,7 @@ impl<'a> Cursor<'a> {
 }
 
 /// Line and column (from 1, in characters) of a byte.
-pub fn place(text: &[u8], at: usize) -> (usize, usize) {
+pub fn line_and_column(text: &[u8], at: usize) -> (usize, usize) {
     let before = &text[..at.min(text.len())];
     let line = before.iter().filter(|&&byte| byte == b'\n').count() + 1;
     let begin = before.iter().rposition(|&byte| byte == b'\n').map_or(0, |i| i + 1);
@@ -419,9 +419,9 @@ mod tests {
 
     #[test]
     fn places_are_counted_in_lines_and_characters() {
-        assert_eq!(place(b"ab", 1), (1, 2));
-        assert_eq!(place("a\nµx".as_bytes(), 4), (2, 2));
-        assert_eq!(place(b"", 9), (1, 1));
+        assert_eq!(line_and_column(b"ab", 1), (1, 2));
+        assert_eq!(line_and_column("a\nµx".as_bytes(), 4), (2, 2));
+        assert_eq!(line_and_column(b"", 9), (1, 1));
     }
 
     proptest! {

@@ -1,6 +1,6 @@
 //! Why a request cannot be taken.
 
-use super::cursor::{Syntax, place};
+use super::cursor::{Syntax, line_and_column};
 use crate::api::faults::Faults;
 
 /// Why a body was refused.
@@ -22,6 +22,6 @@ impl<F: Into<Faults>> From<F> for ReadError {
 
 /// The refusal of a text that is not JSON.
 pub fn malformed(text: &[u8], syntax: &Syntax) -> ReadError {
-    let (line, column) = place(text, syntax.at);
+    let (line, column) = line_and_column(text, syntax.at);
     ReadError::Malformed { detail: format!("Line {line}, column {column}: {}.", syntax.what) }
 }

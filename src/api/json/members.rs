@@ -12,10 +12,10 @@ use serde::Deserialize;
 use super::{
     cursor::{Cursor, Syntax, Token},
     error::{ReadError, malformed},
+    location::escape,
     nulls,
     numbers::{read_numbers, read_rows},
-    part::read_at,
-    place::escape,
+    value::read_at,
     wording::no_such_field,
 };
 use crate::api::faults::Faults;

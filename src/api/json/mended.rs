@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Deserialize;
 
 use super::{
-    place::Place,
+    location::Location,
     reader::read,
     refusal::{Refusal, Wrong},
 };
@@ -51,17 +51,17 @@ pub struct Mended {
 }
 
 impl Mended {
-    pub fn leaves_out(&self, place: &Place) -> bool {
-        self.left_out.contains(&place.pointer())
+    pub fn leaves_out(&self, location: &Location) -> bool {
+        self.left_out.contains(&location.pointer())
     }
 
-    pub fn has_once(&self, place: &Place) -> bool {
-        self.once.contains(&place.pointer())
+    pub fn has_once(&self, location: &Location) -> bool {
+        self.once.contains(&location.pointer())
     }
 
-    /// Fields that are to be read of the object at `place` although it has none of them.
-    pub fn added(&self, place: &Place) -> &[String] {
-        self.added.get(&place.pointer()).map_or(&[], Vec::as_slice)
+    /// Fields that are to be read of the object at `location` although it has none of them.
+    pub fn added(&self, location: &Location) -> &[String] {
+        self.added.get(&location.pointer()).map_or(&[], Vec::as_slice)
     }
 
     /// Whether only what was mended is refused: a stand-in, a field that was left out, an array

@@ -7,7 +7,7 @@
 
 use super::{
     cursor::{Cursor, Syntax, Token},
-    place::escape,
+    location::escape,
 };
 use crate::api::faults::Faults;
 

@@ -1,5 +1,5 @@
 //! serde over the cursor: JSON in, whatever a type declares out, refusals as data with their
-//! places.
+//! locations.
 //!
 //! Knows JSON's kinds of values only. What a field may be is said by the visitors of its type; an
 //! array is no object, whatever it holds, and a map has each key once.
@@ -13,8 +13,8 @@ use serde::{
 
 use super::{
     cursor::{Cursor, Token},
+    location::Location,
     mended::Mended,
-    place::Place,
     refusal::Refusal,
     slice::Slice,
     stand_in::StandIn,
@@ -24,34 +24,34 @@ use flankfit_engine::numerics::cancel;
 
 /// Reads well-formed JSON, as it stands or as it was mended.
 pub fn read<'de, T: Deserialize<'de>>(text: &'de [u8], mended: Option<&Mended>) -> Result<T, Refusal> {
-    T::deserialize(Reader { cursor: &mut Cursor::new(text), place: &Place::Root, mended })
+    T::deserialize(Reader { cursor: &mut Cursor::new(text), location: &Location::Root, mended })
 }
 
 /// Reads the value at the cursor.
 struct Reader<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
-    place: &'r Place<'r>,
+    location: &'r Location<'r>,
     mended: Option<&'r Mended>,
 }
 
 impl<'de> Reader<'_, 'de> {
     fn members<V: Visitor<'de>>(self, visitor: V, once: bool) -> Result<V::Value, Refusal> {
-        let Reader { cursor, place, mended } = self;
+        let Reader { cursor, location, mended } = self;
         cursor.at += 1;
         let seen = (once || mended.is_some()).then(BTreeSet::new);
-        let mut missing = mended.map_or(&[][..], |mended| mended.added(place)).iter();
+        let mut missing = mended.map_or(&[][..], |mended| mended.added(location)).iter();
         let members =
-            Members { cursor, place, mended, seen, key: Cow::Borrowed(""), fresh: true, missing: &mut missing };
-        visitor.visit_map(members).map_err(|refusal| refusal.at(place))
+            Members { cursor, location, mended, seen, key: Cow::Borrowed(""), fresh: true, missing: &mut missing };
+        visitor.visit_map(members).map_err(|refusal| refusal.at(location))
     }
 
     /// An array; of a `length` where it has a fixed one.
     fn entries<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        let Reader { cursor, place, mended } = self;
+        let Reader { cursor, location, mended } = self;
         cursor.at += 1;
         let (mut index, mut ended) = (0, false);
-        let entries = Entries { cursor: &mut *cursor, place, mended, index: &mut index, ended: &mut ended };
-        let value = visitor.visit_seq(entries).map_err(|refusal| refusal.of_entries().at(place))?;
+        let entries = Entries { cursor: &mut *cursor, location, mended, index: &mut index, ended: &mut ended };
+        let value = visitor.visit_seq(entries).map_err(|refusal| refusal.of_entries().at(location))?;
         let taken = index;
         while !ended {
             ended = !next_entry(cursor, index)?;
@@ -60,13 +60,13 @@ impl<'de> Reader<'_, 'de> {
                 index += 1;
             }
         }
-        if index == taken { Ok(value) } else { Err(Refusal::value(too_long(taken, index)).at(place)) }
+        if index == taken { Ok(value) } else { Err(Refusal::value(too_long(taken, index)).at(location)) }
     }
 
     fn number<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
         let (value, text) = self.cursor.number_and_text()?;
         if value.is_infinite() {
-            return Err(Refusal::value(BEYOND).at(self.place));
+            return Err(Refusal::value(BEYOND).at(self.location));
         }
         let negative = text.first() == Some(&b'-');
         let whole = text.iter().all(|byte| byte.is_ascii_digit() || *byte == b'-');
@@ -83,7 +83,7 @@ impl<'de> Reader<'_, 'de> {
             (true, _) if value == 0.0 => visitor.visit_f64(-0.0),
             _ => visitor.visit_f64(value),
         };
-        read.map_err(|refusal: Refusal| refusal.at(self.place))
+        read.map_err(|refusal: Refusal| refusal.at(self.location))
     }
 }
 
@@ -91,7 +91,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     type Error = Refusal;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        let place = self.place;
+        let location = self.location;
         let read = match self.cursor.token()? {
             Token::Object => return self.members(visitor, false),
             Token::Array => return self.entries(visitor),
@@ -110,7 +110,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
                 visitor.visit_unit()
             }
         };
-        read.map_err(|refusal: Refusal| refusal.at(place))
+        read.map_err(|refusal: Refusal| refusal.at(location))
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
@@ -124,11 +124,11 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     }
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Result<V::Value, Refusal> {
-        let place = self.place;
+        let location = self.location;
         if name == Slice::NAME {
             return visitor.visit_borrowed_bytes(self.cursor.skip_value()?);
         }
-        visitor.visit_newtype_struct(self).map_err(|refusal: Refusal| refusal.at(place))
+        visitor.visit_newtype_struct(self).map_err(|refusal: Refusal| refusal.at(location))
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -138,7 +138,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
         visitor: V,
     ) -> Result<V::Value, Refusal> {
         match self.cursor.token()? {
-            Token::Array => Err(Refusal::value(OBJECT_WANTED).at(self.place)),
+            Token::Array => Err(Refusal::value(OBJECT_WANTED).at(self.location)),
             _ => self.deserialize_any(visitor),
         }
     }
@@ -158,19 +158,19 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     ) -> Result<V::Value, Refusal> {
         let name = match self.cursor.token()? {
             Token::String => self.cursor.string()?,
-            _ => return Err(Refusal::value(NAME_WANTED).at(self.place)),
+            _ => return Err(Refusal::value(NAME_WANTED).at(self.location)),
         };
         let name: CowStrDeserializer<'_, Refusal> = name.into_deserializer();
-        visitor.visit_enum(name).map_err(|refusal| refusal.at(self.place))
+        visitor.visit_enum(name).map_err(|refusal| refusal.at(self.location))
     }
 
     /// The `type` of a union. serde would take a number for the place of a variant in its
     /// declaration, and the first entry of an array for the `type`.
     fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        match (self.place, self.cursor.token()?) {
-            (Place::Entry(union, _), _) => Err(Refusal::value(OBJECT_WANTED).at(union)),
+        match (self.location, self.cursor.token()?) {
+            (Location::Entry(union, _), _) => Err(Refusal::value(OBJECT_WANTED).at(union)),
             (_, Token::String) => self.deserialize_any(visitor),
-            _ => Err(Refusal::value(NAME_WANTED).at(self.place)),
+            _ => Err(Refusal::value(NAME_WANTED).at(self.location)),
         }
     }
 
@@ -200,7 +200,7 @@ fn next_entry(cursor: &mut Cursor, index: usize) -> Result<bool, Refusal> {
 
 struct Entries<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
-    place: &'r Place<'r>,
+    location: &'r Location<'r>,
     mended: Option<&'r Mended>,
     /// Of the next entry.
     index: &'r mut usize,
@@ -216,14 +216,14 @@ impl<'de> SeqAccess<'de> for Entries<'_, 'de> {
                 *self.ended = true;
                 break;
             }
-            let place = Place::Entry(self.place, *self.index);
+            let location = Location::Entry(self.location, *self.index);
             *self.index += 1;
-            if self.mended.is_some_and(|mended| mended.leaves_out(&place)) {
+            if self.mended.is_some_and(|mended| mended.leaves_out(&location)) {
                 self.cursor.skip_value()?;
                 continue;
             }
-            let reader = Reader { cursor: &mut *self.cursor, place: &place, mended: self.mended };
-            return seed.deserialize(reader).map(Some).map_err(|refusal| refusal.at(&place));
+            let reader = Reader { cursor: &mut *self.cursor, location: &location, mended: self.mended };
+            return seed.deserialize(reader).map(Some).map_err(|refusal| refusal.at(&location));
         }
         Ok(None)
     }
@@ -231,7 +231,7 @@ impl<'de> SeqAccess<'de> for Entries<'_, 'de> {
 
 struct Members<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
-    place: &'r Place<'r>,
+    location: &'r Location<'r>,
     mended: Option<&'r Mended>,
     /// The keys so far, where one that stands twice is refused here.
     seen: Option<BTreeSet<String>>,
@@ -257,12 +257,12 @@ impl<'de> Members<'_, 'de> {
             cancel::checkpoint();
             self.key = self.cursor.string()?;
             self.cursor.expect(b':', "after a key")?;
-            let place = Place::Member(self.place, &self.key);
+            let location = Location::Member(self.location, &self.key);
             let twice = self.seen.as_mut().is_some_and(|seen| !seen.insert(self.key.clone().into_owned()));
             match self.mended {
-                Some(mended) if twice && mended.has_once(&place) => {}
-                _ if twice => return Err(Refusal::twice(&self.key).at(self.place)),
-                Some(mended) if mended.leaves_out(&place) => {}
+                Some(mended) if twice && mended.has_once(&location) => {}
+                _ if twice => return Err(Refusal::twice(&self.key).at(self.location)),
+                Some(mended) if mended.leaves_out(&location) => {}
                 _ => return Ok(true),
             }
             self.cursor.skip_value()?;
@@ -282,16 +282,16 @@ impl<'de> MapAccess<'de> for Members<'_, 'de> {
             self.key = Cow::Owned(missing.clone());
         }
         let key: CowStrDeserializer<'_, Refusal> = self.key.clone().into_deserializer();
-        seed.deserialize(key).map(Some).map_err(|refusal| refusal.at(&Place::Member(self.place, &self.key)))
+        seed.deserialize(key).map(Some).map_err(|refusal| refusal.at(&Location::Member(self.location, &self.key)))
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Refusal> {
-        let place = Place::Member(self.place, &self.key);
+        let location = Location::Member(self.location, &self.key);
         if self.cursor.peek() == Some(b'}') {
             self.missing.next();
-            return seed.deserialize(StandIn::default()).map_err(|refusal| refusal.of_stand_in(&place));
+            return seed.deserialize(StandIn::default()).map_err(|refusal| refusal.of_stand_in(&location));
         }
-        let reader = Reader { cursor: &mut *self.cursor, place: &place, mended: self.mended };
-        seed.deserialize(reader).map_err(|refusal| refusal.at(&place))
+        let reader = Reader { cursor: &mut *self.cursor, location: &location, mended: self.mended };
+        seed.deserialize(reader).map_err(|refusal| refusal.at(&location))
     }
 }

@@ -1,6 +1,6 @@
 //! Why a value of a request is not taken: the error of [`super::reader`].
 //!
-//! serde's visitors say what they met and what they wanted; that is kept apart from the place,
+//! serde's visitors say what they met and what they wanted; that is kept apart from the location,
 //! which is known to whoever reads the value that encloses it.
 
 use std::fmt;
@@ -9,7 +9,7 @@ use serde::de::{self, Expected, Unexpected};
 
 use super::{
     cursor::Syntax,
-    place::{Place, escape},
+    location::{Location, escape},
     wording::{OBJECT_WANTED, mismatch, no_such_field, one_of, too_short, unknown_name},
 };
 use crate::api::faults::Fault;
@@ -56,10 +56,10 @@ impl Refusal {
         Self::new(Wrong::Twice(key.to_owned()), "the field stands twice".to_owned())
     }
 
-    /// The same, met at `place` unless it was met deeper.
-    pub fn at(mut self, place: &Place) -> Self {
+    /// The same, met at `location` unless it was met deeper.
+    pub fn at(mut self, location: &Location) -> Self {
         if self.0.pointer.is_none() {
-            let mut pointer = place.pointer();
+            let mut pointer = location.pointer();
             let field = match &self.0.wrong {
                 Wrong::Value => None,
                 Wrong::Unknown(name) | Wrong::Twice(name) => Some(name.as_str()),
@@ -83,10 +83,10 @@ impl Refusal {
         }
     }
 
-    /// The same of what stands in for a missing value at `place`.
-    pub fn of_stand_in(mut self, place: &Place) -> Self {
+    /// The same of what stands in for a missing value at `location`.
+    pub fn of_stand_in(mut self, location: &Location) -> Self {
         self.0.of_stand_in = true;
-        self.0.pointer = Some(place.pointer());
+        self.0.pointer = Some(location.pointer());
         self
     }
 

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::part::read_object;
+use super::value::read_object;
 use crate::api::faults::Faults;
 
 /// Declares the only value of a variant's `type`.

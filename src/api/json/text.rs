@@ -55,7 +55,7 @@ impl<'de, const MOST: usize> Deserialize<'de> for Text<MOST> {
         }
         match control_character(&text, MOST > SHORT) {
             None => Ok(Text(text)),
-            Some(told) => Err(D::Error::custom(told)),
+            Some(refusal) => Err(D::Error::custom(refusal)),
         }
     }
 }
@@ -84,7 +84,7 @@ fn tag_value<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Er
     }
     match control_character(&text, false) {
         None => Ok(text),
-        Some(told) => Err(D::Error::custom(told)),
+        Some(refusal) => Err(D::Error::custom(refusal)),
     }
 }
 
@@ -103,8 +103,8 @@ impl<'de> Deserialize<'de> for Tags {
             if name.is_empty() || name.chars().count() > SHORT {
                 return Err(D::Error::custom(format_args!("a tag's name has 1 to {SHORT} characters")));
             }
-            if let Some(told) = control_character(name, false) {
-                return Err(D::Error::custom(format_args!("in a tag's name {told}")));
+            if let Some(refusal) = control_character(name, false) {
+                return Err(D::Error::custom(format_args!("in a tag's name {refusal}")));
             }
         }
         Ok(Tags(tags.into_iter().map(|(name, TagValue(value))| (name, value)).collect()))

@@ -166,17 +166,17 @@ mod tests {
         assert_eq!(said::<Name>("5"), "expected one of the names that are offered here, in quotes");
     }
 
-    fn told<T: DeserializeOwned + std::fmt::Debug>(text: &str) -> (String, String) {
+    fn fault_of<T: DeserializeOwned + std::fmt::Debug>(text: &str) -> (String, String) {
         let fault = read::<T>(text.as_bytes(), None).unwrap_err().into_fault();
         (fault.pointer, fault.detail)
     }
 
     #[test]
     fn fields_are_named() {
-        let said = |text: &str| told::<Pair>(text);
+        let said = |text: &str| fault_of::<Pair>(text);
         assert_eq!(said("{}"), ("/a".into(), "missing".into()));
         assert_eq!(said(r#"{"a":1,"a":2}"#), ("/a".into(), "the field stands twice".into()));
-        let nothing = told::<Nothing>(r#"{"b":1}"#);
+        let nothing = fault_of::<Nothing>(r#"{"b":1}"#);
         assert_eq!(nothing, ("/b".into(), "there is no such field; expected none".into()));
         assert_eq!(said(r#"{"b`c":1}"#), ("/b`c".into(), "there is no such field; expected `a`".into()));
     }

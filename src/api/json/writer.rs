@@ -5,11 +5,10 @@
 //! numbers go from the domain types to their text at once. The text is the one that serde writes:
 //! no white space, shortest numbers that read back as the same double.
 
-use std::io;
-
 use serde::Serialize;
-use serde_json::ser::{Formatter, Serializer};
+use serde_json::ser::Serializer;
 
+use super::null_fields::NullFields;
 use flankfit_engine::numerics::cancel::Asking;
 
 /// An answer has a number that JSON cannot hold; its field, or the field that it stands in.
@@ -22,6 +21,12 @@ pub fn whole(answer: &impl Serialize) -> Result<Vec<u8>, NotFinite> {
     let mut json = Json::with_capacity(1024);
     json.serde(answer);
     json.finish()
+}
+
+/// The text that serde writes of a value of the contract. serde_json fails where a key is no string
+/// or an `impl Serialize` of one's own says so, and the contract has neither.
+pub fn text_of(value: &impl Serialize) -> String {
+    serde_json::to_string(value).expect("types of the contract can always be written")
 }
 
 /// Numbers formatted before the first of them is copied.
@@ -38,50 +43,6 @@ pub struct Json {
     /// The field that was begun last, and the first that had a number that is not finite.
     field: &'static str,
     culprit: Option<String>,
-}
-
-/// Looks at what serde writes: a field that does not exist is left out, so a `null` in its place is
-/// a number that is not finite.
-struct Fields {
-    /// The field that was begun last.
-    key: String,
-    in_key: bool,
-    in_field: bool,
-    culprit: Option<String>,
-}
-
-impl Formatter for &mut Fields {
-    fn begin_object_key<W: ?Sized + io::Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
-        self.key.clear();
-        self.in_key = true;
-        if first { Ok(()) } else { writer.write_all(b",") }
-    }
-
-    fn write_string_fragment<W: ?Sized + io::Write>(&mut self, writer: &mut W, fragment: &str) -> io::Result<()> {
-        if self.in_key {
-            self.key.push_str(fragment);
-        }
-        writer.write_all(fragment.as_bytes())
-    }
-
-    fn begin_object_value<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        self.in_key = false;
-        self.in_field = true;
-        writer.write_all(b":")
-    }
-
-    /// A list has a `null` where nothing was measured.
-    fn begin_array_value<W: ?Sized + io::Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
-        self.in_field = false;
-        if first { Ok(()) } else { writer.write_all(b",") }
-    }
-
-    fn write_null<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        if self.in_field {
-            self.culprit.get_or_insert_with(|| self.key.clone());
-        }
-        writer.write_all(b"null")
-    }
 }
 
 /// An object being written.
@@ -157,7 +118,7 @@ impl Json {
     }
 
     fn serde(&mut self, value: &impl Serialize) {
-        let mut fields = Fields { key: String::new(), in_key: false, in_field: true, culprit: None };
+        let mut fields = NullFields::default();
         // Only maps with keys that are not texts cannot be written; there are none.
         let _written = value.serialize(&mut Serializer::with_formatter(&mut self.text, &mut fields));
         if let Some(culprit) = fields.culprit {

@@ -12,7 +12,7 @@ use super::{profile_axis::ProfileAxisName, side::SideName};
 use crate::{
     api::{
         faults::Faults,
-        json::{present::present, request::request, text::ShortText},
+        json::{present::present, request::request, text::ShortText, writer::text_of},
     },
     jobs::Measurand,
 };
@@ -136,17 +136,17 @@ impl MeasurandBody {
         if let Some(fault) = self.tooth.as_ref().and_then(|tooth| check_name(tooth.as_str()).err()) {
             faults.push("/tooth", fault.to_string());
         }
-        // Texts only, which can always be written.
-        let axes = self.axes.as_ref().and_then(|axes| serde_json::to_string(axes).ok()).map(Arc::from);
+        let axes = self.axes.as_ref().map(text_of).map(Arc::from);
         let tooth = self.tooth.clone().map(String::from);
         faults.into_result(Measurand { flank: self.flank.map(Into::into), tooth, axes })
     }
 }
 
 impl AxesBody {
-    /// What is stored with a measurand. (What was written here can be read.)
-    pub fn of(measurand: &Measurand) -> Self {
-        measurand.axes.as_deref().and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default()
+    /// What is stored with a measurand.
+    pub fn of(measurand: &Measurand) -> Result<Self, String> {
+        let Some(text) = &measurand.axes else { return Ok(AxesBody::default()) };
+        serde_json::from_str(text).map_err(|error| format!("the stored axes cannot be read: {error}"))
     }
 
     /// By their names.
@@ -276,7 +276,7 @@ fn to_mm(axis: &str, unit: &str) -> Result<f64, String> {
 pub fn check_block(of: &Measurand, nodes: &Nodes) -> Result<(), Faults> {
     let mut faults = Faults::default();
     if of.axes.is_some() {
-        AxesBody::of(of).check(&[kind_of(nodes)], Some(nodes), &mut faults);
+        AxesBody::of(of).map_err(|why| Faults::one("/nodes", why))?.check(&[kind_of(nodes)], Some(nodes), &mut faults);
     }
     match faults.list().first() {
         Some(fault) => Err(Faults::one("/nodes/type", format!("the stream has axes of other nodes: {}", fault.detail))),

@@ -11,9 +11,9 @@ use super::{
 use crate::api::{
     faults::Faults,
     json::{
-        part::read_part,
         present::present,
         tags::{read_tag, tags, unknown_type},
+        value::read_value,
     },
 };
 use flankfit_engine::{
@@ -144,16 +144,16 @@ tags! {
 /// Reads a curve that stands at `at`.
 pub fn read_curve(slice: &[u8], at: &str, faults: &mut Faults) -> Option<CurveShape> {
     match read_tag(slice, at, faults)?.as_str() {
-        "polynomial" => polynomial(read_part(slice, at, faults)?, at, faults).map(CurveShape::Polynomial),
+        "polynomial" => polynomial(read_value(slice, at, faults)?, at, faults).map(CurveShape::Polynomial),
         "piecewise_polynomial" => {
-            pieces(read_part(slice, at, faults)?, at, faults).map(CurveShape::PiecewisePolynomial)
+            pieces(read_value(slice, at, faults)?, at, faults).map(CurveShape::PiecewisePolynomial)
         }
         "b_spline" => {
-            let body: BSplineCurveBody = read_part(slice, at, faults)?;
+            let body: BSplineCurveBody = read_value(slice, at, faults)?;
             b_spline(body.degree, body.knots, &body.control_points, None, at, faults).map(CurveShape::BSpline)
         }
         "nurbs" => {
-            let body: NurbsCurveBody = read_part(slice, at, faults)?;
+            let body: NurbsCurveBody = read_value(slice, at, faults)?;
             b_spline(body.degree, body.knots, &body.control_points, Some(body.weights), at, faults)
                 .map(CurveShape::BSpline)
         }

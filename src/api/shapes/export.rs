@@ -151,12 +151,12 @@ pub fn surface(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem>
     faults.into_result(()).map_err(Problem::invalid)?;
     let name = name.unwrap_or_else(|| "surface".to_owned());
     let label = label(&name, now);
-    let asked = Asked { samples: samples.unwrap_or(SAMPLES), tolerance };
-    let (ending, media, content) = write_surface(&shape, format, &name, &asked, &label, room)?;
+    let settings = MeshSettings { samples: samples.unwrap_or(SAMPLES), tolerance };
+    let (ending, media, content) = write_surface(&shape, format, &name, &settings, &label, room)?;
     Ok(File { name: file_name(&name, ending), media, content })
 }
 
-struct Asked {
+struct MeshSettings {
     samples: [usize; 2],
     tolerance: Option<f64>,
 }
@@ -218,12 +218,12 @@ fn write_surface(
     shape: &SurfaceShape,
     format: SurfaceFormatName,
     name: &str,
-    asked: &Asked,
+    settings: &MeshSettings,
     label: &Label,
     room: Room,
 ) -> Result<Written, Problem> {
     // once: it looks at all of the surface
-    let tolerance = asked.tolerance.unwrap_or_else(|| 1e-6 * surface_extent(shape));
+    let tolerance = settings.tolerance.unwrap_or_else(|| 1e-6 * surface_extent(shape));
     let refused = |fault| refused("/surface")(fault);
     if matches!(format, SurfaceFormatName::Iges | SurfaceFormatName::Step) {
         return write_splines(shape, format, name, tolerance, label, room);
@@ -233,8 +233,8 @@ fn write_surface(
         single => vec![single.surface()],
     };
     let with_normals = matches!(format, SurfaceFormatName::Obj | SurfaceFormatName::Vtk);
-    room(QuadMesh::bytes(&patches, asked.samples, with_normals).map_err(refused)?)?;
-    let mesh = QuadMesh::of_surfaces(&patches, asked.samples, tolerance, with_normals).map_err(refused)?;
+    room(QuadMesh::bytes(&patches, settings.samples, with_normals).map_err(refused)?)?;
+    let mesh = QuadMesh::of_surfaces(&patches, settings.samples, tolerance, with_normals).map_err(refused)?;
     write_mesh(Arc::new(mesh), format, name, label).map_err(refused)
 }
 

@@ -13,9 +13,9 @@ use crate::api::{
     faults::Faults,
     json::{
         members::{Member, of_object},
-        part::read_part,
         slice::Slice,
         tags::{read_tag, unknown_type},
+        value::read_value,
     },
 };
 use flankfit_engine::{
@@ -42,15 +42,15 @@ const CORNER_TOLERANCE: f64 = 1e-6;
 pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<SurfaceShape> {
     match read_tag(slice, at, faults)?.as_str() {
         "b_spline" => {
-            let body: BSplineSurfaceBody = read_part(slice, at, faults)?;
+            let body: BSplineSurfaceBody = read_value(slice, at, faults)?;
             b_spline(body.degree, body.knots, &body.control_points, None, at, faults).map(SurfaceShape::BSpline)
         }
         "nurbs" => {
-            let body: NurbsSurfaceBody = read_part(slice, at, faults)?;
+            let body: NurbsSurfaceBody = read_value(slice, at, faults)?;
             let (degree, knots) = (body.degree, body.knots);
             b_spline(degree, knots, &body.control_points, Some(&body.weights), at, faults).map(SurfaceShape::BSpline)
         }
-        "bezier" => bezier(read_part(slice, at, faults)?, at, faults).map(SurfaceShape::Bezier),
+        "bezier" => bezier(read_value(slice, at, faults)?, at, faults).map(SurfaceShape::Bezier),
         "coons_bilinear" => {
             let members: BilinearCoonsMembers<'_> = of_object(slice, at, faults)?;
             let boundaries = boundaries(&members.boundaries, &members.tolerance, at, faults)?.0;
@@ -69,7 +69,7 @@ pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Surfa
                 .map(|patch| SurfaceShape::Coons(Box::new(patch)))
         }
         "gregory" => {
-            gregory(&read_part(slice, at, faults)?, at, faults).map(|patch| SurfaceShape::Gregory(Box::new(patch)))
+            gregory(&read_value(slice, at, faults)?, at, faults).map(|patch| SurfaceShape::Gregory(Box::new(patch)))
         }
         "patchwork" => patchwork(slice, at, faults).map(SurfaceShape::Patchwork),
         other => {
@@ -271,7 +271,7 @@ fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
     let (u, v) = (members.u.numbers(faults), members.v.numbers(faults));
     let texts = members.patches.required_text(faults)?;
     let at_patches = members.patches.pointer();
-    let texts: Vec<Vec<Slice>> = read_part(texts, &at_patches, faults)?;
+    let texts: Vec<Vec<Slice>> = read_value(texts, &at_patches, faults)?;
     let columns = equal_rows(&texts, &at_patches, faults)?;
     let before = faults.count();
     let mut patches = Vec::with_capacity(texts.len() * columns);

@@ -2,3 +2,5 @@
 
 pub mod closed_loop;
 mod faults;
+pub mod request;
+pub mod result;

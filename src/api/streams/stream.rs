@@ -180,15 +180,15 @@ pub fn read_block(text: &[u8]) -> Result<PostedBlock, Problem> {
     Ok(PostedBlock { sequence, nodes: Arc::new(nodes), sha256 })
 }
 
-/// What an estimate tells: its result as JSON, or why there is none.
+/// The result of an estimate as JSON, or why there is none.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Told {
+pub enum EstimateText {
     Result(String),
     Waiting { code: String, message: String },
 }
 
 /// The estimate's result. Processor work.
-pub fn tell(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Told, Problem> {
+pub fn estimate_text(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<EstimateText, Problem> {
     let result = match estimate.result() {
         Ok(Some(result)) => result,
         Ok(None) => {
@@ -200,36 +200,36 @@ pub fn tell(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Told, Probl
                 ),
                 None => "no nodes so far".to_owned(),
             };
-            return Ok(Told::Waiting { code: "too_few_nodes".into(), message });
+            return Ok(EstimateText::Waiting { code: "too_few_nodes".into(), message });
         }
         Err(error) => return Ok(waiting(error.into())),
     };
     let shape = near::shape_of(estimate.spec(), &result);
     let digest = canonical::hexadecimal(input_sha256);
     let text = text::write(&result, shape.as_ref(), &digest, estimate.spec().include).map_err(Problem::internal)?;
-    Ok(Told::Result(String::from_utf8(text).map_err(Problem::internal)?))
+    Ok(EstimateText::Result(String::from_utf8(text).map_err(Problem::internal)?))
 }
 
 /// Nodes that do not allow the fit yet are no fault of their block.
-fn waiting(problem: Problem) -> Told {
+fn waiting(problem: Problem) -> EstimateText {
     let details: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();
     let message = if details.is_empty() { problem.detail } else { details.join("; ") };
-    Told::Waiting { code: problem.code.into_owned(), message }
+    EstimateText::Waiting { code: problem.code.into_owned(), message }
 }
 
 /// The answer to a block.
-pub fn answer(sequence: u64, node_count: u64, told: &Told) -> Vec<u8> {
-    let mut json = Json::with_capacity(256 + told_length(told));
+pub fn answer(sequence: u64, node_count: u64, estimate: &EstimateText) -> Vec<u8> {
+    let mut json = Json::with_capacity(256 + length_of(estimate));
     let mut object = json.object();
     object.field("sequence", &sequence).field("node_count", &node_count);
-    put(&mut object, told);
+    put(&mut object, estimate);
     object.end();
     json.into_bytes()
 }
 
 /// A stored stream; an open one with what its estimate tells.
-pub fn stream(stream: &Stream, told: Option<&Told>) -> Vec<u8> {
-    let mut json = Json::with_capacity(512 + stream.spec.len() + told.map_or(0, told_length));
+pub fn stream(stream: &Stream, estimate: Option<&EstimateText>) -> Vec<u8> {
+    let mut json = Json::with_capacity(512 + stream.spec.len() + estimate.map_or(0, length_of));
     let mut object = json.object();
     object.field("id", &stream.id).field("job_id", &stream.job_id);
     measurand(&mut object, &stream.measurand);
@@ -242,8 +242,8 @@ pub fn stream(stream: &Stream, told: Option<&Told>) -> Vec<u8> {
         .maybe("iteration_number", stream.iteration)
         .field("created_at", &Moment(stream.created_at))
         .field("updated_at", &Moment(stream.updated_at));
-    if let Some(told) = told {
-        put(&mut object, told);
+    if let Some(estimate) = estimate {
+        put(&mut object, estimate);
     }
     object.end();
     json.into_bytes()
@@ -268,19 +268,19 @@ pub fn created(new: &NewStream) -> Vec<u8> {
     stream(&opened, None)
 }
 
-fn told_length(told: &Told) -> usize {
-    match told {
-        Told::Result(text) => text.len(),
-        Told::Waiting { message, .. } => message.len(),
+fn length_of(estimate: &EstimateText) -> usize {
+    match estimate {
+        EstimateText::Result(text) => text.len(),
+        EstimateText::Waiting { message, .. } => message.len(),
     }
 }
 
-fn put(object: &mut Object<'_>, told: &Told) {
-    match told {
-        Told::Result(text) => {
+fn put(object: &mut Object<'_>, estimate: &EstimateText) {
+    match estimate {
+        EstimateText::Result(text) => {
             object.raw("result", text);
         }
-        Told::Waiting { code, message } => {
+        EstimateText::Waiting { code, message } => {
             object.list("warnings", [(code, message)], |object, (code, message)| {
                 object.field("code", code).field("message", message);
             });

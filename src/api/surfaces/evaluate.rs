@@ -28,34 +28,34 @@ const MOST_NUMBERS: usize = 20_000_000;
 /// A number in the text of an answer, with its comma.
 const TEXT_OF_NUMBER: usize = 24;
 /// What a place takes while it is evaluated: the surface with its derivatives there.
-const PLACE: usize = size_of::<SurfaceJet>();
+const EACH: usize = size_of::<SurfaceJet>();
 
-/// A request as it was read.
-struct Wanted {
+/// A request, read and checked.
+struct CheckedRequest {
     surface: SurfaceShape,
-    places: Places,
+    parameters: Parameters,
     derivatives: usize,
     forms: bool,
     area: bool,
 }
 
-enum Places {
+enum Parameters {
     Pairs(Vec<[f64; 2]>),
     Grid(Vec<f64>, Vec<f64>),
 }
 
-impl Places {
+impl Parameters {
     fn count(&self) -> usize {
         match self {
-            Places::Pairs(pairs) => pairs.len(),
-            Places::Grid(u, v) => u.len().saturating_mul(v.len()),
+            Parameters::Pairs(pairs) => pairs.len(),
+            Parameters::Grid(u, v) => u.len().saturating_mul(v.len()),
         }
     }
 
     fn pairs(&self) -> Box<dyn Iterator<Item = (f64, f64)> + '_> {
         match self {
-            Places::Pairs(pairs) => Box::new(pairs.iter().map(|[u, v]| (*u, *v))),
-            Places::Grid(u, v) => Box::new(u.iter().flat_map(move |u| v.iter().map(move |v| (*u, *v)))),
+            Parameters::Pairs(pairs) => Box::new(pairs.iter().map(|[u, v]| (*u, *v))),
+            Parameters::Grid(u, v) => Box::new(u.iter().flat_map(move |u| v.iter().map(move |v| (*u, *v)))),
         }
     }
 
@@ -63,21 +63,21 @@ impl Places {
     fn values(&self, evaluator: &Evaluator, width: usize) -> Vec<f64> {
         if width == 1 {
             return match self {
-                Places::Pairs(pairs) => evaluator.heights(pairs),
-                Places::Grid(u, v) => evaluator.grid_heights(u, v),
+                Parameters::Pairs(pairs) => evaluator.heights(pairs),
+                Parameters::Grid(u, v) => evaluator.grid_heights(u, v),
             };
         }
         let values = match self {
-            Places::Pairs(pairs) => evaluator.values(pairs),
-            Places::Grid(u, v) => evaluator.grid_values(u, v),
+            Parameters::Pairs(pairs) => evaluator.values(pairs),
+            Parameters::Grid(u, v) => evaluator.grid_values(u, v),
         };
         values.iter().flat_map(|value| value.as_slice()[..width].iter().copied()).collect()
     }
 
     fn jets(&self, evaluator: &Evaluator) -> Vec<SurfaceJet> {
         match self {
-            Places::Pairs(pairs) => evaluator.jets(pairs),
-            Places::Grid(u, v) => evaluator.grid_jets(u, v),
+            Parameters::Pairs(pairs) => evaluator.jets(pairs),
+            Parameters::Grid(u, v) => evaluator.grid_jets(u, v),
         }
     }
 }
@@ -85,21 +85,23 @@ impl Places {
 /// Answers a request, as far as there is `room`: two axes may ask for the grid of all their pairs.
 /// Processor work.
 pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
-    let Wanted { surface, places, derivatives, forms, area: wants_area } = read(text)?;
+    let CheckedRequest { surface, parameters, derivatives, forms, area: wants_area } = read(text)?;
     let width = surface.dimension().count();
-    let count = places.count();
-    let numbers = count * numbers_of_a_place(width, derivatives, forms);
-    room(256 + numbers * (TEXT_OF_NUMBER + size_of::<f64>()) + count * PLACE)?;
+    let count = parameters.count();
+    let numbers = count * numbers_at_each(width, derivatives, forms);
+    room(256 + numbers * (TEXT_OF_NUMBER + size_of::<f64>()) + count * EACH)?;
     let evaluator = Evaluator::new(&surface);
     let mut geometry = Geometry::default();
     let mut lists: [Vec<f64>; 6] = Default::default();
     if derivatives == 0 && !forms {
-        lists[0] = places.values(&evaluator, width);
+        lists[0] = parameters.values(&evaluator, width);
     } else {
         for list in &mut lists[..[1, 3, 6][derivatives]] {
             list.reserve_exact(count * width);
         }
-        for (index, (jet, (u, v))) in places.jets(&evaluator).into_iter().zip(places.pairs()).enumerate().asking(200) {
+        for (index, (jet, (u, v))) in
+            parameters.jets(&evaluator).into_iter().zip(parameters.pairs()).enumerate().asking(200)
+        {
             let place = jet.placed(surface.dimension(), u, v);
             geometry.add(index, &LocalGeometry::of(&surface, &place, u, v));
             let all = [jet.value, jet.u, jet.v, jet.uu, jet.uv, jet.vv];
@@ -165,7 +167,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
 }
 
 /// Values, derivatives, normal, curvatures and forms.
-fn numbers_of_a_place(width: usize, derivatives: usize, forms: bool) -> usize {
+fn numbers_at_each(width: usize, derivatives: usize, forms: bool) -> usize {
     width * [1, 3, 6][derivatives] + [0, 3, 10][derivatives] + if forms { 6 } else { 0 }
 }
 
@@ -195,60 +197,60 @@ impl Geometry {
     fn add(&mut self, index: usize, local: &LocalGeometry) {
         self.has_normals &= local.normal.is_some();
         self.normals.extend(local.normal.iter().flatten());
-        let Some(told) = &local.differential else {
+        let Some(curvature) = &local.differential else {
             let (first, count) = self.singular.unwrap_or((index, 0));
             self.singular = Some((first, count + 1));
             return;
         };
-        self.gaussian.push(told.gaussian);
-        self.mean.push(told.mean);
-        self.principal.extend(told.principal);
-        self.direction.extend(told.directions[0].iter());
-        self.first.extend(told.first_form);
-        self.second.extend(told.second_form);
+        self.gaussian.push(curvature.gaussian);
+        self.mean.push(curvature.mean);
+        self.principal.extend(curvature.principal);
+        self.direction.extend(curvature.directions[0].iter());
+        self.first.extend(curvature.first_form);
+        self.second.extend(curvature.second_form);
     }
 }
 
-fn read(text: &[u8]) -> Result<Wanted, Problem> {
+fn read(text: &[u8]) -> Result<CheckedRequest, Problem> {
     let mut faults = Faults::default();
     let members: EvaluateSurfaceMembers<'_> = of_request(text, &mut faults)?;
     let surface = members.surface.required_with(&mut faults, read_surface);
-    let places = read_places(&members, &mut faults);
+    let parameters = read_parameters(&members, &mut faults);
     let derivatives = members.derivatives.read(&mut faults).unwrap_or(0);
     if derivatives > 2 {
         faults.push("/derivatives", format!("{derivatives} is more than 2, the highest order that is offered"));
     }
     let include = members.include.read(&mut faults).unwrap_or_default();
-    if let (Some(surface), Some(places)) = (&surface, &places) {
+    if let (Some(surface), Some(parameters)) = (&surface, &parameters) {
         let [domain_u, domain_v] = surface.domain();
-        match places {
-            Places::Pairs(pairs) => {
+        match parameters {
+            Parameters::Pairs(pairs) => {
                 let axis = |axis: usize| pairs.iter().map(move |pair| pair[axis]).enumerate();
                 within(axis(0), domain_u, |i| format!("/at/{i}/0"), &mut faults);
                 within(axis(1), domain_v, |i| format!("/at/{i}/1"), &mut faults);
             }
-            Places::Grid(u, v) => {
+            Parameters::Grid(u, v) => {
                 within(u.iter().copied().enumerate(), domain_u, |i| format!("/grid/u/{i}"), &mut faults);
                 within(v.iter().copied().enumerate(), domain_v, |i| format!("/grid/v/{i}"), &mut faults);
             }
         }
     }
-    let (Some(surface), Some(places)) = (surface, places) else { return Err(Problem::invalid(faults)) };
+    let (Some(surface), Some(parameters)) = (surface, parameters) else { return Err(Problem::invalid(faults)) };
     let forms = include.contains(&SurfaceIncludeName::FundamentalForms);
     let numbers =
-        places.count().saturating_mul(numbers_of_a_place(surface.dimension().count(), derivatives.min(2), forms));
+        parameters.count().saturating_mul(numbers_at_each(surface.dimension().count(), derivatives.min(2), forms));
     if numbers > MOST_NUMBERS {
-        let at = if matches!(places, Places::Pairs(_)) { "/at" } else { "/grid" };
+        let at = if matches!(parameters, Parameters::Pairs(_)) { "/at" } else { "/grid" };
         faults.push(
             at,
             format!("{numbers} numbers would be answered, {MOST_NUMBERS} at most: ask for fewer places at a time"),
         );
     }
     let area = include.contains(&SurfaceIncludeName::Area);
-    faults.into_result(Wanted { surface, places, derivatives, forms, area }).map_err(Problem::invalid)
+    faults.into_result(CheckedRequest { surface, parameters, derivatives, forms, area }).map_err(Problem::invalid)
 }
 
-fn read_places(members: &EvaluateSurfaceMembers<'_>, faults: &mut Faults) -> Option<Places> {
+fn read_parameters(members: &EvaluateSurfaceMembers<'_>, faults: &mut Faults) -> Option<Parameters> {
     match (members.at.text(), members.grid.text()) {
         (Some(slice), None) => {
             let (flat, lengths) = read_rows(slice, "/at", faults)?;
@@ -260,13 +262,13 @@ fn read_places(members: &EvaluateSurfaceMembers<'_>, faults: &mut Faults) -> Opt
                 );
             }
             (faults.count() == before)
-                .then(|| Places::Pairs(flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()))
+                .then(|| Parameters::Pairs(flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()))
         }
         (None, Some(slice)) => {
             let grid: ParameterGridMembers<'_> = of_object(slice, "/grid", faults)?;
             let (u, v) = (grid.u.numbers(faults), grid.v.numbers(faults));
-            let places = Places::Grid(u?, v?);
-            Some(places)
+            let parameters = Parameters::Grid(u?, v?);
+            Some(parameters)
         }
         (None, None) => {
             faults.push("/at", "missing; give `at` or `grid`");

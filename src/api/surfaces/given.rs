@@ -12,8 +12,8 @@ use crate::api::{
     fits::reader::nodes::RawNodes,
     json::{
         members::{Member, of_object},
-        part::read_part,
         slice::Slice,
+        value::read_value,
     },
     shapes::{
         curve_shape::read_curve,
@@ -145,7 +145,7 @@ fn points(
     const AT: &str = "/xyz";
     let name = parametrization.optional(faults)?;
     // a number in place of a point is refused with the points of other kinds
-    let rows: Vec<Vec<PointBody>> = read_part(xyz.text()?, AT, faults)?;
+    let rows: Vec<Vec<PointBody>> = read_value(xyz.text()?, AT, faults)?;
     equal_rows(&rows, AT, faults)?;
     let net = Net::read(&rows, AT, faults)?;
     if net.dimension != Dimension::Space {
@@ -169,7 +169,7 @@ fn read_mesh(slice: &[u8], tolerance: &Member<'_, f64>, faults: &mut Faults) -> 
 
 /// Curves of a family; `null` where one is missing.
 fn curves(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<Option<CurveShape>>> {
-    let texts: Vec<Option<Slice>> = read_part(slice, at, faults)?;
+    let texts: Vec<Option<Slice>> = read_value(slice, at, faults)?;
     let before = faults.count();
     let read = |(i, text): (usize, &Option<Slice>)| {
         let text = text.as_ref()?;

@@ -5,8 +5,8 @@ use crate::api::{
     faults::Faults,
     json::{
         members::{Member, of_object},
-        part::read_part,
         tags::{read_tag, unknown_type},
+        value::read_value,
     },
     shapes::{
         degree::SpansBody,
@@ -22,8 +22,8 @@ use flankfit_engine::geometry::{
     surface::{construct::Method, coons::Twists, least_squares::AxisKnots},
 };
 
-/// A method as it was asked for.
-pub struct Asked {
+/// The method of a request.
+pub struct RequestedMethod {
     /// The contract's name.
     pub name: &'static str,
     pub method: Method,
@@ -35,26 +35,32 @@ pub struct Asked {
     pub domain: Option<[[f64; 2]; 2]>,
 }
 
-impl Asked {
+impl RequestedMethod {
     pub fn is_near(&self) -> bool {
         matches!(self.method, Method::BSplineLeastSquares { .. })
     }
 }
 
 /// Reads the method that stands at `/method`.
-pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Asked> {
+pub fn read(slice: &[u8], faults: &mut Faults) -> Option<RequestedMethod> {
     const AT: &str = "/method";
-    let plain =
-        |name, method| Asked { name, method, cross: Default::default(), weights: None, inner: None, domain: None };
+    let plain = |name, method| RequestedMethod {
+        name,
+        method,
+        cross: Default::default(),
+        weights: None,
+        inner: None,
+        domain: None,
+    };
     Some(match read_tag(slice, AT, faults)?.as_str() {
         "coons_bilinear" => {
-            read_part::<CoonsBilinearMethod>(slice, AT, faults)?;
+            read_value::<CoonsBilinearMethod>(slice, AT, faults)?;
             plain("coons_bilinear", Method::CoonsBilinear)
         }
         "coons_bicubic" => {
             let members: CoonsBicubicMembers<'_> = of_object(slice, AT, faults)?;
             let method = Method::CoonsBicubic { twists: Twists::default() };
-            Asked { cross: cross(&members.cross_derivatives, faults)?, ..plain("coons_bicubic", method) }
+            RequestedMethod { cross: cross(&members.cross_derivatives, faults)?, ..plain("coons_bicubic", method) }
         }
         "gregory" => {
             let members: GregoryMembers<'_> = of_object(slice, AT, faults)?;
@@ -62,20 +68,24 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Asked> {
                 Some(rows) => Some(inner(&rows, faults)?),
                 None => None,
             };
-            Asked { cross: cross(&members.cross_derivatives, faults)?, inner, ..plain("gregory", Method::Gregory) }
+            RequestedMethod {
+                cross: cross(&members.cross_derivatives, faults)?,
+                inner,
+                ..plain("gregory", Method::Gregory)
+            }
         }
         "bezier" => {
-            let body: BezierMethod = read_part(slice, AT, faults)?;
+            let body: BezierMethod = read_value(slice, AT, faults)?;
             let domain = body.domain.map(|domain| [domain.u, domain.v].map(|range| range.unwrap_or([0.0, 1.0])));
-            Asked { weights: body.weights, domain, ..plain("bezier", Method::Bezier) }
+            RequestedMethod { weights: body.weights, domain, ..plain("bezier", Method::Bezier) }
         }
         "b_spline" => {
-            let body: BSplineSurfaceMethod = read_part(slice, AT, faults)?;
+            let body: BSplineSurfaceMethod = read_value(slice, AT, faults)?;
             let knots = body.knots.map_or([None, None], |knots| knots.map(Some));
             plain("b_spline", Method::BSpline { degrees: degrees(body.degree), knots })
         }
         "b_spline_least_squares" => {
-            let body: BSplineLeastSquaresSurfaceMethod = read_part(slice, AT, faults)?;
+            let body: BSplineLeastSquaresSurfaceMethod = read_value(slice, AT, faults)?;
             let degrees = degrees(body.degree);
             let knots = match (body.knots, body.spans, body.placed_spans) {
                 (Some(knots), None, None) => knots.map(AxisKnots::Given),
@@ -93,9 +103,9 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Asked> {
             plain("b_spline_least_squares", Method::BSplineLeastSquares { degrees, knots })
         }
         "nurbs" => {
-            let body: NurbsSurfaceMethod = read_part(slice, AT, faults)?;
+            let body: NurbsSurfaceMethod = read_value(slice, AT, faults)?;
             let method = Method::Nurbs { degrees: degrees(body.degree), knots: body.knots.map(Some) };
-            Asked { weights: Some(body.weights), ..plain("nurbs", method) }
+            RequestedMethod { weights: Some(body.weights), ..plain("nurbs", method) }
         }
         other => {
             unknown_type(

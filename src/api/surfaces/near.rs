@@ -1,7 +1,7 @@
 //! Surfaces near nodes: the fit of the service where its spectrum can be told, the banded one where
 //! there are too many coefficients.
 
-use super::{method_reader::Asked, result::write_surface};
+use super::{method_reader::RequestedMethod, result::write_surface};
 use crate::api::{
     curves::result::write_warnings,
     faults::Faults,
@@ -28,11 +28,17 @@ const FEW: usize = 150;
 
 /// Fits the B-spline that was asked for to nodes with u and v, which stand at `base` in the
 /// request.
-pub fn build(nodes: &Nodes, asked: Asked, mut spec: FitSpec, plans: &Plans, base: &str) -> Result<Vec<u8>, Problem> {
+pub fn build(
+    nodes: &Nodes,
+    requested: RequestedMethod,
+    mut spec: FitSpec,
+    plans: &Plans,
+    base: &str,
+) -> Result<Vec<u8>, Problem> {
     if matches!(nodes, Nodes::Curve(_) | Nodes::Matrix(_)) {
         return refuse(&format!("{base}/type"), "a surface takes nodes with u and v");
     }
-    let Method::BSplineLeastSquares { degrees, knots } = asked.method else {
+    let Method::BSplineLeastSquares { degrees, knots } = requested.method else {
         return refuse("/method", "only `b_spline_least_squares` is for scattered nodes and grids with missing ones");
     };
     let count = |axis: usize| match &knots[axis] {

@@ -2,7 +2,7 @@
 
 use super::{
     given::{self, GivenSurface},
-    method_reader::{self, Asked},
+    method_reader::{self, RequestedMethod},
     methods::SurfaceMethodBody,
     near, result,
     source::SurfaceSource,
@@ -50,29 +50,35 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
     let SurfaceRequestMembers { of, method, fit } = of_request(text, &mut faults)?;
     let kind = of.kind();
     let given = given::read(of, own, &mut faults);
-    let asked = method.required_with(&mut faults, |slice, _, faults| method_reader::read(slice, faults));
+    let requested = method.required_with(&mut faults, |slice, _, faults| method_reader::read(slice, faults));
     // Without a word on the fit, a whole grid is fitted axis by axis, whatever its size.
     let fit_given = members::given(&fit);
     let plain = fit_given.is_empty();
-    let fit = fields::read(fit, asked.as_ref().is_none_or(|asked| !asked.is_near()).then_some(THROUGH), &mut faults);
-    let (Some(given), Some(asked), Some(fit)) = (given, asked, fit) else { return Err(Problem::invalid(faults)) };
+    let fit = fields::read(
+        fit,
+        requested.as_ref().is_none_or(|requested| !requested.is_near()).then_some(THROUGH),
+        &mut faults,
+    );
+    let (Some(given), Some(requested), Some(fit)) = (given, requested, fit) else {
+        return Err(Problem::invalid(faults));
+    };
     faults.into_result(()).map_err(Problem::invalid)?;
-    let name = asked.name.to_owned();
-    let near = |nodes: &Nodes, asked, base| {
-        near::build(nodes, asked, fit, plans, base).map(|result| Built { method: name.clone(), result })
+    let name = requested.name.to_owned();
+    let near = |nodes: &Nodes, requested, base| {
+        near::build(nodes, requested, fit, plans, base).map(|result| Built { method: name.clone(), result })
     };
     let (given, tolerance) = match given {
         GivenSurface::Nodes(nodes) => match whole_grid(&nodes) {
-            Some(given) if plain || !asked.is_near() => (given, None),
-            _ => return near(&nodes, asked, "/nodes"),
+            Some(given) if plain || !requested.is_near() => (given, None),
+            _ => return near(&nodes, requested, "/nodes"),
         },
-        GivenSurface::Grid { u, v, z } if asked.is_near() && !plain => {
+        GivenSurface::Grid { u, v, z } if requested.is_near() && !plain => {
             let nodes = Nodes::grid(u, v, z.concat(), None, None)
                 .map_err(|faults| Problem::invalid(shape_faults(&faults, "/grid")))?;
-            return near(&nodes, asked, "/grid");
+            return near(&nodes, requested, "/grid");
         }
         GivenSurface::Grid { u, v, z } => (Given::Grid { u, v, z }, None),
-        GivenSurface::Points { .. } if asked.is_near() && !plain => {
+        GivenSurface::Points { .. } if requested.is_near() && !plain => {
             let mut faults = Faults::default();
             for key in fit_given {
                 let detail = "points of space are fitted by plain least squares, axis by axis; this belongs to `nodes` \
@@ -83,19 +89,19 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
         }
         GivenSurface::Points { rows, parametrization } => (Given::Points { rows, parametrization }, None),
         GivenSurface::Boundaries { curves, tolerance } => {
-            let cross = Box::new(asked.cross.clone());
+            let cross = Box::new(requested.cross.clone());
             (Given::Boundaries { curves, cross, tolerance }, Some(tolerance))
         }
         GivenSurface::Mesh { mesh, tolerance } => (Given::Mesh { mesh, tolerance }, Some(tolerance)),
-        GivenSurface::ControlPoints(net) => (control_points(net, &asked), None),
+        GivenSurface::ControlPoints(net) => (control_points(net, &requested), None),
     };
-    check_patches(&given, &asked.method)?;
+    check_patches(&given, &requested.method)?;
     let nodes = match &given {
         Given::Grid { u, v, .. } => Some(u.len() * v.len()),
         Given::Points { rows, .. } => Some(rows.iter().map(Vec::len).sum()),
         _ => None,
     };
-    let built = construct::build(given, asked.method).map_err(|fault| refused(&fault, kind))?;
+    let built = construct::build(given, requested.method).map_err(|fault| refused(&fault, kind))?;
     Ok(Built { method: name, result: result::built(&built, nodes, tolerance)? })
 }
 
@@ -129,13 +135,13 @@ fn whole_grid(nodes: &Nodes) -> Option<Given> {
     Some(Given::Grid { u: grid.u().to_vec(), v: grid.v().to_vec(), z })
 }
 
-fn control_points(net: Net, asked: &Asked) -> Given {
+fn control_points(net: Net, requested: &RequestedMethod) -> Given {
     Given::ControlPoints(construct::Net {
         rows: net.values.chunks(net.columns.max(1)).map(<[_]>::to_vec).collect(),
         dimension: net.dimension,
-        weights: asked.weights.clone(),
-        inner: asked.inner,
-        domain: asked.domain,
+        weights: requested.weights.clone(),
+        inner: requested.inner,
+        domain: requested.domain,
     })
 }
 

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::{
+    api::json::writer::text_of,
     api::studies::result::{Quartiles, RandomizationResult, RegularizedReference, StudyFigures},
     cli::table::Table,
 };
@@ -64,7 +65,7 @@ pub fn text(result: &RandomizationResult) -> String {
     ];
     for (name, reference) in references {
         for choice in reference.iter().flat_map(|reference| &reference.choices) {
-            let by = serde_json::to_string(&choice.criterion).unwrap_or_default();
+            let by = text_of(&choice.criterion);
             table.row(cells(name, by.trim_matches('"').to_owned(), &choice.chosen.figures));
         }
     }

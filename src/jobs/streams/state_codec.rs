@@ -13,8 +13,7 @@ pub fn encode(state: &State) -> Vec<u8> {
     bytes.extend_from_slice(MAGIC);
     bytes.extend_from_slice(&(state.numbers.len() as u64).to_le_bytes());
     bytes.extend(state.numbers.iter().flat_map(|number| number.to_le_bytes()));
-    // Names are strings, which can always be written.
-    bytes.extend(serde_json::to_vec(&state.names).unwrap_or_default());
+    bytes.extend(serde_json::json!(state.names).to_string().into_bytes());
     bytes
 }
 

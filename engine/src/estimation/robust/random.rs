@@ -1,4 +1,7 @@
 //! A small generator of reproducible numbers (splitmix64: Steele, Lea and Flood 2014).
+//!
+//! Stored fits name their seed, and are computed again bit by bit: another generator, or another
+//! way to draw below a bound such as that of the `rand` crate, would change them.
 
 /// Its whole state.
 pub(super) struct SplitMix(u64);

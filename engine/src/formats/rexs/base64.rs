@@ -1,4 +1,7 @@
 //! Coded lists: little-endian numbers in base64, which REXS allows in place of single elements.
+//!
+//! Read by hand: programs break these lists into lines and pad them or not, which the decoders of
+//! the `base64` crate refuse, and a long list must be able to stop when its request is cancelled.
 
 use crate::numerics::cancel::Asking;
 

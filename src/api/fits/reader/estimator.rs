@@ -5,8 +5,8 @@ use crate::api::{
     faults::Faults,
     fits::spec::estimator::*,
     json::{
-        part::read_part,
         tags::{read_tag, unknown_type},
+        value::read_value,
     },
 };
 use flankfit_engine::{
@@ -23,30 +23,30 @@ pub fn read_estimator(slice: &[u8], faults: &mut Faults) -> Option<Estimator> {
     let before = faults.count();
     let estimator = match read_tag(slice, AT, faults)?.as_str() {
         "least_squares" => {
-            let _checked: LeastSquaresEstimator = read_part(slice, AT, faults)?;
+            let _checked: LeastSquaresEstimator = read_value(slice, AT, faults)?;
             Estimator::LeastSquares
         }
-        "m_estimator" => Estimator::M(m_estimator(read_part(slice, AT, faults)?, faults)?),
+        "m_estimator" => Estimator::M(m_estimator(read_value(slice, AT, faults)?, faults)?),
         "least_absolute_deviations" => {
-            let _checked: LeastAbsoluteDeviationsEstimator = read_part(slice, AT, faults)?;
+            let _checked: LeastAbsoluteDeviationsEstimator = read_value(slice, AT, faults)?;
             Estimator::LeastAbsolute
         }
         "lp" => {
-            let LpEstimator { p, .. } = read_part(slice, AT, faults)?;
+            let LpEstimator { p, .. } = read_value(slice, AT, faults)?;
             if !(1.0..=2.0).contains(&p) {
                 faults.push(format!("{AT}/p"), format!("{} is not between 1 and 2", Shown(p)));
             }
             Estimator::Lp { p }
         }
         "quantile" => {
-            let QuantileEstimator { tau, .. } = read_part(slice, AT, faults)?;
+            let QuantileEstimator { tau, .. } = read_value(slice, AT, faults)?;
             if !(tau > 0.0 && tau < 1.0) {
                 faults.push(format!("{AT}/tau"), format!("{} is not between 0 and 1", Shown(tau)));
             }
             Estimator::Quantile { tau }
         }
         "least_trimmed_squares" => {
-            let body: LeastTrimmedSquaresEstimator = read_part(slice, AT, faults)?;
+            let body: LeastTrimmedSquaresEstimator = read_value(slice, AT, faults)?;
             let (coverage, seed) = (body.coverage.unwrap_or(DEFAULT_COVERAGE), body.seed.unwrap_or(0));
             if !(0.5..=1.0).contains(&coverage) {
                 faults.push(format!("{AT}/coverage"), format!("{} is not between 0.5 and 1", Shown(coverage)));
@@ -57,7 +57,7 @@ pub fn read_estimator(slice: &[u8], faults: &mut Faults) -> Option<Estimator> {
             Estimator::LeastTrimmed { coverage, seed }
         }
         "rank" => {
-            let _checked: RankEstimator = read_part(slice, AT, faults)?;
+            let _checked: RankEstimator = read_value(slice, AT, faults)?;
             Estimator::Rank
         }
         other => {

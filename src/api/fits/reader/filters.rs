@@ -7,9 +7,9 @@ use crate::api::{
         SplineFilter,
     },
     json::{
-        part::read_part,
         slice::Slice,
         tags::{read_tag, unknown_type},
+        value::read_value,
     },
 };
 use flankfit_engine::{
@@ -19,7 +19,7 @@ use flankfit_engine::{
 
 /// The filters, when none of them has a fault.
 pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Vec<Filter>> {
-    let parts: Vec<Slice> = read_part(slice, "/filters", faults)?;
+    let parts: Vec<Slice> = read_value(slice, "/filters", faults)?;
     if parts.len() > MOST_FILTERS {
         faults.push("/filters", format!("{} filters; at most {MOST_FILTERS}", parts.len()));
         return None;
@@ -33,7 +33,7 @@ fn read_one(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Filter> {
     let axis = |name: Option<FilterAxisName>| name.map(FilterAxis::from);
     match read_tag(slice, at, faults)?.as_str() {
         "hampel" => {
-            let body: HampelFilter = read_part(slice, at, faults)?;
+            let body: HampelFilter = read_value(slice, at, faults)?;
             let window = body.window.unwrap_or(DEFAULT_WINDOW);
             if window < 3 || window.is_multiple_of(2) {
                 faults.push(format!("{at}/window"), format!("{window} is not an odd number from 3 on"));
@@ -49,7 +49,7 @@ fn read_one(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Filter> {
             Some(Filter::Hampel(Hampel { window, threshold: threshold + 0.0, action, axis: axis(body.axis) }))
         }
         "gaussian" => {
-            let body: GaussianFilter = read_part(slice, at, faults)?;
+            let body: GaussianFilter = read_value(slice, at, faults)?;
             positive(body.cutoff, at, faults);
             let order = match body.order {
                 None | Some(2) => Order::Two,
@@ -67,7 +67,7 @@ fn read_one(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Filter> {
             Some(Filter::Gaussian(Gaussian { axis: axis(body.axis), cutoff: body.cutoff, robust }))
         }
         "spline" => {
-            let body: SplineFilter = read_part(slice, at, faults)?;
+            let body: SplineFilter = read_value(slice, at, faults)?;
             positive(body.cutoff, at, faults);
             Some(Filter::Spline(Spline { axis: axis(body.axis), cutoff: body.cutoff }))
         }

@@ -6,11 +6,11 @@ use crate::api::{
     faults::Faults,
     json::{
         cursor::{Cursor, Syntax, Token},
+        location::escape,
         members::ReadInPassing,
         numbers::Numbers,
-        part::read_part,
-        place::escape,
         text::control_character,
+        value::read_value,
         wording::no_such_field,
     },
 };
@@ -94,7 +94,7 @@ impl<'a> RawNodes<'a> {
             }
             return Err(faults);
         };
-        let Some(kind) = read_part::<String>(kind, "/nodes/type", &mut faults) else { return Err(faults) };
+        let Some(kind) = read_value::<String>(kind, "/nodes/type", &mut faults) else { return Err(faults) };
         let known: &[&str] = match kind.as_str() {
             "curve" => &["x", "y", "weight"],
             "scattered" => &["u", "v", "z", "weight"],
@@ -171,8 +171,8 @@ impl<'a> RawNodes<'a> {
         let weight = self.weight.and_then(|weight| flat(Some(weight), "weight", &mut faults));
         let names: Option<Vec<String>> = part(self.names, "names", &mut faults);
         for (i, name) in names.iter().flatten().enumerate() {
-            if let Some(told) = control_character(name, false) {
-                faults.push(format!("/nodes/names/{i}"), told);
+            if let Some(refusal) = control_character(name, false) {
+                faults.push(format!("/nodes/names/{i}"), refusal);
             }
         }
         let (Some(x), Some(y)) = (x, y) else { return Err(faults) };
@@ -275,5 +275,5 @@ fn check_shape(key: &str, lengths: &[usize], shape: Option<(usize, usize)>, faul
 }
 
 fn part<T: DeserializeOwned>(slice: Option<&[u8]>, key: &str, faults: &mut Faults) -> Option<T> {
-    read_part(slice?, &format!("/nodes/{key}"), faults)
+    read_value(slice?, &format!("/nodes/{key}"), faults)
 }

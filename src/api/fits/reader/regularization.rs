@@ -5,8 +5,8 @@ use crate::api::{
     fits::spec::request::*,
     fits::spec::zeros::unsigned_zeros,
     json::{
-        part::read_part,
         tags::{read_tag, unknown_type},
+        value::read_value,
     },
 };
 use flankfit_engine::{estimation::spec, fault::words::Shown};
@@ -15,9 +15,9 @@ use flankfit_engine::{estimation::spec, fault::words::Shown};
 pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Regularization> {
     const AT: &str = "/regularization";
     match read_tag(slice, AT, faults)?.as_str() {
-        "none" => read_part::<NoRegularization>(slice, AT, faults).map(|_| spec::Regularization::None),
+        "none" => read_value::<NoRegularization>(slice, AT, faults).map(|_| spec::Regularization::None),
         "spectral" => {
-            let body: SpectralRegularization = read_part(slice, AT, faults)?;
+            let body: SpectralRegularization = read_value(slice, AT, faults)?;
             let condition_limit = body.condition_limit.unwrap_or(spec::DEFAULT_CONDITION_LIMIT);
             if condition_limit <= 1.0 {
                 faults
@@ -35,12 +35,12 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
             })
         }
         "ridge" => {
-            let body: RidgeRegularization = read_part(slice, AT, faults)?;
+            let body: RidgeRegularization = read_value(slice, AT, faults)?;
             let parameter = parameter(body.parameter, &format!("{AT}/parameter"), &spec::Criterion::RIDGE, faults)?;
             Some(spec::Regularization::Ridge { parameter })
         }
         "tikhonov" => {
-            let body: TikhonovRegularization = read_part(slice, AT, faults)?;
+            let body: TikhonovRegularization = read_value(slice, AT, faults)?;
             if body.order > 3 {
                 faults.push(format!("{AT}/order"), format!("{} is not one of 0 to 3", body.order));
             }
@@ -58,15 +58,15 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
             }))
         }
         "truncated_svd" => {
-            let body: TruncatedSvdRegularization = read_part(slice, AT, faults)?;
+            let body: TruncatedSvdRegularization = read_value(slice, AT, faults)?;
             if body.rank == 0 {
                 faults.push(format!("{AT}/rank"), "at least one direction must be kept");
             }
             Some(spec::Regularization::TruncatedSvd { rank: body.rank })
         }
-        "james_stein" => james_stein(read_part(slice, AT, faults)?, faults),
+        "james_stein" => james_stein(read_value(slice, AT, faults)?, faults),
         "attraction" => {
-            let mut body: AttractionRegularization = read_part(slice, AT, faults)?;
+            let mut body: AttractionRegularization = read_value(slice, AT, faults)?;
             body.parameter.get_or_insert(ParameterBody { criterion: CriterionName::Optimal, value: None });
             let own = [spec::Criterion::Optimal];
             Some(spec::Regularization::Attraction(spec::Attraction {

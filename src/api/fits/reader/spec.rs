@@ -11,8 +11,8 @@ use crate::api::{
     },
     json::{
         members::Member,
-        part::{read_object, read_part},
         tags::{read_tag, unknown_type},
+        value::{read_object, read_value},
     },
 };
 use flankfit_engine::{
@@ -64,7 +64,7 @@ pub fn without_model(members: &FitSpecMembers<'_>, model: spec::Model, faults: &
 fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
     match read_tag(slice, "/model", faults)?.as_str() {
         "polynomial" => {
-            let model: PolynomialModel = read_part(slice, "/model", faults)?;
+            let model: PolynomialModel = read_value(slice, "/model", faults)?;
             Some(spec::Model::Polynomial {
                 degree: degree(model.degree),
                 basis: match model.basis {
@@ -79,7 +79,7 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
             })
         }
         "b_spline" => {
-            let model: BSplineModel = read_part(slice, "/model", faults)?;
+            let model: BSplineModel = read_value(slice, "/model", faults)?;
             let knots = match (model.knots, model.spans) {
                 (Some(KnotsBody::Curve(knots)), None) => spec::Knots::Curve(unsigned_zeros(&knots)),
                 (Some(KnotsBody::Surface([u, v])), None) => {
@@ -103,7 +103,7 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
             };
             Some(spec::Model::BSpline { degree: degree(model.degree), knots, weights })
         }
-        "linear" => read_part::<LinearModel>(slice, "/model", faults).map(|_| spec::Model::Linear),
+        "linear" => read_value::<LinearModel>(slice, "/model", faults).map(|_| spec::Model::Linear),
         other => {
             unknown_type("/model", other, "polynomial, b_spline and linear are", faults);
             None

@@ -7,13 +7,13 @@ use super::{
     request::*,
     zeros::{unsigned_zero, unsigned_zeros},
 };
+use crate::api::json::writer::text_of;
 use flankfit_engine::estimation::spec::{self, FitSpec};
 
 /// The canonical JSON text: keys in the contract's order, defaults written out, no white space, −0
 /// as 0.
 pub fn to_json(spec: &FitSpec) -> String {
-    // A spec holds finite numbers and strings only: nothing in it can fail to be written.
-    serde_json::to_string(&FitSpecBody::from(spec)).unwrap_or_default()
+    text_of(&FitSpecBody::from(spec))
 }
 
 impl From<&FitSpec> for FitSpecBody {

@@ -27,7 +27,7 @@ enum Limits {
 
 /// What of the result is written.
 #[derive(Deserialize)]
-struct Told {
+struct StoredResult {
     settings: Vec<Change>,
 }
 
@@ -49,12 +49,12 @@ struct Change {
 /// limits.
 pub fn write(record: &Record) -> Result<Vec<u8>, Problem> {
     let request: Request = serde_json::from_str(&record.draft.request).map_err(Problem::internal)?;
-    let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    let result: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
     let limits = match request.limits {
         Limits::Named(limits) => limits,
         Limits::Other(_) | Limits::None => BTreeMap::new(),
     };
-    let each = told.settings.into_iter().map(|change| {
+    let each = result.settings.into_iter().map(|change| {
         let LimitsBody { min, max, .. } = limits.get(&change.name).copied().unwrap_or_default();
         let description = match change.std_error {
             _ if change.fixed => "fixed".to_owned(),

@@ -32,7 +32,7 @@ pub enum CorrectionIncludeName {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = KeptCorrectionInclude)]
-pub enum KeptIncludeName {
+pub enum StoredIncludeName {
     /// What is predicted of each node, what was measured there, and what the request says node by
     /// node.
     Nodes,
@@ -65,9 +65,9 @@ impl CorrectionInclude {
         CorrectionInclude { nodes: has(Name::Nodes), result: has(Name::Result) || fit != spec::Include::default(), fit }
     }
 
-    pub fn of_kept(names: &[KeptIncludeName]) -> Self {
+    pub fn of_stored(names: &[StoredIncludeName]) -> Self {
         let has = |name| names.contains(&name);
-        let (nodes, result) = (has(KeptIncludeName::Nodes), has(KeptIncludeName::Result));
+        let (nodes, result) = (has(StoredIncludeName::Nodes), has(StoredIncludeName::Result));
         CorrectionInclude { nodes, result, ..CorrectionInclude::default() }
     }
 

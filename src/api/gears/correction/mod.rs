@@ -3,9 +3,10 @@
 pub mod csv;
 pub mod include;
 pub mod iteration_nodes;
-pub mod kept;
 pub mod request;
 pub mod result;
 pub mod same_nodes;
+pub mod sensitivity;
+pub mod stored;
 
 pub use self::result::{build, write};

@@ -204,16 +204,16 @@ pub fn build(
     gear: Option<&Gear>,
 ) -> Result<(Built, CorrectionInclude), Problem> {
     let read = request::read(text, nodes, measurand, gear)?.map_err(Problem::invalid)?;
-    let Read { method, asked, flank, flank_assumed, include } = read;
-    let correction = Correction::new(asked).map_err(Problem::invalid)?;
+    let Read { method, spec, flank, flank_assumed, include } = read;
+    let correction = Correction::new(spec).map_err(Problem::invalid)?;
     let mut solution = correction.solve().map_err(refused)?;
     if flank_assumed {
         solution.warnings.push(Warning { code: "flank_assumed", message: FLANK_ASSUMED.to_owned() });
     }
-    let asked = correction.asked();
-    let of = |flank: &Flank, deviation: &[f64]| flank.figures(deviation, asked.weight.as_deref()).map(Into::into);
+    let spec = correction.asked();
+    let of = |flank: &Flank, deviation: &[f64]| flank.figures(deviation, spec.weight.as_deref()).map(Into::into);
     let figures = flank.and_then(|flank| {
-        let (before, after) = (of(&flank, &asked.deviation)?, of(&flank, &solution.predicted.deviation)?);
+        let (before, after) = (of(&flank, &spec.deviation)?, of(&flank, &solution.predicted.deviation)?);
         Some(FiguresBeforeAfterBody { before, after })
     });
     let result = write(&solution, figures, &canonical::request_sha256(text), include.fit)?;

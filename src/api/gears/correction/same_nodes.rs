@@ -36,16 +36,16 @@ pub fn same_nodes(before: &Measured, after: &Measured, flanks: Option<[&Flank; 2
     if pairs.iter().any(|(_, a, b)| a.len() != b.len()) {
         return elsewhere();
     }
-    let axes = [before, after].map(|measured| AxesBody::of(&measured.measurand));
-    let told = |name: &str| axes.each_ref().map(|axes| axes.named().into_iter().find(|(n, _)| *n == name)?.1);
+    let axes = [AxesBody::of(&before.measurand)?, AxesBody::of(&after.measurand)?];
+    let axes_named = |name: &str| axes.each_ref().map(|axes| axes.named().into_iter().find(|(n, _)| *n == name)?.1);
     let heights = if matches!(before.nodes, Nodes::Curve(_) | Nodes::Matrix(_)) { "y" } else { "z" };
-    let quantities = told(heights).map(|axis| axis.map_or("deviation", |axis| axis.quantity.as_str()));
+    let quantities = axes_named(heights).map(|axis| axis.map_or("deviation", |axis| axis.quantity.as_str()));
     if quantities[0] != quantities[1] {
         let [a, b] = quantities;
         return Err(format!("the heights of iteration {number} are `{b}`, those of the corrected one `{a}`"));
     }
     let alike = pairs.iter().all(|(name, _, _)| {
-        let [a, b] = told(name);
+        let [a, b] = axes_named(name);
         a == b
     });
     if alike {
@@ -59,7 +59,7 @@ pub fn same_nodes(before: &Measured, after: &Measured, flanks: Option<[&Flank; 2
         return if same { Ok(()) } else { elsewhere() };
     }
     for (name, a, b) in pairs {
-        let [from, to] = told(name).map(|axis| Meaning::of(name, axis));
+        let [from, to] = axes_named(name).map(|axis| Meaning::of(name, axis));
         let Some([a_unit, b_unit]) = Meaning::comparable(from, to) else {
             return Err(format!(
                 "{name} of iteration {number} is {}, that of the corrected one {}",
@@ -85,8 +85,8 @@ struct Meaning<'a>(Option<[&'a str; 2]>);
 impl<'a> Meaning<'a> {
     /// Quantity and unit. Surfaces have roll lengths and z in mm where nothing is told.
     fn of(name: &str, axis: Option<&'a AxisBody>) -> Self {
-        let told = axis.map(|axis| [axis.quantity.as_str(), axis.unit.as_str()]);
-        Meaning(told.or(match name {
+        let axes_named = axis.map(|axis| [axis.quantity.as_str(), axis.unit.as_str()]);
+        Meaning(axes_named.or(match name {
             "u" => Some(["roll_length", "mm"]),
             "v" => Some(["face_width", "mm"]),
             _ => None,

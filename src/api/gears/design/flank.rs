@@ -7,7 +7,7 @@ use super::modification::{self, ModificationBody, ModificationRangeBody};
 use super::places::ProfileBody;
 use crate::api::{
     gears::{gear::GearBody, notice::NoticeBody},
-    json::{part::read_json, writer::Json},
+    json::{value::read_json, writer::Json},
     measurand::side::SideName,
     problem::{Problem, Room},
 };

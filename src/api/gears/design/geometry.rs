@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use crate::api::{
     gears::{gear::GearBody, notice::NoticeBody},
-    json::{part::read_json, writer},
+    json::{value::read_json, writer},
     problem::Problem,
 };
 use flankfit_engine::gear::{

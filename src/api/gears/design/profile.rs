@@ -7,7 +7,7 @@ use super::{flank::TEXT_OF_NUMBER, geometry};
 use crate::api::{
     faults::Faults,
     gears::{gear::GearBody, notice::NoticeBody},
-    json::{part::read_json, writer::Json},
+    json::{value::read_json, writer::Json},
     problem::{Problem, Room},
 };
 use flankfit_engine::gear::{

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 use crate::api::{
     faults::Faults,
     gears::gear::GearBody,
-    json::{part::read_json, writer},
+    json::{value::read_json, writer},
     problem::Problem,
 };
 use flankfit_engine::gear::tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Tolerances};

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 use super::{
     borders::BordersBody,
     registration::{self, RegistrationBody},
-    request::{self, Asked, Given},
+    request::{self, CheckedDeviations, Given},
 };
 use crate::{
     api::{
@@ -92,25 +92,25 @@ pub struct StrayBody {
 /// belong to measured. Processor work.
 pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
     let mut faults = Faults::default();
-    let asked = request::read(text, &mut faults)?;
-    let Some(asked) = asked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
-    let Some(gear) = asked.gear.as_ref().or(own) else {
+    let checked = request::read(text, &mut faults)?;
+    let Some(checked) = checked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
+    let Some(gear) = checked.gear.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
     let modifications =
-        modification::read(gear, &asked.modifications, asked.modification_range).map_err(Problem::invalid)?;
+        modification::read(gear, &checked.modifications, checked.modification_range).map_err(Problem::invalid)?;
     let relief = modifications.map(|modifications| {
         move |side: Side, roll_length: f64, z: f64| modifications.relief(side, roll_length, z).value
     });
     let reference = Reference { gear, relief: relief.as_ref().map(|relief| relief as Relief<'_>) };
-    let registering = asked.registration.as_ref().map(|(motions, pivot)| Registering {
+    let registering = checked.registration.as_ref().map(|(motions, pivot)| Registering {
         motions,
         pivot: *pivot,
         weight: None,
-        spec: &asked.spec,
+        spec: &checked.spec,
     });
     let mut begun: Option<Start> = None;
-    let (method, deviations) = match &asked.given {
+    let (method, deviations) = match &checked.given {
         Given::Points { touches, measurement } => {
             if let Some(registering) = &registering {
                 let found = start(gear, touches, measurement.ball_radius, registering);
@@ -121,12 +121,12 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
         }
         Given::Grid(grid) => {
             let own = of.and_then(tooth_number);
-            let topography = grid.topography(gear, asked.direction, own).map_err(Problem::invalid)?;
+            let topography = grid.topography(gear, checked.direction, own).map_err(Problem::invalid)?;
             ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults)))
         }
     };
     let mut deviations = deviations.map_err(Problem::invalid)?;
-    if let Some(body) = &asked.borders {
+    if let Some(body) = &checked.borders {
         let borders = body.borders(gear).map_err(Problem::invalid)?;
         deviations.set_borders(&borders).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
     }
@@ -137,16 +137,16 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
     let found = found.transpose().map_err(registration::refused)?;
     let lying = found.as_ref().map_or(&deviations, |found| &found.deviations);
     if let Some(of) = of {
-        refuse_other_nodes(of, &asked, lying).map_err(Problem::invalid)?;
+        refuse_other_nodes(of, &checked, lying).map_err(Problem::invalid)?;
     }
     let mut json = Json::with_capacity(1024 + 160 * lying.nodes.len());
     let mut object = json.object();
-    write(&mut object, gear, lying, asked.borders);
+    write(&mut object, gear, lying, checked.borders);
     if let Some(found) = &found {
-        let found = registration::text(found, &canonical::request_sha256(text), asked.spec.include)?;
+        let found = registration::text(found, &canonical::request_sha256(text), checked.spec.include)?;
         object.raw("registration", &found);
     }
-    if let Some(assumed) = &asked.hand_assumed {
+    if let Some(assumed) = &checked.hand_assumed {
         object.field("warnings", &[assumed]);
     }
     object.end();
@@ -156,23 +156,23 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
 
 /// Refuses points that lie on other flanks than the one that the iteration measured: told flanks
 /// and teeth, and those that were found.
-fn refuse_other_nodes(of: &Measurand, asked: &Asked, deviations: &Deviations) -> Result<(), Faults> {
-    let (told_flanks, told_teeth, places) = match &asked.given {
+fn refuse_other_nodes(of: &Measurand, checked: &CheckedDeviations, deviations: &Deviations) -> Result<(), Faults> {
+    let (flanks_given, teeth_given, places) = match &checked.given {
         Given::Points { touches, .. } => {
             let flanks = touches.iter().any(|touch| touch.side.is_some());
             let teeth = touches.iter().any(|touch| touch.tooth.is_some());
             (
                 flanks,
                 teeth,
-                [("/flanks", flanks), ("/teeth", teeth)].map(|(at, told)| if told { at } else { "/points" }),
+                [("/flanks", flanks), ("/teeth", teeth)].map(|(at, given)| if given { at } else { "/points" }),
             )
         }
         // a tooth that is not told is the iteration's, if the gear has so many
         Given::Grid(grid) => (true, true, ["/grid/flank", if grid.tooth.is_some() { "/grid/tooth" } else { "/gear" }]),
     };
     // without told teeth a registration knows the rotation up to whole pitches only
-    let teeth_known = told_teeth || asked.registration.is_none();
-    let flanks = deviations.nodes.iter().filter(|node| told_flanks || node.deviation.is_finite()).map(|node| {
+    let teeth_known = teeth_given || checked.registration.is_none();
+    let flanks = deviations.nodes.iter().filter(|node| flanks_given || node.deviation.is_finite()).map(|node| {
         let tooth = if teeth_known && node.tooth > 0 { ToothOf::Counted(node.tooth) } else { ToothOf::Unknown };
         (tooth, node.side)
     });

@@ -125,8 +125,8 @@ pub struct RegistrationRequestBody {
     pub pivot_z_mm: Option<f64>,
 }
 
-/// A request, read.
-pub struct Asked {
+/// A request, read and checked, all but what needs the gear.
+pub struct CheckedDeviations {
     pub gear: Option<Gear>,
     pub hand_assumed: Option<NoticeBody>,
     pub given: Given,
@@ -145,7 +145,7 @@ pub enum Given {
 }
 
 /// Reads a request, all but what needs the gear.
-pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<Asked>, ReadError> {
+pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<CheckedDeviations>, ReadError> {
     let members: DeviationsMembers<'_> = of_request(text, faults)?;
     let before = faults.count();
     let gear = members.gear.read(faults);
@@ -156,12 +156,12 @@ pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<Asked>, ReadError
     let modifications = members.modifications.read(faults);
     let modification_range = members.modification_range.read(faults);
     let borders = members.borders.read(faults);
-    let asked = members.registration.read(faults);
-    let registration = asked.map(|asked| (motions(&asked.motions, faults), asked.pivot_z_mm));
+    let registration = members.registration.read(faults);
+    let registration = registration.map(|body| (motions(&body.motions, faults), body.pivot_z_mm));
     let unfit = (!members.registration.is_given()).then_some("it belongs to a `registration`, which fits");
     let spec = fields::read(members.fit, unfit, faults);
     let (Some(given), Some(spec)) = (given, spec) else { return Ok(None) };
-    Ok((faults.count() == before).then_some(Asked {
+    Ok((faults.count() == before).then_some(CheckedDeviations {
         gear,
         hand_assumed,
         given,

@@ -16,7 +16,7 @@ use crate::api::{
         reader::fields::{self, FitFields},
     },
     gears::{faults, gear::GearBody},
-    json::{members::of_request, part::read_part, request::request, writer::Json},
+    json::{members::of_request, request::request, value::read_value, writer::Json},
     measurand::{profile_axis::ProfileAxisName, side::SideName},
     problem::Problem,
 };
@@ -144,7 +144,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let side = members.flank.required(&mut faults);
     let profile = members.profile.required(&mut faults);
     let z = members.z_mm.required(&mut faults);
-    let posted: Option<Posted> = members.deviation_um.required_with(&mut faults, read_part);
+    let posted: Option<Posted> = members.deviation_um.required_with(&mut faults, read_value);
     let axis = members.profile_axis.read(&mut faults).unwrap_or_default();
     let border = members.border_percent.read(&mut faults).unwrap_or_default();
     let sign = members.sign.read(&mut faults);

@@ -1,9 +1,10 @@
 //! Evaluation by ISO 1328-1: traces, pitch and the surface of a flank.
 
 pub mod answer;
+mod evaluate;
 pub mod figures;
 pub mod flank_surface;
 pub mod pitch;
 pub mod request;
 
-pub use self::answer::build;
+pub use self::evaluate::build;

@@ -7,7 +7,7 @@ use super::request::RoundingName;
 use crate::api::{
     faults::{Faults, Field},
     gears::{faults as table, gear::GearBody, notice::NoticeBody},
-    json::{part::read_json, writer},
+    json::{value::read_json, writer},
     measurand::side::SideName,
     problem::Problem,
 };

@@ -65,7 +65,7 @@ pub(in crate::api) fn nothing_measured(what: &str) -> Problem {
 }
 
 /// What a reader had to say.
-pub(in crate::api) fn told(notes: &Notes) -> Vec<NoticeBody> {
+pub(in crate::api) fn notices(notes: &Notes) -> Vec<NoticeBody> {
     let each = notes.list().iter();
     each.map(|note| NoticeBody::new(note.code.as_str(), &format!("line {}: {}", note.line, note.text))).collect()
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{
-    content::{FileRead, FlankNodes, OwnZeros, told},
+    content::{FileRead, FlankNodes, OwnZeros, notices},
     gears,
     spec::ImportSpecBody,
 };
@@ -38,7 +38,7 @@ pub(in crate::api) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&
     let facts = curves.header.gear(&mut notes);
     let mut warnings = Vec::new();
     let gear = gears::chosen(&facts, own, spec.gear.is_some(), &mut warnings)?;
-    warnings.extend(told(&notes));
+    warnings.extend(notices(&notes));
     let signs = curves.signs();
     for (kind, word) in [(Kind::Profile, "profiles"), (Kind::Helix, "helices")] {
         if !signs.is_known(kind) && curves.curves.iter().any(|curve| curve.kind == kind) {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::content::{told, unreadable};
+use super::content::{notices, unreadable};
 use crate::api::{
     faults::Faults,
     gears::{
@@ -80,7 +80,7 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
         GearFile::Curves(curves) => (FileFormatName::Curves, vec![of_header(&curves.header, &mut warnings)]),
         GearFile::Values(values) => (FileFormatName::Values, vec![of_header(&values.header, &mut warnings)]),
         GearFile::Model(model) => {
-            warnings.extend(told(&model.notes));
+            warnings.extend(notices(&model.notes));
             let each = model.gears.iter().map(|found| GearOfFileBody {
                 id: Some(found.id.clone()),
                 name: found.name.clone(),
@@ -104,7 +104,7 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
 fn of_header(header: &Header, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody {
     let mut notes = Default::default();
     let facts = header.gear(&mut notes);
-    warnings.extend(told(&notes));
+    warnings.extend(notices(&notes));
     of_facts(&facts, "the file", warnings)
 }
 

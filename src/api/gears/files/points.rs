@@ -1,7 +1,7 @@
 //! Points measured on a gear, and topographies of a model, as nodes of its flanks.
 
 use super::{
-    content::{FileRead, FlankNodes, nothing_measured, told},
+    content::{FileRead, FlankNodes, nothing_measured, notices},
     gears,
     spec::ImportSpecBody,
 };
@@ -74,7 +74,7 @@ pub(in crate::api) fn of_model(
     }
     let mut warnings = Vec::new();
     let gear = gears::chosen(&of_gear.facts, own, spec.gear.is_some(), &mut warnings)?;
-    warnings.extend(told(&model.notes));
+    warnings.extend(notices(&model.notes));
     let message = "a model does not say what its amounts count from; they are taken for positive where material stands \
         out, along the normal";
     warnings.push(NoticeBody::new("sign_assumed", &message));

@@ -13,8 +13,8 @@ use flankfit_engine::{
 
 /// Reads a file; `own` is the gear of the job that it belongs to. Processor work.
 pub fn read(bytes: &[u8], name: Option<&str>, spec: &ImportSpecBody, own: Option<&Gear>) -> Result<FileRead, Problem> {
-    let asked = spec.gear.as_ref().map(|gear| gear.checked("/spec/gear")).transpose().map_err(Problem::invalid)?;
-    let own = asked.as_ref().or(own);
+    let posted = spec.gear.as_ref().map(|gear| gear.checked("/spec/gear")).transpose().map_err(Problem::invalid)?;
+    let own = posted.as_ref().or(own);
     let file = gear_file::read(bytes, name).map_err(|error| unreadable(&error))?;
     spec.belongs_to(&file)?;
     match file {

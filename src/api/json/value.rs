@@ -1,4 +1,4 @@
-//! The parts of a request that serde reads from their slices of the text.
+//! Values of a request that serde reads from their slices of the text.
 
 use serde::Deserialize;
 
@@ -30,10 +30,10 @@ pub fn read_json_at<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str) ->
     }
 }
 
-/// [`read_part`] of what must be an object, such as a union of objects.
+/// [`read_value`] of what must be an object, such as a union of objects.
 pub fn read_object<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, faults: &mut Faults) -> Option<T> {
     match Cursor::new(text).token() {
-        Ok(Token::Object) => read_part(text, pointer, faults),
+        Ok(Token::Object) => read_value(text, pointer, faults),
         Ok(other) => {
             faults.push(pointer, format!("expected an object, found {}", other.name()));
             None
@@ -47,7 +47,7 @@ pub fn read_object<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, fau
 }
 
 /// Reads well-formed JSON with serde; faults go to their pointers below `pointer`.
-pub fn read_part<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, faults: &mut Faults) -> Option<T> {
+pub fn read_value<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str, faults: &mut Faults) -> Option<T> {
     read_at(text, || pointer.to_owned(), faults)
 }
 

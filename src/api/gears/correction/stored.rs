@@ -31,7 +31,7 @@ use flankfit_engine::{
 /// A correction and its answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = KeptCorrection)]
-pub struct KeptCorrectionBody {
+pub struct StoredCorrectionBody {
     /// UUIDv7 of the record.
     pub id: Uuid,
     /// `matrix`, or the machine.
@@ -135,7 +135,7 @@ impl From<Verdict> for VerdictName {
 
 /// The parts of a stored result that are looked at again: what was to be changed.
 #[derive(Deserialize)]
-struct Told {
+struct StoredResult {
     settings: Vec<Changed>,
 }
 
@@ -218,8 +218,8 @@ fn answer(
     if before.nodes.posted() != after.nodes.posted() {
         return Ok(Err(format!("iteration {number} has its nodes at other places")));
     }
-    let kept = record.draft.gear.as_deref().map(of_text).transpose()?;
-    let gear = kept.as_ref().or(today);
+    let own_gear = record.draft.gear.as_deref().map(of_text).transpose()?;
+    let gear = own_gear.as_ref().or(today);
     let read = |of: &Measured| {
         request::read(record.draft.request.as_bytes(), &of.nodes, &of.measurand, gear)
             .map(|read| read.map_err(|faults| first(&faults)))
@@ -232,17 +232,17 @@ fn answer(
     if let Err(why) = same_nodes(before, after, flanks, number) {
         return Ok(Err(why));
     }
-    if earlier.asked.traces.is_none() && later.asked.traces.is_some() {
+    if earlier.spec.traces.is_none() && later.spec.traces.is_some() {
         return Ok(Err(format!(
             "the traces of iteration {number} have a zero each, the heights of the corrected one have not"
         )));
     }
-    let told: Told = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
-    let change: Vec<f64> = told.settings.iter().map(|setting| setting.change).collect();
+    let result: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    let change: Vec<f64> = result.settings.iter().map(|setting| setting.change).collect();
     // the request says what the sensitivity is, and how the changes follow the noise of the
     // deviations
     let of_gear = earlier.flank.is_some();
-    let again = Correction::new(earlier.asked)
+    let again = Correction::new(earlier.spec)
         .map_err(|faults| first(&faults.into()))
         .and_then(|correction| Ok((correction.solve().map_err(why)?, correction)));
     let (solution, correction) = match again {
@@ -250,7 +250,7 @@ fn answer(
         Err(why) => return Ok(Err(why)),
     };
     let changes = solution.settings.iter().map(|setting| setting.change);
-    if change.len() != changes.len() || (of_gear && kept.is_none() && !same_changes(&change, changes)) {
+    if change.len() != changes.len() || (of_gear && own_gear.is_none() && !same_changes(&change, changes)) {
         return Ok(Err(
             "the gear of the job has changed since, and the one before was not kept with the correction".to_owned()
         ));
@@ -258,11 +258,11 @@ fn answer(
     let Some(noise) = solution.noise else {
         return Ok(Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned()));
     };
-    let measured = later.asked.deviation;
+    let measured = later.spec.deviation;
     let predicted = correction.predict(&change).deviation;
     match compare(&correction.comparison(&change, solution.leverage, noise, measured.clone())) {
         Ok(answer) => {
-            let figures = later.flank.and_then(|flank| flank.figures(&measured, later.asked.weight.as_deref()));
+            let figures = later.flank.and_then(|flank| flank.figures(&measured, later.spec.weight.as_deref()));
             let body = MachineAnswerBody::new(answer, number, &predicted, &measured);
             Ok(Ok(MachineAnswerBody { figures: figures.map(Into::into), ..body }))
         }
@@ -274,9 +274,9 @@ fn answer(
 }
 
 /// Whether a correction comes out as it was told, but for rounding.
-fn same_changes(told: &[f64], again: impl Iterator<Item = f64>) -> bool {
-    let size = told.iter().fold(0.0f64, |size, change| size.max(change.abs()));
-    told.iter().zip(again).all(|(told, again)| (told - again).abs() <= 1e-6 * size)
+fn same_changes(result: &[f64], again: impl Iterator<Item = f64>) -> bool {
+    let size = result.iter().fold(0.0f64, |size, change| size.max(change.abs()));
+    result.iter().zip(again).all(|(result, again)| (result - again).abs() <= 1e-6 * size)
 }
 
 fn first(faults: &Faults) -> String {

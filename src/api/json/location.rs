@@ -1,16 +1,16 @@
-//! The place in a request that is being read, and places as JSON Pointers (RFC 6901).
+//! The location in a request that is being read, as a JSON Pointer (RFC 6901).
 
 use std::fmt::Write as _;
 
-/// A place below which something is read: the steps to it stand on the stack.
+/// A location below which something is read: the steps to it stand on the stack.
 #[derive(Clone, Copy, Debug)]
-pub enum Place<'p> {
+pub enum Location<'p> {
     Root,
-    Member(&'p Place<'p>, &'p str),
-    Entry(&'p Place<'p>, usize),
+    Member(&'p Location<'p>, &'p str),
+    Entry(&'p Location<'p>, usize),
 }
 
-impl Place<'_> {
+impl Location<'_> {
     pub fn pointer(&self) -> String {
         let mut text = String::new();
         self.write(&mut text);
@@ -19,12 +19,12 @@ impl Place<'_> {
 
     fn write(&self, text: &mut String) {
         match self {
-            Place::Root => {}
-            Place::Member(parent, key) => {
+            Location::Root => {}
+            Location::Member(parent, key) => {
                 parent.write(text);
                 text.extend(["/", &escape(key)]);
             }
-            Place::Entry(parent, index) => {
+            Location::Entry(parent, index) => {
                 parent.write(text);
                 // Writing to a string cannot fail.
                 let _ = write!(text, "/{index}");

@@ -1,0 +1,194 @@
+//! Evaluates the traces of a request, and makes the answer of what was found.
+
+use super::{
+    answer::*,
+    request::{EvaluateBody, EvaluationSettingsBody},
+};
+use crate::{
+    api::{
+        built::Built,
+        faults::Faults,
+        gears::{
+            gear::GearBody,
+            notice::NoticeBody,
+            of_iteration::{ToothOf, refuse_others},
+        },
+        json::{value::read_json, writer},
+        problem::Problem,
+    },
+    jobs::Measurand,
+};
+use flankfit_engine::gear::{
+    Gear,
+    evaluation::{
+        self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist,
+    },
+    tolerance::Class,
+};
+
+/// Evaluates the traces of a request; `own` is the gear of the job and `of` what the iteration that
+/// they belong to measured. Processor work.
+pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
+    let body: EvaluateBody = read_json(text)?;
+    let posted = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
+    let Some(gear) = posted.as_ref().or(own) else {
+        return Err(Problem::invalid(Faults::one("/gear", "missing")));
+    };
+    let read = body.traces(gear).map_err(Problem::invalid)?;
+    if let Some(of) = of {
+        let flanks = read.traces.iter().map(|trace| (ToothOf::Named(&trace.tooth), trace.side));
+        refuse_others(of, flanks, ["/traces"; 2]).map_err(Problem::invalid)?;
+    }
+    let posted: Vec<Posted<'_>> = read
+        .traces
+        .iter()
+        .zip(&read.designs)
+        .map(|(trace, design)| Posted { trace, design: design.as_deref() })
+        .collect();
+    let evaluation = evaluation::evaluate(gear, &posted, &body.evaluation.settings())
+        .map_err(|faults| Problem::invalid(body.placed(&faults)))?;
+    let explicit = body.evaluation.explicit(&evaluation);
+    let mut answer = EvaluationBody::new(evaluation, explicit);
+    answer.warnings.extend(body.gear.as_ref().and_then(GearBody::hand_assumed));
+    let result = writer::whole(&answer).map_err(Problem::not_finite)?;
+    Ok(Built { method: "iso_1328_1".to_owned(), result })
+}
+
+impl EvaluationBody {
+    /// The answer.
+    pub fn new(evaluation: Evaluation, settings: EvaluationSettingsBody) -> Self {
+        let (class, beyond_classes) = match evaluation.overall {
+            Some(Class::Within(class)) => (Some(class), false),
+            Some(Class::Beyond) => (None, true),
+            None => (None, false),
+        };
+        EvaluationBody {
+            traces: evaluation.traces.into_iter().map(EvaluatedTraceBody::from).collect(),
+            means: evaluation.summaries.into_iter().map(MeanBody::from).collect(),
+            twists: evaluation.twists.into_iter().map(TwistBody::from).collect(),
+            surfaces: evaluation.surfaces.into_iter().map(TraceSurfaceBody::from).collect(),
+            class,
+            beyond_classes,
+            evaluation: settings,
+            warnings: evaluation.notices.into_iter().map(NoticeBody::from).collect(),
+        }
+    }
+}
+
+impl From<Evaluated> for EvaluatedTraceBody {
+    fn from(trace: Evaluated) -> Self {
+        let values = trace.values;
+        EvaluatedTraceBody {
+            tooth: trace.tooth,
+            flank: trace.side.into(),
+            kind: trace.kind.into(),
+            // −0 is 0
+            slope_um: values.map(|v| v.slope + 0.0),
+            slope_std_error_um: values.and_then(|v| v.slope_std_error),
+            form_um: values.map(|v| v.form),
+            total_um: values.map(|v| v.total),
+            crowning_um: values.map(|v| v.crowning + 0.0),
+            crowning_std_error_um: values.and_then(|v| v.crowning_std_error),
+            form_plus_material_um: values.map(|v| v.form_plus_material).filter(|raised| *raised > 0.0),
+            total_plus_material_um: values.map(|v| v.total_plus_material).filter(|raised| *raised > 0.0),
+            class: trace.classes.map(ClassesBody::from),
+            samples: SamplesBody {
+                posted: trace.samples.posted,
+                undefined: trace.samples.undefined,
+                used: trace.samples.used,
+                undefined_in_range: trace.samples.undefined_in_range,
+                excluded: trace.samples.excluded,
+            },
+            outliers: trace.suspects.map(OutliersBody::from),
+        }
+    }
+}
+
+impl From<Suspects> for OutliersBody {
+    fn from(suspects: Suspects) -> Self {
+        let place = |place: &Suspect| OutlierPlaceBody {
+            from_mm: place.from,
+            to_mm: place.to,
+            samples: place.samples,
+            height_um: place.height,
+        };
+        OutliersBody {
+            places: suspects.places.iter().map(place).collect(),
+            without: suspects.without.map(|values| WithoutOutliersBody {
+                slope_um: values.slope + 0.0,
+                form_um: values.form,
+                total_um: values.total,
+                crowning_um: values.crowning + 0.0,
+            }),
+        }
+    }
+}
+
+impl From<Classes> for ClassesBody {
+    fn from(classes: Classes) -> Self {
+        let mut body = ClassesBody::default();
+        let each = [
+            ("slope", classes.slope, &mut body.slope),
+            ("form", classes.form, &mut body.form),
+            ("total", classes.total, &mut body.total),
+        ];
+        for (name, class, place) in each {
+            match class {
+                Some(Class::Within(class)) => *place = Some(class),
+                Some(Class::Beyond) => body.beyond.push(name.to_owned()),
+                None => {}
+            }
+        }
+        body
+    }
+}
+
+impl From<Summary> for MeanBody {
+    fn from(summary: Summary) -> Self {
+        MeanBody {
+            flank: summary.side.into(),
+            kind: summary.kind.into(),
+            count: summary.count,
+            slope_um: summary.slope.into(),
+            form_um: summary.form.into(),
+            total_um: summary.total.into(),
+            crowning_um: summary.crowning.into(),
+        }
+    }
+}
+
+impl From<Spread> for SpreadBody {
+    fn from(spread: Spread) -> Self {
+        let Spread { mean, variation, worst_tooth, worst } = spread;
+        SpreadBody { mean, variation, worst, worst_tooth }
+    }
+}
+
+impl From<TraceSurface> for TraceSurfaceBody {
+    fn from(of: TraceSurface) -> Self {
+        TraceSurfaceBody {
+            tooth: of.tooth,
+            flank: of.side.into(),
+            traces: of.traces,
+            samples: of.samples,
+            figures: of.figures.into(),
+            roll_length_range_mm: of.roll_lengths,
+            z_range_mm: of.z,
+            rms_um: of.remainder.rms,
+            peak_to_valley_um: of.remainder.peak_to_valley,
+        }
+    }
+}
+
+impl From<Twist> for TwistBody {
+    fn from(twist: Twist) -> Self {
+        TwistBody {
+            tooth: twist.tooth,
+            flank: twist.side.into(),
+            kind: twist.kind.into(),
+            twist_um: twist.twist,
+            std_error_um: twist.std_error,
+            sections_mm: twist.sections,
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! What is posted of iterations: nodes with what is known of their measurement, further fits, and
+//! what becomes of the gear.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use crate::{
+    api::{
+        fits::spec::{nodes::NodesBody, request::FitSpecBody},
+        json::{
+            id::id,
+            present::present,
+            request::request,
+            text::{LongText, Moment, ShortText},
+        },
+        measurand::axes::MeasurandBody,
+    },
+    jobs::{Decision, MeasurementDetails},
+};
+
+/// A fit request with what is known of the measurement.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = IterationRequest)]
+pub struct IterationRequest {
+    pub nodes: NodesBody,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub spec: FitSpecBody,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurement: Measurement,
+}
+
+/// An iteration request as a form (`multipart/form-data`).
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct IterationForm {
+    /// The iteration request without `nodes`, as JSON.
+    pub spec: IterationFormSpec,
+    /// CSV with a header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
+    #[schema(value_type = String, format = Binary)]
+    pub nodes: Vec<u8>,
+}
+
+/// An iteration request without nodes.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct IterationFormSpec {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub spec: FitSpecBody,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurement: Measurement,
+}
+
+request! {
+    /// What is known of a measurement.
+    #[derive(Default)]
+    pub struct Measurement as MeasurementMembers, read whole {
+        flatten measurand: MeasurandBody,
+        flatten details: MeasurementDetailsBody,
+    }
+}
+
+request! {
+    /// What is known of a measurement whose nodes came as a stream. All of it may be left out, and the
+    /// body with it.
+    #[derive(Default, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[schema(as = StreamFinish)]
+    pub struct MeasurementDetailsBody as MeasurementDetailsMembers, read whole {
+        /// RFC 3339, any offset; answered in UTC.
+        #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
+        optional measured_at: Moment,
+        /// What the nodes were measured with.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "P40")]
+        optional instrument: ShortText,
+        /// Who measured them.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+        optional operator: ShortText,
+        /// What else is to be known of the measurement; may have line breaks.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
+        optional note: LongText,
+    }
+}
+
+impl From<MeasurementDetailsBody> for MeasurementDetails {
+    fn from(body: MeasurementDetailsBody) -> Self {
+        MeasurementDetails {
+            measured_at: body.measured_at.map(|moment| moment.0),
+            instrument: body.instrument.map(String::from),
+            operator: body.operator.map(String::from),
+            note: body.note.map(String::from),
+        }
+    }
+}
+
+/// A fit request without nodes: the stored ones are fitted again.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = RefitRequest)]
+pub struct RefitRequest {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub spec: FitSpecBody,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub why: Why,
+}
+
+request! {
+    /// Why something is done.
+    #[derive(Default)]
+    pub struct Why as WhyMembers, read whole {
+        /// Kept in the trace.
+        #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
+        optional reason: LongText,
+    }
+}
+
+/// Which fit stands from now on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = ChosenFit)]
+pub struct ChosenFitBody {
+    /// A fit of this iteration.
+    #[serde(deserialize_with = "id")]
+    pub fit_id: Uuid,
+    /// Kept in the trace.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
+    pub reason: Option<LongText>,
+}
+
+/// What is done with the gear.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = IterationPatch, example = json!({"decision": "remachine", "reason": "profile slope out of tolerance"}))]
+pub struct IterationPatchBody {
+    pub decision: DecisionName,
+    /// Kept in the trace.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
+    pub reason: Option<LongText>,
+}
+
+/// What is done with the gear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DecisionName {
+    Accept,
+    Remachine,
+    Reject,
+}
+
+impl From<DecisionName> for Decision {
+    fn from(name: DecisionName) -> Self {
+        match name {
+            DecisionName::Accept => Decision::Accept,
+            DecisionName::Remachine => Decision::Remachine,
+            DecisionName::Reject => Decision::Reject,
+        }
+    }
+}

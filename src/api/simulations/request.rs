@@ -1,0 +1,139 @@
+//! A closed loop to simulate, as it is requested.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::faults::Faults;
+use flankfit_engine::{
+    fault::words::entries,
+    gear::{
+        correction::Setting,
+        simulation::{MachineSpec, Strategy, case},
+    },
+};
+
+/// A machine whose settings are off, and ways to correct it. Without a word it is the
+/// ill-conditioned case: 5 × 9 nodes, six settings of which the sixth is nearly a mixture of two
+/// others.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = ClosedLoopRequest)]
+pub struct ClosedLoopBody {
+    /// Of everything that is drawn. Default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// How often the machine is corrected. Default 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1, maximum = 20)]
+    pub corrections: Option<usize>,
+    /// Ways to correct. Default `spectral_uncertainty` (what corrections do by default) and
+    /// `least_squares`; further `spectral_min_mse`, `ridge_gcv` and so on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strategies: Option<Vec<String>>,
+    /// Names of the settings, with `matrix`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settings: Option<Vec<String>>,
+    /// µm at each of the nodes for a unit of each setting: what corrections know of the machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Vec<Vec<f64>>>,
+    /// Of the nodes of `matrix`, which then are a grid over [-1, 1] × [-1, 1]: rows and columns.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grid: Option<[usize; 2]>,
+    /// Standard deviation of what each setting is off by at first. Default 12 µm in the
+    /// ill-conditioned case; needed with `matrix`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setting_error: Option<Vec<f64>>,
+    /// By how much an entry of the true response differs from the matrix, relative to it (standard
+    /// deviation). Default 0.01.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1)]
+    pub response_noise: Option<f64>,
+    /// What corrections take it to be. Default 0.02.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1)]
+    pub response_uncertainty: Option<f64>,
+    /// Default 0.3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1e6)]
+    pub probe_noise_um: Option<f64>,
+    /// Share of the nodes that a measurement misses; as many as there are settings must be left.
+    /// Default 0.1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, exclusive_maximum = 1)]
+    pub missing: Option<f64>,
+    /// Whether each run is kept as a job with its iterations and corrections, all in one
+    /// transaction. Default false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub store: Option<bool>,
+}
+
+impl ClosedLoopBody {
+    /// The machine, and the rows and columns of its nodes.
+    pub fn machine(&self) -> Result<(MachineSpec, [usize; 2]), Faults> {
+        let mut machine = case::ill_conditioned(self.seed.unwrap_or(0));
+        let mut grid = case::GRID;
+        let mut faults = Faults::default();
+        match (&self.matrix, &self.settings, &self.grid, &self.setting_error) {
+            (Some(matrix), Some(settings), Some([rows, columns]), Some(error)) => {
+                let nodes = rows.saturating_mul(*columns);
+                if matrix.len() != nodes || *rows < 2 || *columns < 2 {
+                    faults.push("/grid", format!("{rows} × {columns} nodes do not match {} rows", matrix.len()));
+                }
+                for (k, row) in matrix.iter().enumerate().filter(|(_, row)| row.len() != settings.len()) {
+                    faults.push(
+                        format!("/matrix/{k}"),
+                        format!("{} for {} settings", entries(row.len()), settings.len()),
+                    );
+                }
+                grid = [*rows, *columns];
+                machine.sensitivity = matrix.concat();
+                machine.settings = settings.iter().map(|name| Setting::free(name.clone(), "")).collect();
+                machine.setting_error.clone_from(error);
+            }
+            (None, None, None, error) => {
+                if let Some(error) = error {
+                    machine.setting_error.clone_from(error);
+                }
+            }
+            (matrix, settings, grid, error) => {
+                let parts = [
+                    ("/matrix", matrix.is_none()),
+                    ("/settings", settings.is_none()),
+                    ("/grid", grid.is_none()),
+                    ("/setting_error", error.is_none()),
+                ];
+                for (pointer, _) in parts.into_iter().filter(|(_, missing)| *missing) {
+                    faults.push(pointer, "missing: `matrix`, `settings`, `grid` and `setting_error` belong together");
+                }
+            }
+        }
+        machine.response_noise = self.response_noise.unwrap_or(machine.response_noise);
+        machine.probe_noise = self.probe_noise_um.unwrap_or(machine.probe_noise);
+        machine.missing = self.missing.unwrap_or(machine.missing);
+        faults.into_result((machine, grid))
+    }
+
+    /// The ways to correct.
+    pub fn strategies(&self) -> Result<Vec<Strategy>, Faults> {
+        let Some(names) = &self.strategies else {
+            return Ok(vec![Strategy::uncertainty(), Strategy::least_squares()]);
+        };
+        let known = Strategy::all();
+        let mut faults = Faults::default();
+        if names.is_empty() {
+            faults.push("/strategies", "there is none");
+        }
+        let mut found = Vec::with_capacity(names.len());
+        for (k, name) in names.iter().enumerate() {
+            match known.iter().find(|strategy| strategy.name == *name) {
+                Some(strategy) if !found.contains(strategy) => found.push(strategy.clone()),
+                Some(_) => faults.push(format!("/strategies/{k}"), "it is there twice"),
+                None => {
+                    let names: Vec<_> = known.iter().map(|strategy| format!("`{}`", strategy.name)).collect();
+                    faults.push(format!("/strategies/{k}"), format!("not one of {}", names.join(", ")));
+                }
+            }
+        }
+        faults.into_result(found)
+    }
+}
