@@ -79,7 +79,7 @@ impl GearField {
             GearField::HelixAngle => angle(HELIX_ANGLES),
             GearField::ProfileShift => (!(value.abs() <= 100.0)).then_some(GearReason::ProfileShift(value)),
             GearField::ToolTipRadius | GearField::ToolAddendum | GearField::ToolProtuberance => {
-                (!(0.0..=MOST_LENGTH).contains(&value)).then_some(GearReason::Negative(value))
+                (!(0.0..=MOST_LENGTH).contains(&value)).then_some(GearReason::ToolPart(value))
             }
             GearField::Tool => None,
         };

@@ -49,22 +49,29 @@ impl Field<GearReason> for GearField {
         match reason {
             GearReason::Angle { value, .. } => {
                 let [low, high] = if *self == GearField::HelixAngle { HELIX_ANGLES } else { PRESSURE_ANGLES };
-                format!("{}° is not within {low}° and {high}°", Shown(value.to_degrees()))
+                format!("{}° is not within {low}° and {high}°", degrees(*value))
             }
             GearReason::NoRoot => "the root circle that follows is not above 0; give `root_diameter_mm`".to_owned(),
             GearReason::PointedTool { addendum, pressure_angle } => format!(
                 "the flanks of the tool meet before its tip, an addendum of {} mm at a pressure angle of {}°",
                 Shown(*addendum),
-                Shown(pressure_angle.to_degrees())
+                degrees(*pressure_angle)
             ),
             other => other.to_string(),
         }
     }
 }
 
+/// An angle as it was sent: on the way to radians and back its last digits change.
+fn degrees(radians: f64) -> String {
+    let back = radians.to_degrees();
+    let sent = format!("{back:.14e}").parse().ok().filter(|sent: &f64| sent.to_radians() == radians);
+    Shown(sent.unwrap_or(back)).to_string()
+}
+
 fn no_involute(found: &NoInvolute) -> String {
     match found.axis {
-        ProfileAxis::RollAngle => format!("a roll angle of {}° has no involute", Shown(found.value.to_degrees())),
+        ProfileAxis::RollAngle => format!("a roll angle of {}° has no involute", degrees(found.value)),
         ProfileAxis::RollLength | ProfileAxis::Diameter => found.to_string(),
     }
 }

@@ -221,9 +221,11 @@ mod tests {
             (r#"{"teeth":20,"normal_module_mm":-1}"#, "-1 mm is not a length of a µm to a kilometre"),
             (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":-89.5}"#, "89.5° is not within 0° and 89°"),
             (r#"{"teeth":20,"normal_module_mm":1,"normal_pressure_angle_deg":-5}"#, "-5° is not within 0.1° and 80°"),
+            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":120}"#, "120° is not within 0° and 89°"),
+            (r#"{"teeth":20,"normal_module_mm":1,"tool":{"tip_radius_mm":-1}}"#, "-1 is not within 0 and 1000000"),
             (
-                r#"{"teeth":20,"normal_module_mm":1,"tool":{"tip_radius_mm":-1}}"#,
-                "-1 is not a finite number of at least 0",
+                r#"{"teeth":20,"normal_module_mm":1,"tool":{"addendum_factor":1e19}}"#,
+                "1e19 is not within 0 and 1000000",
             ),
             (r#"{"teeth":20}"#, "normal_module_mm"),
             (r#"{"teeth":20,"normal_module_mm":1,"colour":"blue"}"#, "unknown field `colour`"),
