@@ -1,6 +1,5 @@
 //! What is wrong with the data of a gear, and what the rooms of this one share.
 
-use super::data::MOST_LENGTH;
 pub use crate::estimation::error::Refused;
 use crate::fault::{
     Faults,
@@ -63,7 +62,7 @@ pub enum GearReason {
     #[error("{} is not within −100 and 100", Shown(*.0))]
     ProfileShift(f64),
     /// A part of the tool below 0, or beyond every length.
-    #[error("{} is not within 0 and {MOST_LENGTH}", Shown(*.0))]
+    #[error("{} is not within 0 and 1000000", Shown(*.0))]
     ToolPart(f64),
     /// Flanks that meet outside of the root.
     #[error("the flanks of a tooth meet before the root: no tooth is left on {} mm", Shown(*.0))]
