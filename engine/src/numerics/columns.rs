@@ -1,10 +1,13 @@
 //! Inner loops over columns, which are slices of lanes.
 
-use super::{lanes::Lanes, real::Real, with_fma};
+use super::{
+    lanes::{Laned, Lanes},
+    with_fma,
+};
 
 with_fma! {
     /// The scalar product of two columns of equal length.
-    pub fn dot<T: Real>(x: &[T::Lanes], y: &[T::Lanes]) -> T {
+    pub fn dot<T: Laned>(x: &[T::Lanes], y: &[T::Lanes]) -> T {
         let mut even = T::Lanes::ZERO;
         let mut odd = T::Lanes::ZERO;
         let (x_pairs, x_rest) = x.as_chunks::<2>();
@@ -20,7 +23,7 @@ with_fma! {
     }
 
     /// `y += factor * x`.
-    pub fn axpy<T: Real>(factor: T, x: &[T::Lanes], y: &mut [T::Lanes]) {
+    pub fn axpy<T: Laned>(factor: T, x: &[T::Lanes], y: &mut [T::Lanes]) {
         for (x, y) in x.iter().zip(y) {
             *y = y.add_scaled(factor, *x);
         }
@@ -28,7 +31,7 @@ with_fma! {
 
     /// `x <- x + t y` and `y <- y - t x`: the plane rotation by `atan t` without its common factor
     /// `cos`.
-    pub fn shear<T: Real>(t: f64, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
+    pub fn shear<T: Laned>(t: f64, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
         for (x, y) in x.iter_mut().zip(y) {
             let old = *x;
             *x = old.add_scaled_f64(t, *y);
@@ -38,7 +41,7 @@ with_fma! {
 
     /// The plane rotation `x <- c (x + t y)`, `y <- c (y - t x)`. Equal columns and `t = 1` leave
     /// exact zeros in `y`.
-    pub fn rotate<T: Real>(t: f64, c: T, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
+    pub fn rotate<T: Laned>(t: f64, c: T, x: &mut [T::Lanes], y: &mut [T::Lanes]) {
         let c = T::Lanes::splat(c);
         for (x, y) in x.iter_mut().zip(y) {
             let old = *x;

@@ -16,8 +16,8 @@ use super::cancel;
 use super::columns::{dot, rotate, shear};
 use super::dd::{exponent_of, pow2};
 use super::dispatch::fma;
+use super::lanes::Laned;
 use super::lanes::{LANES, Lanes, lanes_for};
-use super::real::Real;
 
 /// Sweeps over all pairs after which the iteration counts as failed; 5 to 10 are usual.
 const SWEEP_LIMIT: usize = 60;
@@ -32,7 +32,7 @@ const SIGN_TIE: f64 = 1e-9;
 
 /// The singular value decomposition `A V = U Σ`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Svd<T: Real> {
+pub struct Svd<T: Laned> {
     /// The singular values, ascending.
     pub sigma: Vec<T>,
     /// `A V`: column `i` is `σᵢ uᵢ`.
@@ -54,7 +54,7 @@ pub struct Svd<T: Real> {
 /// let sigma = svd(a).unwrap().sigma;
 /// assert!((sigma[0] * sigma[1] / 3e-12 - 1.0).abs() < 1e-14);
 /// ```
-pub fn svd<T: Real>(a: DMatrix<T>) -> Option<Svd<T>> {
+pub fn svd<T: Laned>(a: DMatrix<T>) -> Option<Svd<T>> {
     let exponent = scale_exponent(&a)?;
     let (rows, n) = a.shape();
     let mut columns = Columns::new(rows, n);
@@ -68,7 +68,7 @@ pub fn svd<T: Real>(a: DMatrix<T>) -> Option<Svd<T>> {
 }
 
 /// The exponent by which to scale, 0 for the zero matrix; None if an entry is not finite.
-pub(super) fn scale_exponent<T: Real>(a: &DMatrix<T>) -> Option<i32> {
+pub(super) fn scale_exponent<T: Laned>(a: &DMatrix<T>) -> Option<i32> {
     let mut largest = 0.0f64;
     let mut finite = true;
     for x in a.iter() {
@@ -85,14 +85,14 @@ pub(super) fn scale_exponent<T: Real>(a: &DMatrix<T>) -> Option<i32> {
 }
 
 /// Fills lanes from the first number on.
-pub(super) fn write<T: Real>(lanes: &mut [T::Lanes], numbers: impl Iterator<Item = T>) {
+pub(super) fn write<T: Laned>(lanes: &mut [T::Lanes], numbers: impl Iterator<Item = T>) {
     for (i, x) in numbers.enumerate() {
         lanes[i / LANES].set(i % LANES, x);
     }
 }
 
 /// The columns being rotated: each holds its `rows` entries of `A V`, then its `n` entries of `V`.
-pub(super) struct Columns<T: Real> {
+pub(super) struct Columns<T: Laned> {
     rows: usize,
     n: usize,
     /// Lanes of one column that belong to `A V`.
@@ -115,7 +115,7 @@ struct Facts<T> {
     origin: f64,
 }
 
-impl<T: Real> Facts<T> {
+impl<T: Laned> Facts<T> {
     #[inline(always)]
     fn measure(&mut self, square: T) {
         self.square = square;
@@ -123,7 +123,7 @@ impl<T: Real> Facts<T> {
     }
 }
 
-impl<T: Real> Columns<T> {
+impl<T: Laned> Columns<T> {
     pub(super) fn new(rows: usize, n: usize) -> Self {
         let top = lanes_for(rows);
         let stride = top + lanes_for(n);

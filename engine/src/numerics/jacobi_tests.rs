@@ -5,14 +5,14 @@ use crate::numerics::dd::Dd;
 use crate::numerics::svd_dd;
 use proptest::prelude::*;
 
-fn transpose_product<T: Real>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {
+fn transpose_product<T: Laned>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {
     DMatrix::from_fn(a.ncols(), b.ncols(), |i, j| {
         a.column(i).iter().zip(b.column(j).iter()).fold(T::zero(), |sum, (&x, &y)| x.fma(y, sum))
     })
 }
 
 /// What every decomposition promises, to `digits` units of roundoff.
-fn check<T: Real>(a: &DMatrix<T>, svd: &Svd<T>, roundoffs: f64) {
+fn check<T: Laned>(a: &DMatrix<T>, svd: &Svd<T>, roundoffs: f64) {
     let n = a.ncols();
     let bound = roundoffs * T::EPSILON;
     assert_eq!((svd.sigma.len(), svd.us.shape(), svd.v.shape()), (n, a.shape(), (n, n)));

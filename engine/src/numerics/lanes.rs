@@ -9,11 +9,25 @@
 //! operations a loop takes, and in which order it adds the lanes up ([`Lanes::sum_of_pairs`],
 //! [`Lanes::sum_of_halves`]), decides the last bits of what it answers.
 
-use super::real::Real;
+use super::{dd::Dd, real::Real};
 pub use super::{
     lanes_dd::Ddx4,
     vector::{F64x4, LANES},
 };
+
+/// A number type that comes in fours.
+pub trait Laned: Real {
+    /// Four of these numbers side by side.
+    type Lanes: Lanes<Number = Self>;
+}
+
+impl Laned for f64 {
+    type Lanes = F64x4;
+}
+
+impl Laned for Dd {
+    type Lanes = Ddx4;
+}
 
 /// Four numbers of one type.
 pub trait Lanes: Copy + Send + Sync {

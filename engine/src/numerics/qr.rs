@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector};
 use super::cancel;
 use super::columns::{axpy, dot};
 use super::dd::exponent_of;
+use super::lanes::Laned;
 use super::lanes::{LANES, Lanes, lanes_for};
-use super::real::Real;
 
 /// Rows folded in at a time.
 const BLOCK: usize = 128;
@@ -24,7 +24,7 @@ const STRETCH: usize = 8;
 /// The triangular factor, the transformed right-hand side and the squared length of what the
 /// columns cannot reach.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Qr<T: Real> {
+pub struct Qr<T: Laned> {
     /// `n x n`, upper triangular, diagonal not negative; zero rows below if there were fewer than
     /// `n` rows.
     pub r: DMatrix<T>,
@@ -48,7 +48,7 @@ pub struct Qr<T: Real> {
 /// assert!((qr.r[(0, 0)] - 5.0).abs() < 1e-14 && (qr.qty[0] - 4.0).abs() < 1e-14);
 /// assert!((qr.rss - 9.0).abs() < 1e-13);
 /// ```
-pub fn qr_with_rhs<T: Real>(a: DMatrix<T>, y: DVector<T>) -> Qr<T> {
+pub fn qr_with_rhs<T: Laned>(a: DMatrix<T>, y: DVector<T>) -> Qr<T> {
     let (rows, n) = a.shape();
     let block = BLOCK.max(2 * n);
     let mut fold = Fold::new(n);
@@ -65,7 +65,7 @@ pub fn qr_with_rhs<T: Real>(a: DMatrix<T>, y: DVector<T>) -> Qr<T> {
 }
 
 /// A factor under construction: `[R | Qᵀy]` by columns, and the block of rows being folded in.
-struct Fold<T: Real> {
+struct Fold<T: Laned> {
     n: usize,
     /// Column `j` holds its `n` entries of `R`; the last column holds `Qᵀy`.
     head: Vec<T>,
@@ -75,7 +75,7 @@ struct Fold<T: Real> {
     rss: T,
 }
 
-impl<T: Real> Fold<T> {
+impl<T: Laned> Fold<T> {
     fn new(n: usize) -> Self {
         Fold { n, head: vec![T::zero(); n * (n + 1)], tail: Vec::new(), stride: 0, rss: T::zero() }
     }
@@ -176,7 +176,7 @@ struct Reflection<T> {
     diagonal: T,
 }
 
-impl<T: Real> Reflection<T> {
+impl<T: Laned> Reflection<T> {
     /// None for a zero column. Scales `tail` (and with it `v`, whose length does not matter) by a
     /// power of two where its squares would leave the range of a double.
     fn of(head: T, tail: &mut [T::Lanes]) -> Option<Self> {

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 /// `XᵀX` of `X = [A | y]` must be that of `[R | Qᵀy]` with the rest of `y`, entry by entry relative
 /// to the columns.
-fn check<T: Real>(a: &DMatrix<T>, y: &DVector<T>) -> Qr<T> {
+fn check<T: Laned>(a: &DMatrix<T>, y: &DVector<T>) -> Qr<T> {
     let (m, n) = a.shape();
     let qr = qr_with_rhs(a.clone(), y.clone());
     assert_eq!((qr.r.shape(), qr.qty.len()), ((n, n), n));

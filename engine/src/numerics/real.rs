@@ -8,7 +8,6 @@ use num_traits::{One, Zero};
 
 use super::dd::{Dd, ldexp};
 use super::dispatch::fma;
-use super::lanes::{Ddx4, F64x4, Lanes};
 
 /// A real number of fixed precision.
 pub trait Real:
@@ -30,8 +29,6 @@ pub trait Real:
 {
     /// The unit roundoff: a bound on the relative error of one operation.
     const EPSILON: f64;
-    /// Four of these numbers side by side.
-    type Lanes: Lanes<Number = Self>;
 
     /// The number `x`.
     fn of(x: f64) -> Self;
@@ -60,7 +57,6 @@ pub trait Real:
 
 impl Real for f64 {
     const EPSILON: f64 = f64::EPSILON / 2.0;
-    type Lanes = F64x4;
 
     #[inline(always)]
     fn of(x: f64) -> Self {
@@ -111,7 +107,6 @@ impl Real for f64 {
 impl Real for Dd {
     /// 2^-104.
     const EPSILON: f64 = f64::EPSILON * f64::EPSILON;
-    type Lanes = Ddx4;
 
     #[inline(always)]
     fn of(x: f64) -> Self {

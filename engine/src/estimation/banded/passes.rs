@@ -97,7 +97,8 @@ fn over_rows<P: Send>(cells: &Cells, work: impl Fn(usize) -> P + Sync, mut fold:
 }
 
 with_fma! {
-    /// Adds the nodes of a cell to its share of F, row by row, and to those of the right-hand sides.
+    /// Adds the nodes of a cell to its share of F, row by row, and to those of the right-hand
+    /// sides.
     fn add_cell<T: Real>(
         axes: &Axes<T>,
         cells: &Cells,

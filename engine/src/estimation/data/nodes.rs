@@ -1,7 +1,8 @@
 //! Measured nodes, checked.
 //!
 //! A node set is built only through the constructors here, which look at every number once and name
-//! every one that is wrong by its list and index. Inside the crate nothing is checked a second time.
+//! every one that is wrong by its list and index. Inside the crate nothing is checked a second
+//! time.
 
 use super::reason::{Extent, NodesReason};
 use crate::estimation::fault::{Faults, Field, NodeList, Reason};

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     estimation::error::{FitError, Unconverged},
-    numerics::{Dd, Real, cancel::Asking, jacobi, qr, svd_dd, triangular},
+    numerics::{Dd, cancel::Asking, jacobi, lanes::Laned, qr, svd_dd, triangular},
 };
 
 /// Relative error that double precision may leave in a singular value or in D before twice the
@@ -42,7 +42,7 @@ fn level(study: &Study, noise: &[f64], change: &[f64], k: f64) -> Result<LevelFi
 }
 
 /// Numbers in which a level is computed.
-trait Arithmetic: Real {
+trait Arithmetic: Laned {
     fn difference(a: f64, b: f64) -> Self;
     fn singular_values(r: &DMatrix<Self>) -> Option<Vec<Self>>;
 }
