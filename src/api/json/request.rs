@@ -6,7 +6,7 @@
 use super::members::Members;
 use crate::api::faults::Faults;
 
-/// A request, or an object within one, that [`request!`] declares.
+/// A request, or an object within one, that `request!` declares.
 pub trait Request {
     type Members<'a>: Members<'a>;
 }

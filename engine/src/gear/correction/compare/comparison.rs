@@ -23,7 +23,8 @@ pub struct Comparison {
     /// What each setting does to each node, J_kj Δ_j, row by row; their sum is the predicted change
     /// c (about its mean, without a datum).
     pub contributions: Vec<f64>,
-    /// −∂c_k/∂d_k, as [`super::Solution::leverage`] has it; none where c was not computed from d.
+    /// −∂c_k/∂d_k, as [`crate::gear::correction::Solution::leverage`] has it; none where c was not
+    /// computed from d.
     pub leverage: Option<Vec<f64>>,
     /// σ of both measurements, and how well it is known.
     pub noise: Noise,
