@@ -47,6 +47,12 @@ impl Faults {
         }
     }
 
+    /// Adds a fault whose sentence takes time to find: it is looked for only while faults are kept.
+    pub fn push_with(&mut self, pointer: impl Into<String>, detail: impl FnOnce() -> String) {
+        let kept = self.faults.len() < Self::MOST;
+        self.push(pointer, if kept { detail() } else { String::new() });
+    }
+
     /// Adds a fault that says all of its place: no other one is taken there.
     pub fn settle(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
         let pointer = pointer.into();
@@ -152,6 +158,18 @@ impl std::error::Error for Faults {}
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sentences_that_nobody_reads_are_not_made() {
+        let (mut faults, mut made) = (Faults::default(), 0);
+        for i in 0..3 * Faults::MOST {
+            faults.push_with(format!("/{i}"), || {
+                made += 1;
+                "no such field".to_owned()
+            });
+        }
+        assert_eq!((made, faults.list().len(), faults.count()), (Faults::MOST, Faults::MOST, 3 * Faults::MOST));
+    }
 
     #[test]
     fn of_a_settled_place_one_thing_is_said() {

@@ -95,7 +95,7 @@ fn walk<'a, M: Members<'a>>(
             Taken::Once => {}
             Taken::Again => faults.push(format!("{at}/{name}"), "the field stands twice"),
             Taken::Unknown => {
-                faults.push(format!("{at}/{}", escape(&name)), unknown(&name, members));
+                faults.push_with(format!("{at}/{}", escape(&name)), || unknown(&name, members));
                 cursor.skip_value()?;
             }
         }

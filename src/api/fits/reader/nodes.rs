@@ -74,7 +74,7 @@ impl<'a> RawNodes<'a> {
             "names" => self.names.replace(cursor.skip_value()?).is_some(),
             other => {
                 const KNOWN: [&str; 9] = ["type", "x", "y", "u", "v", "z", "weight", "valid", "names"];
-                self.faults.push(format!("/nodes/{}", escape(other)), no_such_field(other, &KNOWN));
+                self.faults.push_with(format!("/nodes/{}", escape(other)), || no_such_field(other, &KNOWN));
                 cursor.skip_value()?;
                 false
             }
