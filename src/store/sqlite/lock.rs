@@ -1,8 +1,9 @@
 //! One process writes a database at a time.
 //!
-//! SQLite would let two processes write in turns, but each of them numbers iterations and keeps
-//! estimates of streams by what it has in memory. So the writer holds a lock on a file beside the
-//! database (`jobs.db.lock`), which the operating system takes back when the process dies. The lock
+//! SQLite would let two processes write in turns, and what is stored is checked against the
+//! database. But which idempotency keys are being worked on, and who is to be woken when a job goes
+//! on, each process knows of itself only. So the writer holds a lock on a file beside the database
+//! (`jobs.db.lock`), which the operating system takes back when the process dies. The lock
 //! is not on the database itself: closing a second handle of that file would drop SQLite's own
 //! locks. Who only reads (a backup, a shell) needs no lock.
 
