@@ -127,7 +127,10 @@ async fn one_is_one_and_no_type_of_rust_is_named() {
         (with(r#""domain":{"u":[1]}"#), "expected an array of 2 entries, found 1 entry".to_owned()),
         (with(r#""domain":[[0,1]]"#), "expected an object, found an array".to_owned()),
         (with(r#""regularization":["none"]"#), "expected an object, found an array".to_owned()),
-        (with(r#""scaling":5"#), "expected one of the names that are offered here, in quotes".to_owned()),
+        (
+            with(r#""scaling":5"#),
+            "expected one of `unit_length`, `none`, `standardized` in quotes, found a number".to_owned(),
+        ),
         (
             with(r#""scaling":"big""#),
             "`big` is not known; expected one of `unit_length`, `none`, `standardized`".to_owned(),

@@ -18,7 +18,7 @@ use super::{
     refusal::Refusal,
     slice::Slice,
     stand_in::StandIn,
-    wording::{BEYOND, NAME_WANTED, OBJECT_WANTED, too_long},
+    wording::{BEYOND, NAME_WANTED, OBJECT_WANTED, name_wanted, too_long},
 };
 use flankfit_engine::numerics::cancel;
 
@@ -153,12 +153,12 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         _: &'static str,
-        _: &'static [&'static str],
+        names: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Refusal> {
         let name = match self.cursor.token()? {
             Token::String => self.cursor.string()?,
-            _ => return Err(Refusal::value(NAME_WANTED).at(self.location)),
+            other => return Err(Refusal::value(name_wanted(names, other.name())).at(self.location)),
         };
         let name: CowStrDeserializer<'_, Refusal> = name.into_deserializer();
         visitor.visit_enum(name).map_err(|refusal| refusal.at(self.location))

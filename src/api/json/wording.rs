@@ -15,7 +15,7 @@ const REPEATED: usize = 64;
 pub const BEYOND: &str = "the number is beyond double precision (about 1.8e308)";
 /// Of an array where an object is wanted, whatever the array holds.
 pub const OBJECT_WANTED: &str = "expected an object, found an array";
-/// Of what is no string where a name is wanted.
+/// Of a union's `type` that is no string.
 pub const NAME_WANTED: &str = "expected one of the names that are offered here, in quotes";
 
 /// What to say of a value of another kind or range than `expected`.
@@ -38,6 +38,11 @@ pub fn too_long(most: usize, length: usize) -> String {
 /// What to say of a name that is none of those known.
 pub fn unknown_name(name: &str, known: &str) -> String {
     format!("`{}` is not known; expected {known}", shortened(name))
+}
+
+/// What to say of what is no string where one of the names `known` is wanted.
+pub fn name_wanted(known: &[&str], found: &str) -> String {
+    format!("expected {} in quotes, found {found}", one_of(known))
 }
 
 /// Names to choose from.
@@ -163,7 +168,7 @@ mod tests {
         assert_eq!(said::<[f64; 2]>("[1]"), "expected an array of 2 entries, found 1 entry");
         assert_eq!(said::<Pair>("1"), "expected an object, found 1");
         assert_eq!(said::<Name>(r#""first""#), "`first` is not known; expected `first_order` or `exact`");
-        assert_eq!(said::<Name>("5"), "expected one of the names that are offered here, in quotes");
+        assert_eq!(said::<Name>("5"), "expected `first_order` or `exact` in quotes, found a number");
     }
 
     fn fault_of<T: DeserializeOwned + std::fmt::Debug>(text: &str) -> (String, String) {

@@ -182,6 +182,20 @@ async fn injected_slope_crowning_and_twist_come_back() {
     let by_angle = taken(&app, "/v1/gears/flank-surface", &turned).await;
     close(by_angle["profile_slope_um"]["value"].as_f64().unwrap(), 10.0, 1e-12);
     close(by_angle["roll_length_range_mm"][1].as_f64().unwrap(), 12.0, 1e-12);
+    // what is wrong among the deviations is named where it stands
+    for (deviations, pointer, said) in [
+        (json!([1.0, "x", 2.0]), "/deviation_um/1", r#"expected a number, found the string "x""#),
+        (json!([null, [1.0]]), "/deviation_um/1", "expected a number, found an array"),
+        (json!([[1.0, true]]), "/deviation_um/0/1", "expected a number, found true"),
+        (json!([[1.0], 2.0]), "/deviation_um/1", "expected an array, found 2"),
+        (json!({}), "/deviation_um", "expected an array, found an object"),
+    ] {
+        let mut wrong = request.clone();
+        wrong["deviation_um"] = deviations;
+        let answer = send(app.post("/v1/gears/flank-surface", wrong.to_string())).await;
+        let errors = answer.problem(422, "invalid_request")["errors"].clone();
+        assert_eq!(errors, json!([{"pointer": pointer, "detail": said}]));
+    }
     app.stop().await;
 }
 

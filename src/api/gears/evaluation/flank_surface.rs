@@ -125,11 +125,20 @@ pub struct FlankNodesBody {
 }
 
 /// Deviations as they were posted.
-#[derive(Deserialize)]
-#[serde(untagged)]
 enum Posted {
     Rows(Vec<Vec<Option<f64>>>),
     Numbers(Vec<Option<f64>>),
+}
+
+impl Posted {
+    /// Rows where the first entry is an array, so that what is wrong is named where it stands.
+    fn read(text: &[u8], at: &str, faults: &mut Faults) -> Option<Self> {
+        let first = text.iter().skip(1).find(|byte| !byte.is_ascii_whitespace());
+        match first {
+            Some(b'[') => read_value(text, at, faults).map(Posted::Rows),
+            _ => read_value(text, at, faults).map(Posted::Numbers),
+        }
+    }
 }
 
 /// Answers a request; `own` is the gear of the job that the nodes belong to. Processor work.
@@ -144,7 +153,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let side = members.flank.required(&mut faults);
     let profile = members.profile.required(&mut faults);
     let z = members.z_mm.required(&mut faults);
-    let posted: Option<Posted> = members.deviation_um.required_with(&mut faults, read_value);
+    let posted = members.deviation_um.required_with(&mut faults, Posted::read);
     let axis = members.profile_axis.read(&mut faults).unwrap_or_default();
     let border = members.border_percent.read(&mut faults).unwrap_or_default();
     let sign = members.sign.read(&mut faults);
