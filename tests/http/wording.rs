@@ -205,3 +205,25 @@ async fn every_fault_of_a_gear_is_listed_and_names_are_clean() {
     });
     assert_eq!(app.fit(&matrix.to_string()).await.pointers(), ["/nodes/names/1"]);
 }
+
+#[tokio::test]
+async fn numbers_near_1_have_no_exponent_and_others_have_one() {
+    let app = TestApp::start().await;
+    let spline = |weights: &str, at: &str| {
+        format!(
+            r#"{{"curve":{{"type":"nurbs","degree":1,"knots":[0,0,1,1],"control_points":[[0,0],[1,1]],"weights":{weights}}},"at":{at}}}"#
+        )
+    };
+    let smoothing = r#"{"points":{"x":[0,1,1e300,27.2,30],"y":[0,1,2,1,0]},"method":{"type":"smoothing_spline","parameter":{"criterion":"gcv"}}}"#;
+    for (path, request, said) in [
+        ("evaluate", spline("[1,1]", "[1.5]"), "1.5 is not within the domain [0, 1]"),
+        ("evaluate", spline("[1,-1]", "[0.5]"), "weight 1 (-1) is not a finite number ≥ 0"),
+        ("", smoothing.to_owned(), "abscissa 3 (27.2) lies below the one before it (1e300)"),
+    ] {
+        let path = format!("/v1/curves/{path}");
+        let answer = send(app.post(path.trim_end_matches('/'), request)).await;
+        let details = details(&answer);
+        assert!(details[0].starts_with(said), "{details:?}");
+    }
+    app.stop().await;
+}

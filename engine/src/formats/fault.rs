@@ -1,5 +1,7 @@
 //! Why something cannot be written.
 
+use crate::fault::words::Shown;
+
 /// Why a shape or mesh has no place in a file. `shape` counts from 0 within what was to be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ExportFault {
@@ -13,7 +15,7 @@ pub enum ExportFault {
         shape: usize,
     },
     /// A weight that is not above 0.
-    #[error("weight {index} of shape {shape} is {value:e}; weights in CAD files are above 0")]
+    #[error("weight {index} of shape {shape} is {value}; weights in CAD files are above 0", value = Shown(*.value))]
     Weight {
         /// The shape at fault.
         shape: usize,
@@ -35,7 +37,10 @@ pub enum ExportFault {
         given: usize,
     },
     /// A parameter not above the one before it.
-    #[error("parameter {index} ({value}) does not lie above the one before it ({before})")]
+    #[error(
+        "parameter {index} ({value}) does not lie above the one before it ({before})",
+        value = Shown(*.value), before = Shown(*.before)
+    )]
     Descending {
         /// Its index.
         index: usize,
@@ -59,16 +64,15 @@ pub enum ExportFault {
         at: [f64; 2],
     },
     /// A tolerance that is negative or not finite.
-    #[error("the tolerance {tolerance} is not a length that nodes can be compared by")]
+    #[error("the tolerance {tolerance} is not a length that nodes can be compared by", tolerance = Shown(*.tolerance))]
     Tolerance {
         /// The tolerance, mm.
         tolerance: f64,
     },
     /// A polyline that cannot come as near to its curve as asked.
     #[error(
-        "chords come no nearer than {reached:e} to the curve within a million of them and the rounding of its places, \
-         not {tolerance:e}"
-    )]
+        "chords come no nearer than {reached} to the curve within a million of them and the rounding of its places, \
+         not {tolerance}", tolerance = Shown(*.tolerance), reached = Shown(*.reached))]
     Chords {
         /// Distance asked for, mm.
         tolerance: f64,
@@ -100,7 +104,10 @@ pub enum ExportFault {
         index: usize,
     },
     /// A surface that no B-spline comes near enough to.
-    #[error("no B-spline comes nearer than {deviation:e} to a patch, more than {tolerance:e}")]
+    #[error(
+        "no B-spline comes nearer than {deviation} to a patch, more than {tolerance}",
+        deviation = Shown(*.deviation), tolerance = Shown(*.tolerance)
+    )]
     Deviation {
         /// Distance reached, mm.
         deviation: f64,

@@ -4,7 +4,7 @@
 //! A curve has one row of weights along u and the single function 1 along v. Who fits with given
 //! weights computes in `NᵢNⱼ / W`, from which `Rᵢⱼ` differs by the factor wᵢⱼ alone.
 
-use crate::numerics::Real;
+use crate::{fault::words::Shown, numerics::Real};
 
 /// Why weights are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -18,7 +18,10 @@ pub enum WeightFault {
         wanted: usize,
     },
     /// What is fitted must be seen: a control point of weight 0 moves nothing.
-    #[error("the weight {value:e} is not a finite number greater than 0, so that nothing tells its control point")]
+    #[error(
+        "the weight {value} is not a finite number greater than 0, so that nothing tells its control point",
+        value = Shown(*.value)
+    )]
     NotPositive {
         /// Index of the weight, from 0.
         index: usize,
@@ -26,7 +29,10 @@ pub enum WeightFault {
         value: f64,
     },
     /// Weights whose ratio leaves no digits in double precision.
-    #[error("weights from {least:e} to {largest:e} are too far apart for double precision")]
+    #[error(
+        "weights from {least} to {largest} are too far apart for double precision",
+        least = Shown(*.least), largest = Shown(*.largest)
+    )]
     Apart {
         /// The smallest weight.
         least: f64,

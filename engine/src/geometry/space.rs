@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::fault::words::counted;
+use crate::fault::words::{Shown, counted};
 
 /// A point or a derivative; coordinates beyond the shape's [`Dimension`] are 0.
 pub type Vector = Vector3<f64>;
@@ -78,7 +78,7 @@ pub enum ControlFault {
         wanted: usize,
     },
     /// A weight below 0, NaN or infinite.
-    #[error("weight {index} ({value:e}) is not a finite number ≥ 0")]
+    #[error("weight {index} ({value}) is not a finite number ≥ 0", value = Shown(*.value))]
     Weight {
         /// Its index, from 0; in a net counted by rows.
         index: usize,
@@ -86,7 +86,10 @@ pub enum ControlFault {
         value: f64,
     },
     /// Weights that vanish together, so that the denominator is 0 at a place.
-    #[error("the weights around parameter {place:e} are all 0, so that no point is defined there")]
+    #[error(
+        "the weights around parameter {place} are all 0, so that no point is defined there",
+        place = Shown(*.place)
+    )]
     NoWeight {
         /// The place: a knot.
         place: f64,

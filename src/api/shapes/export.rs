@@ -21,6 +21,7 @@ use crate::api::{
     problem::{Problem, Room},
 };
 use flankfit_engine::{
+    fault::words::Shown,
     formats::{
         CadShape, ExportFault, Label, NamedLine, NamedMesh, NamedShape, QuadMesh, UtcTime, fe_mesh, iges, obj,
         sampling, step, stl, vtk,
@@ -296,7 +297,7 @@ fn write_mesh(
 fn read_tolerance(member: &Member<'_, f64>, faults: &mut Faults) -> Option<f64> {
     let tolerance = member.read(faults)?;
     if tolerance <= 0.0 {
-        faults.push(member.pointer(), format!("{tolerance:e} is not greater than 0"));
+        faults.push(member.pointer(), format!("{} is not greater than 0", Shown(tolerance)));
     }
     Some(tolerance)
 }

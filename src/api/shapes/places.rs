@@ -1,7 +1,7 @@
 //! Where a curve or surface is asked about, and answers that leave the range of doubles.
 
 use crate::api::{faults::Faults, json::writer::Object, problem::Problem};
-use flankfit_engine::{geometry::space::Vector, numerics::cancel::Asking};
+use flankfit_engine::{fault::words::Shown, geometry::space::Vector, numerics::cancel::Asking};
 
 /// Refuses what lies outside of a domain, each by the pointer that `pointer` writes of its index.
 pub fn within(
@@ -12,7 +12,10 @@ pub fn within(
 ) {
     for (index, value) in values.into_iter().asking(20) {
         if !(low <= value && value <= high) {
-            faults.push(pointer(index), format!("{value:e} is not within the domain [{low:e}, {high:e}]"));
+            faults.push(
+                pointer(index),
+                format!("{} is not within the domain [{}, {}]", Shown(value), Shown(low), Shown(high)),
+            );
         }
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::{
     estimation::smoothing::choice::NoParameter,
-    fault::words::{counted, entries},
+    fault::words::{Shown, counted, entries},
     geometry::{curve::CurveFault, space::ControlFault},
 };
 
@@ -132,7 +132,7 @@ pub enum NearReason {
     #[error("not a range from low to high")]
     Range,
     /// A node beyond the knots.
-    #[error("{value} lies outside the span of the knots [{}, {}]", .span[0], .span[1])]
+    #[error("{value} lies outside the span of the knots [{}, {}]", Shown(.span[0]), Shown(.span[1]), value = Shown(*.value))]
     OutsideKnots {
         /// Its abscissa.
         value: f64,

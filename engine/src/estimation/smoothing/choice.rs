@@ -19,6 +19,7 @@ use crate::{
         selection::selector::ParameterProblem,
         spec::{Criterion, Parameter},
     },
+    fault::words::Shown,
     numerics::{cancel, minimize, root},
 };
 
@@ -78,10 +79,13 @@ pub enum NoParameter {
     #[error("{} is not for a penalty on so many coefficients: gcv, discrepancy, l_curve and min_mse are", .0.name())]
     NotHere(Criterion),
     /// A given λ that is negative or not finite.
-    #[error("{0} is not a finite number ≥ 0")]
+    #[error("{} is not a finite number ≥ 0", Shown(*.0))]
     Negative(f64),
     /// Effective degrees of freedom that no λ gives.
-    #[error("{asked} effective degrees of freedom are not within {least} to {most}")]
+    #[error(
+        "{asked} effective degrees of freedom are not within {least} to {most}",
+        asked = Shown(*.asked), least = Shown(*.least), most = Shown(*.most)
+    )]
     Degrees {
         /// Those asked for.
         asked: f64,

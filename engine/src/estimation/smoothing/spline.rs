@@ -19,6 +19,7 @@ use super::{
 };
 use crate::numerics::cancel::Asking;
 use crate::{
+    fault::words::Shown,
     geometry::{
         BSplineBasis,
         curve::BSplineCurve,
@@ -112,7 +113,7 @@ pub enum SmoothingFault {
         index: usize,
     },
     /// A weight that is negative or not finite.
-    #[error("the weight {value} is negative or not finite; 0 leaves a point out")]
+    #[error("the weight {value} is negative or not finite; 0 leaves a point out", value = Shown(*.value))]
     Weight {
         /// Its index, from 0.
         index: usize,
@@ -120,7 +121,10 @@ pub enum SmoothingFault {
         value: f64,
     },
     /// An abscissa below the one before it.
-    #[error("abscissa {index} ({value}) lies below the one before it ({before}); the order of points is never changed")]
+    #[error(
+        "abscissa {index} ({value}) lies below the one before it ({before}); the order of points is never changed",
+        value = Shown(*.value), before = Shown(*.before)
+    )]
     Descending {
         /// Its index, from 0.
         index: usize,

@@ -103,8 +103,8 @@ pub enum CurveFault {
         value: f64,
     },
     /// Two neighbours so close that their difference has no correct digits in a double.
-    #[error("number {index} ({}) lies no more than {difference:e} above the one before it, which leaves a double no \
-        digits", Shown(*.value))]
+    #[error("number {index} ({}) lies no more than {difference} above the one before it, which leaves a double no \
+        digits", Shown(*.value), difference = Shown(*.difference))]
     TooClose {
         /// The list that the fault is in.
         part: Part,
@@ -176,7 +176,10 @@ pub enum CurveFault {
     #[error("{0}")]
     Controls(#[from] ControlFault),
     /// A periodic curve whose nodes do not close.
-    #[error("a periodic curve ends where it starts, but node {index} differs from node 0 by {difference:e}")]
+    #[error(
+        "a periodic curve ends where it starts, but node {index} differs from node 0 by {difference}",
+        difference = Shown(*.difference)
+    )]
     NotPeriodic {
         /// The list that the fault is in.
         part: Part,
@@ -221,7 +224,7 @@ pub enum CurveFault {
         index: usize,
     },
     /// The computed curve misses a node by more than rounding should.
-    #[error("by rounding alone the curve misses node {index} by {miss:e}")]
+    #[error("by rounding alone the curve misses node {index} by {miss}", miss = Shown(*.miss))]
     Misses {
         /// Index of the node, from 0.
         index: usize,
@@ -230,10 +233,9 @@ pub enum CurveFault {
     },
     /// An interpolating polynomial that double-double precision does not suffice for.
     #[error(
-        "in double-double precision the polynomial still misses node {index} by {miss:e}: too many nodes in this \
+        "in double-double precision the polynomial still misses node {index} by {miss}: too many nodes in this \
          order; \
-         use the barycentric form or a spline"
-    )]
+         use the barycentric form or a spline", miss = Shown(*.miss))]
     Unstable {
         /// Index of the node, from 0.
         index: usize,

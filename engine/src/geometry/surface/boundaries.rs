@@ -96,8 +96,8 @@ pub enum BoundaryFault {
         wanted_high: f64,
     },
     /// Two borders that do not meet at their corner.
-    #[error("borders u{i} and v{j} are {gap:e} apart at their corner, more than {tolerance:e}", i = corner[0],
-        j = corner[1])]
+    #[error("borders u{i} and v{j} are {gap} apart at their corner, more than {tolerance}", i = corner[0],
+        j = corner[1], gap = Shown(*.gap), tolerance = Shown(*.tolerance))]
     Corner {
         /// Indices (i, j) of the corner of borders uᵢ and vⱼ.
         corner: [usize; 2],
@@ -107,8 +107,9 @@ pub enum BoundaryFault {
         tolerance: f64,
     },
     /// A cross derivative that does not agree with the border that runs along it at a corner.
-    #[error("at the corner of u{i} and v{j} the cross derivative of {border} is {gap:e} off the border that runs \
-        there, more than {tolerance:e}", i = corner[0], j = corner[1])]
+    #[error("at the corner of u{i} and v{j} the cross derivative of {border} is {gap} off the border that runs \
+        there, more than {tolerance}", i = corner[0], j = corner[1], gap = Shown(*.gap),
+        tolerance = Shown(*.tolerance))]
     Cross {
         /// The border that the cross derivative belongs to.
         border: Border,
@@ -128,7 +129,7 @@ pub enum BoundaryFault {
         border: Border,
     },
     /// A tolerance that is negative or not finite.
-    #[error("a tolerance of {tolerance} is not a finite number ≥ 0")]
+    #[error("a tolerance of {tolerance} is not a finite number ≥ 0", tolerance = Shown(*.tolerance))]
     Tolerance {
         /// The tolerance.
         tolerance: f64,

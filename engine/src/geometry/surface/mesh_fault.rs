@@ -72,7 +72,10 @@ pub enum MeshFault {
         fault: CurveFault,
     },
     /// Two curves that do not meet where they cross.
-    #[error("curve {i} over v and curve {j} over u are {gap:e} apart where they cross, more than {tolerance:e}")]
+    #[error(
+        "curve {i} over v and curve {j} over u are {gap} apart where they cross, more than {tolerance}",
+        gap = Shown(*.gap), tolerance = Shown(*.tolerance)
+    )]
     Crossing {
         /// Index of the curve over v, from 0.
         i: usize,
