@@ -125,8 +125,8 @@ fn settings_are_told_by_traces_along_which_they_act() {
             assert_eq!(setting.undetermined, !told, "{} with {profiles:?}, {helices:?}", setting.name);
             assert!(told || setting.change == 0.0 && setting.std_error.is_none());
         }
-        let warning = solution.warnings.iter().find(|warning| warning.code == "undetermined_settings").unwrap();
-        assert!(warning.message.contains("of a trace"), "{}", warning.message);
+        let warning = solution.warnings.iter().find(|warning| warning.code() == "undetermined_settings").unwrap();
+        assert!(warning.to_string().contains("of a trace"), "{warning}");
     }
 }
 

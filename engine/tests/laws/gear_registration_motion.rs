@@ -149,7 +149,7 @@ proptest! {
             // what is shared between two motions says nothing of one of them
             prop_assert_eq!(moved.std_error.is_some(), moved.determined);
         }
-        prop_assert!(answer.warnings.iter().any(|warning| warning.code == "motions_indistinguishable"));
+        prop_assert!(answer.warnings.iter().any(|warning| warning.code() == "motions_indistinguishable"));
     }
 }
 

@@ -66,7 +66,7 @@ fn errors(answer: &Registration, pose: &Pose, period: f64) -> Vec<f64> {
 }
 
 fn has(answer: &Registration, code: &str) -> bool {
-    answer.warnings.iter().any(|warning| warning.code == code)
+    answer.warnings.iter().any(|warning| warning.code() == code)
 }
 
 proptest! {
@@ -142,7 +142,7 @@ fn large_motions_no_longer_end_on_wrong_flanks() {
         let worst = errors(&answer, &pose, gear.pitch_angle()).into_iter().fold(0.0, f64::max);
         assert!(worst < 4.0 && answer.converged, "{worst}");
         assert!(answer.rms_after < 1.0, "{}", answer.rms_after);
-        let codes: Vec<_> = answer.warnings.iter().map(|warning| warning.code).collect();
+        let codes: Vec<_> = answer.warnings.iter().map(|warning| warning.code()).collect();
         assert_eq!(codes[0], "rotation_modulo_pitch");
         assert_eq!(codes[1..].contains(&"flanks_reassigned"), reassigned, "{values:?}: {codes:?}");
         assert!(codes.len() <= 2, "{codes:?}");

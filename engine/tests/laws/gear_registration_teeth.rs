@@ -7,7 +7,7 @@ use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit_engine::gear::deviation::{MeasuredPoint, Measurement, Reference, measure};
 use flankfit_engine::gear::registration::{Motion, Pose, Registering, Registration, register_from, start};
-use flankfit_engine::gear::{Gear, Hand, Side};
+use flankfit_engine::gear::{Gear, Hand, Side, warning::Warning};
 use flankfit_engine::gear::{
     Refused,
     registration::fault::{RegistrationField, RegistrationRefused},
@@ -57,7 +57,7 @@ fn misname(gear: &Gear, touches: &mut [MeasuredPoint], k: usize, by: u32) {
 }
 
 fn codes(answer: &Registration) -> Vec<&'static str> {
-    answer.warnings.iter().map(|warning| warning.code).collect()
+    answer.warnings.iter().map(|warning| warning.code()).collect()
 }
 
 /// Shifts up to half a module, tilts up to 1 mrad, any rotation.
@@ -189,10 +189,11 @@ fn an_axial_shift_that_stands_for_a_rotation_is_said() {
     let touches = part(&gear, 4, &pose, &mut random);
     let answer = laid(&gear, &touches, &[Motion::AxialShift]).expect("a registration");
     assert!(answer.converged && answer.pose.get(Motion::AxialShift).abs() > 50_000.0, "{:?}", answer.pose);
-    let warning = answer.warnings.iter().find(|warning| warning.code == "axial_shift_for_rotation").expect("a warning");
-    let named = warning.message.split("rotation by ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a number");
-    let named: f64 = named.replace('−', "-").replace(',', "").parse().expect("a number");
-    assert!((named - turn).abs() < 100.0, "{}", warning.message);
+    let named = answer.warnings.iter().find_map(|warning| match warning {
+        Warning::AxialShiftForRotation { rotation, .. } => Some(*rotation),
+        _ => None,
+    });
+    assert!((named.expect("a warning") - turn).abs() < 100.0, "{named:?}");
     // a part that was only shifted is not doubted
     let pose = Pose { values: [0.0, 0.0, 900.0, 0.0, 0.0, 0.0], pivot: 22.0 };
     for told in [true, false] {

@@ -10,3 +10,4 @@ pub mod gear;
 pub mod notice;
 pub mod of_iteration;
 pub mod trace;
+mod warning;

@@ -18,7 +18,6 @@ use crate::estimation::{
     FitError, FitResult, FitSpec, Nodes, Unconverged, fit,
     spec::{Attraction, Count, ExpectedSize, JamesStein, Model, Regularization},
 };
-use crate::gear::warning::Warning;
 use crate::numerics::cancel;
 
 /// Which limit a setting stands at.
@@ -279,14 +278,4 @@ fn pull(correction: &Correction, change: &[f64]) -> Vec<f64> {
 fn remaining(correction: &Correction, change: &[f64]) -> f64 {
     let square = |k: &usize| correction.weight(*k) * correction.left_at(*k, change).powi(2);
     correction.counted().iter().map(square).sum()
-}
-
-/// What the answer says when fits with different settings at limits contradict each other.
-pub(super) fn unsettled() -> Warning {
-    Warning {
-        code: "limits_not_settled",
-        message: "regularised fits do not agree on which settings stay at their limits: the best point within them is \
-            answered"
-            .into(),
-    }
 }

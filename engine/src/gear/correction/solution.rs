@@ -3,7 +3,7 @@
 use super::{
     damping::Trust,
     gain::Gain,
-    limits::{Fitted, Limit, fit_free, least_change, stand, unsettled},
+    limits::{Fitted, Limit, fit_free, least_change, stand},
     problem::{Correction, Setting},
     rounding::rounded,
 };
@@ -161,7 +161,7 @@ impl Correction {
         let standing = stand(self, &unlimited, &pinned)?;
         let mut warnings = Vec::new();
         if !standing.settled {
-            warnings.push(unsettled());
+            warnings.push(Warning::LimitsNotSettled);
         }
         let change = rounded(self, &standing.change)?;
         let limited_fit = standing.fitted.map(|fitted| fitted.result);

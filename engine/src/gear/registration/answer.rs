@@ -16,7 +16,6 @@ use crate::{
         FitResult, FitSpec, fit,
         spec::{Estimator, Include, Regularization},
     },
-    fault::words::{Shown, counted},
     gear::deviation::{Deviations, Node},
     numerics::cancel::Asking,
 };
@@ -35,10 +34,7 @@ impl Part<'_> {
     ) -> Result<Registration, RegistrationRefused> {
         let mut warnings = Vec::new();
         if !converged {
-            warnings.push(Warning {
-                code: "registration_not_converged",
-                message: format!("the motions still changed after {iterations} iterations"),
-            });
+            warnings.push(Warning::RegistrationNotConverged(iterations));
         }
         let every_motion = if self.freedom.is_whole() { None } else { Some(self.every_motion(&pose, asked.spec)?) };
         let dependencies = &every_motion.as_ref().unwrap_or(&last).collinearity.near_dependencies;
@@ -54,25 +50,11 @@ impl Part<'_> {
             warnings.push(self.undetermined());
         }
         if self.freedom.columns.contains(&Column::Slide) {
-            warnings.push(Warning {
-                code: "axial_shift_by_modification",
-                message: format!(
-                    "axial_shift: {} µm are told by the modifications alone, which change along z; deviations of the \
-                     same \
-                     shape do the same. Leave it out of the motions to have `z_mm` without it",
-                    Shown((pose.get(Motion::AxialShift) * 10.0).round() / 10.0)
-                ),
-            });
+            warnings.push(Warning::AxialShiftByModification(pose.get(Motion::AxialShift)));
         }
         let dependent = Self::dependent(&last);
         if !dependent.is_empty() {
-            let names: Vec<&str> = dependent.iter().map(|motion| motion.name()).collect();
-            let message = format!(
-                "{}: these points do not tell them apart; their joint effect is shared between them by minimum norm, \
-                 and none has a standard error",
-                names.join(", ")
-            );
-            warnings.push(Warning { code: "motions_indistinguishable", message });
+            warnings.push(Warning::MotionsIndistinguishable(dependent));
         }
         let deviations = self.carried_back(&pose, &mut warnings);
         if let Some(start) = self.start {
@@ -131,17 +113,10 @@ impl Part<'_> {
     }
 
     fn undetermined(&self) -> Warning {
-        let message = if self.freedom.columns.contains(&Column::Screw) {
-            "rotation and axial_shift: a screw motion carries the flanks of a helical gear into themselves, and these \
-             points do not tell the two apart. Positions along z (`z_mm`) depend on how their joint effect is split: \
-             all \
-             of it is taken as rotation, the axial shift is left at 0, and neither has a standard error"
-        } else {
-            "axial_shift: the flanks of a spur gear are the same along the axis, and these points do not tell it; it \
-             is \
-             left at 0"
-        };
-        Warning { code: "motions_indistinguishable", message: message.into() }
+        match self.freedom.columns.contains(&Column::Screw) {
+            true => Warning::ScrewUndetermined,
+            false => Warning::AxialShiftUndetermined,
+        }
     }
 
     /// The motions that these points do not tell from others, though points elsewhere could.
@@ -206,14 +181,8 @@ impl Part<'_> {
                 }
             }
         }
-        if let Some((first, stray)) = lost.first() {
-            let count = counted(lost.len(), "node has", "nodes have");
-            warnings.push(Warning {
-                code: "nodes_lost",
-                message: format!(
-                    "{count} no place on the flank once carried back and are undefined; the first is {first}: {stray}"
-                ),
-            });
+        if let Some(&(first, reason)) = lost.first() {
+            warnings.push(Warning::NodesLost { count: lost.len(), first, reason });
         }
         back.strays.extend(lost);
         back

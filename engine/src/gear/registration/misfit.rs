@@ -9,7 +9,6 @@ use super::{
 };
 use crate::gear::warning::Warning;
 use crate::{
-    fault::words::{Shown, counted},
     gear::{Gear, deviation::Deviations},
     numerics::quantiles::median,
 };
@@ -28,41 +27,20 @@ const BEYOND: f64 = 0.02;
 pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if start.teeth_assumed {
-        warnings.push(Warning {
-            code: "rotation_modulo_pitch",
-            message: format!(
-                "no point tells its tooth, and a gear that is turned by whole pitches ({} µrad) looks the same: of all \
-                 such rotations the one \
-                 next to 0 is answered",
-                Shown((gear.pitch_angle() * 1e6).round())
-            ),
-        });
+        warnings.push(Warning::RotationModuloPitch(gear.pitch_angle() * 1e6));
     }
     if start.teeth_contradict > 0 {
-        let points =
-            counted(start.teeth_contradict, "point told to be of one tooth lies", "points told to be of one tooth lie");
-        let message =
-            format!("{points} on another, where most others lie on theirs; `tooth` says on which: see `teeth`");
-        warnings.push(Warning { code: "teeth_contradict", message });
+        warnings.push(Warning::TeethContradict(start.teeth_contradict));
     }
     if start.flanks_ambiguous {
-        warnings.push(Warning {
-            code: "flanks_ambiguous",
-            message: "the points fit other flanks about as well, with another motion; the smaller motion is answered. \
-                Say which flank each \
-                      point is of"
-                .to_owned(),
-        });
+        warnings.push(Warning::FlanksAmbiguous);
     }
     let open = |i: usize| start.touches.get(i).is_some_and(|touch| touch.side.is_none());
     let moved =
         after.nodes.iter().enumerate().filter(|(i, node)| node.counts() && open(*i) && start.left(*i, node.side));
     let moved = moved.count();
     if moved > 0 {
-        let points = counted(moved, "point belongs", "points belong");
-        let message =
-            format!("{points} to another flank than the one that was nearest before the part was laid in place");
-        warnings.push(Warning { code: "flanks_reassigned", message });
+        warnings.push(Warning::FlanksReassigned(moved));
     }
     warnings
 }
@@ -71,15 +49,8 @@ pub(super) fn of_start(gear: &Gear, start: &Start, after: &Deviations) -> Vec<Wa
 pub(super) fn of_axial_shift(gear: &Gear, freedom: &Freedom, pose: &Pose) -> Option<Warning> {
     let shift = pose.get(Motion::AxialShift);
     let alone = freedom.tells(Motion::AxialShift) && !freedom.motions.contains(&Motion::Rotation);
-    (alone && 1e-3 * shift.abs() > SHIFTS * gear.data().normal_module).then(|| Warning {
-        code: "axial_shift_for_rotation",
-        message: format!(
-            "axial_shift: {} µm do to the flanks of this helical gear what a rotation by {} µrad does, and rotation is \
-             not free: free it, alone or with the axial shift, if the part may be turned",
-            Shown((shift * 10.0).round() / 10.0),
-            Shown((-1e3 * shift * gear.turn_per_length()).round())
-        ),
-    })
+    (alone && 1e-3 * shift.abs() > SHIFTS * gear.data().normal_module)
+        .then(|| Warning::AxialShiftForRotation { shift, rotation: -1e3 * shift * gear.turn_per_length() })
 }
 
 /// What the deviations that are left say.
@@ -91,31 +62,15 @@ pub(super) fn of_part(gear: &Gear, after: &Deviations, rows: &[usize]) -> Vec<Wa
         rows.iter().map(|&i| (i, after.nodes[i].deviation / scale)).filter(|(_, d)| d.is_finite()).collect();
     let square: f64 = each.iter().map(|(_, d)| d * d).sum();
     let rms = (square / each.len().max(1) as f64).sqrt();
-    let tenth = |x: f64| Shown((x * 10.0).round() / 10.0);
     if rms > limit {
-        warnings.push(Warning {
-            code: "poor_fit",
-            message: format!(
-                "after the registration {} µm (rms) are left, more than any flank deviates by ({} µm): other motions, \
-                 other flanks or another \
-                 gear",
-                tenth(rms),
-                tenth(limit)
-            ),
-        });
+        warnings.push(Warning::PoorFit { rms, limit });
     }
     if !each.is_empty() {
         let middle = median(&mut each.iter().map(|(_, d)| *d).collect::<Vec<f64>>());
         let usual = 1.4826 * median(&mut each.iter().map(|(_, d)| (d - middle).abs()).collect::<Vec<f64>>());
         let mut far = each.iter().filter(|(_, d)| (d - middle).abs() > limit.max(THRESHOLD * usual)).peekable();
         if let Some((first, deviation)) = far.peek().copied().copied() {
-            let points = counted(far.count(), "point lies", "points lie");
-            let message = format!(
-                "{points} far from where the others fit; the first is {first}, with {} µm: dirt, another flank, or an \
-                 error of measurement",
-                tenth(deviation)
-            );
-            warnings.push(Warning { code: "points_misfit", message });
+            warnings.push(Warning::PointsMisfit { count: far.count(), first, deviation });
         }
     }
     let slack = BEYOND * gear.data().normal_module;
@@ -126,9 +81,7 @@ pub(super) fn of_part(gear: &Gear, after: &Deviations, rows: &[usize]) -> Vec<Wa
     });
     let beyond = beyond.count();
     if beyond > 0 {
-        let points = counted(beyond, "point lies", "points lie");
-        let message = format!("{points} beyond the tip or the root circle, where there is no flank");
-        warnings.push(Warning { code: "points_beyond_flank", message });
+        warnings.push(Warning::PointsBeyondFlank(beyond));
     }
     warnings
 }

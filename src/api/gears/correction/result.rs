@@ -29,7 +29,6 @@ use flankfit_engine::{
         Gear,
         correction::{Change, Correction, Limit, Predicted, Solution, Trust},
         evaluation::flank_surface::FlankFigures,
-        warning::Warning,
     },
 };
 
@@ -206,17 +205,14 @@ pub fn build(
     let read = request::read(text, nodes, measurand, gear)?.map_err(Problem::invalid)?;
     let Read { method, spec, flank, flank_assumed, include } = read;
     let correction = Correction::new(spec).map_err(Problem::invalid)?;
-    let mut solution = correction.solve().map_err(refused)?;
-    if flank_assumed {
-        solution.warnings.push(Warning { code: "flank_assumed", message: FLANK_ASSUMED.to_owned() });
-    }
+    let solution = correction.solve().map_err(refused)?;
     let spec = correction.asked();
     let of = |flank: &Flank, deviation: &[f64]| flank.figures(deviation, spec.weight.as_deref()).map(Into::into);
     let figures = flank.and_then(|flank| {
         let (before, after) = (of(&flank, &spec.deviation)?, of(&flank, &solution.predicted.deviation)?);
         Some(FiguresBeforeAfterBody { before, after })
     });
-    let result = write(&solution, figures, &canonical::request_sha256(text), include.fit)?;
+    let result = write(&solution, flank_assumed, figures, &canonical::request_sha256(text), include.fit)?;
     Ok((Built { method: method.to_owned(), result }, include))
 }
 
@@ -232,10 +228,11 @@ fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
 }
 
-/// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include`
-/// that of the fits.
+/// The whole of it as JSON, `nodes` and `result` too; `flank_assumed` says that nobody told which
+/// flank was measured, `digest` is that of the request, `include` that of the fits.
 pub fn write(
     solution: &Solution,
+    flank_assumed: bool,
     figures: Option<FiguresBeforeAfterBody>,
     digest: &str,
     include: Include,
@@ -251,10 +248,8 @@ pub fn write(
             sentence: group.sentence.clone(),
         })
         .collect();
-    let warnings: Vec<WarningBody> = warnings
-        .iter()
-        .map(|warning| WarningBody { code: warning.code.into(), message: warning.message.clone() })
-        .collect();
+    let assumed = flank_assumed.then(|| WarningBody { code: "flank_assumed".into(), message: FLANK_ASSUMED.into() });
+    let warnings: Vec<WarningBody> = warnings.iter().map(WarningBody::from).chain(assumed).collect();
     let text = |result| {
         let text = text::write(result, None, digest, include).map_err(Problem::internal)?;
         String::from_utf8(text).map_err(Problem::internal)

@@ -121,11 +121,7 @@ pub fn text(found: &Registration, digest: &str, include: Include) -> Result<Stri
             sentence: group.sentence.clone(),
         })
         .collect();
-    let warnings: Vec<WarningBody> = found
-        .warnings
-        .iter()
-        .map(|warning| WarningBody { code: warning.code.into(), message: warning.message.clone() })
-        .collect();
+    let warnings: Vec<WarningBody> = found.warnings.iter().map(WarningBody::from).collect();
     let fit = |result| {
         let text = text::write(result, None, digest, include).map_err(Problem::internal)?;
         String::from_utf8(text).map_err(Problem::internal)
