@@ -193,7 +193,7 @@ fn note(noted: &mut Noted, what: impl FnOnce() -> (String, String)) {
 
 /// An array of numbers that stands at `at`, known to be JSON.
 pub fn read_numbers(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<f64>> {
-    let numbers = read_array(slice, at, faults)?;
+    let numbers = read_array(slice, at, false, faults)?;
     if numbers.rows.is_some() {
         faults.push(format!("{at}/0"), "expected a number, found an array");
         return None;
@@ -204,7 +204,7 @@ pub fn read_numbers(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<f
 /// Rows of numbers that stand at `at`, known to be JSON: the numbers end to end and the lengths of
 /// the rows.
 pub fn read_rows(slice: &[u8], at: &str, faults: &mut Faults) -> Option<(Vec<f64>, Vec<usize>)> {
-    let numbers = read_array(slice, at, faults)?;
+    let numbers = read_array(slice, at, false, faults)?;
     match numbers.rows {
         Some(rows) => Some((numbers.values, rows)),
         None if numbers.values.is_empty() => Some((Vec::new(), Vec::new())),
@@ -215,10 +215,15 @@ pub fn read_rows(slice: &[u8], at: &str, faults: &mut Faults) -> Option<(Vec<f64
     }
 }
 
-fn read_array(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Numbers> {
+/// Heights that stand at `at`, known to be JSON, as numbers or in rows; `null` is NaN: missing.
+pub fn read_heights(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Numbers> {
+    read_array(slice, at, true, faults)
+}
+
+fn read_array(slice: &[u8], at: &str, null_is_missing: bool, faults: &mut Faults) -> Option<Numbers> {
     let before = faults.count();
     let numbers = Numbers::read(&mut Cursor::new(slice)).ok()?;
-    numbers.report(at, false, faults);
+    numbers.report(at, null_is_missing, faults);
     (faults.count() == before).then_some(numbers)
 }
 
@@ -240,5 +245,17 @@ mod tests {
         assert_eq!(read_rows(b"[[1, 2], [3]]", "/p", &mut faults), Some((vec![1.0, 2.0, 3.0], vec![2, 1])));
         assert!(read_rows(b"[1, 2]", "/p", &mut faults).is_none());
         assert_eq!(first(&faults), "/p/0");
+    }
+
+    #[test]
+    fn heights_stand_end_to_end_and_some_are_missing() {
+        let mut faults = Faults::default();
+        let rows = read_heights(b"[[1, null], [], [3]]", "/p", &mut faults).unwrap();
+        assert_eq!(rows.rows, Some(vec![2, 0, 1]));
+        assert!(rows.values[0] == 1.0 && rows.values[1].is_nan() && rows.values[2] == 3.0);
+        let flat = read_heights(b"[null, 2]", "/p", &mut faults).unwrap();
+        assert!(flat.rows.is_none() && flat.values[0].is_nan() && flat.values[1] == 2.0);
+        assert!(faults.is_empty() && read_heights(b"[[1], 2]", "/p", &mut faults).is_none());
+        assert_eq!(faults.list()[0].pointer, "/p/1");
     }
 }

@@ -184,11 +184,11 @@ async fn injected_slope_crowning_and_twist_come_back() {
     close(by_angle["roll_length_range_mm"][1].as_f64().unwrap(), 12.0, 1e-12);
     // what is wrong among the deviations is named where it stands
     for (deviations, pointer, said) in [
-        (json!([1.0, "x", 2.0]), "/deviation_um/1", r#"expected a number, found the string "x""#),
+        (json!([1.0, "x", 2.0]), "/deviation_um/1", "expected a number, found a string"),
         (json!([null, [1.0]]), "/deviation_um/1", "expected a number, found an array"),
-        (json!([[1.0, true]]), "/deviation_um/0/1", "expected a number, found true"),
-        (json!([[1.0], 2.0]), "/deviation_um/1", "expected an array, found 2"),
-        (json!({}), "/deviation_um", "expected an array, found an object"),
+        (json!([[1.0, true]]), "/deviation_um/0/1", "expected a number, found a boolean"),
+        (json!([[1.0], 2.0]), "/deviation_um/1", "expected a row of numbers, found a number"),
+        (json!({}), "/deviation_um", "expected an array of numbers, found an object"),
     ] {
         let mut wrong = request.clone();
         wrong["deviation_um"] = deviations;

@@ -16,7 +16,12 @@ use crate::api::{
         reader::fields::{self, FitFields},
     },
     gears::{faults, gear::GearBody},
-    json::{members::of_request, request::request, value::read_value, writer::Json},
+    json::{
+        members::of_request,
+        numbers::{Numbers, read_heights},
+        request::request,
+        writer::Json,
+    },
     measurand::{profile_axis::ProfileAxisName, side::SideName},
     problem::Problem,
 };
@@ -124,23 +129,6 @@ pub struct FlankNodesBody {
     pub used: usize,
 }
 
-/// Deviations as they were posted.
-enum Posted {
-    Rows(Vec<Vec<Option<f64>>>),
-    Numbers(Vec<Option<f64>>),
-}
-
-impl Posted {
-    /// Rows where the first entry is an array, so that what is wrong is named where it stands.
-    fn read(text: &[u8], at: &str, faults: &mut Faults) -> Option<Self> {
-        let first = text.iter().skip(1).find(|byte| !byte.is_ascii_whitespace());
-        match first {
-            Some(b'[') => read_value(text, at, faults).map(Posted::Rows),
-            _ => read_value(text, at, faults).map(Posted::Numbers),
-        }
-    }
-}
-
 /// Answers a request; `own` is the gear of the job that the nodes belong to. Processor work.
 pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let mut faults = Faults::default();
@@ -153,7 +141,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let side = members.flank.required(&mut faults);
     let profile = members.profile.required(&mut faults);
     let z = members.z_mm.required(&mut faults);
-    let posted = members.deviation_um.required_with(&mut faults, Posted::read);
+    let posted = members.deviation_um.required_with(&mut faults, read_heights);
     let axis = members.profile_axis.read(&mut faults).unwrap_or_default();
     let border = members.border_percent.read(&mut faults).unwrap_or_default();
     let sign = members.sign.read(&mut faults);
@@ -166,12 +154,19 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     else {
         return Err(Problem::invalid(faults));
     };
-    let grid = matches!(posted, Posted::Rows(_));
-    let deviation = flat(posted, z.len(), &mut faults);
+    let Numbers { values: deviation, rows, .. } = posted;
+    check_rows(rows.as_deref().unwrap_or_default(), z.len(), &mut faults);
     faults.into_result(()).map_err(Problem::invalid)?;
     let profile: Vec<f64> = profile.into_iter().map(|x| axis.value(x)).collect();
     let profile_range = profile_range.map(|range: [f64; 2]| range.map(|x| axis.value(x)));
-    let nodes = FlankNodes { axis: axis.into(), profile: &profile, z: &z, deviation: &deviation, valid: None, grid };
+    let nodes = FlankNodes {
+        axis: axis.into(),
+        profile: &profile,
+        z: &z,
+        deviation: &deviation,
+        valid: None,
+        grid: rows.is_some(),
+    };
     let settings = SurfaceSettings {
         side: side.into(),
         profile_range,
@@ -187,17 +182,10 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     Ok(Built { method: "second_order_surface".to_owned(), result })
 }
 
-/// Row by row; rows of another length than z are faults.
-fn flat(posted: Posted, columns: usize, faults: &mut Faults) -> Vec<f64> {
-    let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
-    match posted {
-        Posted::Numbers(numbers) => numbers.into_iter().map(number).collect(),
-        Posted::Rows(rows) => {
-            for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
-                faults.push(format!("/deviation_um/{i}"), format!("{} for {columns} z", entries(row.len())));
-            }
-            rows.into_iter().flatten().map(number).collect()
-        }
+/// Rows of another length than z are faults.
+fn check_rows(lengths: &[usize], columns: usize, faults: &mut Faults) {
+    for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != columns) {
+        faults.push(format!("/deviation_um/{i}"), format!("{} for {columns} z", entries(*length)));
     }
 }
 
