@@ -18,7 +18,7 @@ pub mod columns;
 pub mod condition;
 pub mod dd;
 pub(crate) mod dispatch;
-pub mod fisher;
+pub mod distribution;
 pub mod givens;
 mod inverse;
 pub mod jacobi;

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use super::flank_surface::{Sample, Through, through};
 use crate::{
     gear::Kind,
-    numerics::{cancel::Asking, fisher, qr_with_rhs},
+    numerics::{cancel::Asking, distribution::fisher, qr_with_rhs},
 };
 
 /// What the traces contradict the surface by, rms in µm.

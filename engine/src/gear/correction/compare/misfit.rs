@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::counted::Counted;
-use crate::numerics::fisher;
+use crate::numerics::distribution::fisher;
 
 /// 0.999 quantile of the standard normal distribution, one-sided.
 const ONE_SIDED: f64 = 3.090_232_306_167_813;

@@ -1,7 +1,7 @@
 //! β: how much of the predicted change came.
 
 use super::{answer::Verdict, comparison::Comparison, counted::Counted, misfit::TAIL};
-use crate::{gear::correction::solution::Noise, numerics::fisher};
+use crate::{gear::correction::solution::Noise, numerics::distribution::fisher};
 
 /// 0.999 quantile of the standard normal distribution, two-sided.
 const TWO_SIDED: f64 = 3.290_526_731_491_894;

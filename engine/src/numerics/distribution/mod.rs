@@ -1,0 +1,13 @@
+//! Distributions behind intervals and tests: normal, Student's t, Fisher's F, χ².
+//!
+//! Tails are upper tails, since those are small where they are asked for: `P(T > t)` keeps its
+//! digits where `1 - P(T ≤ t)` has none left. Logarithms, exponentials and the error function are
+//! libm's, which answers the same bits on every machine.
+
+mod beta;
+pub mod chi_squared;
+pub mod fisher;
+pub mod normal;
+pub mod student;
+
+pub use student::Student;
