@@ -5,6 +5,7 @@ pub use super::{
     design::reason::{Bound, ModelReason},
     diagnostics::reason::RangeReason,
     filtering::reason::FilterReason,
+    inference::reason::InferenceReason,
     near::reason::{NearReason, OpenCoefficient},
     recursive::reason::StreamReason,
     regularized::reason::{Kept, RegularizationReason},
@@ -119,6 +120,12 @@ pub enum Field {
     NoiseSigma,
     /// Uncertainty of the nodes.
     NodeUncertainty,
+    /// The level of intervals.
+    Level,
+    /// The level of predictions.
+    PredictLevel,
+    /// Where heights are asked for.
+    PredictAt,
     /// What is answered only when asked for.
     Include,
     /// The filters.
@@ -217,6 +224,9 @@ pub enum Reason {
     /// What is wrong with a filter.
     #[error(transparent)]
     Filter(#[from] FilterReason),
+    /// What is wrong with intervals and predictions.
+    #[error(transparent)]
+    Inference(#[from] InferenceReason),
     /// What is wrong with a stream.
     #[error(transparent)]
     Stream(#[from] StreamReason),

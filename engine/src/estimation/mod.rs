@@ -12,6 +12,7 @@ mod factor;
 pub mod fault;
 mod filtering;
 mod fit;
+pub mod inference;
 pub mod near;
 mod problem;
 pub mod randomization;

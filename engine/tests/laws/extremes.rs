@@ -5,8 +5,8 @@ use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit_engine::estimation::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 use flankfit_engine::estimation::spec::{
-    Count, Criterion, Degree, Domain, Estimator, ExpectedSize, FitSpec, Include, Knots, Model, NodeUncertainty,
-    Parameter, PolynomialBasis, Regularization, Scaling, Scheme, Terms,
+    Count, Criterion, Degree, Domain, Estimator, ExpectedSize, FitSpec, Include, Kinds, Knots, Model, NodeUncertainty,
+    Parameter, Places, PolynomialBasis, Predict, Regularization, Scaling, Scheme, Terms,
 };
 use flankfit_engine::estimation::{FitResult, Nodes, fit};
 use proptest::prelude::*;
@@ -104,6 +104,22 @@ fn filters(random: &mut Random, nodes: &Nodes) -> Vec<Filter> {
     }
 }
 
+/// Everywhere that can be asked for.
+fn predict(nodes: &Nodes) -> Option<Predict> {
+    let at = match nodes {
+        Nodes::Curve(curve) => Places::Curve(curve.x().to_vec()),
+        Nodes::Grid(grid) => Places::Grid { u: grid.u().to_vec(), v: grid.v().to_vec() },
+        Nodes::Scattered(scattered) => Places::Points { u: scattered.u().to_vec(), v: scattered.v().to_vec() },
+        Nodes::Matrix(_) => return None,
+    };
+    Some(Predict {
+        at,
+        level: None,
+        kinds: Kinds { confidence: true, prediction: true, simultaneous: true },
+        slopes: true,
+    })
+}
+
 fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
     let parameter = |random: &mut Random| match random.below(7) {
         6 => Parameter::Fixed([1e-8, 1.0, 1e-200, 1e200, 0.03][random.below(5)]),
@@ -133,6 +149,8 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
             _ => ExpectedSize::Within((0..6).map(|_| number(random, wildness).abs()).collect()),
         },
         noise_sigma: some(random).then(|| number(random, wildness).abs() + f64::MIN_POSITIVE),
+        level: [0.95, 0.51, 0.999_999][random.below(3)],
+        predict: predict(nodes),
         node_uncertainty: some(random).then_some(NodeUncertainty { position: 1e-3, height: 1e-4 }),
         filters: filters(random, nodes),
         include: Include {
@@ -143,6 +161,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
             ridge_trace: false,
             robust_weights: true,
             peaks: true,
+            covariance: true,
         },
     }
 }

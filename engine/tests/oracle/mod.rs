@@ -4,6 +4,7 @@
 //! two-sided Jacobi, exactly what the crate must not do.
 
 pub mod big;
+pub mod coverage;
 pub mod design;
 pub mod matrix;
 pub mod random;

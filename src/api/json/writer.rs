@@ -199,6 +199,12 @@ impl Object<'_> {
         self
     }
 
+    /// Intervals `[low, high]`.
+    pub fn pairs(&mut self, name: &'static str, pairs: &[[f64; 2]]) -> &mut Self {
+        self.key(name).entries(pairs, |out, pair| out.row(pair));
+        self
+    }
+
     /// Values of a curve or surface: numbers, or points of `width` coordinates that stand end to
     /// end.
     pub fn values(&mut self, name: &'static str, width: usize, flat: &[f64]) -> &mut Self {

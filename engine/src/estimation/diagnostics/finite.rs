@@ -7,7 +7,7 @@ use super::reason::RangeReason;
 use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     error::FitError,
-    result::{CollinearityReport, FilteringReport, FitResult, Warning},
+    result::{CollinearityReport, Covariance, FilteringReport, FitResult, Interval, Predictions, Warning},
 };
 
 /// Names of figures that were left out.
@@ -16,7 +16,11 @@ struct Dropped(Vec<&'static str>);
 
 impl Dropped {
     fn look_at(&mut self, name: &'static str, value: &mut Option<f64>) {
-        if value.is_some_and(|x| !x.is_finite()) {
+        self.unless(name, value, |x| x.is_finite());
+    }
+
+    fn unless<T>(&mut self, name: &'static str, value: &mut Option<T>, sound: impl Fn(&T) -> bool) {
+        if value.as_ref().is_some_and(|x| !sound(x)) {
             *value = None;
             if !self.0.contains(&name) {
                 self.0.push(name);
@@ -126,6 +130,11 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     if regularization.lambda_star_interval.is_some_and(|ends| !ends.into_iter().all(f64::is_finite)) {
         regularization.lambda_star_interval = None;
     }
+    for c in &mut result.coefficients {
+        dropped.unless("interval", &mut c.interval, Interval::is_finite);
+    }
+    dropped.unless("covariance", &mut result.covariance, Covariance::is_finite);
+    dropped.unless("predictions", &mut result.predictions, Predictions::is_finite);
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
         return Err(Faults::one(Field::Regularization, RangeReason::Eigenvalue).into());

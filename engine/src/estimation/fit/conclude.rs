@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::predict::check;
 use crate::{
     estimation::{
         data::{Heights, Nodes, Sample},
@@ -64,6 +65,7 @@ pub(super) fn conclude(
     frame: &Frame,
     robust: Option<&RobustSolution>,
 ) -> Result<FitResult, FitError> {
+    check(linear.design, spec)?;
     let mut warnings = robust.map_or_else(Vec::new, |robust| robust.estimate.warnings.clone());
     let solved = Solved::new(linear, heights, spec, frame, robust, &mut warnings)?;
     let mut applied = solved.regularized(&mut warnings)?;
@@ -72,6 +74,7 @@ pub(super) fn conclude(
     let spectrum = spectrum_report(&solved.spectrum, &frame.columns, regularized);
     let perturbation = solved.perturbation(spectrum.condition, applied.after.take(), &mut warnings);
     let correct_digits = solved.correct_digits(&applied, &mut warnings);
+    let (covariance, predictions) = solved.forms(&applied, &mut warnings);
     let values = applied.residuals.values.take();
     let result = FitResult {
         coefficients: solved.coefficients(&applied),
@@ -87,6 +90,8 @@ pub(super) fn conclude(
         regularization: applied.regularization,
         bias: applied.bias,
         filtering: None,
+        covariance,
+        predictions,
         lambda_curve: applied.curve,
         ridge_trace: applied.trace,
         matrix_b: applied.matrix_b,
@@ -97,22 +102,22 @@ pub(super) fn conclude(
 }
 
 /// The least-squares problem along the directions of its columns, before it is regularised.
-struct Solved<'a> {
-    linear: &'a LinearProblem<'a>,
-    heights: &'a Heights,
-    spec: &'a FitSpec,
-    frame: &'a Frame,
-    robust: Option<&'a RobustSolution<'a>>,
+pub(super) struct Solved<'a> {
+    pub(super) linear: &'a LinearProblem<'a>,
+    pub(super) heights: &'a Heights,
+    pub(super) spec: &'a FitSpec,
+    pub(super) frame: &'a Frame,
+    pub(super) robust: Option<&'a RobustSolution<'a>>,
     /// Σw of the problem that is solved.
-    weight: f64,
-    spectrum: Spectrum,
-    least_squares: LeastSquares,
-    degrees_of_freedom: usize,
+    pub(super) weight: f64,
+    pub(super) spectrum: Spectrum,
+    pub(super) least_squares: LeastSquares,
+    pub(super) degrees_of_freedom: usize,
     /// `Σ w r²` of plain least squares, and the σ̂ that follows from it.
-    least_squares_rss: f64,
-    sigma: Option<f64>,
+    pub(super) least_squares_rss: f64,
+    pub(super) sigma: Option<f64>,
     /// σ of a height of weight 1 in the problem that is solved.
-    noise: Option<f64>,
+    pub(super) noise: Option<f64>,
 }
 
 impl<'a> Solved<'a> {
@@ -252,6 +257,7 @@ impl<'a> Solved<'a> {
 
     fn coefficients(&self, applied: &Applied) -> Vec<Coefficient> {
         let design = self.linear.design;
+        let mut intervals = self.intervals(applied).into_iter();
         let (plain, leverage) = match self.robust {
             Some(RobustSolution { plain, .. }) => (&plain.coefficients, &plain.leverage),
             None => (&self.least_squares.coefficients, &applied.estimate.leverage),
@@ -278,6 +284,7 @@ impl<'a> Solved<'a> {
                 least_squares: plain[j],
                 least_squares_std_error: self.sigma.map(|s| s * leverage[j]),
                 bias_bound: applied.bounds[j],
+                interval: intervals.next().flatten(),
             })
             .collect()
     }

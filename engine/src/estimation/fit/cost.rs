@@ -46,6 +46,7 @@ fn is_usual(spec: &FitSpec) -> bool {
         coefficient_norm_limit: spec.coefficient_norm_limit,
         noise_sigma: spec.noise_sigma,
         node_uncertainty: spec.node_uncertainty,
+        level: spec.level,
         include: Include { residuals: spec.include.residuals, ..Include::default() },
         ..FitSpec::new(spec.model.clone())
     };

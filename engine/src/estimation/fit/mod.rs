@@ -2,7 +2,11 @@
 
 mod conclude;
 mod cost;
+mod forms;
+mod inferred;
+mod intervals;
 mod plan;
+mod predict;
 mod run;
 
 pub(crate) use conclude::report;

@@ -1,5 +1,6 @@
 //! What a regularisation is given, and what it answers.
 
+use super::linear_map::LinearMap;
 use crate::estimation::{
     diagnostics::perturbation,
     estimate::{Estimate, LeastSquares},
@@ -131,4 +132,6 @@ pub(crate) struct Applied {
     pub matrix_b: Option<Vec<Vec<f64>>>,
     /// What perturbation bounds need; `None` where the estimate is not that of one matrix `X + B`.
     pub after: Option<perturbation::Estimate>,
+    /// How the estimate follows from least squares.
+    pub map: LinearMap,
 }

@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 use super::{
     bias,
     context::{Applied, Context},
+    linear_map::LinearMap,
     report::{regularized_spectrum, report},
     trace,
 };
@@ -64,6 +65,7 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
             largest: filtered.iter().map(|f| f.eigenvalue).fold(0.0, f64::max),
             norm: spectrum.a.iter().zip(&filtered).map(|(a, f)| (a * f.factor).powi(2)).sum::<f64>().sqrt(),
         }),
+        map: LinearMap::Eigenvectors { removed: filtered.iter().map(|f| f.removed).collect() },
         estimate,
         residuals,
         spectrum: spectrum_after,

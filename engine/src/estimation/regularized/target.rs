@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 
 use super::{
     context::{Applied, Context},
+    linear_map::{LinearMap, TargetBias},
     report::{regularized_spectrum, report},
 };
 use crate::{
@@ -151,32 +152,41 @@ impl<'a> AttractionTarget<'a> {
     fn bounds(&self, c: f64, r: f64, directions: &DMatrix<f64>) -> (f64, Vec<f64>) {
         let removed = (1.0 - c).abs();
         let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
-        let rows = || (0..directions.nrows()).map(|j| directions.row(j));
-        match &self.mean {
-            // reached by the A of length r that lies opposite to T
-            None => (
-                removed * (r + norm(&mut self.along.iter().copied())),
-                rows()
-                    .map(|row| {
-                        let target: f64 = row.iter().zip(&self.along).map(|(x, t)| x * t).sum();
-                        removed * (r * norm(&mut row.iter().copied()) + target.abs())
-                    })
-                    .collect(),
-            ),
+        let bias = self.bias();
+        let whole = match &bias.mean {
+            None => removed * (r + norm(&mut bias.target.iter().copied())),
             // ‖I − Π‖ = ‖Π‖ for a projection that is neither 0 nor I
-            Some(constant) => {
-                let kappa = &constant.along;
-                let h: Vec<f64> = (0..kappa.len())
-                    .map(|i| self.context.spectrum.lambda[i] * kappa[i] / self.context.weight)
-                    .collect();
-                let stretch = norm(&mut kappa.iter().copied()) * norm(&mut h.iter().copied());
-                let each = rows().map(|row| {
-                    let share: f64 = row.iter().zip(kappa).map(|(x, k)| x * k).sum();
-                    removed * r * norm(&mut row.iter().zip(&h).map(|(x, h)| x - share * h))
-                });
-                (removed * r * stretch, each.collect())
+            Some((kappa, h)) => removed * r * norm(&mut kappa.iter().copied()) * norm(&mut h.iter().copied()),
+        };
+        let each = directions.row_iter().map(|row| bias.of(removed, r, &row.iter().copied().collect::<Vec<_>>()));
+        (whole, each.collect())
+    }
+
+    /// What bounds the bias.
+    fn bias(&self) -> TargetBias {
+        let h = |kappa: &[f64]| {
+            let entries = kappa.iter().zip(&self.context.spectrum.lambda);
+            entries.map(|(kappa, lambda)| lambda * kappa / self.context.weight).collect()
+        };
+        let mean = self.mean.as_ref().map(|constant| (constant.along.clone(), h(&constant.along)));
+        TargetBias { target: self.along.clone(), mean }
+    }
+
+    /// The direction that is estimated without shrinkage, in Q's coordinates, of length 1: that of
+    /// the constant.
+    fn kept(&self) -> Option<Vec<f64>> {
+        let factor = self.context.linear.factor;
+        let mut image: Vec<Dd> = match (&self.mean, &self.context.columns.constant) {
+            (Some(constant), _) => constant.caller.iter().map(|&x| Dd::from(x)).collect(),
+            (None, Some(constant)) => {
+                (0..factor.size()).map(|j| if j == constant.index { Dd::ONE } else { Dd::ZERO }).collect()
             }
-        }
+            (None, None) => return None,
+        };
+        multiply_upper_vector(&factor.change, &mut image);
+        multiply_upper_vector(&factor.r, &mut image);
+        let length = image.iter().fold(Dd::ZERO, |sum, &x| sum + x * x).sqrt();
+        Some(image.iter().map(|&x| (x / length).to_f64()).collect())
     }
 
     /// The estimate with factor `c`, `factors` standing for it in the answer.
@@ -215,6 +225,7 @@ impl<'a> AttractionTarget<'a> {
             matrix_b: None,
             // the factor follows the nodes
             after: None,
+            map: LinearMap::Toward { factor: c, kept: self.kept(), bias: self.bias(), working },
             estimate,
         }
     }

@@ -19,6 +19,7 @@ use nalgebra::DMatrix;
 
 use super::{
     context::{Applied, Context},
+    linear_map::LinearMap,
     oblique::Oblique,
     oblique_choice::{self, SelectedPenalty},
     pair::{Pair, PairFault, product},
@@ -98,6 +99,15 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
         estimate.directions = along;
     }
     let residuals = linear.of_working(&working, spec.include.residuals);
+    let map = match chosen {
+        Some(lambda) => LinearMap::Oblique {
+            images: pair.u.columns(0, size).map(|x| x.to_f64()),
+            removed: (0..size).map(removed).collect(),
+            removal: oblique.removal(lambda),
+            working,
+        },
+        None => LinearMap::Eigenvectors { removed: vec![0.0; spectrum.lambda.len()] },
+    };
     let r = context.norm_limit(context.norm_of(&estimate.coefficients), warnings);
     let (sharp, bounds) = bounds(context, &oblique, chosen, r);
     context.judge(&selection.choices, &figures, warnings);
@@ -126,6 +136,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
         trace: None,
         matrix_b: None,
         after: None,
+        map,
         estimate,
     })
 }

@@ -8,6 +8,7 @@
 use super::{
     bias,
     context::{Applied, Context},
+    linear_map::LinearMap,
     reason::{Kept, RegularizationReason},
     report::{condition, report},
 };
@@ -93,6 +94,7 @@ pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>)
         matrix_b: None,
         // the subspace that is kept turns with the nodes: the bounds for X + B say nothing of it
         after: None,
+        map: LinearMap::Eigenvectors { removed: filtered.iter().map(|f| f.removed).collect() },
         estimate,
     })
 }

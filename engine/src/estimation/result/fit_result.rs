@@ -6,6 +6,7 @@ use super::{
     accuracy::{Numerics, PerturbationReport},
     collinearity::CollinearityReport,
     filtering::FilteringReport,
+    prediction::{Covariance, Predictions},
     regularization::{BiasReport, LambdaCurvePoint, RegularizationReport, RidgeTracePoint},
     residuals::ResidualReport,
     robust::RobustReport,
@@ -44,6 +45,10 @@ pub struct FitResult {
     pub matrix_b: Option<Vec<Vec<f64>>>,
     /// Present when filters were asked for.
     pub filtering: Option<FilteringReport>,
+    /// Present when `covariance` was included and there is an estimate of the noise.
+    pub covariance: Option<Covariance>,
+    /// Present when heights were asked for at places.
+    pub predictions: Option<Predictions>,
     /// Arithmetic and correct digits.
     pub numerics: Numerics,
     /// What a reader must know of this fit.

@@ -4,6 +4,8 @@ mod accuracy;
 mod collinearity;
 mod filtering;
 mod fit_result;
+mod interval;
+mod prediction;
 mod regularization;
 mod residuals;
 mod robust;
@@ -15,6 +17,8 @@ pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport}
 pub use collinearity::{CollinearityReport, ColumnCollinearity, NearDependency};
 pub use filtering::{ColumnFigures, FilterReport, FilteringReport, IterationReport};
 pub use fit_result::FitResult;
+pub use interval::{Interval, IntervalKind};
+pub use prediction::{Covariance, Predictions, Simultaneous, Slopes};
 pub use regularization::{
     BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationKind, RegularizationReport, RidgeTracePoint,
 };

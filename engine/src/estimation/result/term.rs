@@ -1,5 +1,7 @@
 //! Coefficients and how they are addressed.
 
+use super::interval::Interval;
+
 /// How a coefficient is addressed: exactly one of the three.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TermKey {
@@ -28,4 +30,7 @@ pub struct Coefficient {
     pub least_squares_std_error: Option<f64>,
     /// Sharp bound on |Â − Â_B| of this coefficient, given r.
     pub bias_bound: f64,
+    /// Confidence interval of the coefficient; `None` without an estimate of the noise, and where
+    /// nodes and norm limit leave it free.
+    pub interval: Option<Interval>,
 }

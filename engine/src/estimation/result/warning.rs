@@ -2,7 +2,10 @@
 
 use std::fmt;
 
-use crate::{estimation::spec::Criterion, fault::words::Shown};
+use crate::{
+    estimation::spec::Criterion,
+    fault::words::{Shown, counted},
+};
 
 /// Something that the reader of an answer must know.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -243,6 +246,15 @@ pub enum Warning {
         "without noise least squares is exact, and nothing that randomising does can be better: there is no optimum"
     )]
     NoNoise,
+    /// Predictions and covariances of coefficients that the nodes leave free.
+    #[error("the nodes do not determine every coefficient, so that heights elsewhere and covariances have no limit")]
+    NoPredictions,
+    /// Places outside the domain.
+    #[error(
+        "{} outside the domain: nothing was measured there, and the bands hold only if the model does",
+        counted(*.0, "place lies", "places lie")
+    )]
+    OutsideDomain(usize),
 }
 
 impl Warning {
@@ -286,6 +298,8 @@ impl Warning {
             NoStandardErrors(_) => "no_standard_errors",
             DependentLevels(_) => "dependent_columns",
             NoNoise => "no_noise",
+            NoPredictions => "no_predictions",
+            OutsideDomain(_) => "outside_domain",
         }
     }
 }

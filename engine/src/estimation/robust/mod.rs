@@ -34,3 +34,4 @@ mod vertex;
 
 pub(crate) use estimate::{RobustEstimate, RobustSolution, estimate};
 pub(crate) use outcome::Measured;
+pub(crate) use spread::Spread;

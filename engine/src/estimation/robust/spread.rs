@@ -63,8 +63,37 @@ impl Spread {
     ) -> Vec<Option<f64>> {
         use RegularizationKind::{None as Plain, Ridge, Spectral, TruncatedSvd};
         let n = estimate.coefficients.len();
-        let along_eigenvectors = matches!(regularization.kind, Plain | Spectral | Ridge | TruncatedSvd);
-        let factors = Some(&regularization.filter_factors).filter(|_| along_eigenvectors);
+        if matches!(regularization.kind, Plain | Spectral | Ridge | TruncatedSvd) {
+            return self.filtered(n, Some(&regularization.filter_factors), spectrum, columns, factor);
+        }
+        let mut errors = self.filtered(n, None, spectrum, columns, factor);
+        for (j, error) in errors.iter_mut().enumerate() {
+            let shrunk = estimate.spread[j] / estimate.leverage[j];
+            *error = error.map(|e| e * shrunk).filter(|e| e.is_finite());
+        }
+        errors
+    }
+
+    /// Standard errors of the n coefficients before they are regularised.
+    pub(crate) fn of_unregularized(
+        &self,
+        n: usize,
+        spectrum: &Spectrum,
+        columns: &ScaledColumns,
+        factor: &Factor,
+    ) -> Vec<Option<f64>> {
+        self.filtered(n, None, spectrum, columns, factor)
+    }
+
+    /// Those of the estimate that `factors` filter along the eigenvectors.
+    fn filtered(
+        &self,
+        n: usize,
+        factors: Option<&[f64]>,
+        spectrum: &Spectrum,
+        columns: &ScaledColumns,
+        factor: &Factor,
+    ) -> Vec<Option<f64>> {
         let directions = directions(columns, &spectrum.v, n);
         let constant = columns.constant.as_ref().map(|constant| {
             let all = caller_columns(factor);
@@ -84,23 +113,40 @@ impl Spread {
                 {
                     row.iter_mut().zip(column).for_each(|(r, x)| *r += x / length_squared);
                 }
-                let shrunk = if along_eigenvectors { 1.0 } else { estimate.spread[j] / estimate.leverage[j] };
-                self.of_row(row).map(|e| e * shrunk).filter(|e| e.is_finite())
+                self.of_row(row).filter(|e| e.is_finite())
             })
             .collect()
     }
 
     /// √ of the variance of a linear form, given in Q's coordinates of the problem that was solved.
-    fn of_row(&self, mut row: Vec<f64>) -> Option<f64> {
+    pub(crate) fn of_row(&self, row: Vec<f64>) -> Option<f64> {
         let tau = self.dispersion?;
-        if let Some(turn) = &self.turn {
-            row = turn.column_iter().map(|column| dot(column.as_slice(), &row)).collect();
-        }
+        let row = self.turned(row);
         let mut variance = tau * tau * dot(&row, &row);
         if let Some(along) = &self.along {
             let share = dot(&row, &along.direction);
             variance += (along.dispersion * along.dispersion - tau * tau) * share * share;
         }
         Some(variance.max(0.0).sqrt())
+    }
+
+    /// A vector whose products with those of other forms are their covariances.
+    pub(crate) fn root_of_row(&self, row: Vec<f64>) -> Option<Vec<f64>> {
+        let tau = self.dispersion?;
+        let mut row = self.turned(row);
+        let share = self.along.as_ref().map_or(0.0, |along| dot(&row, &along.direction));
+        row.iter_mut().for_each(|x| *x *= tau);
+        if let Some(along) = &self.along {
+            let more = (along.dispersion - tau) * share;
+            row.iter_mut().zip(&along.direction).for_each(|(x, d)| *x += more * d);
+        }
+        Some(row)
+    }
+
+    fn turned(&self, row: Vec<f64>) -> Vec<f64> {
+        match &self.turn {
+            Some(turn) => turn.column_iter().map(|column| dot(column.as_slice(), &row)).collect(),
+            None => row,
+        }
     }
 }

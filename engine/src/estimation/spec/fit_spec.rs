@@ -4,8 +4,12 @@ use super::{
     estimator::Estimator,
     filter::Filter,
     model::{Domain, Model, Scaling},
+    predict::Predict,
     regularization::Regularization,
 };
+
+/// Level of confidence intervals where none is told.
+pub const DEFAULT_LEVEL: f64 = 0.95;
 
 /// Everything about a fit but the nodes.
 ///
@@ -51,6 +55,10 @@ pub struct FitSpec {
     pub noise_sigma: Option<f64>,
     /// Standard uncertainties of the nodes; with them perturbation bounds are answered.
     pub node_uncertainty: Option<NodeUncertainty>,
+    /// Level of confidence intervals, between 0.5 and 1.
+    pub level: f64,
+    /// Heights and bands at places of the domain.
+    pub predict: Option<Predict>,
     /// Parts of the answer beyond the default.
     pub include: Include,
     /// What is done to the nodes before, in this order.
@@ -71,6 +79,8 @@ impl FitSpec {
             expected_size: ExpectedSize::default(),
             noise_sigma: None,
             node_uncertainty: None,
+            level: DEFAULT_LEVEL,
+            predict: None,
             include: Include::default(),
             filters: Vec::new(),
         }
@@ -165,4 +175,6 @@ pub struct Include {
     pub robust_weights: bool,
     /// The nodes that filters took for peaks.
     pub peaks: bool,
+    /// The covariance matrix of the coefficients.
+    pub covariance: bool,
 }

@@ -124,8 +124,8 @@ macro_rules! names {
             $($(#[$variant_meta:meta])* $variant:ident = $name:tt,)*
         }
     ) => {
-        $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+        $(#[$meta])*
         pub enum $wire {
             $(
                 $(#[$variant_meta])*
@@ -235,4 +235,5 @@ listed! {
     usize: counts;
     String: strings;
     Vec<f64>: rows;
+    [f64; 2]: pairs;
 }

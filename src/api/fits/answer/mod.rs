@@ -3,6 +3,7 @@
 mod declare;
 pub mod filters;
 pub mod parts;
+pub mod predictions;
 pub mod regularization;
 pub mod result;
 pub mod robust;

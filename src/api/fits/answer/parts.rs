@@ -9,9 +9,9 @@ use super::declare::{FieldsAs, ListAs, Symmetric, WriteAs, answer, names};
 use crate::api::{ENGINE, json::writer::Object};
 use flankfit_engine::estimation::{
     result::{
-        self, Arithmetic, BiasReport, Coefficient, CollinearityReport, ColumnCollinearity, LambdaCurvePoint,
-        NearDependency, Numerics, PerturbationBounds, PerturbationReport, RegularizedSpectrum, ResidualReport,
-        SpectrumReport, TermKey,
+        self, Arithmetic, BiasReport, Coefficient, CollinearityReport, ColumnCollinearity, IntervalKind,
+        LambdaCurvePoint, NearDependency, Numerics, PerturbationBounds, PerturbationReport, RegularizedSpectrum,
+        ResidualReport, SpectrumReport, TermKey,
     },
     spec::Include,
 };
@@ -20,7 +20,7 @@ answer! {
     /// One coefficient; exactly one of `powers`, `index` and `column` is there.
     #[schema(as = Coefficient)]
     pub struct CoefficientBody from Coefficient {
-        term, key, value, std_error, least_squares, least_squares_std_error, bias_bound,
+        term, key, value, std_error, least_squares, least_squares_std_error, bias_bound, interval,
     } {
         /// Readable name.
         #[schema(example = "u^2*v")]
@@ -45,6 +45,29 @@ answer! {
         least_squares_std_error?: f64 = least_squares_std_error,
         /// Sharp bound on the bias |Â − Â_B| of this coefficient, given r.
         bias_bound: f64 = bias_bound,
+        /// Confidence interval of the true coefficient at `level`, `[low, high]`: in simulations it
+        /// holds as often as it says (docs/intervals.md). The regularised `value` may lie outside.
+        /// Absent without an estimate of the noise, and where nothing limits the coefficient.
+        interval?: [f64; 2] = interval.as_ref().map(|interval| &interval.ends),
+        interval_kind?: IntervalKindName = interval.as_ref().map(|interval| &interval.kind),
+        /// Student's interval about `least_squares`; there with a bias-aware `interval`.
+        least_squares_interval?: [f64; 2] = interval.as_ref().and_then(|interval| interval.least_squares.as_ref()),
+        /// Width of `interval` over that of Student's about least squares; there where a norm limit
+        /// was told (`coefficient_norm_limit`).
+        interval_gain?: f64 = interval.as_ref().and_then(|interval| interval.gain),
+    }
+}
+
+names! {
+    /// What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
+    /// Student's t about least squares, as nothing limits the bias of the regularised estimate;
+    /// `bias_aware`, the shortest interval about a filtered estimate that holds for all
+    /// coefficients within the norm limit that was told.
+    #[schema(as = IntervalKind)]
+    pub enum IntervalKindName from IntervalKind {
+        Student = "student",
+        LeastSquares = "least_squares",
+        BiasAware = "bias_aware",
     }
 }
 

@@ -8,6 +8,7 @@ use super::{
     declare::{FieldsAs, ListAs, Raw, Serialized, WriteAs, answer},
     filters::{FilterCollinearity, FilterResult},
     parts::*,
+    predictions::{CovarianceBody, PredictionsBody},
     regularization::{RegularizationResult, RidgeTracePointBody},
     robust::RobustBody,
     shared_text,
@@ -42,7 +43,7 @@ answer! {
     pub struct FitResultBody from FitAnswer<'a> {
         result: FitResult {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
-            lambda_curve, ridge_trace, matrix_b, filtering, numerics, warnings,
+            lambda_curve, ridge_trace, matrix_b, filtering, covariance, predictions, numerics, warnings,
         },
         shape, input_sha256, spec,
     } {
@@ -76,6 +77,10 @@ answer! {
         filters?: Vec<FilterResult> = filtering.as_ref().map(|report| &report.filters),
         /// Present when there were filters.
         filter_collinearity?: FilterCollinearity = filtering,
+        /// Present when `covariance` was included.
+        covariance?: CovarianceBody = covariance,
+        /// Present when heights were asked for (`predict`).
+        predictions?: PredictionsBody = predictions,
         numerics: NumericsBody = numerics,
         /// What to know about the answer; empty where there is nothing to say.
         warnings: Vec<WarningBody> = warnings,

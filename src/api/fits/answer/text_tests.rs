@@ -12,11 +12,13 @@ use crate::api::{
 };
 use flankfit_engine::estimation::{
     self, FitSpec, Nodes,
+    inference::SimultaneousMethod,
     result::{
-        Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures,
-        FilterReport, FilteringReport, IterationReport, LambdaCurvePoint, LocalSolution, NearDependency,
-        NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, RegularizationKind, RegularizationReport,
-        RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport, SpectrumReport, TermKey, Warning,
+        Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
+        FilterReport, FilteringReport, Interval, IntervalKind, IterationReport, LambdaCurvePoint, LocalSolution,
+        NearDependency, NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, Predictions,
+        RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport,
+        Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
     },
     spec::{
         Action, Count, Criterion, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization, Scaling, Scheme,
@@ -32,6 +34,7 @@ const ALL: Include = Include {
     ridge_trace: true,
     robust_weights: true,
     peaks: true,
+    covariance: true,
 };
 
 fn agrees(text: &[u8]) {
@@ -119,6 +122,10 @@ impl Maker {
         (0..self.below(4) + usize::from(self.full)).map(|_| self.number()).collect()
     }
 
+    fn pairs(&mut self) -> Vec<[f64; 2]> {
+        (0..self.below(3) + usize::from(self.full)).map(|_| [self.number(), self.number()]).collect()
+    }
+
     fn rows(&mut self) -> Vec<Vec<f64>> {
         (0..self.below(3) + usize::from(self.full)).map(|_| self.numbers()).collect()
     }
@@ -170,6 +177,12 @@ impl Maker {
                 least_squares: m.number(),
                 least_squares_std_error: m.maybe(),
                 bias_bound: m.number(),
+                interval: m.there().then(|| Interval {
+                    ends: [m.number(), m.number()],
+                    kind: [IntervalKind::Student, IntervalKind::LeastSquares, IntervalKind::BiasAware][m.below(3)],
+                    least_squares: m.there().then(|| [m.number(), m.number()]),
+                    gain: m.maybe(),
+                }),
             }),
             // That of a request or of the nodes, which are finite.
             domain: self.there().then(|| Domain { u: Some([0.5, 1e300]), v: self.there().then_some([-1e-5, 0.0]) }),
@@ -304,6 +317,28 @@ impl Maker {
                 }),
                 before: self.figures(),
                 after: self.figures(),
+            }),
+            covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),
+            predictions: self.there().then(|| Predictions {
+                level: 0.95,
+                value: self.numbers(),
+                std_error: self.there().then(|| self.numbers()),
+                bias_bound: self.numbers(),
+                confidence: self.there().then(|| self.pairs()),
+                prediction: self.there().then(|| self.pairs()),
+                simultaneous: self.there().then(|| Simultaneous {
+                    band: self.pairs(),
+                    factor: self.number(),
+                    method: [SimultaneousMethod::Scheffe, SimultaneousMethod::Tube][self.below(2)],
+                    scheffe: self.number(),
+                }),
+                slopes: (0..self.below(3))
+                    .map(|_| Slopes {
+                        value: self.numbers(),
+                        std_error: self.there().then(|| self.numbers()),
+                        confidence: self.there().then(|| self.pairs()),
+                    })
+                    .collect(),
             }),
             numerics: Numerics {
                 arithmetic: [Arithmetic::Double, Arithmetic::DoubleDouble][self.below(2)],

@@ -35,6 +35,9 @@ request! {
         #[schema(exclusive_minimum = 0)]
         optional noise_sigma: f64,
         optional node_uncertainty: NodeUncertaintyBody,
+        /// Level of confidence intervals, above 0.5 and below 1; default 0.95.
+        #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1, example = 0.95)]
+        optional level: f64,
         /// Parts of the answer that come only when asked for.
         optional include: Vec<IncludeName>,
         /// Applied to the heights before the fit, in this order.
@@ -67,6 +70,7 @@ fn members_of_spec(fields: FitFieldsMembers<'_>) -> FitSpecMembers<'_> {
         coefficient_norm_limit,
         noise_sigma,
         node_uncertainty,
+        level,
         include,
         filters,
     } = fields;
@@ -77,6 +81,7 @@ fn members_of_spec(fields: FitFieldsMembers<'_>) -> FitSpecMembers<'_> {
         coefficient_norm_limit,
         noise_sigma,
         node_uncertainty,
+        level,
         include,
         filters,
         ..FitSpecMembers::at("")

@@ -14,6 +14,7 @@ mod estimator;
 pub mod fields;
 mod filters;
 pub mod nodes;
+mod predict;
 pub mod regularization;
 mod request;
 pub mod spec;

@@ -42,6 +42,8 @@ pub fn without_model(members: &FitSpecMembers<'_>, model: spec::Model, faults: &
     let coefficient_norm_limit = positive(&members.coefficient_norm_limit, faults);
     let noise_sigma = positive(&members.noise_sigma, faults);
     let node_uncertainty = members.node_uncertainty.text().and_then(|slice| read_uncertainty(slice, faults));
+    let level = members.level.read(faults);
+    let predict = members.predict.text().and_then(|slice| super::predict::read(slice, faults));
     let include = members.include.read(faults).map(|names| include(&names));
     let filters = members.filters.text().and_then(|slice| super::filters::read(slice, faults));
     if faults.count() > before {
@@ -55,6 +57,8 @@ pub fn without_model(members: &FitSpecMembers<'_>, model: spec::Model, faults: &
         coefficient_norm_limit,
         noise_sigma,
         node_uncertainty,
+        level: level.unwrap_or(spec::DEFAULT_LEVEL),
+        predict,
         include: include.unwrap_or_default(),
         filters: filters.unwrap_or_default(),
         ..FitSpec::new(model)

@@ -428,7 +428,10 @@ proptest! {
                 ridge_trace: include & 8 > 0,
                 robust_weights: include & 2 > 0,
                 peaks: include & 1 > 0,
+                covariance: include & 4 > 0,
             },
+            level: [0.95, 0.6][include & 1],
+            predict: predict(include, value),
             ..FitSpec::new(
                 [
                     Model::Linear,
@@ -469,4 +472,16 @@ proptest! {
         let malformed = matches!(read(&mutated), Err(ReadError::Malformed { .. }));
         prop_assert_eq!(malformed, !json, "{}", mutated);
     }
+}
+
+/// Places of every kind, or none.
+fn predict(which: usize, value: f64) -> Option<spec::Predict> {
+    let at = match which % 4 {
+        0 => return None,
+        1 => spec::Places::Curve(vec![0.5, value]),
+        2 => spec::Places::Points { u: vec![-value, 1.0], v: vec![0.0, value] },
+        _ => spec::Places::Grid { u: vec![value], v: vec![0.0, 1.0, 2.0] },
+    };
+    let kinds = spec::Kinds { confidence: which > 4, prediction: which & 2 > 0, simultaneous: which & 1 > 0 };
+    Some(spec::Predict { at, level: (which > 8).then_some(0.99), kinds, slopes: which > 10 })
 }

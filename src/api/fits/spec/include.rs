@@ -27,6 +27,8 @@ pub enum IncludeName {
     RobustWeights,
     /// `node_indices` of each Hampel filter: the nodes that it took for peaks.
     Peaks,
+    /// `covariance`: the covariance matrices of the coefficients.
+    Covariance,
 }
 
 /// The names of what is asked for.
@@ -39,6 +41,7 @@ pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
         (include.ridge_trace, IncludeName::RidgeTrace),
         (include.robust_weights, IncludeName::RobustWeights),
         (include.peaks, IncludeName::Peaks),
+        (include.covariance, IncludeName::Covariance),
     ]
     .into_iter()
     .filter_map(|(wanted, name)| wanted.then_some(name))
@@ -56,6 +59,7 @@ pub fn include(names: &[IncludeName]) -> spec::Include {
         ridge_trace: names.contains(&IncludeName::RidgeTrace),
         robust_weights: names.contains(&IncludeName::RobustWeights),
         peaks: names.contains(&IncludeName::Peaks),
+        covariance: names.contains(&IncludeName::Covariance),
     }
 }
 
@@ -69,5 +73,6 @@ pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
         ridge_trace: a.ridge_trace | b.ridge_trace,
         robust_weights: a.robust_weights | b.robust_weights,
         peaks: a.peaks | b.peaks,
+        covariance: a.covariance | b.covariance,
     }
 }

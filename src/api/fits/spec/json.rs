@@ -37,6 +37,8 @@ impl From<&FitSpec> for FitSpecBody {
                 position: unsigned_zero(uncertainty.position),
                 height: unsigned_zero(uncertainty.height),
             }),
+            level: Some(spec.level),
+            predict: spec.predict.as_ref().map(PredictBody::from),
             include: named(spec.include),
             filters: (!spec.filters.is_empty()).then(|| spec.filters.iter().map(FilterBody::from).collect()),
         }

@@ -13,6 +13,7 @@ pub mod include;
 pub mod json;
 pub mod knots;
 pub mod nodes;
+pub mod predict;
 pub mod regularization;
 pub mod regularization_json;
 pub mod request;

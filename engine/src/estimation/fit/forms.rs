@@ -1,0 +1,159 @@
+//! Linear forms of the coefficients: their estimates, standard errors and intervals.
+
+use crate::{
+    estimation::{
+        design::Along,
+        inference::{LinearForm, Noise, bias_aware, half_width},
+        problem::LinearProblem,
+        regularized::{Form, LinearMap},
+        result::Covariance,
+        robust::Spread,
+        spectrum::{ScaledColumns, Spectrum},
+    },
+    numerics::{Dd, Real, cancel::Asking, triangular},
+};
+
+/// What linear forms of a fit's coefficients are found from.
+pub(super) struct Forms<'a> {
+    pub linear: &'a LinearProblem<'a>,
+    pub columns: &'a ScaledColumns,
+    pub spectrum: &'a Spectrum,
+    pub map: &'a LinearMap,
+    /// The fitted heights in Q's coordinates.
+    pub fitted: Vec<Dd>,
+    pub noise: Option<Noise>,
+    /// Standard errors of a robust estimate.
+    pub robust: Option<&'a Spread>,
+    /// r, where it was told before the nodes were seen.
+    pub told: Option<f64>,
+    /// r, wherever it comes from.
+    pub norm_limit: f64,
+}
+
+/// A linear form with everything that bands are made of.
+pub(super) struct Estimated {
+    pub form: Form,
+    pub value: f64,
+    /// Standard errors of the estimate and of least squares.
+    pub std_error: Option<f64>,
+    pub least_squares_error: Option<f64>,
+    pub bias_bound: f64,
+    /// ρ(q): what the estimate takes of the heights.
+    pub row: Vec<f64>,
+}
+
+impl Forms<'_> {
+    /// The form whose row of the working matrix is `row`.
+    pub(super) fn of_row(&self, mut row: Vec<Dd>) -> Estimated {
+        triangular::solve_upper_transposed(&self.linear.factor.r, &mut row);
+        let value = row.iter().zip(&self.fitted).fold(Dd::ZERO, |sum, (&q, &b)| sum + q * b).to_f64();
+        self.estimated(Form::new(row.iter().map(|x| x.to_f64()).collect(), self.spectrum), value)
+    }
+
+    /// Height or slope at a place.
+    pub(super) fn at(&self, place: [f64; 2], along: Along) -> Estimated {
+        self.of_row(self.linear.design.row_at(place, along))
+    }
+
+    /// Every coefficient of the caller.
+    pub(super) fn coefficients(&self, values: &[f64]) -> Vec<Estimated> {
+        let inverse =
+            triangular::inverse_upper(&triangular::multiply_upper(&self.linear.factor.r, &self.linear.factor.change));
+        let row = |j: usize| (0..values.len()).map(|k| if k < j { 0.0 } else { inverse[(j, k)].to_f64() }).collect();
+        values.iter().enumerate().map(|(j, &value)| self.estimated(Form::new(row(j), self.spectrum), value)).collect()
+    }
+
+    /// Covariance matrices of the coefficients; `None` without an estimate of the noise.
+    pub(super) fn covariance(&self, values: &[f64]) -> Option<Covariance> {
+        let found = self.coefficients(values);
+        let root = |row: &[f64]| match self.robust {
+            Some(spread) => spread.root_of_row(row.to_vec()),
+            None => self.noise.map(|noise| row.iter().map(|x| noise.sigma * x).collect::<Vec<f64>>()),
+        };
+        let triangle = |rows: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            (0..rows.len())
+                .asking(rows.len() * rows.len())
+                .map(|j| (0..=j).map(|k| dot(&rows[j], &rows[k])).collect())
+                .collect()
+        };
+        let of = |row: fn(&Estimated) -> &[f64]| {
+            found.iter().map(|one| root(row(one))).collect::<Option<Vec<_>>>().map(triangle)
+        };
+        Some(Covariance { coefficients: of(|one| &one.row)?, least_squares: of(|one| &one.form.q)? })
+    }
+
+    fn estimated(&self, form: Form, value: f64) -> Estimated {
+        let row = self.map.row(&form, self.spectrum);
+        let error = |row: &[f64]| match self.robust {
+            Some(spread) => spread.of_row(row.to_vec()),
+            None => self.noise.map(|noise| noise.sigma * length(row)),
+        };
+        Estimated {
+            value,
+            std_error: error(&row),
+            least_squares_error: error(&form.q),
+            bias_bound: self.map.bias(&form, self.columns, self.norm_limit),
+            row,
+            form,
+        }
+    }
+
+    /// Least squares of the form.
+    pub(super) fn least_squares(&self, form: &Form) -> f64 {
+        form.q.iter().zip(&self.linear.factor.qty).fold(Dd::ZERO, |sum, (&q, &b)| sum + b.mul_f64(q)).to_f64()
+    }
+
+    /// The interval of the form at one place, widened for a further measurement whose own error is
+    /// `own`: Student's about least squares, or the bias-aware one where that is shorter.
+    pub(super) fn interval(&self, estimated: &Estimated, own: f64) -> Option<[f64; 2]> {
+        let noise = self.noise.as_ref()?;
+        let plain = noise.quantile() * estimated.least_squares_error?.hypot(own);
+        let (mut middle, mut half) = (self.least_squares(&estimated.form), plain);
+        if let Some(r) = self.told {
+            let found = bias_aware(&self.along(&estimated.form), r, noise);
+            let aware = if own > 0.0 {
+                half_width(noise, found.std_error.hypot(own), found.bias_bound)
+            } else {
+                found.half_width
+            };
+            if aware < half {
+                (middle, half) = (found.value, aware);
+            }
+        }
+        Some([middle - half, middle + half])
+    }
+
+    fn along<'a>(&'a self, form: &'a Form) -> LinearForm<'a> {
+        // what standardised columns leave unpenalised is the rest of the form
+        let (constant, variance) = match &self.columns.constant {
+            None => (0.0, 0.0),
+            Some(_) => {
+                let (mut rest, mut value) = (form.q.clone(), self.least_squares(form));
+                for (i, (&p, &lambda)) in form.along.iter().zip(&self.spectrum.lambda).enumerate() {
+                    if lambda > 0.0 {
+                        let image = self.spectrum.image.column(i);
+                        rest.iter_mut().zip(image.iter()).for_each(|(to, x)| *to -= p / lambda * x);
+                        value -= p * self.spectrum.a[i];
+                    }
+                }
+                (value, length(&rest).powi(2))
+            }
+        };
+        LinearForm {
+            along: &form.along,
+            lambda: &self.spectrum.lambda,
+            a: &self.spectrum.a,
+            constant,
+            constant_variance: variance,
+        }
+    }
+}
+
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+/// The Euclidean norm.
+pub(super) fn length(row: &[f64]) -> f64 {
+    row.iter().map(|x| x * x).sum::<f64>().sqrt()
+}

@@ -1,0 +1,176 @@
+//! Heights, slopes and bands at places of the domain.
+
+use super::forms::{Estimated, Forms, length};
+use crate::{
+    estimation::{
+        design::{Along, Design},
+        fault::{Faults, Field, InferenceReason},
+        inference::{Noise, Tube, path_length, scheffe, sheet, simultaneous_factor},
+        result::{Predictions, Simultaneous, Slopes},
+        spec::{Domain, FitSpec, Places, Predict},
+    },
+    numerics::cancel::Asking,
+};
+
+/// Products of places and coefficients at most: some seconds.
+const MOST_PRODUCTS: usize = 5_000_000;
+
+/// Refuses levels and places that the fit of `design` does not have.
+pub(super) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
+    let mut faults = Faults::default();
+    let mut level = |field: Field, level: f64| {
+        if !(level > 0.5 && level < 1.0) {
+            faults.push(field, InferenceReason::Level(level));
+        }
+    };
+    level(Field::Level, spec.level);
+    if let Some(Predict { level: Some(own), .. }) = spec.predict {
+        level(Field::PredictLevel, own);
+    }
+    if let Some(reason) = spec.predict.as_ref().and_then(|asked| unsuited(design, &asked.at)) {
+        faults.push(Field::PredictAt, reason);
+    }
+    faults.into_result(())
+}
+
+fn unsuited(design: &Design, at: &Places) -> Option<InferenceReason> {
+    let (places, coefficients) = (at.count(), design.size());
+    match (design.domain, at) {
+        (None, _) => Some(InferenceReason::OfMatrix),
+        (Some(Domain { v: None, .. }), Places::Points { .. } | Places::Grid { .. }) => Some(InferenceReason::OfCurve),
+        (Some(Domain { v: Some(_), .. }), Places::Curve(_)) => Some(InferenceReason::OfSurface),
+        (_, Places::Points { u, v }) if u.len() != v.len() => Some(InferenceReason::Unequal { u: u.len(), v: v.len() }),
+        _ if places == 0 => Some(InferenceReason::NoPlaces),
+        _ if places.saturating_mul(coefficients) > MOST_PRODUCTS => {
+            Some(InferenceReason::ManyPlaces { places, coefficients, most: MOST_PRODUCTS })
+        }
+        _ => None,
+    }
+}
+
+/// How many places lie outside the domain, where polynomials run away and nothing was measured.
+pub(super) fn outside(design: &Design, at: &Places) -> usize {
+    let beyond = |range: Option<[f64; 2]>, x: f64| range.is_some_and(|[low, high]| x < low || x > high);
+    let Some(Domain { u, v }) = design.domain else { return 0 };
+    (0..at.count()).filter(|&k| beyond(u, at.at(k)[0]) || beyond(v, at.at(k)[1])).count()
+}
+
+/// Bands of `asked` at its places.
+pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predictions {
+    let n = forms.linear.design.size();
+    let places: Vec<[f64; 2]> = (0..asked.at.count()).map(|k| asked.at.at(k)).collect();
+    let at =
+        |along: Along| -> Vec<Estimated> { places.iter().asking(n * n).map(|&place| forms.at(place, along)).collect() };
+    let heights = at(Along::Value);
+    let slopes = match (asked.slopes, &asked.at) {
+        (false, _) => vec![],
+        (true, Places::Curve(_)) => vec![Along::U],
+        (true, _) => vec![Along::U, Along::V],
+    };
+    let sigma = forms.noise.map_or(0.0, |noise| noise.sigma);
+    Predictions {
+        level,
+        value: values(&heights),
+        std_error: errors(&heights),
+        bias_bound: heights.iter().map(|h| h.bias_bound).collect(),
+        confidence: if asked.kinds.confidence { intervals(forms, &heights, 0.0) } else { None },
+        prediction: if asked.kinds.prediction { intervals(forms, &heights, sigma) } else { None },
+        simultaneous: forms
+            .noise
+            .filter(|_| asked.kinds.simultaneous)
+            .and_then(|noise| simultaneous(forms, &heights, &places, &noise)),
+        slopes: slopes
+            .into_iter()
+            .map(|along| {
+                let found = at(along);
+                Slopes { value: values(&found), std_error: errors(&found), confidence: intervals(forms, &found, 0.0) }
+            })
+            .collect(),
+    }
+}
+
+fn values(found: &[Estimated]) -> Vec<f64> {
+    found.iter().map(|one| one.value).collect()
+}
+
+fn errors(found: &[Estimated]) -> Option<Vec<f64>> {
+    found.iter().map(|one| one.std_error).collect()
+}
+
+fn intervals(forms: &Forms, found: &[Estimated], own: f64) -> Option<Vec<[f64; 2]>> {
+    found.iter().asking(1000).map(|one| forms.interval(one, own)).collect()
+}
+
+/// A band about the estimate with its bias where r was told, else about least squares.
+fn simultaneous(forms: &Forms, heights: &[Estimated], places: &[[f64; 2]], noise: &Noise) -> Option<Simultaneous> {
+    let n = forms.linear.design.size();
+    let biased = forms.told.is_some();
+    let tube = tube(forms, places, biased);
+    let (factor, method) = simultaneous_factor(n, tube.as_ref(), noise);
+    let band = heights
+        .iter()
+        .map(|one| {
+            let (middle, half) = match biased {
+                true => (one.value, factor * one.std_error? + one.bias_bound),
+                false => (forms.least_squares(&one.form), factor * one.least_squares_error?),
+            };
+            Some([middle - half, middle + half])
+        })
+        .collect::<Option<Vec<_>>>()?;
+    Some(Simultaneous { band, factor, method, scheffe: scheffe(n, noise) })
+}
+
+/// Steps along an axis of the first look at a path or sheet, and at most.
+const FIRST: usize = 32;
+const MOST_OF_PATHS: usize = 4096;
+const MOST_OF_SHEETS: usize = 128;
+/// Relative change by twice the steps at which they are enough.
+const SETTLED: f64 = 1e-3;
+
+/// The path or sheet of unit vectors over the domain, widened to the places asked for; `None`
+/// for a robust estimate, whose errors do not follow from R alone.
+fn tube(forms: &Forms, places: &[[f64; 2]], biased: bool) -> Option<Tube> {
+    if forms.robust.is_some() {
+        return None;
+    }
+    let design: &Design = forms.linear.design;
+    let domain = design.domain?;
+    let widened = |axis: usize, range: [f64; 2]| {
+        places.iter().fold(range, |[low, high], place| [low.min(place[axis]), high.max(place[axis])])
+    };
+    let u = widened(0, domain.u?);
+    let v = domain.v.map(|v| widened(1, v));
+    let place = |[low, high]: [f64; 2], k: usize, steps: usize| low + (high - low) * k as f64 / steps as f64;
+    let unit = |at: [f64; 2]| {
+        let found = forms.at(at, Along::Value);
+        let row = if biased { found.row } else { found.form.q };
+        let size = length(&row);
+        row.iter().map(|x| if size > 0.0 { x / size } else { 0.0 }).collect::<Vec<f64>>()
+    };
+    let look = |steps: usize| match v {
+        None => {
+            let path: Vec<_> = (0..=steps).asking(4000).map(|k| unit([place(u, k, steps), 0.0])).collect();
+            Tube { length: path_length(&path), area: 0.0 }
+        }
+        Some(v) => {
+            let each = (0..(steps + 1) * (steps + 1)).asking(4000);
+            let vectors: Vec<_> =
+                each.map(|k| unit([place(u, k / (steps + 1), steps), place(v, k % (steps + 1), steps)])).collect();
+            sheet(&vectors, steps + 1, steps + 1)
+        }
+    };
+    let most = if v.is_some() { MOST_OF_SHEETS } else { MOST_OF_PATHS };
+    let (mut steps, mut before) = (FIRST, look(FIRST));
+    loop {
+        steps *= 2;
+        let now = look(steps);
+        // errors fall with the square of the step: a third of the change is what is left
+        let settled = |before: f64, now: f64| (now - before).abs() <= 3.0 * SETTLED * now;
+        let better = |before: f64, now: f64| now + (now - before).max(0.0) / 3.0;
+        let found = Tube { length: better(before.length, now.length), area: better(before.area, now.area) };
+        if steps >= most || settled(before.length, now.length) && settled(before.area, now.area) {
+            return Some(found);
+        }
+        before = now;
+    }
+}

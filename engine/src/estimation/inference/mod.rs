@@ -1,0 +1,19 @@
+//! Confidence intervals of coefficients: Student's about least squares, and, where a limit r of
+//! their norm is known beforehand, shorter ones about a filtered estimate.
+//!
+//! A regularised estimate ± t · standard error is no interval: its bias is of the size of its
+//! standard error. Without knowledge of r no interval is both honest and shorter than that of least
+//! squares (Low, Annals of Statistics 25, 1997). With it, [`bias_aware`] gives the shortest that is
+//! made of one filter and holds whatever the coefficients are (Armstrong and Kolesár, Econometrica
+//! 86, 2018).
+
+mod bias_aware;
+mod noise;
+mod quantile;
+pub(super) mod reason;
+mod simultaneous;
+
+pub use bias_aware::{BiasAware, LinearForm, bias_aware};
+pub use noise::Noise;
+pub use quantile::{biased_quantile, half_width};
+pub use simultaneous::{SimultaneousMethod, Tube, path_length, scheffe, sheet, simultaneous_factor, tube_factor};

@@ -1,0 +1,42 @@
+//! What is wrong with intervals and predictions that are asked for.
+
+use crate::fault::words::Shown;
+
+/// Why a level or places of predictions are refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InferenceReason {
+    /// A level that no interval has.
+    #[error("{} is not a level: above 0.5 and below 1", Shown(*.0))]
+    Level(f64),
+    /// No place at all.
+    #[error("there are no places")]
+    NoPlaces,
+    /// More work than a request may ask for.
+    #[error("{places} places of {coefficients} coefficients are more than the {most} products that a fit may have")]
+    ManyPlaces {
+        /// Places asked for.
+        places: usize,
+        /// Coefficients of the model.
+        coefficients: usize,
+        /// Products at most.
+        most: usize,
+    },
+    /// Points without a partner.
+    #[error("{u} abscissae along u and {v} along v make no points: give as many of each")]
+    Unequal {
+        /// Abscissae along u.
+        u: usize,
+        /// Abscissae along v.
+        v: usize,
+    },
+    /// Points of a surface asked of a curve.
+    #[error("a curve is asked for at abscissae, not at points of a surface")]
+    OfCurve,
+    /// Abscissae asked of a surface.
+    #[error("a surface is asked for at points or on a grid, not at abscissae of a curve")]
+    OfSurface,
+    /// A measurement matrix has no places.
+    #[error("a measurement matrix has no places at which heights could be asked for")]
+    OfMatrix,
+}

@@ -1,0 +1,47 @@
+//! Confidence intervals of coefficients.
+
+/// What an interval rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntervalKind {
+    /// Student's t about the estimate, which is unbiased.
+    Student,
+    /// Student's t about least squares, since the regularised estimate has a bias that nothing
+    /// limits.
+    LeastSquares,
+    /// About a filtered estimate whose bias a told norm limit bounds.
+    BiasAware,
+}
+
+impl IntervalKind {
+    /// As the interface writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            IntervalKind::Student => "student",
+            IntervalKind::LeastSquares => "least_squares",
+            IntervalKind::BiasAware => "bias_aware",
+        }
+    }
+}
+
+impl Interval {
+    /// Whether every number is one.
+    pub(crate) fn is_finite(&self) -> bool {
+        let ends = self.ends.iter().chain(self.least_squares.iter().flatten());
+        ends.chain(&self.gain).all(|x| x.is_finite())
+    }
+}
+
+/// A confidence interval of one coefficient at the level of the spec.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Its ends.
+    pub ends: [f64; 2],
+    /// What it rests on.
+    pub kind: IntervalKind,
+    /// Student's interval about least squares, where this one is bias-aware and least squares has
+    /// one.
+    pub least_squares: Option<[f64; 2]>,
+    /// Its width over that of least squares, where a norm limit was told and least squares has
+    /// one.
+    pub gain: Option<f64>,
+}

@@ -1,0 +1,85 @@
+//! Heights, slopes and bands at places of the domain.
+
+use crate::estimation::inference::SimultaneousMethod;
+
+/// What a fit says at the places asked for, in their order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predictions {
+    /// Level of the bands.
+    pub level: f64,
+    /// Heights of the estimate.
+    pub value: Vec<f64>,
+    /// Their standard errors; `None` without an estimate of the noise.
+    pub std_error: Option<Vec<f64>>,
+    /// Sharp bounds on their bias, given r.
+    pub bias_bound: Vec<f64>,
+    /// Intervals of the true height at each place by itself.
+    pub confidence: Option<Vec<[f64; 2]>>,
+    /// Intervals of a further measurement of weight 1 at each place by itself.
+    pub prediction: Option<Vec<[f64; 2]>>,
+    /// A band of the true heights of the whole domain at once.
+    pub simultaneous: Option<Simultaneous>,
+    /// Slopes by u (by x for a curve) and v.
+    pub slopes: Vec<Slopes>,
+}
+
+/// A band that holds everywhere at once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simultaneous {
+    /// The band at each place.
+    pub band: Vec<[f64; 2]>,
+    /// Half its width in standard errors.
+    pub factor: f64,
+    /// Where the factor comes from.
+    pub method: SimultaneousMethod,
+    /// Scheffé's factor, of which the other is never larger.
+    pub scheffe: f64,
+}
+
+/// Slopes along one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slopes {
+    /// Slopes of the estimate.
+    pub value: Vec<f64>,
+    /// Their standard errors; `None` without an estimate of the noise.
+    pub std_error: Option<Vec<f64>>,
+    /// Intervals of the true slope at each place by itself.
+    pub confidence: Option<Vec<[f64; 2]>>,
+}
+
+/// Covariance matrices of the coefficients, the lower triangle by rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Covariance {
+    /// Of the estimate.
+    pub coefficients: Vec<Vec<f64>>,
+    /// Of unregularised least squares.
+    pub least_squares: Vec<Vec<f64>>,
+}
+
+fn finite<'a>(mut values: impl Iterator<Item = &'a f64>) -> bool {
+    values.all(|x| x.is_finite())
+}
+
+impl Predictions {
+    /// Whether every number is one.
+    pub(crate) fn is_finite(&self) -> bool {
+        let errors = |errors: &Option<Vec<f64>>| finite(errors.iter().flatten());
+        let bands = |bands: &Option<Vec<[f64; 2]>>| finite(bands.iter().flatten().flatten());
+        finite(self.value.iter().chain(&self.bias_bound))
+            && errors(&self.std_error)
+            && bands(&self.confidence)
+            && bands(&self.prediction)
+            && self
+                .simultaneous
+                .iter()
+                .all(|band| finite(band.band.iter().flatten().chain([&band.factor, &band.scheffe])))
+            && self.slopes.iter().all(|s| finite(s.value.iter()) && errors(&s.std_error) && bands(&s.confidence))
+    }
+}
+
+impl Covariance {
+    /// Whether every number is one.
+    pub(crate) fn is_finite(&self) -> bool {
+        finite(self.coefficients.iter().chain(&self.least_squares).flatten())
+    }
+}

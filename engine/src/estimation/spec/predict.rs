@@ -1,0 +1,72 @@
+//! Where a fit is asked for heights, and with which bands.
+
+/// Heights, slopes and bands of the fitted curve or surface at places of its domain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predict {
+    /// The places.
+    pub at: Places,
+    /// Level of the bands; that of the fit's intervals where `None`.
+    pub level: Option<f64>,
+    /// Which bands.
+    pub kinds: Kinds,
+    /// Slopes with their confidence intervals beside the heights.
+    pub slopes: bool,
+}
+
+/// Places, in the caller's unit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Places {
+    /// Abscissae of a curve.
+    Curve(Vec<f64>),
+    /// Points of a surface: u and v of each.
+    Points {
+        /// u of each point.
+        u: Vec<f64>,
+        /// v of each point, as many.
+        v: Vec<f64>,
+    },
+    /// Every combination of the axes, v running fastest.
+    Grid {
+        /// Abscissae along u.
+        u: Vec<f64>,
+        /// Abscissae along v.
+        v: Vec<f64>,
+    },
+}
+
+impl Places {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        match self {
+            Places::Curve(x) => x.len(),
+            Places::Points { u, .. } => u.len(),
+            Places::Grid { u, v } => u.len().saturating_mul(v.len()),
+        }
+    }
+
+    /// u and v of place k, v being 0 for a curve.
+    pub fn at(&self, k: usize) -> [f64; 2] {
+        match self {
+            Places::Curve(x) => [x[k], 0.0],
+            Places::Points { u, v } => [u[k], v[k]],
+            Places::Grid { u, v } => [u[k / v.len()], v[k % v.len()]],
+        }
+    }
+}
+
+/// Bands about the heights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kinds {
+    /// Holds the true height at each place by itself.
+    pub confidence: bool,
+    /// Holds a further measurement of weight 1 at each place by itself.
+    pub prediction: bool,
+    /// Holds the true heights of the whole domain at once.
+    pub simultaneous: bool,
+}
+
+impl Default for Kinds {
+    fn default() -> Self {
+        Kinds { confidence: true, prediction: false, simultaneous: false }
+    }
+}

@@ -1,0 +1,134 @@
+//! Confidence intervals: coverage by Monte Carlo, and what they are where formulas are known.
+
+use crate::oracle::coverage::{Design, Truth, designs};
+use crate::oracle::random::Random;
+use crate::problems::{Problem, assert_close, by, fit, linear, matrix, spectral};
+use flankfit_engine::estimation::FitResult;
+use flankfit_engine::estimation::result::IntervalKind;
+use flankfit_engine::estimation::spec::{Count, Criterion, FitSpec, Regularization, Scheme};
+
+/// How often each interval of `spec` holds the truth, in `repetitions` draws of noise `sigma`; and
+/// the mean of their widths over those of least squares.
+fn coverage(design: &Design, truth: &[f64], sigma: f64, spec: &FitSpec, repetitions: usize) -> (Vec<f64>, f64) {
+    let mut random = Random::new(2024);
+    let (mut hits, mut width) = (vec![0usize; truth.len()], 0.0);
+    for _ in 0..repetitions {
+        let y: Vec<f64> = design
+            .x
+            .iter()
+            .map(|row| row.iter().zip(truth).map(|(x, a)| x * a).sum::<f64>() + sigma * random.normal())
+            .collect();
+        let result = fit(&matrix(&design.x, &y, None), spec);
+        for ((c, hit), truth) in result.coefficients.iter().zip(&mut hits).zip(truth) {
+            let interval = c.interval.unwrap();
+            let [low, high] = interval.ends;
+            *hit += usize::from(low <= *truth && *truth <= high);
+            width += interval.gain.unwrap_or(1.0);
+        }
+    }
+    let count = (repetitions * truth.len()) as f64;
+    (hits.iter().map(|&h| h as f64 / repetitions as f64).collect(), width / count)
+}
+
+fn spec(r: Option<f64>) -> FitSpec {
+    let regularization = spectral(Scheme::FirstOrder, Count::Auto, by(Criterion::MinMse));
+    FitSpec { coefficient_norm_limit: r, regularization, ..linear() }
+}
+
+/// 2,000 draws: three standard errors of a coverage are 0.015.
+const REPETITIONS: usize = 2000;
+
+#[test]
+fn intervals_hold_whatever_the_coefficients_are() {
+    for design in &designs()[..5] {
+        for truth in [Truth::Smallest, Truth::Largest, Truth::Every] {
+            // the smallest direction at about its own noise
+            let (r, sigma) = (1.0, design.directions[0].0);
+            let coefficients = design.truth(truth, r);
+            for told in [None, Some(r)] {
+                let (covered, width) = coverage(design, &coefficients, sigma, &spec(told), REPETITIONS);
+                let mean = covered.iter().sum::<f64>() / covered.len() as f64;
+                let least = covered.iter().fold(1.0f64, |least, c| least.min(*c));
+                assert!(mean >= 0.94 && least >= 0.93, "{} {truth:?} {told:?}: {mean} {least}", design.name);
+                assert!(told.is_none() || (0.5..1.0).contains(&width), "{} {truth:?}: width {width}", design.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_would_be_formed_from_standard_errors_does_not_hold() {
+    let design = &designs()[0];
+    let truth = design.truth(Truth::Smallest, 1.0);
+    let mut random = Random::new(11);
+    let mut hits = 0;
+    for _ in 0..REPETITIONS {
+        let y: Vec<f64> = design
+            .x
+            .iter()
+            .map(|row| {
+                row.iter().zip(&truth).map(|(x, a)| x * a).sum::<f64>() + design.directions[0].0 * random.normal()
+            })
+            .collect();
+        let c = &fit(&matrix(&design.x, &y, None), &spec(None)).coefficients[0];
+        hits += usize::from((c.value - truth[0]).abs() <= 2.02 * c.std_error.unwrap());
+    }
+    assert!((hits as f64) < 0.9 * REPETITIONS as f64, "{hits}");
+}
+
+/// A line through eight nodes: ends from the standard errors and t(0.975; 6) of tables.
+#[test]
+fn students_intervals_of_a_line() {
+    let x = [0.2, 337.4, 118.2, 884.6, 10.1, 226.5, 666.3, 996.3];
+    let y: Vec<f64> = x.iter().map(|x| 1.5 + 2.0 * x + if *x > 300.0 { 0.1 } else { -0.1 }).collect();
+    let rows: Vec<Vec<f64>> = x.iter().map(|x| vec![1.0, *x]).collect();
+    let result = fit(&matrix(&rows, &y, None), &FitSpec { regularization: Regularization::None, ..linear() });
+    // t(0.975; 6)
+    let t = 2.446_911_851_144_969_2;
+    for c in &result.coefficients {
+        let interval = c.interval.unwrap();
+        assert_eq!((interval.kind, interval.gain), (IntervalKind::Student, None));
+        assert_close("low", interval.ends[0], c.value - t * c.std_error.unwrap(), 1e-13, 1e-15);
+        assert_close("high", interval.ends[1], c.value + t * c.std_error.unwrap(), 1e-13, 1e-15);
+    }
+}
+
+fn kinds(result: &FitResult) -> Vec<IntervalKind> {
+    result.coefficients.iter().map(|c| c.interval.unwrap().kind).collect()
+}
+
+#[test]
+fn kinds_say_what_intervals_rest_on() {
+    let problem = Problem::graded(3, 5, 12, 6.0);
+    let of = |spec: &FitSpec| fit(&problem.nodes(), spec);
+    assert!(kinds(&of(&spec(None))).iter().all(|kind| *kind == IntervalKind::LeastSquares));
+    let tight = of(&spec(Some(1e-6)));
+    assert!(kinds(&tight).iter().all(|kind| *kind == IntervalKind::BiasAware));
+    // so small a limit says more than the nodes: the interval is ± what it allows
+    for c in &tight.coefficients {
+        let [low, high] = c.interval.unwrap().ends;
+        assert!(high - low <= 2.1 * c.interval.unwrap().gain.unwrap() * c.least_squares_std_error.unwrap() * 2.2);
+        assert!((low + high).abs() <= 0.5 * (high - low), "{low} {high}");
+    }
+    // a limit far beyond what the noise allows says nothing
+    let loose = of(&spec(Some(1e12)));
+    for (c, plain) in loose.coefficients.iter().zip(&of(&spec(None)).coefficients) {
+        assert_close("gain", c.interval.unwrap().gain.unwrap(), 1.0, 1e-6, 0.0);
+        assert_close("low", c.interval.unwrap().ends[0], plain.interval.unwrap().ends[0], 1e-4, 1e-9);
+    }
+    let wide = of(&FitSpec { level: 0.999, ..spec(None) });
+    let narrow = of(&FitSpec { level: 0.6, ..spec(None) });
+    for (wide, narrow) in wide.coefficients.iter().zip(&narrow.coefficients) {
+        let ([a, b], [c, d]) = (wide.interval.unwrap().ends, narrow.interval.unwrap().ends);
+        assert!(a < c && d < b);
+    }
+    // σ known: normal quantiles of that σ
+    let known = of(&FitSpec { noise_sigma: Some(0.5), regularization: Regularization::None, ..linear() });
+    let plain = of(&FitSpec { regularization: Regularization::None, ..linear() });
+    let sigma = plain.residuals.sigma.unwrap();
+    for (known, plain) in known.coefficients.iter().zip(&plain.coefficients) {
+        let [low, high] = known.interval.unwrap().ends;
+        let want = 2.0 * 1.959_963_984_540_054 * 0.5 / sigma * plain.std_error.unwrap();
+        assert_close("width", high - low, want, 1e-9, 0.0);
+    }
+}

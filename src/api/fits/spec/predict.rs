@@ -1,0 +1,95 @@
+//! Places at which a fit is asked for heights, as they are written.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::json::present::present;
+use flankfit_engine::estimation::spec;
+
+/// Heights, slopes and bands of the fitted curve or surface at places of its domain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Predict, example = json!({"at": {"grid": {"u": [0, 10, 20], "v": [0, 5]}}, "kinds": ["confidence", "simultaneous"]}))]
+pub struct PredictBody {
+    /// The places.
+    pub at: PlacesBody,
+    /// Level of the bands; by default that of the fit's intervals.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1)]
+    pub level: Option<f64>,
+    /// Which bands; default `["confidence"]`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub kinds: Option<Vec<BandName>>,
+    /// Slopes with their intervals beside the heights; default false.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub slopes: Option<bool>,
+}
+
+/// Places in the unit of the nodes: `x` for a curve; `u` and `v` (one pair for each point) or
+/// `grid` for a surface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Places)]
+pub struct PlacesBody {
+    /// Abscissae of a curve.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 1)]
+    pub x: Option<Vec<f64>>,
+    /// u of each point of a surface.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 1)]
+    pub u: Option<Vec<f64>>,
+    /// v of each point, as many as u.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 1)]
+    pub v: Option<Vec<f64>>,
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub grid: Option<PlacesGridBody>,
+}
+
+/// Every combination of the axes, v running fastest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = PlacesGrid)]
+pub struct PlacesGridBody {
+    /// Abscissae along u.
+    #[schema(min_items = 1)]
+    pub u: Vec<f64>,
+    /// Abscissae along v.
+    #[schema(min_items = 1)]
+    pub v: Vec<f64>,
+}
+
+/// A band: `confidence` holds the true height at each place by itself, `prediction` a further
+/// measurement of weight 1, `simultaneous` the true heights of the whole domain at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = Band)]
+pub enum BandName {
+    Confidence,
+    Prediction,
+    Simultaneous,
+}
+
+impl From<&spec::Predict> for PredictBody {
+    fn from(predict: &spec::Predict) -> Self {
+        let spec::Predict { at, level, kinds, slopes } = predict;
+        let names = [
+            (kinds.confidence, BandName::Confidence),
+            (kinds.prediction, BandName::Prediction),
+            (kinds.simultaneous, BandName::Simultaneous),
+        ];
+        PredictBody {
+            at: match at.clone() {
+                spec::Places::Curve(x) => PlacesBody { x: Some(x), ..PlacesBody::default() },
+                spec::Places::Points { u, v } => PlacesBody { u: Some(u), v: Some(v), ..PlacesBody::default() },
+                spec::Places::Grid { u, v } => {
+                    PlacesBody { grid: Some(PlacesGridBody { u, v }), ..PlacesBody::default() }
+                }
+            },
+            level: *level,
+            kinds: Some(names.into_iter().filter_map(|(wanted, name)| wanted.then_some(name)).collect()),
+            slopes: Some(*slopes),
+        }
+    }
+}
