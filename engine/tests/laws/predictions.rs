@@ -228,7 +228,8 @@ fn bands_of_a_surface_hold() {
 #[test]
 fn bands_hold_where_a_norm_limit_is_told() {
     let places: Vec<f64> = (0..=20).map(|i| 30.0 + 0.2 * f64::from(i)).collect();
-    // all coefficients along the worst determined direction would be the worst case; here a usual one
+    // all coefficients along the worst determined direction would be the worst case; here a usual
+    // one
     let truth: Vec<f64> = places.iter().map(|x| height(*x)).collect();
     let base = polynomial(Degree::Both(3), PolynomialBasis::Chebyshev);
     let norm = {

@@ -1,9 +1,9 @@
 //! Factors of bands that hold over a whole curve or surface at once.
 //!
-//! A band `value(x) ± c · se(x)` holds everywhere with the probability that `|γ(x)ᵀT| ≤ c` for every
-//! x, γ(x) being unit vectors that run along a path (a curve) or over a sheet (a surface) of the
-//! sphere, and T a vector of n normal errors over σ̂. Scheffé's c allows for every unit vector there
-//! is; the volume of a tube about the path or sheet allows for those alone that occur:
+//! A band `value(x) ± c · se(x)` holds everywhere with the probability that `|γ(x)ᵀT| ≤ c` for
+//! every x, γ(x) being unit vectors that run along a path (a curve) or over a sheet (a surface) of
+//! the sphere, and T a vector of n normal errors over σ̂. Scheffé's c allows for every unit vector
+//! there is; the volume of a tube about the path or sheet allows for those alone that occur:
 //!
 //! ```text
 //! 2 [P(t_ν > c) + ℓ/(2π) (1 + c²/ν)^(−ν/2) + a (2π)^(−3/2) c m (1 + c²/ν)^(−(ν+1)/2)] = α

@@ -138,7 +138,8 @@ impl LinearMap {
         }
     }
 
-    /// Sharp bound on the bias of `form` for coefficients of norm at most `r` in the scaled columns.
+    /// Sharp bound on the bias of `form` for coefficients of norm at most `r` in the scaled
+    /// columns.
     pub(crate) fn bias(&self, form: &Form, columns: &ScaledColumns, r: f64) -> f64 {
         match self {
             LinearMap::Eigenvectors { removed } => r * norm(form.along.iter().zip(removed).map(|(p, g)| p * g)),

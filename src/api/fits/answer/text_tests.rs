@@ -163,6 +163,50 @@ impl Maker {
         PerturbationBounds { square_bound: self.maybe(), first_order_bound: self.maybe() }
     }
 
+    fn choice(&mut self) -> Choice {
+        Choice {
+            criterion: self.criterion(),
+            lambda_star: self.maybe(),
+            condition: self.maybe(),
+            bias_norm: self.number(),
+            predicted_mse: self.maybe(),
+            rms: self.number(),
+        }
+    }
+
+    fn interval(&mut self) -> Interval {
+        Interval {
+            ends: [self.number(), self.number()],
+            kind: [IntervalKind::Student, IntervalKind::LeastSquares, IntervalKind::BiasAware][self.below(3)],
+            least_squares: self.there().then(|| [self.number(), self.number()]),
+            gain: self.maybe(),
+        }
+    }
+
+    fn predictions(&mut self) -> Predictions {
+        Predictions {
+            level: 0.95,
+            value: self.numbers(),
+            std_error: self.there().then(|| self.numbers()),
+            bias_bound: self.numbers(),
+            confidence: self.there().then(|| self.pairs()),
+            prediction: self.there().then(|| self.pairs()),
+            simultaneous: self.there().then(|| Simultaneous {
+                band: self.pairs(),
+                factor: self.number(),
+                method: [SimultaneousMethod::Scheffe, SimultaneousMethod::Tube][self.below(2)],
+                scheffe: self.number(),
+            }),
+            slopes: (0..self.below(3))
+                .map(|_| Slopes {
+                    value: self.numbers(),
+                    std_error: self.there().then(|| self.numbers()),
+                    confidence: self.there().then(|| self.pairs()),
+                })
+                .collect(),
+        }
+    }
+
     fn result(&mut self) -> FitResult {
         FitResult {
             coefficients: self.list(|m| Coefficient {
@@ -177,12 +221,7 @@ impl Maker {
                 least_squares: m.number(),
                 least_squares_std_error: m.maybe(),
                 bias_bound: m.number(),
-                interval: m.there().then(|| Interval {
-                    ends: [m.number(), m.number()],
-                    kind: [IntervalKind::Student, IntervalKind::LeastSquares, IntervalKind::BiasAware][m.below(3)],
-                    least_squares: m.there().then(|| [m.number(), m.number()]),
-                    gain: m.maybe(),
-                }),
+                interval: m.there().then(|| m.interval()),
             }),
             // That of a request or of the nodes, which are finite.
             domain: self.there().then(|| Domain { u: Some([0.5, 1e300]), v: self.there().then_some([-1e-5, 0.0]) }),
@@ -220,14 +259,7 @@ impl Maker {
                 filter_factors: self.numbers(),
                 matrix_norm_squared: self.maybe(),
                 largest_eigenvalue_bound: self.maybe(),
-                choices: self.list(|m| Choice {
-                    criterion: m.criterion(),
-                    lambda_star: m.maybe(),
-                    condition: m.maybe(),
-                    bias_norm: m.number(),
-                    predicted_mse: m.maybe(),
-                    rms: m.number(),
-                }),
+                choices: self.list(Maker::choice),
             },
             bias: BiasReport {
                 norm: self.number(),
@@ -319,27 +351,7 @@ impl Maker {
                 after: self.figures(),
             }),
             covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),
-            predictions: self.there().then(|| Predictions {
-                level: 0.95,
-                value: self.numbers(),
-                std_error: self.there().then(|| self.numbers()),
-                bias_bound: self.numbers(),
-                confidence: self.there().then(|| self.pairs()),
-                prediction: self.there().then(|| self.pairs()),
-                simultaneous: self.there().then(|| Simultaneous {
-                    band: self.pairs(),
-                    factor: self.number(),
-                    method: [SimultaneousMethod::Scheffe, SimultaneousMethod::Tube][self.below(2)],
-                    scheffe: self.number(),
-                }),
-                slopes: (0..self.below(3))
-                    .map(|_| Slopes {
-                        value: self.numbers(),
-                        std_error: self.there().then(|| self.numbers()),
-                        confidence: self.there().then(|| self.pairs()),
-                    })
-                    .collect(),
-            }),
+            predictions: self.there().then(|| self.predictions()),
             numerics: Numerics {
                 arithmetic: [Arithmetic::Double, Arithmetic::DoubleDouble][self.below(2)],
                 correct_digits: self.number(),
