@@ -1,11 +1,11 @@
 //! The shortest interval about a filtered estimate of a linear form `ℓᵀA` that holds for every A
 //! with ‖A‖ ≤ r (Armstrong and Kolesár).
 //!
-//! Along the eigenvectors `ℓᵀA = c + Σ pᵢaᵢ`, c a constant that no filter acts on. The estimate `c
-//! + Σ fᵢpᵢaᵢ` has standard error `s = (s₀² + σ²Σ pᵢ²fᵢ²/λᵢ)^½` and a bias of at most `b = r (Σ
-//! pᵢ²(1 − fᵢ)²)^½`, both attained. Of all filters `fᵢ = λᵢ/(λᵢ + k)` give the least s at each b,
-//! so k is all there is to find. Along it `db² = 2r²k S dk` and `ds² = −2σ² S dk` with the same S,
-//! so the half-width `h = s q(b/s)` is least where
+//! Along the eigenvectors `ℓᵀA = c + Σ pᵢaᵢ`, c a constant that no filter acts on. The estimate is
+//! `c + Σ fᵢpᵢaᵢ`; it has standard error `s = (s₀² + σ²Σ pᵢ²fᵢ²/λᵢ)^½` and a bias of at most
+//! `b = r (Σ pᵢ²(1 − fᵢ)²)^½`, both attained. Of all filters `fᵢ = λᵢ/(λᵢ + k)` give the least s at
+//! each b, so k is all there is to find. Along it `db² = 2r²k S dk` and `ds² = −2σ² S dk` with the
+//! same S, so the half-width `h = s q(b/s)` is least where
 //!
 //! ```text
 //! k = (σ/r)² · u (q(u)/q'(u) − u),  u = b/s
