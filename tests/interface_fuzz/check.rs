@@ -1,5 +1,8 @@
 //! What must hold of every answer.
 
+use std::{collections::HashSet, fmt};
+
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::Value;
 
 use super::{contract::Operation, request::Request, send::Answer};
@@ -50,9 +53,9 @@ fn problem(request: &Request, operation: Option<&Operation>, answer: &Answer, fi
     if (answer.status == 422 && body["code"] == "invalid_request" && many == 0) || many > 100 {
         findings.push(("no_problem", format!("{many} errors: {text}")));
     }
-    // where a field stands twice, a pointer may mean either
-    let twice = answer.body.windows(5).any(|word| word == b"twice");
-    let json = request.json.as_ref().filter(|_| !twice);
+    // where a field stands twice, a pointer may mean either; long bodies are told their first fault
+    // alone, which need not be that one
+    let json = request.json.as_ref().filter(|json| !stands_twice(json));
     let sent = json.and_then(|json| serde_json::from_slice::<Value>(json).ok());
     let parameters: Vec<&str> = operation.into_iter().flat_map(|o| &o.parameters).map(|p| p.name.as_str()).collect();
     for error in errors.into_iter().flatten() {
@@ -73,6 +76,68 @@ fn problem(request: &Request, operation: Option<&Operation>, answer: &Answer, fi
         {
             findings.push(("pointer", format!("`{pointer}` does not stand in the request: {detail}")));
         }
+    }
+}
+
+/// Whether an object of a JSON text has a field twice.
+fn stands_twice(json: &[u8]) -> bool {
+    serde_json::from_slice::<Once>(json).is_err_and(|error| error.is_data())
+}
+
+/// Any JSON without a field that stands twice.
+struct Once;
+
+impl<'de> Deserialize<'de> for Once {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Once)
+    }
+}
+
+impl<'de> Visitor<'de> for Once {
+    type Value = Once;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("any JSON")
+    }
+
+    fn visit_unit<E>(self) -> Result<Once, E> {
+        Ok(Once)
+    }
+
+    fn visit_bool<E>(self, _: bool) -> Result<Once, E> {
+        Ok(Once)
+    }
+
+    fn visit_u64<E>(self, _: u64) -> Result<Once, E> {
+        Ok(Once)
+    }
+
+    fn visit_i64<E>(self, _: i64) -> Result<Once, E> {
+        Ok(Once)
+    }
+
+    fn visit_f64<E>(self, _: f64) -> Result<Once, E> {
+        Ok(Once)
+    }
+
+    fn visit_str<E>(self, _: &str) -> Result<Once, E> {
+        Ok(Once)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Once, A::Error> {
+        while entries.next_element::<Once>()?.is_some() {}
+        Ok(Once)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut fields: A) -> Result<Once, A::Error> {
+        let mut names = HashSet::new();
+        while let Some(name) = fields.next_key::<String>()? {
+            if !names.insert(name) {
+                return Err(A::Error::custom("a field stands twice"));
+            }
+            fields.next_value::<Once>()?;
+        }
+        Ok(Once)
     }
 }
 
