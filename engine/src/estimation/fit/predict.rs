@@ -12,8 +12,10 @@ use crate::{
     numerics::cancel::Asking,
 };
 
-/// Products of places and coefficients at most: some seconds.
-const MOST_PRODUCTS: usize = 5_000_000;
+/// Products of places and coefficients at most: some seconds, and 100 MB.
+const MOST_PRODUCTS: usize = 2_000_000;
+/// Coefficients that every place counts for at least.
+const LEAST_COEFFICIENTS: usize = 20;
 
 /// Refuses levels and places that the fit of `design` does not have.
 pub(super) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
@@ -34,16 +36,15 @@ pub(super) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
 }
 
 fn unsuited(design: &Design, at: &Places) -> Option<InferenceReason> {
-    let (places, coefficients) = (at.count(), design.size());
+    let places = at.count();
+    let most = MOST_PRODUCTS / design.size().max(LEAST_COEFFICIENTS);
     match (design.domain, at) {
         (None, _) => Some(InferenceReason::OfMatrix),
         (Some(Domain { v: None, .. }), Places::Points { .. } | Places::Grid { .. }) => Some(InferenceReason::OfCurve),
         (Some(Domain { v: Some(_), .. }), Places::Curve(_)) => Some(InferenceReason::OfSurface),
         (_, Places::Points { u, v }) if u.len() != v.len() => Some(InferenceReason::Unequal { u: u.len(), v: v.len() }),
         _ if places == 0 => Some(InferenceReason::NoPlaces),
-        _ if places.saturating_mul(coefficients) > MOST_PRODUCTS => {
-            Some(InferenceReason::ManyPlaces { places, coefficients, most: MOST_PRODUCTS })
-        }
+        _ if places > most => Some(InferenceReason::ManyPlaces { places, most }),
         _ => None,
     }
 }

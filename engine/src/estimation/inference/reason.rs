@@ -13,13 +13,11 @@ pub enum InferenceReason {
     #[error("there are no places")]
     NoPlaces,
     /// More work than a request may ask for.
-    #[error("{places} places of {coefficients} coefficients are more than the {most} products that a fit may have")]
+    #[error("{places} places, more than the {most} that a fit with so many coefficients may be asked for")]
     ManyPlaces {
         /// Places asked for.
         places: usize,
-        /// Coefficients of the model.
-        coefficients: usize,
-        /// Products at most.
+        /// Places at most.
         most: usize,
     },
     /// Points without a partner.
