@@ -34,7 +34,11 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_matrix", "A measurement matrix with named columns, no regularisation"),
     example!("create_fit", "fit_filtered", "A flank grid with peaks and roughness, filtered before the fit"),
     example!("create_fit", "fit_filtered_curve", "A profile trace with a robust Gaussian filter"),
-    example!("study_randomization", "study_flank", "The profile of a flank whose columns are nearly parallel"),
+    example!(
+        "study_randomization",
+        "study_flank",
+        "An involute section whose columns are nearly parallel: the set-up of the paper's figures"
+    ),
     example!("study_randomization", "study_matrix", "A measurement matrix, seen in columns of unit length"),
     example!(
         "create_fit",

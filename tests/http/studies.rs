@@ -36,7 +36,15 @@ async fn the_documented_examples_are_answered() {
             assert!(choices.len() >= 4, "{name}: {choices:?}");
             let default = choices.iter().find(|choice| choice["criterion"] == "min_mse").unwrap();
             assert_eq!(default["rss"], references[name]["rss"]);
+            assert_eq!(default.get("noise_to_signal").is_some(), name != "ridge", "{default}");
         }
+        // the plateau is made of levels, the best one among them
+        let optimum = body.optimum.unwrap();
+        let [low, high] = optimum.plateau;
+        assert!(low <= optimum.best.level && optimum.best.level <= high);
+        assert!((low..=high).contains(&optimum.least_condition.level));
+        assert!(optimum.least_condition.condition_ratio >= optimum.best.condition_ratio);
+        assert!(body.coefficient_norm_squared > 0.0 && body.levels.iter().any(|level| level.matrix_b.is_some()));
         assert!(references["least_squares"]["condition"]["median"].as_f64().unwrap() > 1.0);
         // the same study again is the same answer
         assert_eq!(study(&app, &request).await.text, answer.text);

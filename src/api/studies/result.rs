@@ -16,7 +16,7 @@ use crate::api::{
 };
 use flankfit_engine::estimation::{
     FitError,
-    randomization::{self, Figures, LevelResult, Reference, ReferenceChoice, StudyResult, Summary},
+    randomization::{self, Figures, LevelRatios, LevelResult, Reference, ReferenceChoice, StudyResult, Summary},
     spec::Criterion,
 };
 
@@ -50,6 +50,8 @@ pub struct RandomizationResult {
     /// |V₁ᵀA|/‖A‖: how much of A lies along the eigenvector of the smallest eigenvalue; absent for A = 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub along_smallest: Option<f64>,
+    /// ‖A‖² in the columns of the study, by which an estimate of 0 errs.
+    pub coefficient_norm_squared: f64,
     /// What that means for reading the rest.
     pub remark: String,
     /// Figures of each level, in ascending order.
@@ -104,6 +106,20 @@ pub struct StudyLevel {
     /// ‖y − X̃ Â_R‖², what the randomised fit itself sees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fitted_rss: Option<Quartiles>,
+    /// The regularising matrix B of Eq. 40 of the same level, σ_B/σ_X = k; absent where no λ* up to
+    /// the largest eigenvalue has it, and where the columns depend on each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix_b: Option<StudyLevelOfB>,
+}
+
+/// The regularising matrix of one level, on the same heights: first order, as many eigenvalues as
+/// lie beyond the usual condition limit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyLevelOfB {
+    /// λ* at which the root mean square over the columns that vary of ‖B_j‖/(√m σ_j) is the level.
+    pub lambda_star: f64,
+    #[serde(flatten)]
+    pub figures: StudyFigures,
 }
 
 /// The same heights, estimated with X as it is.
@@ -138,6 +154,10 @@ pub struct RegularizedFigures {
     /// λ* of the spectral schemes, k of ridge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<Quartiles>,
+    /// σ_B/σ_X of the spectral schemes: how large B is beside the columns that it is added to, on
+    /// the scale of the levels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_to_signal: Option<Quartiles>,
     #[serde(flatten)]
     pub figures: StudyFigures,
 }
@@ -150,16 +170,32 @@ pub struct StudyChoice {
     pub chosen: RegularizedFigures,
 }
 
-/// The level of least median error against least squares.
+/// The level of least median error, and those that do nearly as well.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyOptimum {
+    #[serde(flatten)]
+    pub best: StudyRatios,
+    /// Lowest and highest level about the best one where ‖A − Â_R‖ is at most 5 % above the least.
+    #[schema(min_items = 2, max_items = 2)]
+    pub plateau: [f64; 2],
+    /// The level of least condition on the plateau: the accuracy is the same, the matrix is
+    /// conditioned best.
+    pub least_condition: StudyRatios,
+}
+
+/// One level beside least squares, by medians.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyRatios {
     /// The level itself.
     pub level: f64,
-    /// Median ‖A − Â‖² of least squares over that of this level.
+    /// Median ‖A − Â‖² of least squares over that of this level; its root is the ratio of norms.
     pub error_ratio: f64,
     /// cond(XᵀX) over the median cond(X̃ᵀX̃) of this level.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition_ratio: Option<f64>,
+    /// Median ‖y − X Â_R‖² of this level over that of least squares.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rss_ratio: Option<f64>,
 }
 
 fn quartiles(summary: Option<Summary>) -> Option<Quartiles> {
@@ -193,7 +229,8 @@ impl RandomizationResult {
             smallest_correlation: result.smallest_correlation,
             largest_correlation: result.largest_correlation,
             along_smallest: result.along_smallest,
-            remark: remark(result.along_smallest),
+            coefficient_norm_squared: result.coefficient_norm_squared,
+            remark: remark(result.along_smallest, result.coefficient_norm_squared),
             levels: result.levels.into_iter().map(level).collect(),
             references: StudyReferences {
                 least_squares: figures(&result.references.least_squares),
@@ -202,9 +239,9 @@ impl RandomizationResult {
                 ridge: regularized(result.references.ridge),
             },
             optimum: result.optimum.map(|o| StudyOptimum {
-                level: o.level,
-                error_ratio: o.error_ratio,
-                condition_ratio: o.condition_ratio,
+                best: ratios(o.best),
+                plateau: o.plateau,
+                least_condition: ratios(o.least_condition),
             }),
             warnings: result.warnings.iter().map(WarningBody::from).collect(),
             engine: crate::api::ENGINE.to_owned(),
@@ -218,13 +255,13 @@ impl RandomizationResult {
 }
 
 /// How the outcome hangs on where A lies.
-fn remark(along: Option<f64>) -> String {
+fn remark(along: Option<f64>, norm_squared: f64) -> String {
     const SHRINKS: &str =
         "randomising, like every regularisation, shrinks what lies along the eigenvector V₁ of the smallest eigenvalue";
     match along {
         Some(share) => format!(
             "{SHRINKS}; here |V₁ᵀA|/‖A‖ = {share:.3e}, and an A that lies otherwise gives other figures with the same \
-             matrix"
+             matrix; an estimate of 0 errs by ‖A‖² = {norm_squared:.3e}"
         ),
         None => format!("{SHRINKS}; here A is 0, which no shrinking can harm"),
     }
@@ -240,11 +277,29 @@ fn figures(f: &Figures) -> StudyFigures {
 }
 
 fn level(l: LevelResult) -> StudyLevel {
-    StudyLevel { level: l.level, figures: figures(&l.figures), fitted_rss: quartiles(l.fitted_rss) }
+    StudyLevel {
+        level: l.level,
+        figures: figures(&l.figures),
+        fitted_rss: quartiles(l.fitted_rss),
+        matrix_b: l.matrix_b.map(|b| StudyLevelOfB { lambda_star: b.lambda_star, figures: figures(&b.figures) }),
+    }
+}
+
+fn ratios(r: LevelRatios) -> StudyRatios {
+    StudyRatios {
+        level: r.level,
+        error_ratio: r.error_ratio,
+        condition_ratio: r.condition_ratio,
+        rss_ratio: r.rss_ratio,
+    }
 }
 
 fn chosen(c: &ReferenceChoice) -> RegularizedFigures {
-    RegularizedFigures { lambda_star: quartiles(c.lambda_star), figures: figures(&c.figures) }
+    RegularizedFigures {
+        lambda_star: quartiles(c.lambda_star),
+        noise_to_signal: quartiles(c.noise_to_signal),
+        figures: figures(&c.figures),
+    }
 }
 
 fn regularized(reference: Reference) -> RegularizedReference {

@@ -15,12 +15,12 @@ use clap::Args;
 use super::CommandError;
 use crate::api::{problem::Problem, studies::result};
 
-/// The profile of a flank, described in docs/paper-figures.md.
+/// An involute section, described in docs/paper-figures.md.
 const DEFAULT: &str = include_str!("../../../examples/requests/study_flank.json");
 
 #[derive(Debug, Args)]
 pub struct StudyArguments {
-    /// A study request as JSON; `-` reads standard input. Without it: the profile of a flank whose
+    /// A study request as JSON; `-` reads standard input. Without it: an involute section whose
     /// columns are nearly parallel.
     file: Option<PathBuf>,
     /// Also write both figures into this folder, as fig4.svg and fig5.svg.

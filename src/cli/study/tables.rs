@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::{
     api::json::writer::text_of,
-    api::studies::result::{Quartiles, RandomizationResult, RegularizedReference, StudyFigures},
+    api::studies::result::{Quartiles, RandomizationResult, RegularizedReference, StudyFigures, StudyRatios},
     cli::table::Table,
 };
 
@@ -70,18 +70,47 @@ pub fn text(result: &RandomizationResult) -> String {
         }
     }
     let _ = writeln!(out, "{table}");
+    let _ = writeln!(out, "{}", beside_least_squares(result));
     if let Some(optimum) = &result.optimum {
-        let condition = optimum.condition_ratio.map_or_else(String::new, |r| format!(", condition {r:.3e} times less"));
-        let _ = writeln!(
-            out,
-            "best level k = {:.3e}: median ‖A−Â‖² {:.3} times less than least squares{condition}",
-            optimum.level, optimum.error_ratio
-        );
+        let _ = writeln!(out, "best level {}", ratios(&optimum.best));
+        let [low, high] = optimum.plateau;
+        let _ = writeln!(out, "within 5 % of the least error: k = {low:.3e} to {high:.3e}");
+        let _ = writeln!(out, "least condition there at {}", ratios(&optimum.least_condition));
     }
     for warning in &result.warnings {
         let _ = writeln!(out, "warning: {}", warning.message);
     }
     out
+}
+
+/// Every level against least squares, with B of the same level beside it.
+fn beside_least_squares(result: &RandomizationResult) -> Table {
+    let heads = ["k", "‖A−Â‖ ÷", "cond ÷", "RSS ×", "B of level k: λ*", "‖A−Â‖ ÷", "cond ÷", "RSS ×"];
+    let mut table = Table::new(heads, 0);
+    let base = &result.references.least_squares;
+    let over = |a: Option<Quartiles>, b: Option<Quartiles>| a.zip(b).map(|(a, b)| a.median / b.median);
+    let three = |figures: &StudyFigures| {
+        [
+            number(over(base.bias_norm_squared, figures.bias_norm_squared).map(f64::sqrt)),
+            number(over(base.condition, figures.condition)),
+            number(over(figures.rss, base.rss)),
+        ]
+    };
+    for level in &result.levels {
+        let [error, condition, rss] = three(&level.figures);
+        let b = level.matrix_b.as_ref();
+        let [b_error, b_condition, b_rss] = b.map_or_else(Default::default, |b| three(&b.figures));
+        let lambda_star = number(b.map(|b| b.lambda_star));
+        table.row([format!("{:.3e}", level.level), error, condition, rss, lambda_star, b_error, b_condition, b_rss]);
+    }
+    table
+}
+
+fn ratios(ratios: &StudyRatios) -> String {
+    let condition = ratios.condition_ratio.map_or_else(String::new, |r| format!(", condition {r:.3e} times less"));
+    let rss = ratios.rss_ratio.map_or_else(String::new, |r| format!(", RSS {r:.2} times"));
+    let error = ratios.error_ratio.sqrt();
+    format!("k = {:.3e}: median ‖A−Â‖ {error:.3} times less than least squares{condition}{rss}", ratios.level)
 }
 
 fn median(summary: Option<Quartiles>) -> String {

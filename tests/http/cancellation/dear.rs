@@ -90,7 +90,7 @@ pub fn nothing() -> Body {
 
 pub fn study() -> Body {
     let mut request = example(include_str!("../../../examples/requests/study_flank.json"));
-    request["repetitions"] = json!(10_000);
+    request["repetitions"] = json!(8_000);
     of(&request)
 }
 

@@ -6,7 +6,8 @@
 //! `k = σ_noise/σ_signal`, and `Â_R` is the least-squares estimate of `y` on `X̃`. A constant
 //! column has no deviation and stays as it is. Reported are medians and quartiles of cond(X̃ᵀX̃),
 //! log₁₀ det(X̃ᵀX̃), ‖A − Â_R‖² and the residual sums; beside them, from the same heights, least
-//! squares, both spectral schemes and ridge with every criterion that has an answer.
+//! squares, both spectral schemes and ridge with every criterion that has an answer. The
+//! regularising matrix B, read as noise on the columns (`matrix_b`), stands beside the levels.
 //!
 //! The outcome depends on where A lies relative to the eigenvector V₁ of the smallest eigenvalue,
 //! because every one of these methods shrinks what lies along it: [`StudyResult::along_smallest`]
@@ -20,9 +21,11 @@
 //! Repetitions are computed in parallel and gathered in order.
 
 mod fault;
+mod matrix_b;
 mod measured;
 pub(crate) mod normal;
 mod outcome;
+mod plateau;
 mod references;
 mod repetition;
 mod result;
@@ -30,7 +33,10 @@ mod setup;
 
 pub use fault::{StudyFaults, StudyField, StudyReason};
 pub use measured::Measured;
-pub use result::{Figures, LevelResult, Optimum, Reference, ReferenceChoice, References, StudyResult, Summary};
+pub use plateau::PLATEAU;
+pub use result::{
+    Figures, LevelOfB, LevelRatios, LevelResult, Optimum, Reference, ReferenceChoice, References, StudyResult, Summary,
+};
 pub use setup::{ColumnScaling, Setup, Study};
 
 use rayon::prelude::*;
@@ -69,7 +75,8 @@ use references::Base;
 /// assert!((conditions[0] / condition - 1.0).abs() < 1e-6);
 /// assert!(conditions[0] > 10.0 * conditions[1] && conditions[1] > conditions[2]);
 /// // An estimate on randomised columns may err less than least squares does.
-/// assert!(found.optimum.is_some_and(|optimum| optimum.level > 0.0 && optimum.error_ratio > 1.0));
+/// let best = found.optimum.expect("there is noise").best;
+/// assert!(best.level > 0.0 && best.error_ratio > 1.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
@@ -99,6 +106,7 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
                     rss: of(&|d| d.rss),
                 },
                 fitted_rss: of(&|d| d.fitted_rss),
+                matrix_b: base.of_level(&outcomes, level),
             }
         })
         .collect();
@@ -108,7 +116,7 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
     }
     let references = base.references(&outcomes, &mut warnings);
     let optimum = if study.noise_sigma > 0.0 {
-        result::optimum(&levels, &references.least_squares)
+        plateau::optimum(&levels, &references.least_squares)
     } else {
         warnings.push(Warning::NoNoise);
         None
@@ -118,6 +126,7 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
         smallest_correlation: base.correlation.map(|c| c[0]),
         largest_correlation: base.correlation.map(|c| c[1]),
         along_smallest: base.along_smallest(),
+        coefficient_norm_squared: base.coefficient_norm_squared(),
         levels,
         references,
         optimum,

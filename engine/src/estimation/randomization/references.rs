@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use super::{
     outcome::Outcome,
-    result::{Figures, Reference, ReferenceChoice, References, Summary},
+    result::{Figures, LevelOfB, Reference, ReferenceChoice, References, Summary},
     setup::Study,
 };
 use crate::{
@@ -29,11 +29,13 @@ use crate::{
 
 /// The spectrum of X and where A lies in it.
 pub(super) struct Base {
-    spectrum: Directions,
+    pub(super) spectrum: Directions,
     /// U, row by row.
     u: DMatrix<f64>,
     alpha: Vec<f64>,
-    rows: usize,
+    pub(super) rows: usize,
+    /// σ_signal of each column.
+    pub(super) deviation: Vec<f64>,
     variance: f64,
     /// Least and largest |correlation| of two columns that vary.
     pub correlation: Option<[f64; 2]>,
@@ -68,16 +70,21 @@ impl Base {
             .collect();
         let u = left_vectors(study, &design, &sample, &factor, &spectrum);
         let variance = study.noise_sigma * study.noise_sigma;
-        Ok(Base { spectrum, u, alpha, rows: m, variance, correlation })
+        Ok(Base { spectrum, u, alpha, rows: m, deviation: study.deviation.clone(), variance, correlation })
     }
 
     pub(super) fn lambda(&self) -> &[f64] {
         &self.spectrum.lambda
     }
 
+    /// ‖A‖².
+    pub(super) fn coefficient_norm_squared(&self) -> f64 {
+        self.alpha.iter().map(|a| a * a).sum()
+    }
+
     /// |V₁ᵀA|/‖A‖.
     pub(super) fn along_smallest(&self) -> Option<f64> {
-        let norm = self.alpha.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let norm = self.coefficient_norm_squared().sqrt();
         Some(self.alpha[0].abs() / norm).filter(|share| share.is_finite())
     }
 
@@ -88,17 +95,8 @@ impl Base {
 
     pub(super) fn references(&self, outcomes: &[Outcome], warnings: &mut Vec<Warning>) -> References {
         let least_squares = self.summaries(outcomes, |_| (Rule::None, 0.0));
-        let spectral = |scheme| {
-            self.spectrum.full_rank().then(|| {
-                let regularization = Regularization::Spectral {
-                    scheme,
-                    count: Count::Auto,
-                    condition_limit: DEFAULT_CONDITION_LIMIT,
-                    lambda_star: Parameter::Criterion(Criterion::MinMse),
-                };
-                self.reference(outcomes, &regularization)
-            })
-        };
+        let spectral =
+            |scheme| self.spectrum.full_rank().then(|| self.reference(outcomes, &usual_regularization(scheme)));
         if !self.spectrum.full_rank() {
             warnings.push(Warning::NoSpectralSchemes { rank: self.spectrum.rank, columns: self.lambda().len() });
         }
@@ -109,6 +107,13 @@ impl Base {
             ridge: self
                 .reference(outcomes, &Regularization::Ridge { parameter: Parameter::Criterion(Criterion::MinMse) }),
         }
+    }
+
+    /// The regularising matrix of level k on the same heights.
+    pub(super) fn of_level(&self, outcomes: &[Outcome], level: f64) -> Option<LevelOfB> {
+        let (_, rule, _) = filters::rule(&usual_regularization(Scheme::FirstOrder), self.lambda()).ok()?;
+        let lambda_star = self.spectrum.full_rank().then(|| self.lambda_star_of_level(rule, level)).flatten()?;
+        Some(LevelOfB { lambda_star, figures: self.summaries(outcomes, |_| (rule, lambda_star)) })
     }
 
     fn reference(&self, outcomes: &[Outcome], regularization: &Regularization) -> Reference {
@@ -136,6 +141,9 @@ impl Base {
                 ReferenceChoice {
                     criterion,
                     lambda_star: Summary::of((0..outcomes.len()).map(|r| parameter(r).unwrap_or(f64::NAN))),
+                    noise_to_signal: Summary::of((0..outcomes.len()).map(|r| {
+                        parameter(r).and_then(|lambda_star| self.noise_to_signal(rule, lambda_star)).unwrap_or(f64::NAN)
+                    })),
                     figures: self.summaries(outcomes, |r| match parameter(r) {
                         Some(parameter) => (rule, parameter),
                         None => (Rule::None, 0.0),
@@ -179,6 +187,16 @@ impl Base {
         let all: Vec<[f64; 4]> = (0..outcomes.len()).map(one).collect();
         let of = |k: usize| Summary::of(all.iter().map(|figures| figures[k]));
         Figures { condition: of(0), log10_determinant: of(1), bias_norm_squared: of(2), rss: of(3) }
+    }
+}
+
+/// As many eigenvalues as lie beyond the usual condition limit, λ* by the default criterion.
+fn usual_regularization(scheme: Scheme) -> Regularization {
+    Regularization::Spectral {
+        scheme,
+        count: Count::Auto,
+        condition_limit: DEFAULT_CONDITION_LIMIT,
+        lambda_star: Parameter::Criterion(Criterion::MinMse),
     }
 }
 

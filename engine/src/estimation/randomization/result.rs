@@ -18,6 +18,8 @@ pub struct StudyResult {
     /// |V₁ᵀA|/‖A‖, the share of A along the eigenvector of the smallest eigenvalue; `None` for
     /// A = 0.
     pub along_smallest: Option<f64>,
+    /// ‖A‖², by which an estimate of 0 errs.
+    pub coefficient_norm_squared: f64,
     /// One entry for each level, in the order given.
     pub levels: Vec<LevelResult>,
     /// What the estimates of least squares and of each regularisation come to on the same heights.
@@ -74,6 +76,18 @@ pub struct LevelResult {
     pub figures: Figures,
     /// ‖y − X̃ Â_R‖², what the randomised fit itself sees.
     pub fitted_rss: Option<Summary>,
+    /// The regularising matrix B of the same level; `None` where no λ* up to λₙ has it.
+    pub matrix_b: Option<LevelOfB>,
+}
+
+/// What the regularising matrix of one level comes to (first order, as many eigenvalues as lie
+/// beyond the usual condition limit).
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelOfB {
+    /// λ* at which σ_B/σ_X is the level.
+    pub lambda_star: f64,
+    /// What its estimates come to.
+    pub figures: Figures,
 }
 
 impl LevelResult {
@@ -90,6 +104,8 @@ pub struct ReferenceChoice {
     pub criterion: Criterion,
     /// λ* of the spectral schemes, k of ridge; `None` where nothing was regularised.
     pub lambda_star: Option<Summary>,
+    /// σ_B/σ_X of the spectral schemes: the size of B beside the columns that it is added to.
+    pub noise_to_signal: Option<Summary>,
     /// What its estimates come to.
     pub figures: Figures,
 }
@@ -116,27 +132,28 @@ pub struct References {
     pub ridge: Reference,
 }
 
-/// The level of least median ‖A − Â_R‖².
+/// One level beside least squares, by medians: each figure of least squares over that of the level,
+/// and for the residuals the other way round.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Optimum {
-    /// k of the level.
+pub struct LevelRatios {
+    /// k.
     pub level: f64,
-    /// Median ‖A − Â‖² of least squares over that of this level.
+    /// ‖A − Â‖² of least squares over that of the level.
     pub error_ratio: f64,
-    /// cond(XᵀX) over the median cond(X̃ᵀX̃) of this level.
+    /// cond(XᵀX) over cond(X̃ᵀX̃).
     pub condition_ratio: Option<f64>,
+    /// ‖y − XÂ_R‖² over that of least squares.
+    pub rss_ratio: Option<f64>,
 }
 
-pub(super) fn optimum(levels: &[LevelResult], least_squares: &Figures) -> Option<Optimum> {
-    let median = |summary: Option<Summary>| summary.map(|s| s.median);
-    let (best, error) = levels
-        .iter()
-        .filter_map(|level| median(level.figures.bias_norm_squared).map(|error| (level, error)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?).filter(|r| r.is_finite());
-    Some(Optimum {
-        level: best.level,
-        error_ratio: ratio(median(least_squares.bias_norm_squared), Some(error))?,
-        condition_ratio: ratio(median(least_squares.condition), median(best.figures.condition)),
-    })
+/// The level of least median ‖A − Â_R‖², and those that do nearly as well.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Optimum {
+    /// The best level.
+    pub best: LevelRatios,
+    /// Lowest and highest level about it without one between whose error is greater than
+    /// [`super::PLATEAU`] times the least.
+    pub plateau: [f64; 2],
+    /// The level of least condition among them.
+    pub least_condition: LevelRatios,
 }

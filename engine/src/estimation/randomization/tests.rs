@@ -125,6 +125,112 @@ fn level_0_is_least_squares() {
     }
 }
 
+/// B formed as a matrix from the eigenvectors of XᵀX, its columns measured, and least squares on
+/// X + B by normal equations.
+#[test]
+fn the_matrix_b_of_a_level_has_that_level() {
+    let study = study(|s| (s.levels, s.repetitions) = (vec![0.02], 1));
+    let result = run(&study).unwrap();
+    let found = result.levels[0].matrix_b.as_ref().unwrap();
+    let x = setup().x;
+    let gram = nalgebra::DMatrix::from_fn(3, 3, |i, j| x.iter().map(|row| row[i] * row[j]).sum::<f64>());
+    let eigen = gram.symmetric_eigen();
+    let largest = eigen.eigenvalues.max();
+    let mut b = vec![vec![0.0; 3]; 20];
+    for (i, &lambda) in eigen.eigenvalues.iter().enumerate() {
+        if largest / lambda > 900.0 && lambda < found.lambda_star {
+            let c = (found.lambda_star - lambda) / (2.0 * lambda);
+            let v = eigen.eigenvectors.column(i);
+            for (b, row) in b.iter_mut().zip(&x) {
+                let along: f64 = row.iter().zip(v.iter()).map(|(x, v)| x * v).sum();
+                (0..3).for_each(|j| b[j] += c * along * v[j]);
+            }
+        }
+    }
+    let mean = |f: &dyn Fn(usize) -> f64| (0..20).map(f).sum::<f64>() / 20.0;
+    let squares = [1, 2].map(|j| {
+        let middle = mean(&|k| x[k][j]);
+        mean(&|k| b[k][j].powi(2)) / mean(&|k| (x[k][j] - middle).powi(2))
+    });
+    assert!(((0.5 * (squares[0] + squares[1])).sqrt() / 0.02 - 1.0).abs() < 1e-8, "{squares:?}");
+    let e: Vec<f64> = normal::Normals::new(11, 0).take(20).iter().map(|g| 0.1 * g).collect();
+    let y: Vec<f64> = x.iter().zip(&e).map(|(row, e)| row[0] - 2.0 * row[1] + 0.5 * row[2] + e).collect();
+    let regular: Vec<Vec<f64>> = x.iter().zip(&b).map(|(x, b)| x.iter().zip(b).map(|(x, b)| x + b).collect()).collect();
+    let solved = plain(&regular, &y);
+    let error: f64 = solved.a.iter().zip([1.0, -2.0, 0.5]).map(|(a, b)| (a - b).powi(2)).sum();
+    let got = found.figures.bias_norm_squared.unwrap().median;
+    assert!((got / error - 1.0).abs() < 1e-7, "{got} {error}");
+    let determinant = found.figures.log10_determinant.unwrap().median;
+    assert!((determinant - solved.determinant.log10()).abs() < 1e-8);
+    // a reference says the level of its own λ*, which leads back to it
+    let choice = &result.references.spectral_first_order.as_ref().unwrap().choices[0];
+    let level = choice.noise_to_signal.unwrap().median;
+    let again = run(&self::study(|s| (s.levels, s.repetitions) = (vec![level], 1))).unwrap();
+    let lambda_star = again.levels[0].matrix_b.as_ref().unwrap().lambda_star;
+    assert!((lambda_star / choice.lambda_star.unwrap().median - 1.0).abs() < 1e-9);
+    assert!(run(&self::study(|s| s.levels = vec![1e9])).unwrap().levels[0].matrix_b.is_none());
+}
+
+/// The paper's figures: an involute section over 30 to 34 mm in micrometres, degree 6.
+#[test]
+fn the_papers_headline_is_reached_where_the_coefficients_lie_along_v1() {
+    // involute of the base circle of 31 teeth, module 2 mm, 20°, from the roots of x(t) = x
+    let base = 31.0 * 20f64.to_radians().cos();
+    let height = |x: f64| {
+        let [t, _] = crate::numerics::root::boundary([0.0, 1.0], 0.0, |t| base * (t.cos() + t * t.sin()) < x);
+        1000.0 * base * (t.sin() - t * t.cos())
+    };
+    let xs: Vec<f64> = (0..41).map(|i| 30.0 + 0.1 * f64::from(i)).collect();
+    let model = crate::estimation::spec::Model::Polynomial {
+        degree: crate::estimation::spec::Degree::Both(6),
+        basis: crate::estimation::spec::PolynomialBasis::Monomial,
+        terms: crate::estimation::spec::Terms::Tensor,
+    };
+    let nodes = crate::estimation::Nodes::curve(xs.clone(), xs.iter().map(|x| height(*x)).collect(), None).unwrap();
+    let measured = Measured::new(&nodes, &crate::estimation::FitSpec::new(model)).unwrap();
+    let setup = Setup {
+        x: measured.x,
+        coefficients: measured.coefficients,
+        noise_sigma: 1.1,
+        levels: vec![1e-9, 2e-5],
+        repetitions: 100,
+        seed: 3,
+        scaling: ColumnScaling::UnitLength,
+    };
+    let found = run(&Study::new(setup).unwrap()).unwrap();
+    let optimum = found.optimum.unwrap();
+    assert_eq!((optimum.best.level, optimum.plateau, optimum.least_condition.level), (2e-5, [2e-5; 2], 2e-5));
+    let ratios = optimum.best;
+    assert!((3.8..6.0).contains(&ratios.error_ratio.sqrt()), "{ratios:?}");
+    assert!((7e8..1e9).contains(&ratios.condition_ratio.unwrap()), "{ratios:?}");
+    assert!((1.2..1.5).contains(&ratios.rss_ratio.unwrap()), "{ratios:?}");
+    assert!((0.9997..0.9998).contains(&found.along_smallest.unwrap()));
+    // what is left of the error is A itself
+    let error = found.levels[1].figures.bias_norm_squared.unwrap().median;
+    assert!((error / found.coefficient_norm_squared - 1.0).abs() < 1e-2);
+}
+
+#[test]
+fn the_plateau_ends_where_the_error_leaves_five_percent() {
+    let result = run(&study(|s| s.levels = vec![0.3, 0.001, 0.0001, 0.003, 0.01, 1.0])).unwrap();
+    let optimum = result.optimum.unwrap();
+    let error = |level: f64| {
+        let found = result.levels.iter().find(|l| l.level == level).unwrap();
+        found.figures.bias_norm_squared.unwrap().median.sqrt()
+    };
+    let ascending = [0.0001, 0.001, 0.003, 0.01, 0.3, 1.0];
+    let least = ascending.iter().map(|k| error(*k)).fold(f64::INFINITY, f64::min);
+    assert_eq!(error(optimum.best.level), least);
+    let [low, high] = optimum.plateau;
+    for (at, k) in ascending.iter().enumerate() {
+        let on = (low..=high).contains(k);
+        let beside = at > 0 && ascending[at - 1] == high || at < 5 && ascending[at + 1] == low;
+        assert!(!on || error(*k) <= 1.05 * least, "{k}");
+        assert!(!beside || error(*k) > 1.05 * least, "{k}");
+    }
+    assert!(optimum.least_condition.condition_ratio >= optimum.best.condition_ratio);
+}
+
 #[test]
 fn equal_seeds_give_equal_studies_whatever_the_threads() {
     let result = run(&study(|_| ())).unwrap();
