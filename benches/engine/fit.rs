@@ -118,3 +118,19 @@ mod chebyshev {
         run(bencher, scattered(shape), degree, PolynomialBasis::Chebyshev);
     }
 }
+
+/// Beside the fit, how much each node has a say in it.
+#[divan::bench_group(max_time = 5)]
+mod influence {
+    use super::*;
+    use flankfit_engine::estimation::spec::Include;
+
+    #[divan::bench(args = CASES.iter().filter(|((shape, _), _)| *shape <= 100).map(Case))]
+    fn on_a_grid(bencher: Bencher, case: Case) {
+        let (shape, degree) = *case.0;
+        let (nodes, spec) = (grid(shape), spec(degree, PolynomialBasis::Monomial));
+        let spec = FitSpec { include: Include { influence: true, ..Include::default() }, ..spec };
+        fit(&nodes, &spec).expect("the case is well posed");
+        bencher.bench_local(|| fit(divan::black_box(&nodes), divan::black_box(&spec)));
+    }
+}

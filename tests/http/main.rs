@@ -1,6 +1,7 @@
 //! The service over real HTTP: one binary, one harness, one file per subject.
 
 mod harness;
+mod influence;
 mod intervals;
 
 mod bad_bodies;

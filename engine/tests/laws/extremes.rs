@@ -162,6 +162,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
             robust_weights: true,
             peaks: true,
             covariance: true,
+            influence: true,
         },
     }
 }

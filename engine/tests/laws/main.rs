@@ -41,6 +41,7 @@ mod gear_registration_screw;
 mod gear_registration_start;
 mod gear_registration_teeth;
 mod hard;
+mod influence;
 mod intervals;
 mod large;
 mod least_condition;

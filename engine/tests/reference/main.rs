@@ -12,6 +12,7 @@ mod curves;
 mod filip;
 mod folder;
 mod gear_p40;
+mod influence;
 mod near;
 mod nist;
 mod oracle_check;

@@ -193,6 +193,15 @@ impl Object<'_> {
         self
     }
 
+    /// Numbers, with null where one does not exist.
+    pub fn numbers_or_null(&mut self, name: &'static str, values: &[Option<f64>]) -> &mut Self {
+        self.key(name).entries(values, |out, value| match value {
+            Some(value) => out.number(*value),
+            None => out.text.extend_from_slice(b"null"),
+        });
+        self
+    }
+
     /// Rows of numbers.
     pub fn rows(&mut self, name: &'static str, rows: &[Vec<f64>]) -> &mut Self {
         self.key(name).entries(rows, |out, row| out.row(row));

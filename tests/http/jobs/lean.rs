@@ -9,8 +9,17 @@ use serde_json::{Map, Value, json};
 use super::app::{TestApp, iteration};
 
 const SHORT: usize = 16 << 10;
-const FIT: [&str; 7] =
-    ["residuals", "collinearity", "lambda_curve", "matrix_b", "ridge_trace", "robust_weights", "peaks"];
+const FIT: [&str; 9] = [
+    "residuals",
+    "collinearity",
+    "lambda_curve",
+    "matrix_b",
+    "ridge_trace",
+    "robust_weights",
+    "peaks",
+    "covariance",
+    "influence",
+];
 
 fn examples(operation: &str) -> Vec<(&'static str, Value)> {
     REQUEST_EXAMPLES

@@ -7,7 +7,7 @@ use super::reason::RangeReason;
 use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     error::FitError,
-    result::{CollinearityReport, Covariance, FilteringReport, FitResult, Interval, Predictions, Warning},
+    result::{CollinearityReport, Covariance, FilteringReport, FitResult, Influence, Interval, Predictions, Warning},
 };
 
 /// Names of figures that were left out.
@@ -135,6 +135,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     }
     dropped.unless("covariance", &mut result.covariance, Covariance::is_finite);
     dropped.unless("predictions", &mut result.predictions, Predictions::is_finite);
+    dropped.unless("influence", &mut result.influence, Influence::is_finite);
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
         return Err(Faults::one(Field::Regularization, RangeReason::Eigenvalue).into());

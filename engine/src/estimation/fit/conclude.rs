@@ -75,6 +75,7 @@ pub(super) fn conclude(
     let perturbation = solved.perturbation(spectrum.condition, applied.after.take(), &mut warnings);
     let correct_digits = solved.correct_digits(&applied, &mut warnings);
     let (covariance, predictions) = solved.forms(&applied, &mut warnings);
+    let influence = solved.influence(&applied, &mut warnings)?;
     let values = applied.residuals.values.take();
     let result = FitResult {
         coefficients: solved.coefficients(&applied),
@@ -92,6 +93,7 @@ pub(super) fn conclude(
         filtering: None,
         covariance,
         predictions,
+        influence,
         lambda_curve: applied.curve,
         ridge_trace: applied.trace,
         matrix_b: applied.matrix_b,
@@ -171,9 +173,9 @@ impl<'a> Solved<'a> {
     fn regularized(&self, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
         let Solved { spec, linear, .. } = *self;
         // residuals of robust estimates are always looked at: their sums are reported with the
-        // posted weights
-        let with_residuals =
-            self.robust.map(|_| FitSpec { include: Include { residuals: true, ..spec.include }, ..spec.clone() });
+        // posted weights; influences are made of them
+        let with_residuals = (self.robust.is_some() || spec.include.influence)
+            .then(|| FitSpec { include: Include { residuals: true, ..spec.include }, ..spec.clone() });
         let context = Context {
             spec: with_residuals.as_ref().unwrap_or(spec),
             linear,

@@ -4,6 +4,7 @@ mod conclude;
 mod cost;
 mod forms;
 mod inferred;
+mod influence;
 mod intervals;
 mod plan;
 mod predict;

@@ -90,6 +90,28 @@ fn dot(x: &[f64], y: &[f64]) -> f64 {
 }
 
 impl LinearMap {
+    /// Whether the estimate is plain least squares.
+    pub(crate) fn is_identity(&self) -> bool {
+        matches!(self, LinearMap::Eigenvectors { removed } if removed.iter().all(|g| *g == 0.0))
+    }
+
+    /// `qᵀ(q − ρ(q))`, as a sum of squares where the map is a filter.
+    pub(crate) fn removed_of(&self, form: &Form, spectrum: &Spectrum) -> f64 {
+        match self {
+            LinearMap::Eigenvectors { removed } => {
+                let terms = removed.iter().zip(&spectrum.lambda).zip(&form.along);
+                terms.filter(|((_, lambda), _)| **lambda > 0.0).map(|((g, lambda), p)| g * p * p / lambda).sum()
+            }
+            LinearMap::Oblique { images, removed, .. } => {
+                images.column_iter().zip(removed).map(|(image, g)| g * dot(image.as_slice(), &form.q).powi(2)).sum()
+            }
+            LinearMap::Toward { factor, kept, .. } => {
+                let kept = kept.as_ref().map_or(0.0, |kept| dot(kept, &form.q).powi(2));
+                (1.0 - factor) * (dot(&form.q, &form.q) - kept)
+            }
+        }
+    }
+
     /// ρ(q).
     pub(crate) fn row(&self, form: &Form, spectrum: &Spectrum) -> Vec<f64> {
         let mut row = form.q.clone();

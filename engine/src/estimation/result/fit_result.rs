@@ -6,6 +6,7 @@ use super::{
     accuracy::{Numerics, PerturbationReport},
     collinearity::CollinearityReport,
     filtering::FilteringReport,
+    influence::Influence,
     prediction::{Covariance, Predictions},
     regularization::{BiasReport, LambdaCurvePoint, RegularizationReport, RidgeTracePoint},
     residuals::ResidualReport,
@@ -49,6 +50,8 @@ pub struct FitResult {
     pub covariance: Option<Covariance>,
     /// Present when heights were asked for at places.
     pub predictions: Option<Predictions>,
+    /// Present when `influence` was included and the nodes determine the coefficients.
+    pub influence: Option<Influence>,
     /// Arithmetic and correct digits.
     pub numerics: Numerics,
     /// What a reader must know of this fit.

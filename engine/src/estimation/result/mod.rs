@@ -4,6 +4,7 @@ mod accuracy;
 mod collinearity;
 mod filtering;
 mod fit_result;
+mod influence;
 mod interval;
 mod prediction;
 mod regularization;
@@ -17,6 +18,7 @@ pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport}
 pub use collinearity::{CollinearityReport, ColumnCollinearity, NearDependency};
 pub use filtering::{ColumnFigures, FilterReport, FilteringReport, IterationReport};
 pub use fit_result::FitResult;
+pub use influence::Influence;
 pub use interval::{Interval, IntervalKind};
 pub use prediction::{Covariance, Predictions, Simultaneous, Slopes};
 pub use regularization::{

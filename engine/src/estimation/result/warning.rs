@@ -249,6 +249,28 @@ pub enum Warning {
     /// Predictions and covariances of coefficients that the nodes leave free.
     #[error("the nodes do not determine every coefficient, so that heights elsewhere and covariances have no limit")]
     NoPredictions,
+    /// Influences of nodes over columns that depend on each other.
+    #[error("the columns depend on each other: influences of single nodes need independent ones, and are left out")]
+    NoInfluence,
+    /// Influences of an estimator that is no linear map of the heights.
+    #[error(
+        "influences are those of least squares, plain or regularised: a robust estimate is no linear map of the \
+         heights, and its weights say which nodes it does not trust"
+    )]
+    NoInfluenceOfRobust,
+    /// Nodes without which the others do not determine the fit.
+    #[error(
+        "{} of leverage 1 (node {}{}): the fit passes through whatever is measured there, and without it the others \
+         do not determine the coefficients, so its deletion figures do not exist",
+        counted(*.count, "node is", "nodes are"), .nodes.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+        if .nodes.len() < *.count { ", …" } else { "" }
+    )]
+    FullLeverage {
+        /// The posted nodes, ten at most.
+        nodes: Vec<usize>,
+        /// How many there are.
+        count: usize,
+    },
     /// Places outside the domain.
     #[error(
         "{} outside the domain: nothing was measured there, and the bands hold only if the model does",
@@ -299,6 +321,8 @@ impl Warning {
             DependentLevels(_) => "dependent_columns",
             NoNoise => "no_noise",
             NoPredictions => "no_predictions",
+            NoInfluence | NoInfluenceOfRobust => "no_influence",
+            FullLeverage { .. } => "full_leverage",
             OutsideDomain(_) => "outside_domain",
         }
     }

@@ -177,4 +177,6 @@ pub struct Include {
     pub peaks: bool,
     /// The covariance matrix of the coefficients.
     pub covariance: bool,
+    /// Leverages and deletion figures, node by node.
+    pub influence: bool,
 }

@@ -236,4 +236,5 @@ listed! {
     String: strings;
     Vec<f64>: rows;
     [f64; 2]: pairs;
+    Option<f64>: numbers_or_null;
 }

@@ -2,6 +2,7 @@
 
 mod declare;
 pub mod filters;
+mod influence;
 pub mod parts;
 pub mod predictions;
 pub mod regularization;

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::{
     declare::{FieldsAs, ListAs, Raw, Serialized, WriteAs, answer},
     filters::{FilterCollinearity, FilterResult},
+    influence::InfluenceBody,
     parts::*,
     predictions::{CovarianceBody, PredictionsBody},
     regularization::{RegularizationResult, RidgeTracePointBody},
@@ -43,7 +44,7 @@ answer! {
     pub struct FitResultBody from FitAnswer<'a> {
         result: FitResult {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
-            lambda_curve, ridge_trace, matrix_b, filtering, covariance, predictions, numerics, warnings,
+            lambda_curve, ridge_trace, matrix_b, filtering, covariance, predictions, influence, numerics, warnings,
         },
         shape, input_sha256, spec,
     } {
@@ -81,6 +82,8 @@ answer! {
         covariance?: CovarianceBody = covariance,
         /// Present when heights were asked for (`predict`).
         predictions?: PredictionsBody = predictions,
+        /// Present when `influence` was included and the nodes determine the coefficients.
+        influence?: InfluenceBody = influence,
         numerics: NumericsBody = numerics,
         /// What to know about the answer; empty where there is nothing to say.
         warnings: Vec<WarningBody> = warnings,

@@ -15,8 +15,8 @@ use flankfit_engine::estimation::{
     inference::SimultaneousMethod,
     result::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
-        FilterReport, FilteringReport, Interval, IntervalKind, IterationReport, LambdaCurvePoint, LocalSolution,
-        NearDependency, NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, Predictions,
+        FilterReport, FilteringReport, Influence, Interval, IntervalKind, IterationReport, LambdaCurvePoint,
+        LocalSolution, NearDependency, NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, Predictions,
         RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport,
         Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
     },
@@ -35,6 +35,7 @@ const ALL: Include = Include {
     robust_weights: true,
     peaks: true,
     covariance: true,
+    influence: true,
 };
 
 fn agrees(text: &[u8]) {
@@ -207,6 +208,20 @@ impl Maker {
         }
     }
 
+    fn influence(&mut self) -> Influence {
+        let list = |m: &mut Self| m.there().then(|| m.list(Maker::maybe));
+        Influence {
+            leverage: self.numbers(),
+            internally_studentized: list(self),
+            externally_studentized: list(self),
+            cooks_distance: list(self),
+            dffits: list(self),
+            press_residual: self.list(Maker::maybe),
+            press: self.maybe(),
+            node_indices: self.there().then(|| vec![self.below(9)]),
+        }
+    }
+
     fn result(&mut self) -> FitResult {
         FitResult {
             coefficients: self.list(|m| Coefficient {
@@ -350,6 +365,7 @@ impl Maker {
                 before: self.figures(),
                 after: self.figures(),
             }),
+            influence: self.there().then(|| self.influence()),
             covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),
             predictions: self.there().then(|| self.predictions()),
             numerics: Numerics {

@@ -429,6 +429,7 @@ proptest! {
                 robust_weights: include & 2 > 0,
                 peaks: include & 1 > 0,
                 covariance: include & 4 > 0,
+                influence: include & 2 > 0,
             },
             level: [0.95, 0.6][include & 1],
             predict: predict(include, value),

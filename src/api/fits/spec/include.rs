@@ -29,6 +29,8 @@ pub enum IncludeName {
     Peaks,
     /// `covariance`: the covariance matrices of the coefficients.
     Covariance,
+    /// `influence`: leverages and deletion figures, node by node.
+    Influence,
 }
 
 /// The names of what is asked for.
@@ -42,6 +44,7 @@ pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
         (include.robust_weights, IncludeName::RobustWeights),
         (include.peaks, IncludeName::Peaks),
         (include.covariance, IncludeName::Covariance),
+        (include.influence, IncludeName::Influence),
     ]
     .into_iter()
     .filter_map(|(wanted, name)| wanted.then_some(name))
@@ -60,6 +63,7 @@ pub fn include(names: &[IncludeName]) -> spec::Include {
         robust_weights: names.contains(&IncludeName::RobustWeights),
         peaks: names.contains(&IncludeName::Peaks),
         covariance: names.contains(&IncludeName::Covariance),
+        influence: names.contains(&IncludeName::Influence),
     }
 }
 
@@ -74,5 +78,6 @@ pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
         robust_weights: a.robust_weights | b.robust_weights,
         peaks: a.peaks | b.peaks,
         covariance: a.covariance | b.covariance,
+        influence: a.influence | b.influence,
     }
 }

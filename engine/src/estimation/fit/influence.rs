@@ -1,0 +1,240 @@
+//! Leverages, studentised and deletion residuals, Cook's distance and DFFITS of every node.
+//!
+//! In Q's coordinates node i is the row qᵢ, `√Ω X A = Q b`; the estimate answers `ρ(q)ᵀb` for a row
+//! q ([`crate::estimation::regularized::LinearMap`]). So the matrix `H = X(XᵀX + K)⁻¹Xᵀ` has the
+//! entries `qᵢᵀρ(qⱼ)`, whatever the regularisation, and no inverse is formed. With the penalty K
+//! held, leaving node i out moves the fitted heights by `H eᵢ rᵢ/(1 − hᵢ)`, and `‖H eᵢ‖ = ‖ρ(qᵢ)‖`.
+//!
+//! References: Belsley, Kuh and Welsch (1980), chapter 2; Cook and Weisberg (1982); for penalised
+//! estimates Eubank and Gunst (Journal of the Royal Statistical Society B 48, 1986).
+
+use super::conclude::Solved;
+use crate::{
+    estimation::{
+        data::Sample,
+        design::{Design, Row},
+        error::FitError,
+        factor::scaled_condition,
+        fault::{Faults, Field, InferenceReason},
+        problem::Evidence,
+        regularized::{Applied, Form, LinearMap},
+        result::{Influence, Warning},
+    },
+    numerics::{Dd, Real, cancel::Asking, triangular},
+};
+use nalgebra::DMatrix;
+
+/// Products `nodes × coefficients²` at most: some seconds.
+const MOST_PRODUCTS: usize = 1_000_000_000;
+/// Nodes at most: 25 MB of answer.
+const MOST_NODES: usize = 200_000;
+/// Up to so many products, and from this condition of R on, rows are solved for in double-double.
+const CHEAP: usize = 200_000;
+const ILL_CONDITIONED: f64 = 1e4;
+/// Rows of less than this beside their leverage are solved for again in double-double.
+const CLOSE: f64 = 1e-3;
+/// 1 − h below this is 0 to rounding: the other nodes do not determine the fit there.
+const UNDETERMINED: f64 = 1e-10;
+
+/// Refuses influences that are too much work.
+fn check(nodes: usize, coefficients: usize) -> Result<(), Faults> {
+    let most = (MOST_PRODUCTS / (coefficients * coefficients).max(1)).min(MOST_NODES);
+    if nodes > most {
+        return Err(Faults::one(Field::Include, InferenceReason::InfluenceOfMany { nodes, most }));
+    }
+    Ok(())
+}
+
+/// What one node has in Q's coordinates.
+struct Share {
+    /// 1 less the leverage in plain least squares.
+    left_plain: f64,
+    /// hᵢ and 1 − hᵢ.
+    leverage: f64,
+    left: f64,
+    /// ‖ρ(qᵢ)‖².
+    reach: f64,
+}
+
+impl Solved<'_> {
+    /// What each node has a say in; `None` where it was not asked for or does not exist.
+    pub(super) fn influence(
+        &self,
+        applied: &Applied,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<Option<Influence>, FitError> {
+        if !self.spec.include.influence {
+            return Ok(None);
+        }
+        let Evidence::Posted { sample, .. } = self.linear.evidence else { return Ok(None) };
+        if self.robust.is_some() {
+            warnings.push(Warning::NoInfluenceOfRobust);
+            return Ok(None);
+        }
+        if !self.spectrum.full_rank() {
+            warnings.push(Warning::NoInfluence);
+            return Ok(None);
+        }
+        check(sample.count(), self.linear.design.size())?;
+        let Some(residuals) = applied.residuals.values.as_deref() else { return Ok(None) };
+        let plain = match applied.map.is_identity() {
+            true => residuals.to_vec(),
+            false => self.linear.of_working(&self.least_squares.working, true).values.unwrap_or_default(),
+        };
+        let shares = self.shares(&applied.map, sample);
+        let figures = Figures {
+            sample,
+            shares: &shares,
+            residuals,
+            plain: &plain,
+            sigma: self.sigma,
+            rss: self.least_squares_rss,
+            freedom: self.degrees_of_freedom,
+        };
+        let found = figures.influence();
+        let lost: Vec<usize> = (0..shares.len()).filter(|&k| !shares[k].determined()).collect();
+        if !lost.is_empty() {
+            let posted = lost.iter().take(10).map(|&k| sample.posted(k)).collect();
+            warnings.push(Warning::FullLeverage { nodes: posted, count: lost.len() });
+        }
+        Ok(Some(found))
+    }
+
+    fn shares(&self, map: &LinearMap, sample: &Sample) -> Vec<Share> {
+        let rows = Rows::new(self.linear.design, sample, &self.linear.factor.r);
+        let n = self.linear.design.size();
+        let plain_map = map.is_identity();
+        (0..sample.count())
+            .asking(4 * n * n)
+            .map(|k| {
+                let (q, left_plain) = rows.at(k);
+                let plain = dot(&q, &q);
+                if plain_map {
+                    return Share { left_plain, leverage: plain, left: left_plain, reach: plain };
+                }
+                let form = Form::new(q, &self.spectrum);
+                let row = map.row(&form, &self.spectrum);
+                // both parts are positive: nothing cancels where a leverage is near 1
+                let left = left_plain + map.removed_of(&form, &self.spectrum);
+                Share { left_plain, leverage: dot(&form.q, &row), left, reach: dot(&row, &row) }
+            })
+            .collect()
+    }
+}
+
+impl Share {
+    fn determined(&self) -> bool {
+        self.left > UNDETERMINED
+    }
+}
+
+/// Rows of Q, `√w R⁻ᵀ` times those of the working matrix.
+struct Rows<'a> {
+    design: &'a Design,
+    sample: &'a Sample<'a>,
+    exact: &'a DMatrix<Dd>,
+    /// R in doubles, where they do.
+    double: Option<DMatrix<f64>>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(design: &'a Design, sample: &'a Sample<'a>, r: &'a DMatrix<Dd>) -> Self {
+        let n = design.size();
+        let cheap = sample.count().saturating_mul(n * n) <= CHEAP;
+        let sound = || scaled_condition(r).is_some_and(|(_, condition)| condition < ILL_CONDITIONED);
+        let double = (!cheap && sound()).then(|| r.map(|x| x.to_f64()));
+        Rows { design, sample, exact: r, double }
+    }
+
+    /// The row of counted node `k` and 1 less its squared length.
+    fn at(&self, k: usize) -> (Vec<f64>, f64) {
+        if let Some(r) = &self.double {
+            let q = self.row(k, r);
+            let left = 1.0 - dot(&q, &q);
+            if left > CLOSE {
+                return (q, left);
+            }
+        }
+        let q = self.row(k, self.exact);
+        let left = q.iter().fold(Dd::ONE, |left, &x| left - x * x).to_f64();
+        (q.iter().map(|x| x.to_f64()).collect(), left.max(0.0))
+    }
+
+    fn row<T: Real>(&self, k: usize, r: &DMatrix<T>) -> Vec<T> {
+        let mut row = Row::<T>::new(self.design);
+        row.at(self.design, self.sample, k);
+        let root = T::of_dd(Dd::from(self.sample.w(k)).sqrt());
+        let mut q = vec![T::of(0.0); self.design.size()];
+        for (&j, &x) in row.index.iter().zip(&row.values) {
+            q[j] = x * root;
+        }
+        triangular::solve_upper_transposed(r, &mut q);
+        q
+    }
+}
+
+/// Everything that the figures are made of.
+struct Figures<'a> {
+    sample: &'a Sample<'a>,
+    shares: &'a [Share],
+    /// Residuals of the estimate, and of plain least squares.
+    residuals: &'a [f64],
+    plain: &'a [f64],
+    sigma: Option<f64>,
+    /// Of plain least squares.
+    rss: f64,
+    freedom: usize,
+}
+
+impl Figures<'_> {
+    fn influence(&self) -> Influence {
+        let each = |f: &dyn Fn(usize, &Share) -> Option<f64>| -> Vec<Option<f64>> {
+            (0..self.shares.len())
+                .map(|k| Some(&self.shares[k]).filter(|share| share.determined()).and_then(|share| f(k, share)))
+                .collect()
+        };
+        let existing = |x: f64| Some(x).filter(|x| !x.is_nan() && x.is_finite());
+        let weighted = |k: usize| self.sample.w(k).sqrt() * self.residuals[k];
+        let press_residual = each(&|k, share| existing(self.residuals[k] / share.left));
+        let press =
+            press_residual.iter().enumerate().map(|(k, r)| r.map(|r| self.sample.w(k) * r * r)).sum::<Option<f64>>();
+        let total: f64 = self.shares.iter().map(|share| share.leverage).sum();
+        let others = (self.freedom > 1).then_some(());
+        Influence {
+            leverage: self.shares.iter().map(|share| share.leverage).collect(),
+            internally_studentized: self
+                .sigma
+                .map(|sigma| each(&|k, share| existing(weighted(k) / (sigma * share.left.sqrt())))),
+            externally_studentized: others
+                .map(|()| each(&|k, share| existing(weighted(k) / (self.sigma_without(k) * share.left.sqrt())))),
+            cooks_distance: self.sigma.map(|sigma| {
+                each(&|k, share| existing((weighted(k) / (share.left * sigma)).powi(2) * share.reach / total))
+            }),
+            dffits: others.map(|()| {
+                each(&|k, share| {
+                    // a node without a say moves nothing
+                    let moved = if share.reach > 0.0 { share.leverage / share.reach.sqrt() } else { 0.0 };
+                    existing(weighted(k) * moved / (share.left * self.sigma_without(k)))
+                })
+            }),
+            press_residual,
+            press,
+            node_indices: self.sample.index().map(|index| index.iter().map(|&k| k as usize).collect()),
+        }
+    }
+
+    /// σ̂ of plain least squares without node `k`.
+    fn sigma_without(&self, k: usize) -> f64 {
+        let Share { left_plain, .. } = self.shares[k];
+        if left_plain <= UNDETERMINED {
+            // one node and one coefficient less
+            return (self.rss / self.freedom as f64).sqrt();
+        }
+        let own = self.sample.w(k) * self.plain[k] * self.plain[k] / left_plain;
+        ((self.rss - own).max(0.0) / (self.freedom as f64 - 1.0)).sqrt()
+    }
+}
+
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
