@@ -46,8 +46,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     println!("class: {:?}", evaluation.overall);
-    for notice in &evaluation.notices {
-        println!("{}: {}", notice.code, notice.message);
+    for warning in &evaluation.warnings {
+        println!("{}: {}", warning.code(), warning);
     }
     Ok(())
 }

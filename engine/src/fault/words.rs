@@ -43,6 +43,17 @@ impl fmt::Display for Counted {
     }
 }
 
+/// Things in a row, with commas between them.
+pub fn listed<T: fmt::Display>(things: impl IntoIterator<Item = T> + Clone) -> impl fmt::Display {
+    fmt::from_fn(move |f| {
+        for (k, thing) in things.clone().into_iter().enumerate() {
+            let between = if k == 0 { "" } else { ", " };
+            write!(f, "{between}{thing}")?;
+        }
+        Ok(())
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -72,5 +83,7 @@ mod tests {
         assert_eq!(entries(1).to_string(), "1 entry");
         assert_eq!(entries(0).to_string(), "0 entries");
         assert_eq!(counted(2, "weight", "weights").to_string(), "2 weights");
+        assert_eq!(listed([""; 0]).to_string(), "");
+        assert_eq!(listed([1, 2, 3]).to_string(), "1, 2, 3");
     }
 }

@@ -5,7 +5,7 @@ use crate::{
     gear::{GearData, Hand},
 };
 
-/// A datum that a gear cannot be without, by its stable name.
+/// A datum of a gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Datum {
     /// Number of teeth.
@@ -20,20 +20,14 @@ pub enum Datum {
     Hand,
     /// Profile shift coefficient.
     ProfileShift,
-}
-
-impl Datum {
-    /// The name of the field in a gear's data.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Datum::Teeth => "teeth",
-            Datum::NormalModule => "normal_module_mm",
-            Datum::PressureAngle => "normal_pressure_angle_deg",
-            Datum::HelixAngle => "helix_angle_deg",
-            Datum::Hand => "hand",
-            Datum::ProfileShift => "profile_shift_coefficient",
-        }
-    }
+    /// Face width.
+    FaceWidth,
+    /// Tip diameter.
+    TipDiameter,
+    /// Root diameter.
+    RootDiameter,
+    /// Whether teeth point inwards.
+    Internal,
 }
 
 /// A gear's data as far as a file gives them. Lengths mm, angles rad.
@@ -65,8 +59,8 @@ pub struct GearFacts {
 /// A datum that a file gives otherwise than a gear has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Stable name of the datum.
-    pub name: &'static str,
+    /// Which one.
+    pub datum: Datum,
     /// Its value in the file, as text.
     pub file: String,
     /// Its value of the gear, as text.
@@ -81,44 +75,44 @@ impl GearFacts {
     /// degree.
     pub fn differences(&self, gear: &GearData) -> Vec<Difference> {
         let mut found = Vec::new();
-        let mut differ = |name, file: String, gear: String, another| {
-            found.push(Difference { name, file, gear, another });
+        let mut differ = |datum, file: String, gear: String, another| {
+            found.push(Difference { datum, file, gear, another });
         };
         if let Some(teeth) = self.teeth.filter(|teeth| *teeth != gear.teeth) {
-            differ("teeth", teeth.to_string(), gear.teeth.to_string(), true);
+            differ(Datum::Teeth, teeth.to_string(), gear.teeth.to_string(), true);
         }
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-3 * a.abs().max(b.abs());
-        for (name, file, of_gear, another) in [
-            ("normal_module_mm", self.normal_module, Some(gear.normal_module), true),
-            ("face_width_mm", self.face_width, gear.face_width, false),
-            ("tip_diameter_mm", self.tip_diameter, gear.tip_diameter, false),
-            ("root_diameter_mm", self.root_diameter, gear.root_diameter, false),
+        for (datum, file, of_gear, another) in [
+            (Datum::NormalModule, self.normal_module, Some(gear.normal_module), true),
+            (Datum::FaceWidth, self.face_width, gear.face_width, false),
+            (Datum::TipDiameter, self.tip_diameter, gear.tip_diameter, false),
+            (Datum::RootDiameter, self.root_diameter, gear.root_diameter, false),
         ] {
             if let (Some(file), Some(of_gear)) = (file, of_gear)
                 && !near(file, of_gear)
             {
-                differ(name, Shown(file).to_string(), Shown(of_gear).to_string(), another);
+                differ(datum, Shown(file).to_string(), Shown(of_gear).to_string(), another);
             }
         }
-        for (name, file, of_gear) in [
-            ("normal_pressure_angle_deg", self.pressure_angle, gear.pressure_angle),
-            ("helix_angle_deg", self.helix_angle, gear.helix_angle),
+        for (datum, file, of_gear) in [
+            (Datum::PressureAngle, self.pressure_angle, gear.pressure_angle),
+            (Datum::HelixAngle, self.helix_angle, gear.helix_angle),
         ] {
             let Some(file) = file.map(f64::to_degrees) else { continue };
             let of_gear = of_gear.to_degrees();
             if (file - of_gear).abs() > 0.02 {
-                differ(name, format!("{file:.4}"), format!("{of_gear:.4}"), (file - of_gear).abs() > 0.5);
+                differ(datum, format!("{file:.4}"), format!("{of_gear:.4}"), (file - of_gear).abs() > 0.5);
             }
         }
         if let Some(shift) = self.profile_shift.filter(|shift| (shift - gear.profile_shift).abs() > 1e-3) {
-            differ("profile_shift_coefficient", Shown(shift).to_string(), Shown(gear.profile_shift).to_string(), false);
+            differ(Datum::ProfileShift, Shown(shift).to_string(), Shown(gear.profile_shift).to_string(), false);
         }
         let word = |hand| if hand == Hand::Right { "right" } else { "left" };
         if let Some(hand) = self.hand.filter(|hand| *hand != gear.hand && gear.helix_angle > 0.0) {
-            differ("hand", word(hand).to_owned(), word(gear.hand).to_owned(), true);
+            differ(Datum::Hand, word(hand).to_owned(), word(gear.hand).to_owned(), true);
         }
         if let Some(internal) = self.internal.filter(|internal| *internal != gear.internal) {
-            differ("internal", internal.to_string(), gear.internal.to_string(), true);
+            differ(Datum::Internal, internal.to_string(), gear.internal.to_string(), true);
         }
         found
     }

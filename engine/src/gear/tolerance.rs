@@ -87,12 +87,27 @@ pub enum Rounding {
     Unrounded,
 }
 
+/// A quantity that the scope of the standard is told by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// z.
+    Teeth,
+    /// d, mm.
+    ReferenceDiameter,
+    /// m_n, mm.
+    NormalModule,
+    /// β, degrees.
+    HelixAngle,
+    /// b, mm.
+    FaceWidth,
+}
+
 /// A quantity for which the standard does not speak.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Excess {
-    /// `teeth`, `reference_diameter_mm`, `normal_module_mm`, `face_width_mm` or `helix_angle_deg`.
-    pub quantity: &'static str,
-    /// Its value on this gear, in the unit that the name tells.
+    /// Which one.
+    pub quantity: Quantity,
+    /// Its value on this gear: a count, mm or degrees.
     pub value: f64,
     /// What the standard covers, both ends included.
     pub scope: [f64; 2],
@@ -100,14 +115,29 @@ pub struct Excess {
 
 /// The gear lies outside the scope of the standard.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("ISO 1328-1:2013 does not cover this gear: {}", sentence(.0))]
+#[error("{}", not_covered(.0, Quantity::words))]
 pub struct OutOfScope(pub Vec<Excess>);
 
-fn sentence(excesses: &[Excess]) -> String {
+impl Quantity {
+    fn words(self) -> &'static str {
+        match self {
+            Quantity::Teeth => "number of teeth",
+            Quantity::ReferenceDiameter => "reference diameter in mm",
+            Quantity::NormalModule => "normal module in mm",
+            Quantity::HelixAngle => "helix angle in degrees",
+            Quantity::FaceWidth => "face width in mm",
+        }
+    }
+}
+
+/// The sentence about what lies outside of the scope, by names of the quantities.
+pub fn not_covered(excesses: &[Excess], name: impl Fn(Quantity) -> &'static str) -> String {
     let one = |e: &Excess| {
-        format!("{} = {} is not within {} and {}", e.quantity, Shown(e.value), Shown(e.scope[0]), Shown(e.scope[1]))
+        let (name, [least, most]) = (name(e.quantity), e.scope.map(Shown));
+        format!("{name} = {} is not within {least} and {most}", Shown(e.value))
     };
-    excesses.iter().map(one).collect::<Vec<_>>().join("; ")
+    let each: Vec<String> = excesses.iter().map(one).collect();
+    format!("ISO 1328-1:2013 does not cover this gear: {}", each.join("; "))
 }
 
 /// Tolerances of a gear within the scope.
@@ -124,13 +154,13 @@ impl Tolerances {
         let data = gear.data();
         let (d, m) = (2.0 * gear.reference_radius(), data.normal_module);
         let mut quantities = vec![
-            ("teeth", gear.teeth(), [5.0, 1000.0]),
-            ("reference_diameter_mm", d, [5.0, 15_000.0]),
-            ("normal_module_mm", m, [0.5, 70.0]),
+            (Quantity::Teeth, gear.teeth(), [5.0, 1000.0]),
+            (Quantity::ReferenceDiameter, d, [5.0, 15_000.0]),
+            (Quantity::NormalModule, m, [0.5, 70.0]),
             // 45° in radians and back is not always 45
-            ("helix_angle_deg", (data.helix_angle.to_degrees() * 1e12).round() / 1e12, [0.0, 45.0]),
+            (Quantity::HelixAngle, (data.helix_angle.to_degrees() * 1e12).round() / 1e12, [0.0, 45.0]),
         ];
-        quantities.extend(data.face_width.map(|b| ("face_width_mm", b, [4.0, 1200.0])));
+        quantities.extend(data.face_width.map(|b| (Quantity::FaceWidth, b, [4.0, 1200.0])));
         let excesses: Vec<Excess> = quantities
             .into_iter()
             .filter(|(_, value, [least, most])| !(value >= least && value <= most))

@@ -4,7 +4,7 @@
 use std::fmt;
 
 use super::{deviation::NoFoot, registration::Motion};
-use crate::fault::words::{Shown, counted};
+use crate::fault::words::{Shown, counted, listed};
 
 /// Something that the reader of a registration or of a correction must know.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -29,7 +29,7 @@ pub enum Warning {
     /// Motions that depend on each other over the points.
     #[error(
         "{}: these points do not tell them apart; their joint effect is shared between them by minimum norm, and none \
-         has a standard error", Names(.0)
+         has a standard error", listed(.0.iter().map(|motion| motion.name()))
     )]
     MotionsIndistinguishable(Vec<Motion>),
     /// An axial shift that modifications alone tell, µm.
@@ -122,13 +122,13 @@ pub enum Warning {
     LimitsNotSettled,
     /// Settings that were stopped at their limits.
     #[error(
-        "{} would go further than allowed; the others make up for it as far as they can", Quoted(.0)
+        "{} would go further than allowed; the others make up for it as far as they can", quoted(.0)
     )]
     SettingsLimited(Vec<String>),
     /// Settings that the deviations say nothing about.
     #[error(
         "{}: it would change {common} nearly alike, and deviations without a datum do not tell what {common} have in \
-         common; it stays as it is", Quoted(.settings)
+         common; it stays as it is", quoted(.settings)
     )]
     UndeterminedSettings {
         /// Which settings.
@@ -139,12 +139,12 @@ pub enum Warning {
     /// Those of them that their limits move all the same.
     #[error(
         "{}: the deviations say nothing about it, but its limits do not let it stay as it is; it goes no further than \
-         they ask for", Quoted(.0)
+         they ask for", quoted(.0)
     )]
     UndeterminedSettingsMoved(Vec<String>),
     /// Those of them whose limits were not needed.
     #[error(
-        "{}: the deviations say nothing about it, so its limits and its increment were not needed", Quoted(.0)
+        "{}: the deviations say nothing about it, so its limits and its increment were not needed", quoted(.0)
     )]
     LimitsWithoutEffect(Vec<String>),
     /// Plain least squares of settings that nearly depend on each other, as this sentence says.
@@ -220,28 +220,7 @@ fn whole(x: f64) -> Shown {
     Shown(x.round())
 }
 
-/// Motions in a row.
-struct Names<'a>(&'a [Motion]);
-
-impl fmt::Display for Names<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, motion) in self.0.iter().enumerate() {
-            let between = if k == 0 { "" } else { ", " };
-            write!(f, "{between}{}", motion.name())?;
-        }
-        Ok(())
-    }
-}
-
 /// Names of settings in a row.
-struct Quoted<'a>(&'a [String]);
-
-impl fmt::Display for Quoted<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, name) in self.0.iter().enumerate() {
-            let between = if k == 0 { "" } else { ", " };
-            write!(f, "{between}`{name}`")?;
-        }
-        Ok(())
-    }
+fn quoted(names: &[String]) -> impl fmt::Display {
+    listed(names.iter().map(|name| format!("`{name}`")))
 }

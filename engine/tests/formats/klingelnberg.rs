@@ -4,7 +4,7 @@
 use flankfit_engine::{
     fault::words::Shown,
     formats::{
-        FileError, FilePosition, NoteCode,
+        Datum, FileError, FilePosition, NoteCode,
         klingelnberg::{
             Block, Curves, PositionFault, ProfileAxis, Section, SectionPlane, SignConvention, WhichDiameter,
             read_curves,
@@ -180,7 +180,7 @@ fn hands_and_internal_gears() {
     lines.gear(&Gear { beta: -12.0, ..Gear::spur() }, false);
     let text = String::from_utf8(lines.bytes()).unwrap().replace("-12   rechts", "12");
     let facts = read_curves(text.as_bytes()).unwrap().header.gear(&mut Default::default());
-    assert_eq!(facts.missing().iter().map(|datum| datum.as_str()).collect::<Vec<_>>(), ["hand"]);
+    assert_eq!(facts.missing(), [Datum::Hand]);
     let left = text.replace(": 12 ", ": -12 ");
     let facts = read_curves(left.as_bytes()).unwrap().header.gear(&mut Default::default());
     assert_eq!(facts.gear_data().unwrap().hand, Hand::Left);

@@ -3,7 +3,7 @@
 
 use flankfit_engine::{
     formats::{
-        FileError, FilePosition, NoteCode,
+        Datum, FileError, FilePosition, NoteCode,
         rexs::{RexsModel, read},
     },
     gear::{Hand, Side},
@@ -96,8 +96,8 @@ fn ring_gears_and_attributes_on_the_gear() {
     let read = parsed(&model);
     let data = read.gear(Some("7")).unwrap().facts.gear_data().unwrap();
     assert_eq!((data.internal, data.hand, data.helix_angle, data.profile_shift), (true, Hand::Right, 0.3, -0.5));
-    let missing: Vec<_> = read.gear(Some("8")).unwrap().facts.missing().iter().map(|datum| datum.as_str()).collect();
-    assert_eq!(missing, ["normal_pressure_angle_deg", "profile_shift_coefficient"]);
+    let missing = read.gear(Some("8")).unwrap().facts.missing();
+    assert_eq!(missing, [Datum::PressureAngle, Datum::ProfileShift]);
     assert_eq!(read.gear(None).unwrap_err(), FileError::SeveralGears { ids: vec!["7".into(), "8".into()] });
     let fault = read.gear(Some("9")).unwrap_err();
     assert_eq!(fault.to_string(), "the model has no gear 9; it has 7, 8");

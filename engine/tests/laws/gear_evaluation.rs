@@ -218,9 +218,9 @@ fn undefined_samples_are_left_out_and_counted() {
     assert_eq!((evaluated.samples.posted, evaluated.samples.undefined), (100, 4));
     assert_eq!(evaluated.samples.undefined_in_range, 3);
     near(evaluated.values.expect("figures").slope, 6.0 * 20.0 / 18.0, 1e-9);
-    assert_eq!(answer.notices.len(), 1);
-    assert_eq!(answer.notices[0].code, "undefined_samples");
-    assert_eq!(answer.notices[0].field, Some(TraceField::Deviations { trace: 0 }));
+    assert_eq!(answer.warnings.len(), 1);
+    assert_eq!(answer.warnings[0].code(), "undefined_samples");
+    assert_eq!(answer.warnings[0].field(), Some(TraceField::Deviations { trace: 0 }));
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn what_cannot_be_evaluated_is_said() {
     let mut still = trace(&gear, Kind::Helix, Side::Left, 9, |u| u);
     still.at.fill(5.0);
     let answer = all(&gear, &[short, empty, still], &settings());
-    let codes: Vec<_> = answer.notices.iter().map(|n| (n.code, n.field)).collect();
+    let codes: Vec<_> = answer.warnings.iter().map(|w| (w.code(), w.field())).collect();
     assert!(codes.contains(&("range_not_covered", Some(TraceField::Deviations { trace: 0 }))), "{codes:?}");
     assert!(codes.contains(&("too_few_samples", Some(TraceField::Deviations { trace: 1 }))), "{codes:?}");
     assert!(codes.contains(&("no_mean_curve", Some(TraceField::Deviations { trace: 2 }))), "{codes:?}");

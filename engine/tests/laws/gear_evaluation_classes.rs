@@ -9,7 +9,7 @@ use flankfit_engine::gear::{
         pitch::{Pitch, PitchMeasured, PitchSettings, pitch},
         runout::{Counting, from_pitches, from_readings},
     },
-    tolerance::{Characteristic, Class, Rounding, Tolerances, rounded},
+    tolerance::{Characteristic, Class, Quantity, Rounding, Tolerances, rounded},
 };
 use proptest::prelude::*;
 
@@ -68,22 +68,22 @@ fn tolerances_are_those_of_the_standard() {
 
 #[test]
 fn outside_the_scope_there_is_nothing() {
-    let excess = |change: fn(&mut GearData)| -> Vec<&'static str> {
+    let excess = |change: fn(&mut GearData)| -> Vec<Quantity> {
         let out = Tolerances::new(&gear(change)).expect_err("outside");
         assert!(out.to_string().contains("does not cover"), "{out}");
         out.0.iter().map(|e| e.quantity).collect()
     };
-    assert_eq!(excess(|g| g.teeth = 4), ["teeth"]);
-    assert_eq!(excess(|g| g.teeth = 1001), ["teeth"]);
-    assert_eq!(excess(|g| g.normal_module = 0.49), ["normal_module_mm"]);
-    assert_eq!(excess(|g| g.normal_module = 71.0), ["normal_module_mm"]);
-    assert_eq!(excess(|g| g.face_width = Some(3.9)), ["face_width_mm"]);
-    assert_eq!(excess(|g| g.face_width = Some(1201.0)), ["face_width_mm"]);
-    assert_eq!(excess(|g| g.helix_angle = 45.1f64.to_radians()), ["helix_angle_deg"]);
-    assert_eq!(excess(|g| (g.teeth, g.normal_module) = (900, 20.0)), ["reference_diameter_mm"]);
+    assert_eq!(excess(|g| g.teeth = 4), [Quantity::Teeth]);
+    assert_eq!(excess(|g| g.teeth = 1001), [Quantity::Teeth]);
+    assert_eq!(excess(|g| g.normal_module = 0.49), [Quantity::NormalModule]);
+    assert_eq!(excess(|g| g.normal_module = 71.0), [Quantity::NormalModule]);
+    assert_eq!(excess(|g| g.face_width = Some(3.9)), [Quantity::FaceWidth]);
+    assert_eq!(excess(|g| g.face_width = Some(1201.0)), [Quantity::FaceWidth]);
+    assert_eq!(excess(|g| g.helix_angle = 45.1f64.to_radians()), [Quantity::HelixAngle]);
+    assert_eq!(excess(|g| (g.teeth, g.normal_module) = (900, 20.0)), [Quantity::ReferenceDiameter]);
     assert_eq!(
         excess(|g| (g.teeth, g.normal_module) = (4, 0.2)),
-        ["teeth", "reference_diameter_mm", "normal_module_mm"]
+        [Quantity::Teeth, Quantity::ReferenceDiameter, Quantity::NormalModule]
     );
     // both ends belong to it
     let edge = gear(|g| (g.teeth, g.helix_angle, g.face_width) = (5, 45f64.to_radians(), Some(4.0)));
@@ -141,7 +141,7 @@ proptest! {
         }
         let [single, cumulative, sector, adjacent] = values(&by_index);
         prop_assert!(sector <= cumulative + 1e-12 && single <= cumulative + 1e-12 && adjacent <= 2.0 * single + 1e-12);
-        prop_assert!(by_index.complete && by_index.notices.is_empty());
+        prop_assert!(by_index.complete && by_index.warnings.is_empty());
         // each pitch is one of the sums
         let total: f64 = by_index.single.iter().map(|f| f.expect("complete")).sum();
         near(total, 0.0, 1e-9);
@@ -164,7 +164,7 @@ proptest! {
         readings[gap % 48] = f64::NAN;
         let answer = from_readings(&gear, &readings, Rounding::Rounded).expect("47 readings");
         prop_assert!(answer.class.is_none() && answer.missing == 1);
-        prop_assert_eq!(answer.notices[0].code, "missing_teeth");
+        prop_assert_eq!(answer.warnings[0].code(), "missing_teeth");
         near(answer.eccentricity.expect("enough readings").amount, amount, 1e-9);
     }
 }
@@ -206,7 +206,7 @@ fn pitch_of_few_teeth_by_hand() {
     let answer = pitch(&gear, &PitchMeasured::Index(gap), &settings).expect("sound");
     assert_eq!(answer.single.iter().flatten().count(), 6);
     assert_eq!((answer.cumulative, answer.complete, answer.cumulative_class), (Some(7.0), false, None));
-    assert_eq!(answer.notices[0].code, "missing_teeth");
+    assert_eq!(answer.warnings[0].code(), "missing_teeth");
     let answer = pitch(&gear, &PitchMeasured::Single(vec![1.0, f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, -3.0]), &settings);
     let answer = answer.expect("sound");
     assert_eq!((answer.cumulative, answer.closure), (None, None));
@@ -214,7 +214,7 @@ fn pitch_of_few_teeth_by_hand() {
 
     let off = pitch(&gear, &PitchMeasured::Single(vec![1.0; 8]), &settings).expect("sound");
     assert_eq!((off.closure, off.cumulative), (Some(8.0), Some(0.0)));
-    assert_eq!(off.notices[0].code, "pitches_do_not_close");
+    assert_eq!(off.warnings[0].code(), "pitches_do_not_close");
 
     let wrong = PitchSettings { diameter: Some(-1.0), sector: Some(8), ..settings };
     let faults = pitch(&gear, &PitchMeasured::Index(vec![0.0; 7]), &wrong).expect_err("impossible");

@@ -34,7 +34,7 @@ fn phase(u: f64, stretches: f64) -> f64 {
 }
 
 fn codes(answer: &Evaluation) -> Vec<&str> {
-    answer.notices.iter().map(|notice| notice.code).filter(|code| *code != "undefined_samples").collect()
+    answer.warnings.iter().map(|warning| warning.code()).filter(|code| *code != "undefined_samples").collect()
 }
 
 /// The crests are left: 6 µm of form would be 2 µm, and nothing but the length that is missing
@@ -48,9 +48,9 @@ fn gaps_below_a_hole_count_together() {
         let crests = waves(count, |u| u.abs() > 0.995 || (phase(u, 15.0) - 0.5).abs() > 0.5 * share);
         assert!(crests.traces[0].values.is_none() && crests.traces[0].classes.is_none(), "{share} of {count}");
         assert_eq!(codes(&crests), ["samples_missing"], "{share} of {count}");
-        let notice = crests.notices.iter().find(|notice| notice.code == "samples_missing").expect("a notice");
-        assert_eq!(notice.field, Some(TraceField::Deviations { trace: 0 }));
-        assert!(notice.message.contains("are covered, less than 75 %"), "{}", notice.message);
+        let warning = crests.warnings.iter().find(|warning| warning.code() == "samples_missing").expect("a warning");
+        assert_eq!(warning.field(), Some(TraceField::Deviations { trace: 0 }));
+        assert!(warning.to_string().contains("are covered, less than 75 %"), "{}", warning);
     }
 }
 
@@ -60,9 +60,9 @@ fn a_form_with_missing_stretches_is_a_lower_bound() {
     let whole = waves(COUNT, |_| true).traces[0].values.expect("figures");
     let some = waves(COUNT, |u| u.abs() > 0.995 || (phase(u, 5.0) - 0.5).abs() > 0.1);
     assert_eq!(codes(&some), ["samples_missing"]);
-    let notice = some.notices.iter().find(|notice| notice.code == "samples_missing").expect("a notice");
-    assert!(notice.message.contains("% of the evaluation range lie in 5 stretches"), "{}", notice.message);
-    assert!(notice.message.contains("form and total deviation may be greater"), "{}", notice.message);
+    let warning = some.warnings.iter().find(|warning| warning.code() == "samples_missing").expect("a warning");
+    assert!(warning.to_string().contains("% of the evaluation range lie in 5 stretches"), "{}", warning);
+    assert!(warning.to_string().contains("form and total deviation may be greater"), "{}", warning);
     let values = some.traces[0].values.expect("figures");
     near(values.slope, whole.slope, 1.0);
     assert!(some.traces[0].classes.is_some());
@@ -86,7 +86,7 @@ fn thin_traces_miss_nothing() {
         ("one short stretch", waves(214, |u| !(0.0..0.09).contains(&u))),
     ];
     for (name, answer) in &cases {
-        assert!(!codes(answer).contains(&"samples_missing"), "{name}: {:?}", answer.notices);
-        assert!(answer.traces[0].classes.is_some(), "{name}: {:?}", answer.notices);
+        assert!(!codes(answer).contains(&"samples_missing"), "{name}: {:?}", answer.warnings);
+        assert!(answer.traces[0].classes.is_some(), "{name}: {:?}", answer.warnings);
     }
 }

@@ -18,7 +18,7 @@ fn all(gear: &Gear, trace: &Trace, settings: &Settings) -> Evaluation {
 }
 
 fn has(answer: &Evaluation, code: &str) -> bool {
-    answer.notices.iter().any(|notice| notice.code == code)
+    answer.warnings.iter().any(|warning| warning.code() == code)
 }
 
 /// Slopes over the evaluation range.
@@ -196,9 +196,9 @@ fn a_slope_that_the_hole_leaves_open_has_no_class() {
     trace.deviation[150..190].fill(f64::NAN);
     let answer = all(&gear, &trace, &settings());
     assert!(answer.traces[0].values.is_some() && answer.traces[0].classes.is_none());
-    let notice = answer.notices.iter().find(|notice| notice.code == "slope_class_open").expect("a notice");
-    assert_eq!(notice.field, Some(TraceField::Deviations { trace: 0 }));
-    assert!(notice.message.contains("leaves it open"), "{}", notice.message);
+    let warning = answer.warnings.iter().find(|warning| warning.code() == "slope_class_open").expect("a warning");
+    assert_eq!(warning.field(), Some(TraceField::Deviations { trace: 0 }));
+    assert!(warning.to_string().contains("leaves it open"), "{}", warning);
 }
 
 /// Ends that are not reached: to a twentieth of the range the figures go on, with errors and

@@ -22,7 +22,7 @@ fn all(gear: &Gear, traces: &[Trace], settings: &Settings) -> Evaluation {
 }
 
 fn codes(answer: &Evaluation) -> Vec<&'static str> {
-    answer.notices.iter().map(|notice| notice.code).collect()
+    answer.warnings.iter().map(|warning| warning.code()).collect()
 }
 
 /// Slopes over the evaluation range, so that they are those of the functions put in.
@@ -198,12 +198,12 @@ fn over_a_hole_there_is_no_form() {
     let classes = |answer: &Evaluation| answer.traces[0].classes;
     let untouched = all(&gear, std::slice::from_ref(&whole), &settings());
     assert!(classes(&untouched).is_some_and(|c| c.form.is_some() && c.total.is_some()));
-    assert!(untouched.notices.is_empty());
+    assert!(untouched.warnings.is_empty());
     // 119 of 200
     let gone = holed(45, 164);
     assert_eq!(codes(&gone), ["undefined_samples", "hole_in_trace"]);
     assert!(classes(&gone).is_none() && gone.overall.is_none() && gone.traces[0].values.is_none());
-    assert!(gone.notices[1].message.contains("no figures and no class"), "{}", gone.notices[1].message);
+    assert!(gone.warnings[1].to_string().contains("no figures and no class"), "{}", gone.warnings[1]);
     // 6 % of the range: the slope has its class, form and total have none
     let small = holed(100, 112);
     let found = classes(&small).expect("a class of the slope");
@@ -235,7 +235,7 @@ fn dust_is_suspected_and_left_out_where_asked() {
     let mut clean = trace(&gear, Kind::Helix, Side::Left, 214, |u| 3.0 * u - 6.0 * u * u);
     clean.deviation.iter_mut().for_each(|d| *d += 0.2 * random.normal());
     let without = all(&gear, std::slice::from_ref(&clean), &settings());
-    assert!(without.notices.is_empty() && without.traces[0].suspects.is_none());
+    assert!(without.warnings.is_empty() && without.traces[0].suspects.is_none());
     for wide in [1, 4, 11] {
         let mut dusty = clean.clone();
         for (k, d) in dusty.deviation[120..120 + wide].iter_mut().enumerate() {
@@ -244,7 +244,7 @@ fn dust_is_suspected_and_left_out_where_asked() {
         }
         let kept = all(&gear, std::slice::from_ref(&dusty), &settings());
         assert_eq!(codes(&kept), ["outliers_suspected"], "{wide} samples wide");
-        assert_eq!(kept.notices[0].field, Some(TraceField::Deviations { trace: 0 }));
+        assert_eq!(kept.warnings[0].field(), Some(TraceField::Deviations { trace: 0 }));
         let suspects = kept.traces[0].suspects.as_ref().expect("a suspect");
         let [place] = suspects.places[..] else { panic!("one place: {suspects:?}") };
         assert!(place.from <= dusty.at[120] && place.to >= dusty.at[119 + wide] && place.samples <= wide + 4);
@@ -258,7 +258,9 @@ fn dust_is_suspected_and_left_out_where_asked() {
         let left_out = all(&gear, &[dusty], &asked);
         assert_eq!(left_out.traces[0].values, Some(figures));
         assert_eq!(left_out.traces[0].samples.excluded, place.samples);
-        assert!(left_out.notices.iter().any(|n| n.code == "outliers_suspected" && n.message.contains("left out")));
+        assert!(
+            left_out.warnings.iter().any(|w| w.code() == "outliers_suspected" && w.to_string().contains("left out"))
+        );
         // what is left out is a hole: of 11 samples one over which there is no form
         assert_eq!(left_out.traces[0].classes.is_some_and(|c| c.form.is_some()), wide < 8);
     }

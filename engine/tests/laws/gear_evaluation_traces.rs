@@ -8,6 +8,7 @@ use flankfit_engine::gear::{
     evaluation::{
         Evaluation, Posted, TraceSurface, evaluate,
         settings::{Settings, SlopeSign},
+        warning::{SurfaceFigure, Warning},
     },
 };
 use nalgebra::{DMatrix, DVector};
@@ -56,7 +57,7 @@ fn surface(gear: &Gear, traces: &[Trace], settings: &Settings) -> TraceSurface {
 }
 
 fn codes(answer: &Evaluation) -> Vec<&'static str> {
-    answer.notices.iter().map(|notice| notice.code).collect()
+    answer.warnings.iter().map(|warning| warning.code()).collect()
 }
 
 /// As the terms of the material: constant, u, v, u², uv, v².
@@ -202,12 +203,14 @@ fn figures_are_answered_where_the_traces_tell_them() {
                 near(value, terms[k + 1], 1e-3);
             }
         }
-        let notices: Vec<_> = found.notices.iter().filter(|notice| notice.code == "figures_not_told").collect();
-        assert_eq!(notices.len(), usize::from(told.contains(&false)), "{profiles:?} {helices:?}");
-        if let Some(notice) = notices.first() {
-            assert_eq!(notice.message.contains("twist_um"), !told[3], "{}", notice.message);
-            assert_eq!(notice.message.contains("helix_slope_um"), !told[1], "{}", notice.message);
-            assert!(notice.message.contains("tooth 1 left") && !notice.message.contains("mean_um"));
+        let warnings: Vec<_> = found.warnings.iter().filter(|warning| warning.code() == "figures_not_told").collect();
+        assert_eq!(warnings.len(), usize::from(told.contains(&false)), "{profiles:?} {helices:?}");
+        if let Some(warning) = warnings.first() {
+            let Warning::FiguresUndetermined { figures, flanks, .. } = warning else { panic!("{warning}") };
+            assert_eq!(figures.contains(&SurfaceFigure::Twist), !told[3], "{warning}");
+            assert_eq!(figures.contains(&SurfaceFigure::HelixSlope), !told[1], "{warning}");
+            assert!(!figures.contains(&SurfaceFigure::Mean) && warning.to_string().contains("(tooth 1 left)"));
+            assert_eq!(flanks.len(), 1);
         }
     }
     let in_section = lines(&gear, &[0.5], &[0.0], 80, terms);
@@ -310,7 +313,7 @@ fn traces_that_contradict_each_other_are_warned_of() {
         }
         let turned = answer(&gear, &good, &asked);
         assert_eq!(codes(&turned), ["surface_misfit", "helix_sign_doubtful"], "{:?}", turned.surfaces);
-        assert_eq!(turned.notices[1].field, Some(TraceField::Setting(SettingField::DeviationSign)));
+        assert_eq!(turned.warnings[1].field(), Some(TraceField::Setting(SettingField::DeviationSign)));
     }
     let third = |u: f64, v: f64| 20.0 * u * v * v * v;
     let mut odd: Vec<Trace> = [-0.9, 0.0, 0.9].map(|v| line(&gear, Kind::Profile, v, 80, third)).to_vec();

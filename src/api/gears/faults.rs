@@ -19,7 +19,7 @@ use flankfit_engine::{
             LawField, LawReason, RangeField, RangeReason, TopographyField as ReliefField,
             TopographyReason as ReliefReason,
         },
-        registration::fault::{RegistrationField, RegistrationReason},
+        registration::fault::{RegistrationField, RegistrationReason, pitches},
     },
 };
 
@@ -236,6 +236,22 @@ impl Field<RegistrationReason> for RegistrationField {
             RegistrationField::Weight { index } => format!("/weight/{index}"),
         }
     }
+
+    fn detail(&self, reason: &RegistrationReason) -> String {
+        match reason {
+            RegistrationReason::TeethContradict(share) => format!(
+                "the teeth contradict each other: however the part is turned, at most {} % of the points lie on the \
+                 teeth that they are told to be of. Count teeth clockwise from 1, or leave `teeth` out",
+                Shown((100.0 * share).round())
+            ),
+            RegistrationReason::TurnedOn(count) => format!(
+                "the points lie {} from the teeth that they are told to be of, and `rotation` is not among the \
+                 motions: free it, or correct the teeth",
+                pitches(*count)
+            ),
+            other => other.to_string(),
+        }
+    }
 }
 
 /// The settings of an evaluation, of the whole request.
@@ -353,6 +369,15 @@ impl Field<CorrectionReason> for CorrectionField {
             CorrectionField::NoiseSigma => "/noise_sigma_um".to_owned(),
             CorrectionField::CoefficientNormLimit => "/coefficient_norm_limit".to_owned(),
             CorrectionField::ResponseUncertainty => "/response_uncertainty".to_owned(),
+        }
+    }
+
+    fn detail(&self, reason: &CorrectionReason) -> String {
+        match reason {
+            CorrectionReason::TracesWithDatum => {
+                "traces that have a zero each have no common one: leave it out, or `trace`".to_owned()
+            }
+            other => other.to_string(),
         }
     }
 }

@@ -4,7 +4,14 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::faults::Field;
-use flankfit_engine::gear::evaluation::Notice;
+use flankfit_engine::gear::{
+    evaluation::{
+        Warning,
+        fault::PitchField,
+        warning::{PitchWarning, RunoutWarning, SurfaceFigure, TOO_FEW, helices_turned, undetermined},
+    },
+    tolerance::{OutOfScope, Quantity, not_covered},
+};
 
 /// Something that the reader must know.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -19,20 +26,111 @@ pub struct NoticeBody {
     pub message: String,
 }
 
-impl From<Notice> for NoticeBody {
-    fn from(notice: Notice) -> Self {
-        NoticeBody::placed(notice, Field::pointer)
+impl From<&Warning> for NoticeBody {
+    fn from(warning: &Warning) -> Self {
+        let pointer = warning.field().map(|field| field.pointer());
+        NoticeBody { pointer, ..NoticeBody::new(warning.code(), &sentence(warning)) }
+    }
+}
+
+impl From<&RunoutWarning> for NoticeBody {
+    fn from(warning: &RunoutWarning) -> Self {
+        let message = match warning {
+            RunoutWarning::OutsideTheStandard(out) => format!("no class: {}", out_of_scope(out)),
+            other => other.to_string(),
+        };
+        NoticeBody::new(warning.code(), &message)
     }
 }
 
 impl NoticeBody {
-    /// A notice of the engine, with the place in the request that its field stands at.
-    pub fn placed<F>(notice: Notice<F>, place: impl Fn(&F) -> String) -> Self {
-        NoticeBody { code: notice.code.to_owned(), pointer: notice.field.as_ref().map(place), message: notice.message }
+    /// A warning about pitches, with the place in the request that its field stands at.
+    pub fn of_pitch(warning: &PitchWarning, place: impl Fn(&PitchField) -> String) -> Self {
+        let message = match warning {
+            PitchWarning::OutsideTheStandard(out) => format!("no classes: {}", out_of_scope(out)),
+            other => other.to_string(),
+        };
+        let pointer = warning.field().as_ref().map(place);
+        NoticeBody { pointer, ..NoticeBody::new(warning.code(), &message) }
     }
 
     /// A warning about the gear as a whole.
     pub fn new(code: &str, message: &impl std::fmt::Display) -> Self {
         NoticeBody { code: code.to_owned(), pointer: None, message: message.to_string() }
+    }
+}
+
+/// The engine's words, but where the contract has names for what they speak of.
+fn sentence(warning: &Warning) -> String {
+    match warning {
+        Warning::OutsideTheStandard(out) => format!("no classes: {}", out_of_scope(out)),
+        Warning::FiguresUndetermined { figures, share_zero, flanks } => {
+            let why = if *share_zero {
+                TOO_FEW
+            } else {
+                "each trace has a zero of its own (`traces_share_zero` is false), so that only its slope and shape \
+                 count"
+            };
+            undetermined(figures.iter().map(|figure| name(*figure)), why, flanks).to_string()
+        }
+        Warning::HelixSignDoubtful { flank, apart, turned } => format!(
+            "{}; check `deviation_sign`, which says what a positive deviation of a helix means",
+            helices_turned(flank, *apart, *turned)
+        ),
+        other => other.to_string(),
+    }
+}
+
+fn name(figure: SurfaceFigure) -> &'static str {
+    match figure {
+        SurfaceFigure::HelixCrowning => "helix_crowning_um",
+        SurfaceFigure::HelixSlope => "helix_slope_um",
+        SurfaceFigure::Mean => "mean_um",
+        SurfaceFigure::ProfileCrowning => "profile_crowning_um",
+        SurfaceFigure::ProfileSlope => "profile_slope_um",
+        SurfaceFigure::Twist => "twist_um",
+    }
+}
+
+/// What lies outside of the scope of the standard, by the fields of a gear.
+pub fn out_of_scope(OutOfScope(excesses): &OutOfScope) -> String {
+    not_covered(excesses, |quantity| match quantity {
+        Quantity::Teeth => "teeth",
+        Quantity::ReferenceDiameter => "reference_diameter_mm",
+        Quantity::NormalModule => "normal_module_mm",
+        Quantity::HelixAngle => "helix_angle_deg",
+        Quantity::FaceWidth => "face_width_mm",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flankfit_engine::gear::{Side, evaluation::warning::FlankName, tolerance::Excess};
+
+    #[test]
+    fn sentences_name_the_fields_of_the_contract() {
+        let flank = || FlankName { tooth: "3".to_owned(), side: Side::Right };
+        let figures = vec![SurfaceFigure::ProfileSlope, SurfaceFigure::Twist];
+        let open = Warning::FiguresUndetermined { figures, share_zero: false, flanks: vec![flank()] };
+        assert_eq!(
+            NoticeBody::from(&open).message,
+            "the traces do not tell profile_slope_um, twist_um of the surface: each trace has a zero of its own \
+             (`traces_share_zero` is false), so that only its slope and shape count; slopes without a twist are those \
+             in the sections of the traces (tooth 3 right)"
+        );
+        let turned = NoticeBody::from(&Warning::HelixSignDoubtful { flank: flank(), apart: 2.0, turned: 0.25 });
+        assert_eq!(turned.pointer.as_deref(), Some("/evaluation/deviation_sign"));
+        assert_eq!(
+            turned.message,
+            "tooth 3 right: with the helices turned the contradiction falls from 2.00 to 0.25 µm rms; check \
+             `deviation_sign`, which says what a positive deviation of a helix means"
+        );
+        let excess = Excess { quantity: Quantity::FaceWidth, value: 3.0, scope: [4.0, 1200.0] };
+        let beyond = NoticeBody::from(&Warning::OutsideTheStandard(OutOfScope(vec![excess])));
+        assert_eq!(
+            beyond.message,
+            "no classes: ISO 1328-1:2013 does not cover this gear: face_width_mm = 3 is not within 4 and 1200"
+        );
     }
 }

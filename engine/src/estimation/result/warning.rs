@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::{
     estimation::spec::Criterion,
-    fault::words::{Shown, counted},
+    fault::words::{Shown, counted, listed},
 };
 
 /// Something that the reader of an answer must know.
@@ -238,7 +238,7 @@ pub enum Warning {
     /// Levels of a study with dependent columns.
     #[error(
         "the columns depend on each other at the level(s) {}: figures that do not exist there are left out",
-        Levels(.0)
+        listed(.0.iter().map(|level| Shown(*level)))
     )]
     DependentLevels(Vec<f64>),
     /// A study without noise.
@@ -381,18 +381,5 @@ impl fmt::Display for Times {
             factor if factor.is_finite() => write!(f, "{factor:.1e} times"),
             _ => f.write_str("infinitely many times"),
         }
-    }
-}
-
-/// Levels of a study in a row.
-struct Levels<'a>(&'a [f64]);
-
-impl fmt::Display for Levels<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, level) in self.0.iter().enumerate() {
-            let between = if k == 0 { "" } else { ", " };
-            write!(f, "{between}{}", Shown(*level))?;
-        }
-        Ok(())
     }
 }

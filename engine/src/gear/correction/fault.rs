@@ -131,7 +131,7 @@ pub enum CorrectionReason {
     #[error("{} is not a finite weight of at least 0", .0)]
     Weight(f64),
     /// Traces with a zero each, and a datum.
-    #[error("traces that have a zero each have no common one: leave it out, or `trace`")]
+    #[error("traces that have a zero each have no common one: leave out the datum, or the traces")]
     TracesWithDatum,
     /// No share.
     #[error("{} is not a share between 0 and 1", Shown(*.0))]

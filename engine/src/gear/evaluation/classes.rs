@@ -1,12 +1,12 @@
 //! Classes of the figures of a trace, and whether a hole leaves them open.
 
-use super::subject::{Assessable, Values};
-use crate::{
-    fault::words::Shown,
-    gear::{
-        Kind,
-        tolerance::{Characteristic, Class, Rounding, Tolerances},
-    },
+use super::{
+    values::{Assessable, Values},
+    warning::TraceWarning,
+};
+use crate::gear::{
+    Kind,
+    tolerance::{Characteristic, Class, Rounding, Tolerances},
 };
 
 /// Over a hole a slope has the class that it has by so many standard errors more and less.
@@ -34,7 +34,7 @@ pub(super) struct Classified<'a> {
 /// The classes of a trace, and why its slope has none though it might.
 pub(super) struct Found {
     pub classes: Option<Classes>,
-    pub open: Option<String>,
+    pub open: Option<TraceWarning>,
 }
 
 impl Classified<'_> {
@@ -66,21 +66,16 @@ impl Classified<'_> {
     }
 
     /// The class of a slope over a hole, or why it has none.
-    fn of_uncertain(&self, slope: Characteristic) -> Result<Option<Class>, String> {
+    fn of_uncertain(&self, slope: Characteristic) -> Result<Option<Class>, TraceWarning> {
         let amount = self.values.slope.abs();
         let Some(error) = self.values.slope_std_error else {
-            return Err("the slope has no class: the samples are too few to tell what the hole may hide".into());
+            return Err(TraceWarning::SlopeClassUnknown);
         };
         let by = |errors: f64| self.class(slope, (amount + errors * error).max(0.0));
         let (least, most) = (by(-SURE), by(SURE));
         if least == most {
             return Ok(most);
         }
-        let micrometres = |x: f64| Shown((x * 100.0).round() / 100.0);
-        Err(format!(
-            "the slope has no class: what the hole hides leaves it open ({} ± {} µm)",
-            micrometres(self.values.slope),
-            micrometres(error)
-        ))
+        Err(TraceWarning::SlopeClassOpen { slope: self.values.slope, std_error: error })
     }
 }

@@ -17,7 +17,6 @@ mod gap;
 mod mean_curve;
 mod missing;
 mod noise;
-mod notice;
 mod outliers;
 pub mod pitch;
 pub mod runout;
@@ -29,23 +28,24 @@ mod subject;
 pub mod summary;
 mod suspects;
 mod trace_surface;
+mod values;
+pub mod warning;
 
 pub use classes::Classes;
 use classes::Classified;
 pub use design::design;
 use fault::{MOST_SAMPLES, SettingFaults, SettingField, SettingReason, TraceFaults, TraceField, TraceReason};
 pub use flank_traces::{FlankTraces, flank_traces};
-pub use notice::Notice;
 pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
 pub use samples::Samples;
 use settings::{Outliers, Settings, Window};
 use single::Outcome;
 pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
 use subject::Subject;
-pub use subject::{Assessable, EDGE, FEWEST_SAMPLES, Values};
 pub use summary::{Spread, Summary, Twist};
-pub use suspects::{Suspect, Suspects};
 pub use trace_surface::{Levelled, TraceFigures, TraceSurface, figures_of_traces};
+pub use values::{Assessable, EDGE, FEWEST_SAMPLES, Suspect, Suspects, Values};
+pub use warning::Warning;
 
 pub use super::tooth::Position;
 use super::{
@@ -54,7 +54,7 @@ use super::{
     tolerance::{Class, OutOfScope, Tolerances},
     trace::MOST_DEVIATION,
 };
-use crate::fault::{Common, Faults, words::Shown};
+use crate::fault::{Common, Faults};
 use crate::numerics::cancel;
 
 /// A trace and, where the flank is modified by design, its design line: µm per sample in the sign
@@ -82,7 +82,7 @@ pub struct Evaluated {
     pub section: Option<f64>,
     /// How many samples there were, and what became of them.
     pub samples: Samples,
-    /// `None` where the trace cannot be evaluated; a notice says why.
+    /// `None` where the trace cannot be evaluated; a warning says why.
     pub values: Option<Values>,
     /// `None` where there is no tolerance, or where the trace does not cover the evaluation range.
     pub classes: Option<Classes>,
@@ -110,10 +110,10 @@ pub struct Evaluation {
     /// Tolerances of ISO 1328-1, or what lies outside of its scope.
     pub tolerances: Result<Tolerances, OutOfScope>,
     /// What the reader must know.
-    pub notices: Vec<Notice>,
+    pub warnings: Vec<Warning>,
 }
 
-/// Evaluates traces. A trace that is sound but cannot be evaluated has no values and a notice; the
+/// Evaluates traces. A trace that is sound but cannot be evaluated has no values and a warning; the
 /// others are evaluated.
 ///
 /// ```
@@ -139,17 +139,16 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     check(posted)?;
     let [profile, helix] = windows(gear, posted, settings).map_err(Faults::widened)?;
     let tolerances = Tolerances::new(gear);
-    let mut notices = Vec::new();
+    let mut warnings = Vec::new();
     if let Err(out) = &tolerances {
-        notices.push(Notice { code: "outside_the_standard", field: None, message: format!("no classes: {out}") });
+        warnings.push(Warning::OutsideTheStandard(out.clone()));
     } else if helix.is_some() && gear.data().face_width.is_none() {
-        let message = "no classes of the helix: tolerances need the face width of the gear".into();
-        notices.push(Notice { code: "no_face_width", field: Some(TraceField::FaceWidth), message });
+        warnings.push(Warning::NoFaceWidth);
     }
     let foreign = [(Kind::Profile, profile.as_ref()), (Kind::Helix, helix.as_ref())]
         .map(|(kind, window)| window.and_then(|window| foreign_reference(gear, kind, window)));
-    notices.extend(foreign.iter().flatten().cloned());
-    notices.extend(profile.as_ref().and_then(|window| near_base_circle(gear, window)));
+    warnings.extend(foreign.iter().flatten().cloned());
+    warnings.extend(profile.as_ref().and_then(|window| near_base_circle(gear, window)));
     let mut traces = Vec::with_capacity(posted.len());
     for (i, posted) in posted.iter().enumerate() {
         cancel::checkpoint();
@@ -160,12 +159,12 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         };
         let Some(window) = window else { continue };
         let subject = Subject { gear, trace, design: posted.design, settings, window, number: i };
-        let Outcome { samples, values, assessable, suspects } = subject.evaluate(&mut notices);
+        let Outcome { samples, values, assessable, suspects } = subject.evaluate(&mut warnings);
         let classes = match (&tolerances, &values) {
             (Ok(tolerances), Some(values)) if foreign[usize::from(trace.kind == Kind::Helix)].is_none() => {
                 let rounding = settings.rounding;
                 let found = Classified { tolerances, kind: trace.kind, rounding, values }.classes(assessable);
-                notices.extend(found.open.map(|why| subject.notice("slope_class_open", why)));
+                warnings.extend(found.open.map(|open| subject.warning(open)));
                 found.classes
             }
             _ => None,
@@ -196,29 +195,22 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             .collect(),
         None => posted.to_vec(),
     };
-    let (surfaces, said) = trace_surface::surfaces(gear, &each, settings);
-    notices.extend(said);
+    let (surfaces, more) = trace_surface::surfaces(gear, &each, settings);
+    warnings.extend(more);
     let classified = traces.iter().filter_map(|t| t.classes);
     let overall = super::tolerance::overall(classified.flat_map(|c| [c.slope, c.form, c.total]).flatten());
-    Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, notices })
+    Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, warnings })
 }
 
 /// Slopes over a length that the gear has not got are extrapolated: tolerances say nothing about
 /// them.
-fn foreign_reference(gear: &Gear, kind: Kind, window: &Window) -> Option<Notice> {
+fn foreign_reference(gear: &Gear, kind: Kind, window: &Window) -> Option<Warning> {
     let longest = match kind {
         Kind::Profile => gear.roll_length(2.0 * gear.tip_radius().max(gear.root_radius()))?,
         Kind::Helix => gear.data().face_width?.max(window.length()),
     };
-    (window.reference > longest * (1.0 + 1e-9)).then(|| Notice {
-        code: "foreign_reference_length",
-        field: Some(SettingField::reference_length(kind).into()),
-        message: format!(
-            "slopes are extended to {} mm, more than the {} mm of the gear: no classes",
-            Shown(window.reference),
-            Shown(longest)
-        ),
-    })
+    let reference = window.reference;
+    (reference > longest * (1.0 + 1e-9)).then_some(Warning::ForeignReferenceLength { kind, reference, longest })
 }
 
 /// The traces with suspects undefined; `None` for those without any.
@@ -238,17 +230,9 @@ fn without_suspects(posted: &[Posted], evaluated: &[Evaluated]) -> Vec<Option<Tr
 }
 
 /// The evaluation range begins where the roll length hardly depends on the diameter any more.
-fn near_base_circle(gear: &Gear, window: &Window) -> Option<Notice> {
+fn near_base_circle(gear: &Gear, window: &Window) -> Option<Warning> {
     let roll = window.low / gear.base_radius();
-    (roll < NEAR_BASE_ROLL).then(|| {
-        let message = format!(
-            "the evaluation range begins at {}° of roll, close to the base circle: there a small error of diameter is \
-             a large one of roll \
-             length, and the involute itself ends",
-            Shown((roll.to_degrees() * 100.0).round() / 100.0)
-        );
-        Notice { code: "near_base_circle", field: Some(SettingField::ProfileRange.into()), message }
-    })
+    (roll < NEAR_BASE_ROLL).then_some(Warning::NearBaseCircle(roll))
 }
 
 /// Roll angle below which a range is close to the base circle, rad: 5°, where an error of diameter

@@ -12,17 +12,14 @@
 use std::f64::consts::TAU;
 
 use super::{
-    Notice,
     fault::{PitchFaults, PitchField, PitchReason},
+    warning::PitchWarning,
 };
-use crate::{
-    fault::words::{Shown, counted},
-    gear::{
-        Gear, Side,
-        data::MOST_LENGTH,
-        tolerance::{Characteristic, Class, Rounding, Tolerances},
-        trace::MOST_DEVIATION,
-    },
+use crate::gear::{
+    Gear, Side,
+    data::MOST_LENGTH,
+    tolerance::{Characteristic, Class, Rounding, Tolerances},
+    trace::MOST_DEVIATION,
 };
 
 /// What was measured: one number per tooth, NaN where there is none.
@@ -93,7 +90,7 @@ pub struct Pitch {
     /// Class of F_p; `None` where there is no value or no tolerance.
     pub cumulative_class: Option<Class>,
     /// What the reader must know.
-    pub notices: Vec<Notice<PitchField>>,
+    pub warnings: Vec<PitchWarning>,
 }
 
 /// Evaluates pitch deviations.
@@ -122,7 +119,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
     let sector = settings.sector.or_else(|| (teeth > 1).then(|| ((teeth as f64 / 8.0).round() as usize).max(1)));
     let given = check(teeth, diameter, sector, measured)?;
     let missing = given.iter().filter(|d| d.is_nan()).count();
-    let mut notices = Vec::new();
+    let mut warnings = Vec::new();
     let mut closure = None;
     let (index, single) = match measured {
         PitchMeasured::Index(_) => of_index(given.to_vec()),
@@ -141,19 +138,10 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
         }
     };
     if let Some(sum) = closure.filter(|sum| sum.abs() > CLOSURE * teeth as f64) {
-        let message = format!(
-            "the single pitch deviations add up to {} µm around the gear instead of 0; that was taken off evenly",
-            Shown(sum)
-        );
-        notices.push(Notice { code: "pitches_do_not_close", field: Some(PitchField::Deviations), message });
+        warnings.push(PitchWarning::PitchesDoNotClose(sum));
     }
     if missing > 0 {
-        let message = format!(
-            "{} of {teeth} missing: the values are those of the others and can only be greater on the whole gear; no \
-             class is given",
-            counted(missing, "tooth", "teeth")
-        );
-        notices.push(Notice { code: "missing_teeth", field: Some(PitchField::Deviations), message });
+        warnings.push(PitchWarning::MissingTeeth { missing, teeth });
     }
     let complete = missing == 0;
     let single_pitch = greatest(single.iter().enumerate().filter_map(|(i, f)| Some((i, (*f)?))));
@@ -168,7 +156,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
             ]
         }
         (true, Err(out)) => {
-            notices.push(Notice { code: "outside_the_standard", field: None, message: format!("no classes: {out}") });
+            warnings.push(PitchWarning::OutsideTheStandard(out));
             [None; 2]
         }
     };
@@ -191,7 +179,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
         cumulative_class: classified[1],
         index,
         single,
-        notices,
+        warnings,
     })
 }
 

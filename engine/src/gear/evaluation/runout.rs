@@ -12,16 +12,15 @@
 //! derived so is said.
 
 use super::{
-    Notice,
     fault::{PitchReason, RunoutFaults, RunoutField, RunoutReason},
     pitch::Pitch,
+    warning::RunoutWarning,
 };
 use crate::{
     estimation::{
         self, FitError, FitSpec, Nodes,
         spec::{Model, Regularization},
     },
-    fault::words::counted,
     gear::{
         Gear, Side,
         involute::Flank,
@@ -67,7 +66,7 @@ pub struct Runout {
     /// Only where no space is missing.
     pub class: Option<Class>,
     /// What the reader must know.
-    pub notices: Vec<Notice<RunoutField>>,
+    pub warnings: Vec<RunoutWarning>,
 }
 
 /// Run-out from radial readings, µm (outwards positive), one per tooth space, NaN where there is
@@ -144,34 +143,24 @@ fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) ->
     let (least, most) = there.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &r| (a.min(r), b.max(r)));
     let runout = most - least;
     let missing = readings.iter().filter(|r| r.is_nan()).count();
-    let mut notices = Vec::new();
+    let mut warnings = Vec::new();
     if missing > 0 {
-        let message = format!(
-            "{} of {} missing: the run-out is that of the others and can only be greater on the whole gear; no class \
-             is given",
-            counted(missing, "tooth space", "tooth spaces"),
-            readings.len()
-        );
-        notices.push(Notice { code: "missing_teeth", field: None, message });
+        warnings.push(RunoutWarning::MissingSpaces { missing, spaces: readings.len() });
     }
     let class = match Tolerances::new(gear) {
         _ if missing > 0 => None,
         Ok(tolerances) => tolerances.class(Characteristic::Runout, runout, rounding),
         Err(out) => {
-            notices.push(Notice { code: "outside_the_standard", field: None, message: format!("no class: {out}") });
+            warnings.push(RunoutWarning::OutsideTheStandard(out));
             None
         }
     };
     let eccentricity = eccentricity(readings).unwrap_or_else(|error| {
-        let message = match error.first() {
-            Some(reason) => format!("no eccentricity: {reason}"),
-            None => format!("no eccentricity: {error}"),
-        };
-        notices.push(Notice { code: "no_eccentricity", field: None, message });
+        warnings.push(RunoutWarning::NoEccentricity(error));
         None
     });
     let readings = readings.iter().map(|r| (!r.is_nan()).then_some(*r)).collect();
-    Runout { runout, readings, eccentricity, derived, missing, class, notices }
+    Runout { runout, readings, eccentricity, derived, missing, class, warnings }
 }
 
 /// `None` with fewer than three readings or with readings that do not tell the three numbers apart.

@@ -1,10 +1,6 @@
 //! The defined samples of a trace, and those of them that count.
 
-use super::{
-    settings::Window,
-    spacing::Spacing,
-    subject::{EDGE, Subject},
-};
+use super::{settings::Window, spacing::Spacing, subject::Subject, values::EDGE};
 use crate::{
     gear::trace::Direction,
     numerics::cancel::{self, Asking},

@@ -20,13 +20,13 @@ use super::{
     coverage,
     gap::mean_curves,
     noise::noise,
-    notice::Notice,
     samples::{self, Samples, Taken},
     settings::{MeanCurve, Outliers},
-    subject::{Assessable, FEWEST_SAMPLES, Subject, Values},
-    suspects::{self, Suspects},
+    subject::Subject,
+    suspects,
+    values::{Assessable, FEWEST_SAMPLES, Suspects, Values},
+    warning::{TraceWarning, Warning},
 };
-use crate::fault::words::counted;
 
 /// What became of a trace.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,8 +38,8 @@ pub(super) struct Outcome {
 }
 
 impl Subject<'_> {
-    /// The figures, where there are any; notices say why not.
-    pub(crate) fn evaluate(&self, notices: &mut Vec<Notice>) -> Outcome {
+    /// The figures, where there are any; warnings say why not.
+    pub(crate) fn evaluate(&self, warnings: &mut Vec<Warning>) -> Outcome {
         let (mut all, mut samples) = samples::defined(self);
         let runs = suspects::mark(&mut all);
         let exclude = self.settings.outliers == Outliers::Exclude;
@@ -47,29 +47,21 @@ impl Subject<'_> {
         let taken = Taken::of(&all, exclude);
         (samples.used, samples.zone) = (taken.u.len(), taken.zone.len());
         if samples.undefined_in_range > 0 {
-            let undefined = counted(samples.undefined_in_range, "undefined sample", "undefined samples");
-            self.note(notices, "undefined_samples", format!("{undefined} within the evaluation range left out"));
+            self.warn(warnings, TraceWarning::UndefinedSamples(samples.undefined_in_range));
         }
         let suspects = (!runs.is_empty()).then(|| suspects::suspects(self, &all, &runs, exclude));
         let refused = match (samples.used < FEWEST_SAMPLES, taken.spacing.places < 3) {
-            (true, _) => {
-                let used = counted(samples.used, "defined sample", "defined samples");
-                let why = format!("{used} within the evaluation range; a trace is evaluated from {FEWEST_SAMPLES} on");
-                Some(("too_few_samples", why))
-            }
-            (false, true) => {
-                let places = counted(taken.spacing.places, "place", "places");
-                Some(("no_mean_curve", format!("no mean curve: the samples lie at {places} only")))
-            }
+            (true, _) => Some(TraceWarning::TooFewSamples(samples.used)),
+            (false, true) => Some(TraceWarning::NoMeanCurve(taken.spacing.places)),
             (false, false) => None,
         };
-        if let Some((code, detail)) = refused {
-            self.note(notices, code, detail);
+        if let Some(refused) = refused {
+            self.warn(warnings, refused);
             return Outcome { samples, values: None, assessable: Assessable::Nothing, suspects };
         }
-        let assessable = coverage::assessable(self, &taken.u, &taken.spacing, notices);
+        let assessable = coverage::assessable(self, &taken.u, &taken.spacing, warnings);
         if let Some(suspects) = &suspects {
-            self.note(notices, "outliers_suspected", suspects::suspicion(suspects, exclude));
+            self.warn(warnings, suspects.warning(exclude));
         }
         Outcome {
             samples,

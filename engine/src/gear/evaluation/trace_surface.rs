@@ -8,13 +8,13 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Notice, Position, Posted,
+    Position, Posted,
     contradiction::{Contradiction, contradiction},
-    fault::SettingField,
     flank_surface::{Figure, FlankFigures, Remainder, Sample, TERMS, through},
     flank_traces::{FlankTraces, flank_traces, ranges},
     settings::Settings,
     spacing::Spacing,
+    warning::{FlankName, SurfaceFigure, Warning},
 };
 use crate::{
     gear::{Gear, Kind, Side},
@@ -61,19 +61,17 @@ pub struct TraceFigures {
 }
 
 impl TraceFigures {
-    /// What is not told, by the names of the answer; the mean of traces with zeros of their own is
-    /// none of it.
-    fn missing(&self, share_zero: bool) -> Vec<&'static str> {
-        let mean = self.mean.is_some() || !share_zero;
-        let told = [
-            ("mean_um", mean),
-            ("profile_slope_um", self.profile_slope.is_some()),
-            ("helix_slope_um", self.helix_slope.is_some()),
-            ("profile_crowning_um", self.profile_crowning.is_some()),
-            ("helix_crowning_um", self.helix_crowning.is_some()),
-            ("twist_um", self.twist.is_some()),
+    /// What is not told; the mean of traces with zeros of their own is none of it.
+    fn missing(&self, share_zero: bool) -> Vec<SurfaceFigure> {
+        let each = [
+            (SurfaceFigure::Mean, self.mean.is_some() || !share_zero),
+            (SurfaceFigure::ProfileSlope, self.profile_slope.is_some()),
+            (SurfaceFigure::HelixSlope, self.helix_slope.is_some()),
+            (SurfaceFigure::ProfileCrowning, self.profile_crowning.is_some()),
+            (SurfaceFigure::HelixCrowning, self.helix_crowning.is_some()),
+            (SurfaceFigure::Twist, self.twist.is_some()),
         ];
-        told.into_iter().filter(|(_, told)| !told).map(|(name, _)| name).collect()
+        each.into_iter().filter(|(_, determined)| !determined).map(|(figure, _)| figure).collect()
     }
 }
 
@@ -233,7 +231,7 @@ pub struct Levelled {
 
 /// The surfaces of the flanks with several traces, in the order of teeth, left flanks first; and
 /// what is to be said of them.
-pub(super) fn surfaces(gear: &Gear, posted: &[Posted], settings: &Settings) -> (Vec<TraceSurface>, Vec<Notice>) {
+pub(super) fn surfaces(gear: &Gear, posted: &[Posted], settings: &Settings) -> (Vec<TraceSurface>, Vec<Warning>) {
     let flanks = flank_traces(gear, posted, settings);
     let mut found: Vec<Found> = flanks.iter().filter_map(|flank| flank.surface(gear, settings)).collect();
     let number = |tooth: &str| Position::number(tooth).unwrap_or(u64::MAX);
@@ -241,73 +239,30 @@ pub(super) fn surfaces(gear: &Gear, posted: &[Posted], settings: &Settings) -> (
         let (a, b) = (&a.surface, &b.surface);
         (number(&a.tooth), &a.tooth, a.side).cmp(&(number(&b.tooth), &b.tooth, b.side))
     });
-    let notices = notices(&found, settings);
-    (found.into_iter().map(|found| found.surface).collect(), notices)
+    let warnings = warnings(&found, settings);
+    (found.into_iter().map(|found| found.surface).collect(), warnings)
 }
 
-fn notices(found: &[Found], settings: &Settings) -> Vec<Notice> {
-    const NAMED: usize = 5;
-    let name = |surface: &TraceSurface| {
-        let flank = if surface.side == Side::Left { "left" } else { "right" };
-        let tooth: String = surface.tooth.chars().take(20).collect();
-        format!("tooth {tooth} {flank}")
-    };
-    let listed = |flanks: &[&TraceSurface]| {
-        let mut names: Vec<String> = flanks.iter().take(NAMED).map(|surface| name(surface)).collect();
-        if flanks.len() > NAMED {
-            names.push(format!("{} more", flanks.len() - NAMED));
-        }
-        names.join(", ")
-    };
-    let mut missing: BTreeMap<Vec<&str>, Vec<&TraceSurface>> = BTreeMap::new();
+fn warnings(found: &[Found], settings: &Settings) -> Vec<Warning> {
+    let name = |surface: &TraceSurface| FlankName { tooth: surface.tooth.clone(), side: surface.side };
+    let share_zero = settings.traces_share_zero;
+    let mut missing: BTreeMap<Vec<SurfaceFigure>, Vec<FlankName>> = BTreeMap::new();
     for surface in found.iter().map(|found| &found.surface) {
-        let names = surface.figures.missing(settings.traces_share_zero);
-        if !names.is_empty() {
-            missing.entry(names).or_default().push(surface);
+        let figures = surface.figures.missing(share_zero);
+        if !figures.is_empty() {
+            missing.entry(figures).or_default().push(name(surface));
         }
     }
-    let why = if settings.traces_share_zero {
-        "too few traces, or all along one line"
-    } else {
-        "each trace has a zero of its own (`traces_share_zero` is false), so that only its slope and shape count"
-    };
-    let mut notices: Vec<Notice> = missing
-        .into_iter()
-        .map(|(names, flanks)| Notice {
-            code: "figures_not_told",
-            field: None,
-            message: format!(
-                "the traces do not tell {} of the surface: {why}; slopes without a twist are those in the sections \
-                 of the traces ({})",
-                names.join(", "),
-                listed(&flanks)
-            ),
-        })
-        .collect();
+    let undetermined =
+        missing.into_iter().map(|(figures, flanks)| Warning::FiguresUndetermined { figures, share_zero, flanks });
+    let mut warnings: Vec<Warning> = undetermined.collect();
     for Found { surface, contradiction } in found {
-        let Some(Contradiction { apart, own, turned }) = contradiction else { continue };
-        let of = name(surface);
-        notices.push(Notice {
-            code: "surface_misfit",
-            field: None,
-            message: format!(
-                "{of}: the traces contradict a common surface of second order by {apart:.2} µm rms, while each \
-                 leaves {own:.2} µm of a parabola of its own; look at signs, sections and teeth of the traces before \
-                 its figures are used"
-            ),
-        });
-        if let Some(turned) = turned {
-            notices.push(Notice {
-                code: "helix_sign_doubtful",
-                field: Some(SettingField::DeviationSign.into()),
-                message: format!(
-                    "{of}: with the helices turned the contradiction falls from {apart:.2} to {turned:.2} µm rms; \
-                     check `deviation_sign`, which says what a positive deviation of a helix means"
-                ),
-            });
-        }
+        let Some(Contradiction { apart, own, turned }) = *contradiction else { continue };
+        warnings.push(Warning::SurfaceMisfit { flank: name(surface), apart, own });
+        let turned = turned.map(|turned| Warning::HelixSignDoubtful { flank: name(surface), apart, turned });
+        warnings.extend(turned);
     }
-    notices
+    warnings
 }
 
 /// The figures over the ranges, slopes by DIN, of nodes that belong to traces with zeros of their

@@ -4,7 +4,7 @@ use super::Motion;
 use crate::{
     fault::{
         Common, Faults,
-        words::{Shown, counted},
+        words::{Counted, Shown, counted},
     },
     gear::{
         Side,
@@ -90,20 +90,25 @@ pub enum RegistrationReason {
     /// Teeth of which most are wrong however the part is turned; the best share.
     #[error(
         "the teeth contradict each other: however the part is turned, at most {} % of the points lie on the teeth that \
-         they are told to be of. Count teeth clockwise from 1, or leave `teeth` out",
+         they are told to be of. Count teeth clockwise from 1, or leave them out",
         Shown((100.0 * .0).round())
     )]
     TeethContradict(f64),
     /// Teeth that all lie some pitches away, where no rotation is free.
     #[error(
-        "the points lie {} from the teeth that they are told to be of, and `rotation` is not among the motions: free \
-         it, or correct the teeth",
-        counted(*.0 as usize, "pitch", "pitches")
+        "the points lie {} from the teeth that they are told to be of, and rotation is not among the motions: free it, \
+         or correct the teeth",
+        pitches(*.0)
     )]
     TurnedOn(u32),
     /// What is wrong with numbers of any kind.
     #[error(transparent)]
     Common(#[from] Common),
+}
+
+/// So many pitches, in words.
+pub fn pitches(count: u32) -> Counted {
+    counted(count as usize, "pitch", "pitches")
 }
 
 /// Faults of a registration.

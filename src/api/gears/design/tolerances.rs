@@ -5,11 +5,11 @@ use utoipa::ToSchema;
 
 use crate::api::{
     faults::Faults,
-    gears::gear::GearBody,
+    gears::{gear::GearBody, notice::out_of_scope},
     json::{value::read_json, writer},
     problem::Problem,
 };
-use flankfit_engine::gear::tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Tolerances};
+use flankfit_engine::gear::tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Quantity, Tolerances};
 
 /// A gear and a class.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -73,7 +73,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let gear = body.gear.checked("/gear").map_err(|more| faults.append(more)).ok();
     let tolerances = gear.and_then(|gear| {
         let outside = |out: OutOfScope| {
-            let why = out.to_string();
+            let why = out_of_scope(&out);
             out.0.iter().for_each(|excess| faults.push(place(excess.quantity), why.clone()));
         };
         Tolerances::new(&gear).map_err(outside).ok()
@@ -89,12 +89,12 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
 }
 
 /// Where what lies outside the scope can be changed.
-fn place(quantity: &str) -> &'static str {
+fn place(quantity: Quantity) -> &'static str {
     match quantity {
-        "teeth" | "reference_diameter_mm" => "/gear/teeth",
-        "normal_module_mm" => "/gear/normal_module_mm",
-        "face_width_mm" => "/gear/face_width_mm",
-        _ => "/gear/helix_angle_deg",
+        Quantity::Teeth | Quantity::ReferenceDiameter => "/gear/teeth",
+        Quantity::NormalModule => "/gear/normal_module_mm",
+        Quantity::FaceWidth => "/gear/face_width_mm",
+        Quantity::HelixAngle => "/gear/helix_angle_deg",
     }
 }
 

@@ -70,7 +70,7 @@ impl EvaluationBody {
             class,
             beyond_classes,
             evaluation: settings,
-            warnings: evaluation.notices.into_iter().map(NoticeBody::from).collect(),
+            warnings: evaluation.warnings.iter().map(NoticeBody::from).collect(),
         }
     }
 }

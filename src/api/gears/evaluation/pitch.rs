@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::request::RoundingName;
 use crate::api::{
-    faults::{Faults, Field},
+    faults::Faults,
     gears::{faults as table, gear::GearBody, notice::NoticeBody},
     json::{value::read_json, writer},
     measurand::side::SideName,
@@ -305,9 +305,9 @@ impl PitchBody {
             missing: pitch.missing,
             class,
             warnings: pitch
-                .notices
-                .into_iter()
-                .map(|notice| NoticeBody::placed(notice, |field| table::pitch(field, deviations)))
+                .warnings
+                .iter()
+                .map(|warning| NoticeBody::of_pitch(warning, |field| table::pitch(field, deviations)))
                 .collect(),
         }
     }
@@ -332,7 +332,7 @@ impl From<Runout> for RunoutBody {
             missing: runout.missing,
             class,
             beyond_classes,
-            warnings: runout.notices.into_iter().map(|notice| NoticeBody::placed(notice, Field::pointer)).collect(),
+            warnings: runout.warnings.iter().map(NoticeBody::from).collect(),
         }
     }
 }

@@ -16,7 +16,7 @@ use crate::api::{
 };
 use flankfit_engine::{
     formats::{
-        Difference, GearFacts,
+        Datum, Difference, GearFacts,
         gear_file::{self, GearFile},
         klingelnberg::Header,
     },
@@ -101,6 +101,22 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
     Ok(GearsOfFileBody { format, gears, warnings })
 }
 
+/// The field of a gear that a datum stands at.
+fn name(datum: Datum) -> &'static str {
+    match datum {
+        Datum::Teeth => "teeth",
+        Datum::NormalModule => "normal_module_mm",
+        Datum::PressureAngle => "normal_pressure_angle_deg",
+        Datum::HelixAngle => "helix_angle_deg",
+        Datum::Hand => "hand",
+        Datum::ProfileShift => "profile_shift_coefficient",
+        Datum::FaceWidth => "face_width_mm",
+        Datum::TipDiameter => "tip_diameter_mm",
+        Datum::RootDiameter => "root_diameter_mm",
+        Datum::Internal => "internal",
+    }
+}
+
 fn of_header(header: &Header, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody {
     let mut notes = Default::default();
     let facts = header.gear(&mut notes);
@@ -111,7 +127,7 @@ fn of_header(header: &Header, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody 
 fn of_facts(facts: &GearFacts, called: &str, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody {
     let (mut gear, mut missing) = (None, Vec::new());
     match facts.gear_data() {
-        Err(lacks) => missing = lacks.iter().map(|datum| datum.as_str().to_owned()).collect(),
+        Err(lacks) => missing = lacks.iter().map(|datum| name(*datum).to_owned()).collect(),
         Ok(data) => match Gear::new(data.clone()) {
             Ok(_) => gear = Some(GearBody::from(&data)),
             Err(faults) => {
@@ -164,14 +180,15 @@ pub(in crate::api) fn chosen(
 ) -> Result<Gear, Problem> {
     let Some(gear) = own else {
         let data = facts.gear_data().map_err(|missing| {
-            let names: Vec<_> = missing.iter().map(|datum| datum.as_str()).collect();
+            let names: Vec<_> = missing.iter().map(|datum| name(*datum)).collect();
             let detail = format!("the file does not say {}; give `gear`, or give it to the job", names.join(", "));
             Problem::invalid(Faults::one("/spec/gear", detail))
         })?;
         return Gear::new(data).map_err(|faults| Problem::invalid(Faults::at("/file", &faults)));
     };
     let mut faults = Faults::default();
-    for Difference { name, file, gear, another } in facts.differences(gear.data()) {
+    for Difference { datum, file, gear, another } in facts.differences(gear.data()) {
+        let name = name(datum);
         let whose = if asked { "the gear given" } else { "the job's gear" };
         if another && !asked {
             let detail = format!(
