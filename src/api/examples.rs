@@ -62,6 +62,7 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_attraction", "Drawn to the coefficients of the nominal flank by the explicit optimum"),
     example!("create_fit", "fit_influence", "Which node the fit would differ without"),
     example!("create_fit", "fit_predict", "Bands of the flank and its slopes, where a norm limit is known"),
+    example!("create_fit", "fit_shape", "A polynomial flank as the B-spline surface that meshes and exports take"),
     example!("create_curve", "curve_lagrange", "The polynomial through eight nodes, with its Lebesgue constant"),
     example!("create_curve", "curve_newton", "The polynomial by divided differences"),
     example!("create_curve", "curve_hermite", "A polynomial with derivatives of mixed order"),

@@ -5,6 +5,7 @@
 //! double-double precision.
 
 pub mod b_spline;
+pub(crate) mod bernstein;
 pub mod curve;
 pub mod mapping;
 pub(crate) mod polar;

@@ -163,6 +163,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
             peaks: true,
             covariance: true,
             influence: true,
+            shape: true,
         },
     }
 }

@@ -14,6 +14,7 @@ mod criteria;
 mod curves;
 mod edges;
 mod extremes;
+mod fit_shapes;
 mod gear_correction;
 mod gear_correction_compare;
 mod gear_correction_errors;

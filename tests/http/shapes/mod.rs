@@ -3,6 +3,7 @@
 mod curves;
 mod evaluate;
 mod export;
+mod fitted;
 mod kept;
 mod surfaces;
 

@@ -76,6 +76,7 @@ pub(super) fn conclude(
     let correct_digits = solved.correct_digits(&applied, &mut warnings);
     let (covariance, predictions) = solved.forms(&applied, &mut warnings);
     let influence = solved.influence(&applied, &mut warnings)?;
+    let shape = solved.shape(&applied, &mut warnings);
     let values = applied.residuals.values.take();
     let result = FitResult {
         coefficients: solved.coefficients(&applied),
@@ -94,6 +95,7 @@ pub(super) fn conclude(
         covariance,
         predictions,
         influence,
+        shape,
         lambda_curve: applied.curve,
         ridge_trace: applied.trace,
         matrix_b: applied.matrix_b,

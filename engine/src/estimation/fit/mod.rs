@@ -9,6 +9,7 @@ mod intervals;
 mod plan;
 mod predict;
 mod run;
+mod shape;
 
 pub(crate) use conclude::report;
 pub use cost::is_short;

@@ -3,7 +3,7 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | the shape of any fit of B-splines | [`shape_of`] |
+//! | the shape of any fit of B-splines or polynomials | [`shape_of`] |
 //! | curves y(x), or of plane or space, knots given or placed | [`curve`] |
 //! | smoothing splines | [`super::smoothing`] |
 //! | big scattered surfaces, of one or three coordinates | [`surface`] |
@@ -20,10 +20,11 @@ mod surface_report;
 mod swing;
 mod trial;
 
+pub use crate::estimation::result::Shape;
 pub use adaptive::{Step, Stop};
 pub use curve::{CurveFit, curve};
 pub use points::{CurvePoints, Parameters};
 pub use settings::{Adaptive, CurveSettings, KnotPlacement};
-pub use shape::{Shape, shape_of};
+pub use shape::shape_of;
 pub use surface::{Coordinate, SurfaceFit, SurfaceInclude, SurfacePoints, Weight, surface};
 pub use swing::WILD;

@@ -1,12 +1,13 @@
-//! From a fit of B-splines or NURBS to the curve or surface that it is.
+//! From a fit to the curve or surface that it is.
 //!
-//! Coefficients of a fit are reported in the caller's functions whatever the scaling was, so they
-//! are the control points of a graph y(x) or z(u, v) as they stand.
+//! Coefficients of a fit are reported in the caller's functions whatever the scaling was, so those
+//! of B-splines are the control points of a graph y(x) or z(u, v) as they stand. A polynomial has
+//! its shape from the fit itself, which knows more digits than its coefficients hold.
 
 use crate::{
     estimation::{
         design::{Axis, Basis, product_on},
-        result::FitResult,
+        result::{FitResult, Shape},
         spec::{FitSpec, Model},
     },
     geometry::{
@@ -16,17 +17,9 @@ use crate::{
     },
 };
 
-/// A fitted curve or surface.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
-    /// The graph y(x), or a curve of plane or space.
-    Curve(CurveShape),
-    /// The graph z(u, v), or a surface in space.
-    Surface(SurfaceShape),
-}
-
-/// The graph that `result`, a fit of `spec`, stands for; `None` for models that are no B-splines,
-/// and for degrees beyond those that curves and surfaces have.
+/// The graph that `result`, a fit of `spec`, stands for: always for B-splines, for polynomials
+/// where it was included; `None` for measurement matrices, and for degrees beyond those that
+/// curves and surfaces have.
 ///
 /// ```
 /// use flankfit_engine::{
@@ -49,7 +42,7 @@ pub enum Shape {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn shape_of(spec: &FitSpec, result: &FitResult) -> Option<Shape> {
-    let Model::BSpline { weights, .. } = &spec.model else { return None };
+    let Model::BSpline { weights, .. } = &spec.model else { return result.shape.clone() };
     let domain = result.domain?;
     let (u, surface) = (domain.u?, domain.v.is_some());
     let domains = (u, domain.v.unwrap_or([0.0; 2]));

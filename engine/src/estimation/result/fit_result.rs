@@ -11,6 +11,7 @@ use super::{
     regularization::{BiasReport, LambdaCurvePoint, RegularizationReport, RidgeTracePoint},
     residuals::ResidualReport,
     robust::RobustReport,
+    shape::Shape,
     spectrum::SpectrumReport,
     term::Coefficient,
     warning::Warning,
@@ -52,6 +53,8 @@ pub struct FitResult {
     pub predictions: Option<Predictions>,
     /// Present when `influence` was included and the nodes determine the coefficients.
     pub influence: Option<Influence>,
+    /// The fitted polynomial as a curve or surface; present when `shape` was included.
+    pub shape: Option<Shape>,
     /// Arithmetic and correct digits.
     pub numerics: Numerics,
     /// What a reader must know of this fit.

@@ -10,6 +10,7 @@ mod prediction;
 mod regularization;
 mod residuals;
 mod robust;
+mod shape;
 mod spectrum;
 mod term;
 mod warning;
@@ -26,6 +27,7 @@ pub use regularization::{
 };
 pub use residuals::ResidualReport;
 pub use robust::{LocalSolution, RobustReport};
+pub use shape::Shape;
 pub use spectrum::{RegularizedSpectrum, SpectrumReport};
 pub use term::{Coefficient, TermKey};
 pub use warning::{NeedsSigma, Regularized, Times, Warning};

@@ -271,6 +271,20 @@ pub enum Warning {
         /// How many there are.
         count: usize,
     },
+    /// A shape of a measurement matrix.
+    #[error("the columns of a measurement matrix are no curve or surface: there is no shape")]
+    NoShapeOfMatrix,
+    /// A shape of a higher degree than shapes have.
+    #[error("curves and surfaces have degrees up to {most}: there is no shape of degree {degree}")]
+    NoShapeOfDegree {
+        /// The highest degree of the fit.
+        degree: usize,
+        /// The highest of shapes.
+        most: usize,
+    },
+    /// A shape over a domain without width, or beyond the range of double.
+    #[error("the domain is a single place, or control points leave the range of double: there is no shape")]
+    NoShapeOfPoint,
     /// Places outside the domain.
     #[error(
         "{} outside the domain: nothing was measured there, and the bands hold only if the model does",
@@ -323,6 +337,7 @@ impl Warning {
             NoPredictions => "no_predictions",
             NoInfluence | NoInfluenceOfRobust => "no_influence",
             FullLeverage { .. } => "full_leverage",
+            NoShapeOfMatrix | NoShapeOfDegree { .. } | NoShapeOfPoint => "no_shape",
             OutsideDomain(_) => "outside_domain",
         }
     }

@@ -179,4 +179,6 @@ pub struct Include {
     pub covariance: bool,
     /// Leverages and deletion figures, node by node.
     pub influence: bool,
+    /// The fitted polynomial as a curve or surface.
+    pub shape: bool,
 }

@@ -44,7 +44,8 @@ answer! {
     pub struct FitResultBody from FitAnswer<'a> {
         result: FitResult {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
-            lambda_curve, ridge_trace, matrix_b, filtering, covariance, predictions, influence, numerics, warnings,
+            lambda_curve, ridge_trace, matrix_b, filtering, covariance, predictions, influence, shape: _, numerics,
+            warnings,
         },
         shape, input_sha256, spec,
     } {
@@ -52,11 +53,13 @@ answer! {
         coefficients: Vec<CoefficientBody> = coefficients,
         /// The box on which mapped bases live; absent for a measurement matrix.
         domain?: DomainBody = domain,
-        /// The fitted curve, where the model is `b_spline` and the nodes are of type `curve`; its
-        /// control points are the coefficients.
+        /// The fitted curve, where the nodes are of type `curve`: of the model `b_spline`, its
+        /// control points being the coefficients; of `polynomial` where `shape` was included, in
+        /// Bernstein pieces over `domain`, more than one where a high degree swings much. It has
+        /// the fitted heights to about 1e-14 of the largest.
         curve?: CurveBody = curve(*shape),
-        /// The fitted surface, where the model is `b_spline` and the nodes have u and v; its
-        /// control points are the coefficients.
+        /// The fitted surface, where the nodes have u and v: of the model `b_spline`, its control
+        /// points being the coefficients; of `polynomial` where `shape` was included, as `curve`.
         surface?: SurfaceBody = surface(*shape),
         spectrum: SpectrumBody = spectrum,
         regularization: RegularizationResult = regularization,

@@ -36,6 +36,7 @@ const ALL: Include = Include {
     peaks: true,
     covariance: true,
     influence: true,
+    shape: true,
 };
 
 fn agrees(text: &[u8]) {
@@ -351,28 +352,31 @@ impl Maker {
                 .there()
                 .then(|| self.list(|m| RidgeTracePoint { k: m.number(), coefficients: m.numbers() })),
             matrix_b: self.there().then(|| self.rows()),
-            filtering: self.there().then(|| FilteringReport {
-                filters: self.list(|m| FilterReport {
-                    filter: Filter::Hampel(Hampel { window: 5, threshold: 3.0, action: Action::Remove, axis: None }),
-                    changed: m.below(9),
-                    max_change: m.number(),
-                    rms_change: m.number(),
-                    peaks: m.there().then(|| vec![m.below(9)]),
-                    iteration: m
-                        .there()
-                        .then(|| IterationReport { iterations: m.below(99), converged: m.below(2) == 1 }),
-                }),
-                before: self.figures(),
-                after: self.figures(),
-            }),
+            filtering: self.there().then(|| self.filtering()),
             influence: self.there().then(|| self.influence()),
             covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),
             predictions: self.there().then(|| self.predictions()),
+            shape: None,
             numerics: Numerics {
                 arithmetic: [Arithmetic::Double, Arithmetic::DoubleDouble][self.below(2)],
                 correct_digits: self.number(),
             },
             warnings: self.list(|m| Warning::InfiniteInflation(vec![m.text()])),
+        }
+    }
+
+    fn filtering(&mut self) -> FilteringReport {
+        FilteringReport {
+            filters: self.list(|m| FilterReport {
+                filter: Filter::Hampel(Hampel { window: 5, threshold: 3.0, action: Action::Remove, axis: None }),
+                changed: m.below(9),
+                max_change: m.number(),
+                rms_change: m.number(),
+                peaks: m.there().then(|| vec![m.below(9)]),
+                iteration: m.there().then(|| IterationReport { iterations: m.below(99), converged: m.below(2) == 1 }),
+            }),
+            before: self.figures(),
+            after: self.figures(),
         }
     }
 }

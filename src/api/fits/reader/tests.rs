@@ -430,6 +430,7 @@ proptest! {
                 peaks: include & 1 > 0,
                 covariance: include & 4 > 0,
                 influence: include & 2 > 0,
+                shape: include & 8 > 0,
             },
             level: [0.95, 0.6][include & 1],
             predict: predict(include, value),

@@ -31,6 +31,9 @@ pub enum IncludeName {
     Covariance,
     /// `influence`: leverages and deletion figures, node by node.
     Influence,
+    /// `curve` or `surface` of a polynomial: the fitted function as a B-spline (those of B-splines
+    /// are always answered).
+    Shape,
 }
 
 /// The names of what is asked for.
@@ -45,6 +48,7 @@ pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
         (include.peaks, IncludeName::Peaks),
         (include.covariance, IncludeName::Covariance),
         (include.influence, IncludeName::Influence),
+        (include.shape, IncludeName::Shape),
     ]
     .into_iter()
     .filter_map(|(wanted, name)| wanted.then_some(name))
@@ -64,6 +68,7 @@ pub fn include(names: &[IncludeName]) -> spec::Include {
         peaks: names.contains(&IncludeName::Peaks),
         covariance: names.contains(&IncludeName::Covariance),
         influence: names.contains(&IncludeName::Influence),
+        shape: names.contains(&IncludeName::Shape),
     }
 }
 
@@ -79,5 +84,6 @@ pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
         peaks: a.peaks | b.peaks,
         covariance: a.covariance | b.covariance,
         influence: a.influence | b.influence,
+        shape: a.shape | b.shape,
     }
 }
