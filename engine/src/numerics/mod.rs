@@ -27,6 +27,7 @@ pub mod lanczos;
 pub mod lanes;
 mod lanes_dd;
 pub mod minimize;
+pub mod order;
 pub mod qr;
 pub mod quadrature;
 pub mod quantiles;

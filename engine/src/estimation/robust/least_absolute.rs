@@ -16,9 +16,10 @@
 //! residuals of the vertex left out.
 
 use super::{
+    approach::{At, Pieces, approach},
     exact, normal,
     outcome::{Measured, Outcome, Solved},
-    rows::{Rows, weighted_solution},
+    rows::{Rows, dot},
     scale::median_abs,
     vertex::{self, Lines, Vertex},
 };
@@ -35,8 +36,10 @@ use crate::{
     },
 };
 
-/// Reweightings that lead near the vertex before the walk begins.
-const APPROACH: usize = 8;
+/// Numbers in rows that are few.
+const FEW: usize = 40_000;
+/// Walks over ever more rows before all of them are taken.
+const ROUNDS: usize = 12;
 
 /// Least absolute deviations.
 pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
@@ -52,9 +55,8 @@ pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcom
     for q in rows.q.chunks_exact(n).asking(n) {
         g.iter_mut().zip(q).for_each(|(g, q)| *g -= tilt * q);
     }
-    let lines = Lines { n, rows: &rows.q, b: &rows.b, g: &g };
-    let vertex = vertex::minimise(&lines, &approach(&rows, tilt), vertex::most_steps(m * n))
-        .ok_or(FitError::NotConverged(Unconverged::AbsoluteDeviations))?;
+    let vertex =
+        walk(&Deviations::new(&rows, &g, tilt)).ok_or(FitError::NotConverged(Unconverged::AbsoluteDeviations))?;
     let mut warnings = Vec::new();
     if !vertex.optimal {
         warnings.push(Warning::SimplexStopped(vertex.steps));
@@ -100,22 +102,121 @@ fn capped(rho: f64, r: f64, scale: f64) -> f64 {
     if rho <= 0.0 { 1.0 } else { (scale / r.abs() * (rho / r.abs())).min(1.0) }
 }
 
-/// A few variationally weighted iterations.
-fn approach(rows: &Rows, tilt: f64) -> Vec<f64> {
-    let mut x = vec![0.0; rows.n];
-    let mut r = rows.b.clone();
-    for _ in 0..APPROACH {
-        cancel::checkpoint();
-        let least = 1e-3 * median_abs(&r);
-        if least == 0.0 {
-            break;
-        }
-        let weights: Vec<f64> = r.iter().map(|r| (1.0 + tilt * r.signum()) / r.abs().max(least)).collect();
-        let Some(next) = weighted_solution(rows.n, &rows.q, &weights, &rows.b) else { break };
-        x = next;
-        r = rows.residuals(&x);
+/// `Σ |rₖ| + gᵀx`, in rows that are orthonormal.
+struct Deviations<'a> {
+    rows: &'a Rows,
+    g: &'a [f64],
+    /// 2τ − 1.
+    tilt: f64,
+    /// Lengths of the rows.
+    length: Vec<f64>,
+}
+
+struct Place {
+    value: f64,
+    gradient: Vec<f64>,
+    residuals: Vec<f64>,
+}
+
+impl At for Place {
+    fn value(&self) -> f64 {
+        self.value
     }
-    x
+
+    fn gradient(&self) -> &[f64] {
+        &self.gradient
+    }
+}
+
+impl<'a> Deviations<'a> {
+    fn new(rows: &'a Rows, g: &'a [f64], tilt: f64) -> Self {
+        let length = rows.q.chunks_exact(rows.n).asking(rows.n).map(|q| dot(q, q).sqrt()).collect();
+        Deviations { rows, g, tilt, length }
+    }
+
+    /// Whether residual k may change its sign within this distance.
+    fn may_turn(&self, k: usize, residual: f64, distance: f64) -> bool {
+        residual.abs() <= self.length[k] * distance
+    }
+}
+
+impl Pieces for Deviations<'_> {
+    type Place = Place;
+
+    fn size(&self) -> usize {
+        self.rows.n
+    }
+
+    fn at(&self, x: &[f64]) -> Place {
+        let residuals = self.rows.residuals(x);
+        let mut gradient = self.g.to_vec();
+        for (r, q) in residuals.iter().zip(self.rows.q.chunks_exact(self.rows.n)).asking(self.rows.n) {
+            let sign = if *r == 0.0 { 0.0 } else { r.signum() };
+            gradient.iter_mut().zip(q).for_each(|(g, q)| *g -= sign * q);
+        }
+        let value = residuals.iter().map(|r| r.abs()).sum::<f64>() + dot(self.g, x);
+        Place { value, gradient, residuals }
+    }
+
+    /// `∇² ≈ 2f QᵀQ = 2f I`, f the density of a normal law at the quantile looked for.
+    fn inverse_curvature(&self, start: &Place) -> f64 {
+        let sigma = median_abs(&start.residuals) / normal::quantile(0.75);
+        let density = normal::density(normal::quantile(0.5 * (1.0 + self.tilt)));
+        sigma / (2.0 * density)
+    }
+
+    fn kinks_within(&self, place: &Place, distance: f64) -> usize {
+        place.residuals.iter().enumerate().filter(|&(k, r)| self.may_turn(k, *r, distance)).count()
+    }
+}
+
+/// Walks over the rows whose residuals may change their sign on the way from near the answer to it;
+/// all others are one linear term (Portnoy and Koenker 1997). Those that did change it join in.
+fn walk(deviations: &Deviations) -> Option<Vertex> {
+    let Deviations { rows, g, .. } = deviations;
+    let (m, n) = (rows.count(), rows.n);
+    let limit = vertex::most_steps(m * n);
+    let few = (FEW / n).max(20 * n);
+    if m <= few {
+        return vertex::minimise(&Lines { n, rows: &rows.q, b: &rows.b, g }, &vec![0.0; n], limit);
+    }
+    let near = approach(deviations, few);
+    let mut x = near.x;
+    let r = rows.residuals(&x);
+    let mut among: Vec<bool> = r.iter().enumerate().map(|(k, r)| deviations.may_turn(k, *r, near.radius)).collect();
+    let sides: Vec<f64> = r.iter().map(|r| r.signum()).collect();
+    for round in 0..ROUNDS {
+        cancel::checkpoint();
+        let chosen: Vec<usize> = (0..m).filter(|&k| among[k] || round + 1 == ROUNDS).collect();
+        let (mut some, mut heights) = (Vec::with_capacity(chosen.len() * n), Vec::with_capacity(chosen.len()));
+        for &k in chosen.iter().asking(n) {
+            some.extend_from_slice(rows.row(k));
+            heights.push(rows.b[k]);
+        }
+        let mut pull = g.to_vec();
+        for k in (0..m).filter(|&k| !among[k] && round + 1 < ROUNDS).asking(n) {
+            pull.iter_mut().zip(rows.row(k)).for_each(|(g, q)| *g -= sides[k] * q);
+        }
+        let lines = Lines { n, rows: &some, b: &heights, g: &pull };
+        let vertex = vertex::minimise(&lines, &x, limit).filter(|vertex| vertex.optimal || round + 1 == ROUNDS);
+        let Some(vertex) = vertex else {
+            // too few rows to hold the answer
+            let wider = 4.0 * near.radius * 2f64.powi(round as i32);
+            (0..m).filter(|&k| deviations.may_turn(k, r[k], wider)).for_each(|k| among[k] = true);
+            continue;
+        };
+        let there = rows.residuals(&vertex.x);
+        let turned: Vec<usize> = (0..m).filter(|&k| !among[k] && there[k] * sides[k] < 0.0).collect();
+        if turned.is_empty() || round + 1 == ROUNDS {
+            let mut dual = sides;
+            chosen.iter().zip(&vertex.dual).for_each(|(&k, d)| dual[k] = *d);
+            let basis = vertex.basis.iter().map(|&i| chosen[i]).collect();
+            return Some(Vertex { basis, dual, ..vertex });
+        }
+        turned.into_iter().for_each(|k| among[k] = true);
+        x = vertex.x;
+    }
+    None
 }
 
 /// The coefficients of the vertex in the working basis, from its nodes alone, in double-double.

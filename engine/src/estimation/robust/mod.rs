@@ -15,6 +15,7 @@
 //! Everything is a fixed sequence of operations: random subsets come from a seed, and every
 //! iteration has an end.
 
+mod approach;
 mod estimate;
 mod exact;
 mod least_absolute;

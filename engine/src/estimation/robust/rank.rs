@@ -5,9 +5,10 @@
 //! piecewise linear, and as `D = √12/(2(m + 1)) Σ_{i<j} |rᵢ − rⱼ|` its least value is a vertex
 //! where n pairs of residuals are equal, which [`super::vertex`] finds and certifies.
 //!
-//! Pairs far apart in rank keep their order near the answer: they are one linear term. Pairs within
-//! a window of ranks are walked over; a round ends with a look at all pairs, and is repeated where
-//! one outside the window has changed its order. So the answer is exact for any number of nodes.
+//! Quasi-Newton steps lead so near to it ([`super::approach`]) that only a few hundred pairs can
+//! still change their order: those whose residuals differ by less than a window. All others are one
+//! linear term. A round ends with a look at all pairs, and is repeated where one outside the window
+//! has changed its order. So the answer is exact for any number of nodes.
 //!
 //! D does not change when a constant is added to all `rₖ`. Where the columns can add up to one,
 //! that constant is set by the median of the residuals.
@@ -17,10 +18,11 @@
 //! 3.7); along the constant `τ_s = 1/(2f(0))`, as for a median.
 
 use super::{
-    exact,
+    approach::{At, Pieces, approach},
+    exact, normal,
     outcome::{Along, Measured, Outcome, Solved},
     rows::{Rows, dot},
-    scale::median,
+    scale::{median, median_abs},
     vertex::{self, Lines},
 };
 use crate::{
@@ -28,14 +30,17 @@ use crate::{
         error::{FitError, Unconverged},
         result::{LocalSolution, Warning},
     },
-    numerics::cancel::{self, Asking},
+    numerics::{
+        cancel::{self, Asking},
+        order::{Ordered, ordered},
+    },
 };
 
-/// Numbers in the rows of pairs of one round.
+/// Numbers in the rows of pairs of one round, at most.
 const PAIRS: usize = 6_000_000;
 const ROUNDS: usize = 60;
-/// Newton's steps that lead near the answer.
-const APPROACH: usize = 20;
+/// Numbers in the rows of pairs that are few.
+const FEW: usize = 200_000;
 
 pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     let rows = Rows::new(measured)?;
@@ -44,8 +49,9 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     let free = Free::new(&rows, constant.as_deref());
     let mut walk = Search { x: vec![0.0; free.n], steps: 0, certificate: 0.0, optimal: true, unique: true };
     if free.n > 0 && m > 1 {
-        walk.x = approach(&free);
-        walk.run(&free)?;
+        let near = approach(&free, (FEW / (free.n + 5)).max(12 * free.n));
+        walk.x = near.x;
+        walk.run(&free, near.radius)?;
     }
     let mut x = free.back(&walk.x);
     let mut residuals = rows.residuals(&x);
@@ -61,14 +67,16 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     if !walk.unique {
         warnings.push(Warning::DispersionNotUnique);
     }
-    let scores = scores(&residuals);
-    let tau = tau(&residuals, n);
+    let order = ordered(&residuals);
+    let mut scores = vec![0.0; m];
+    order.from.iter().zip(scores_in_order(&order.sorted)).for_each(|(&k, a)| scores[k as usize] = a);
+    let tau = tau(&order.sorted, n);
     let settled = exact::settled(tau, tau.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
     let scale = settled.scale.unwrap_or(0.0);
     let weight = |(a, r): (&f64, &f64)| if *r == 0.0 { 1.0 } else { (scale * (a / r).abs()).min(1.0) };
     let weights = settled.weights.unwrap_or_else(|| scores.iter().zip(&residuals).map(weight).collect());
     let along = constant.filter(|_| settled.dispersion.is_some()).and_then(|direction| {
-        let size = sparsity_at_median(&residuals, n)?;
+        let size = sparsity_at_median(&order.sorted, n)?;
         Some(Along { direction, dispersion: 0.5 * size })
     });
     Ok(Outcome {
@@ -103,6 +111,8 @@ fn constant(rows: &Rows) -> Option<Vec<f64>> {
 struct Free<'a> {
     n: usize,
     a: Vec<f64>,
+    /// Length of the longest row.
+    longest: f64,
     b: &'a [f64],
     /// A reflection that turns the constant into the first axis: `I − 2 vvᵀ`.
     mirror: Option<Vec<f64>>,
@@ -110,7 +120,7 @@ struct Free<'a> {
 
 impl<'a> Free<'a> {
     fn new(rows: &'a Rows, constant: Option<&[f64]>) -> Self {
-        let Some(e) = constant else { return Free { n: rows.n, a: rows.q.clone(), b: &rows.b, mirror: None } };
+        let Some(e) = constant else { return Free::of(rows.n, rows.q.clone(), &rows.b, None) };
         let mut v = e.to_vec();
         v[0] += if v[0] < 0.0 { -1.0 } else { 1.0 };
         let length = dot(&v, &v).sqrt();
@@ -121,7 +131,12 @@ impl<'a> Free<'a> {
             let twice = 2.0 * dot(q, &v);
             a.extend(q.iter().zip(&v).skip(1).map(|(q, v)| q - twice * v));
         }
-        Free { n, a, b: &rows.b, mirror: Some(v) }
+        Free::of(n, a, &rows.b, Some(v))
+    }
+
+    fn of(n: usize, a: Vec<f64>, b: &'a [f64], mirror: Option<Vec<f64>>) -> Self {
+        let squares = a.chunks_exact(n.max(1)).asking(n).map(|a| dot(a, a));
+        Free { n, longest: squares.fold(0.0, f64::max).sqrt(), a, b, mirror }
     }
 
     /// The step in all directions.
@@ -148,69 +163,75 @@ impl<'a> Free<'a> {
 
     /// `Σ_{i<j} |rᵢ − rⱼ|`.
     fn spread(&self, x: &[f64]) -> f64 {
-        let mut r = self.residuals(x);
-        r.sort_by(cancel::comparing(f64::total_cmp));
+        let r = ordered(&self.residuals(x)).sorted;
         let m = r.len() as f64;
         r.iter().enumerate().map(|(i, r)| (2.0 * i as f64 + 1.0 - m) * r).sum()
     }
 }
 
-/// Order of the residuals; equal ones as posted.
-fn order(r: &[f64]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..r.len()).collect();
-    order.sort_by(cancel::comparing(|&a: &usize, &b: &usize| r[a].total_cmp(&r[b]).then(a.cmp(&b))));
-    order
-}
-
-/// Wilcoxon scores, equal residuals sharing their mean.
-fn scores(r: &[f64]) -> Vec<f64> {
-    let m = r.len();
-    let order = order(r);
+/// Wilcoxon scores of an ascending list, equal numbers sharing their mean.
+fn scores_in_order(sorted: &[f64]) -> Vec<f64> {
+    let m = sorted.len();
     let mut scores = vec![0.0; m];
     let mut from = 0;
     while from < m {
         let mut to = from + 1;
-        while to < m && r[order[to]] == r[order[from]] {
+        while to < m && sorted[to] == sorted[from] {
             to += 1;
         }
         let rank = 0.5 * (from + to + 1) as f64;
-        for &k in &order[from..to] {
-            scores[k] = 12f64.sqrt() * (rank / (m + 1) as f64 - 0.5);
-        }
+        scores[from..to].fill(12f64.sqrt() * (rank / (m + 1) as f64 - 0.5));
         from = to;
     }
     scores
 }
 
-/// Newton's steps `x += τ Aᵀa(R)`, halved while D does not fall. (A has orthonormal columns.)
-fn approach(free: &Free) -> Vec<f64> {
-    let mut x = vec![0.0; free.n];
-    let mut here = free.spread(&x);
-    for _ in 0..APPROACH {
-        cancel::checkpoint();
-        let r = free.residuals(&x);
-        let Some(tau) = tau(&r, free.n) else { break };
-        let mut step = vec![0.0; free.n];
-        for (k, a) in scores(&r).into_iter().enumerate().asking(free.n) {
-            step.iter_mut().zip(free.row(k)).for_each(|(s, q)| *s += tau * a * q);
-        }
-        let mut length = 1.0;
-        let before = here;
-        while length > 1e-3 {
-            cancel::checkpoint();
-            let next: Vec<f64> = x.iter().zip(&step).map(|(x, s)| x + length * s).collect();
-            let there = free.spread(&next);
-            if there < here {
-                (x, here) = (next, there);
-                break;
-            }
-            length *= 0.5;
-        }
-        if before - here <= 1e-7 * before {
-            break;
-        }
+/// D at a place.
+struct Place {
+    spread: f64,
+    gradient: Vec<f64>,
+    sorted: Vec<f64>,
+}
+
+impl At for Place {
+    fn value(&self) -> f64 {
+        self.spread
     }
-    x
+
+    fn gradient(&self) -> &[f64] {
+        &self.gradient
+    }
+}
+
+/// A has orthonormal columns, so that `∇²D ≈ AᵀA/τ = I/τ`.
+impl Pieces for Free<'_> {
+    type Place = Place;
+
+    fn size(&self) -> usize {
+        self.n
+    }
+
+    fn at(&self, x: &[f64]) -> Place {
+        let Ordered { sorted, from } = ordered(&self.residuals(x));
+        let ascending = scores_in_order(&sorted);
+        let spread = ascending.iter().zip(&sorted).map(|(a, r)| a * r).sum();
+        let mut scores = vec![0.0; sorted.len()];
+        from.iter().zip(ascending).for_each(|(&k, a)| scores[k as usize] = a);
+        let mut gradient = vec![0.0; self.n];
+        for (k, a) in scores.into_iter().enumerate().asking(self.n) {
+            gradient.iter_mut().zip(self.row(k)).for_each(|(g, q)| *g -= a * q);
+        }
+        Place { spread, gradient, sorted }
+    }
+
+    /// τ of a normal law whose median absolute deviation is that of the residuals.
+    fn inverse_curvature(&self, start: &Place) -> f64 {
+        (std::f64::consts::PI / 3.0).sqrt() * median_abs(&start.sorted) / normal::quantile(0.75)
+    }
+
+    fn kinks_within(&self, place: &Place, distance: f64) -> usize {
+        pairs_within(&place.sorted, 2.0 * self.longest * distance)
+    }
 }
 
 struct Search {
@@ -222,33 +243,43 @@ struct Search {
 }
 
 impl Search {
-    fn run(&mut self, free: &Free) -> Result<(), FitError> {
+    /// Walks from `self.x`, which is about `radius` away from the answer.
+    fn run(&mut self, free: &Free, radius: f64) -> Result<(), FitError> {
         let (m, n) = (free.count(), free.n);
-        let reach = (PAIRS / (m * (n + 5))).clamp(1, m - 1);
+        let most = (PAIRS / (n + 5)).max(m);
+        let limit = vertex::most_steps(most.min(m * m) * n);
         let mut here = free.spread(&self.x);
-        let limit = vertex::most_steps(m * reach * n);
+        let mut radius = radius;
         for _ in 0..ROUNDS {
             cancel::checkpoint();
-            let r = free.residuals(&self.x);
-            let order = order(&r);
-            let round = Round::new(free, &order, reach);
+            let order = ordered(&free.residuals(&self.x));
+            let window = Window::new(&order.sorted, 2.0 * free.longest * radius, 8 * n, most);
+            let round = Round::new(free, &order.from, window);
             let lines = Lines { n, rows: &round.rows, b: &round.b, g: &round.g };
-            let vertex = vertex::minimise(&lines, &self.x, limit.saturating_sub(self.steps))
-                .ok_or(FitError::NotConverged(Unconverged::RankDispersion))?;
+            let Some(vertex) = vertex::minimise(&lines, &self.x, limit.saturating_sub(self.steps)) else {
+                // the pairs do not span all directions: more of them do, or none
+                if round.window.is_whole(m) || round.b.len() >= most {
+                    return Err(FitError::NotConverged(Unconverged::RankDispersion));
+                }
+                radius = 4.0 * round.window.width / (2.0 * free.longest);
+                continue;
+            };
             self.steps += vertex.steps;
             self.certificate = vertex.certificate();
             self.unique = vertex.unique;
             self.optimal = vertex.optimal;
-            if round.keeps_order(free, &vertex.x) {
+            if round.keeps_order(free, &order.from, &vertex.x) {
                 self.x = vertex.x;
                 return Ok(());
             }
             // the window's least value lies too far away: go there only as far as D falls
+            let step: Vec<f64> = vertex.x.iter().zip(&self.x).map(|(v, x)| v - x).collect();
+            radius = dot(&step, &step).sqrt();
             let mut length = 1.0;
             let mut moved = false;
             while length > 1e-9 && !moved {
                 cancel::checkpoint();
-                let next: Vec<f64> = self.x.iter().zip(&vertex.x).map(|(x, v)| x + length * (v - x)).collect();
+                let next: Vec<f64> = self.x.iter().zip(&step).map(|(x, d)| x + length * d).collect();
                 let there = free.spread(&next);
                 if there < here {
                     (self.x, here, moved) = (next, there, true);
@@ -264,72 +295,130 @@ impl Search {
     }
 }
 
-/// Pairs within `reach` of each other in an order, and the linear rest.
+/// Which pairs of an order may change it: each place with those up to `last`.
+struct Window {
+    last: Vec<usize>,
+    /// Largest difference of residuals that was looked for.
+    width: f64,
+}
+
+impl Window {
+    /// Pairs whose residuals differ by no more than `width`, but at least `least` and at most `most`
+    /// of them.
+    fn new(sorted: &[f64], width: f64, least: usize, most: usize) -> Self {
+        let m = sorted.len();
+        let range = sorted[m - 1] - sorted[0];
+        let least = least.min(m * (m - 1) / 2);
+        let mut width = width.min(range).max(range * f64::EPSILON);
+        while pairs_within(sorted, width) < least {
+            width = (2.0 * width).min(range);
+        }
+        let mut low = 0.0;
+        if pairs_within(sorted, width) > most {
+            for _ in 0..50 {
+                let middle = 0.5 * (low + width);
+                if pairs_within(sorted, middle) > most { width = middle } else { low = middle }
+            }
+            width = low;
+        }
+        let mut last = ends(sorted, width);
+        if last.iter().enumerate().map(|(place, last)| last - place).sum::<usize>() > most {
+            // ties alone are too many: so many neighbours of each as may be
+            let reach = (most / m).max(1);
+            last = (0..m).map(|place| (place + reach).min(m - 1)).collect();
+        }
+        Window { last, width }
+    }
+
+    fn is_whole(&self, m: usize) -> bool {
+        self.last[0] == m - 1
+    }
+}
+
+/// For each place of an ascending list the last one that is no more than `width` above it.
+fn ends(sorted: &[f64], width: f64) -> Vec<usize> {
+    let mut end = 0;
+    sorted
+        .iter()
+        .asking(2)
+        .map(|low| {
+            while end + 1 < sorted.len() && sorted[end + 1] - low <= width {
+                end += 1;
+            }
+            end
+        })
+        .collect()
+}
+
+/// Pairs of an ascending list that are no further apart than `width`.
+fn pairs_within(sorted: &[f64], width: f64) -> usize {
+    let (mut low, mut count) = (0, 0);
+    for high in (0..sorted.len()).asking(2) {
+        while sorted[high] - sorted[low] > width {
+            low += 1;
+        }
+        count += high - low;
+    }
+    count
+}
+
+/// Pairs within a window of an order, and the linear rest.
 struct Round {
     rows: Vec<f64>,
     b: Vec<f64>,
     g: Vec<f64>,
-    order: Vec<usize>,
-    reach: usize,
+    window: Window,
 }
 
 impl Round {
-    fn new(free: &Free, order: &[usize], reach: usize) -> Self {
+    fn new(free: &Free, order: &[u32], window: Window) -> Self {
         let (m, n) = (free.count(), free.n);
-        let pairs = m * reach - reach * (reach + 1) / 2;
+        let pairs = window.last.iter().enumerate().map(|(place, last)| last - place).sum();
         let (mut rows, mut b) = (Vec::with_capacity(pairs * n), Vec::with_capacity(pairs));
         let mut g = vec![0.0; n];
-        for (place, &low) in order.iter().enumerate().asking(2 * reach * n) {
-            let last = (place + reach).min(m - 1);
+        // the first place whose window reaches this one
+        let mut first = 0;
+        for (place, (&low, &last)) in order.iter().zip(&window.last).enumerate().asking(2 * n * (1 + pairs / m)) {
+            let low = low as usize;
             for &high in &order[place + 1..=last] {
+                let high = high as usize;
                 rows.extend(free.row(high).iter().zip(free.row(low)).map(|(h, l)| h - l));
                 b.push(free.b[high] - free.b[low]);
             }
+            while window.last[first] < place {
+                first += 1;
+            }
             // pairs outside: r_high − r_low falls by (a_high − a_low)ᵀx
-            let below = place.saturating_sub(reach) as f64;
-            let above = (m - 1 - last) as f64;
+            let (below, above) = (first as f64, (m - 1 - last) as f64);
             g.iter_mut().zip(free.row(low)).for_each(|(g, a)| *g -= (below - above) * a);
         }
-        Round { rows, b, g, order: order.to_vec(), reach }
+        Round { rows, b, g, window }
     }
 
     /// Whether pairs outside the window are in the same order at `x`.
-    fn keeps_order(&self, free: &Free, x: &[f64]) -> bool {
-        let m = self.order.len();
-        if self.reach >= m - 1 {
-            return true;
-        }
+    fn keeps_order(&self, free: &Free, order: &[u32], x: &[f64]) -> bool {
         let r = free.residuals(x);
         // every one beyond the window must be above the largest up to its beginning
-        let mut largest = f64::NEG_INFINITY;
-        (self.reach + 1..m).all(|place| {
-            largest = largest.max(r[self.order[place - self.reach - 1]]);
-            r[self.order[place]] >= largest
+        let (mut largest, mut first) = (f64::NEG_INFINITY, 0);
+        order.iter().enumerate().all(|(place, &k)| {
+            while self.window.last[first] < place {
+                largest = largest.max(r[order[first] as usize]);
+                first += 1;
+            }
+            r[k as usize] >= largest
         })
     }
 }
 
-/// τ of the standard errors; `None` where residuals are all equal or too few.
-fn tau(residuals: &[f64], n: usize) -> Option<f64> {
-    let m = residuals.len();
+/// τ of the standard errors, from ascending residuals; `None` where residuals are all equal or too few.
+fn tau(r: &[f64], n: usize) -> Option<f64> {
+    let m = r.len();
     if m <= n + 1 || m < 3 {
         return None;
     }
-    let mut r = residuals.to_vec();
-    r.sort_by(cancel::comparing(f64::total_cmp));
     let pairs = m as f64 * (m - 1) as f64 / 2.0;
     // share of pairs no further apart than y
-    let share = |y: f64| {
-        let mut low = 0;
-        let mut count = 0usize;
-        for high in (0..m).asking(2) {
-            while r[high] - r[low] > y {
-                low += 1;
-            }
-            count += high - low;
-        }
-        count as f64 / pairs
-    };
+    let share = |y: f64| pairs_within(r, y) as f64 / pairs;
     let range = r[m - 1] - r[0];
     if range <= 0.0 {
         return None;
@@ -352,15 +441,13 @@ fn tau(residuals: &[f64], n: usize) -> Option<f64> {
     (tau.is_finite() && tau > 0.0).then_some(tau)
 }
 
-/// 1/f(0) of the residuals about their median, over the middle of them that a normal law would put
+/// 1/f(0) of ascending residuals about their median, over the middle of them that a normal law would put
 /// within ±1/√m of its σ.
-fn sparsity_at_median(residuals: &[f64], n: usize) -> Option<f64> {
-    let m = residuals.len();
+fn sparsity_at_median(r: &[f64], n: usize) -> Option<f64> {
+    let m = r.len();
     if m <= n + 1 {
         return None;
     }
-    let mut r = residuals.to_vec();
-    r.sort_by(cancel::comparing(f64::total_cmp));
     let half = ((m as f64).sqrt().ceil() as usize).max(1);
     let middle = (m - 1) / 2;
     let (low, high) = (middle.saturating_sub(half), (middle + half).min(m - 1));

@@ -95,9 +95,17 @@ fn orthonormal<T: Real>(measured: &Measured, r: &nalgebra::DMatrix<T>) -> Vec<f6
     out
 }
 
-/// Σ aᵢbᵢ.
+/// Σ aᵢbᵢ, in four sums side by side.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let (fours, others) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = fours.remainder().iter().zip(others.remainder()).map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; 4];
+    for (a, b) in fours.zip(others) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
 /// Solves the weighted normal equations `(Σ ωₖ qₖqₖᵀ) x = Σ ωₖ qₖ yₖ`; `None` where the weights
