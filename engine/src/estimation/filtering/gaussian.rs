@@ -25,11 +25,15 @@
 
 use rayon::prelude::*;
 
-use super::lines::Lines;
+use super::{
+    lines::Lines,
+    windows::{Numbers, Window, Windows, sum_of_products},
+};
 use crate::{
     estimation::spec::Order,
     numerics::{
         cancel::{self, Asking},
+        lanes::{F64x4, LANES},
         quantiles::median,
     },
 };
@@ -78,12 +82,6 @@ impl GaussianFilter {
         GaussianFilter { width: gamma * cutoff, order }
     }
 
-    /// The places under the window of place `k`.
-    fn under(&self, x: &[f64], k: usize) -> std::ops::Range<usize> {
-        let reach = REACH * self.width;
-        x.partition_point(|&at| at < x[k] - reach)..x.partition_point(|&at| at <= x[k] + reach)
-    }
-
     /// Pairs of places under a window, all windows of one line together.
     pub(super) fn pairs(&self, lines: &Lines) -> usize {
         let (mut low, mut high, mut pairs) = (0, 0, 0usize);
@@ -105,7 +103,8 @@ impl GaussianFilter {
         let everything: Vec<usize> = (0..lines.count).collect();
         let done = {
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-            self.values(lines, &everything, present, delta, &columns)
+            let windows = self.windows(lines, false);
+            self.values(&windows, lines, &everything, present, delta, &columns)
         };
         let width = columns.len().max(1);
         for (place, values) in done.iter().enumerate() {
@@ -125,9 +124,10 @@ impl GaussianFilter {
         let mut open: Vec<usize> = (0..lines.count).collect();
         let mut rounds = 0;
         let mut scale = vec![f64::INFINITY; lines.count];
+        let windows = self.windows(lines, true);
         loop {
             cancel::checkpoint();
-            let done = self.values(lines, &open, present, Some(&delta), &[z]);
+            let done = self.values(&windows, lines, &open, present, Some(&delta), &[z]);
             rounds += 1;
             let still = std::mem::take(&mut open);
             for (at, &line) in still.iter().enumerate().asking(20 * lines.places()) {
@@ -166,9 +166,14 @@ impl GaussianFilter {
         }
     }
 
+    fn windows(&self, lines: &Lines, repeated: bool) -> Windows {
+        Windows::new(lines, self.width, REACH, repeated)
+    }
+
     /// For every place, line by line, the filtered numbers of all columns.
     fn values(
         &self,
+        windows: &Windows,
         lines: &Lines,
         which: &[usize],
         present: &[bool],
@@ -176,40 +181,33 @@ impl GaussianFilter {
         columns: &[&[f64]],
     ) -> Vec<Vec<f64>> {
         let handle = cancel::current();
+        let there = |node: usize, value: f64| if present[node] { value } else { 0.0 };
+        let weight = |node: usize| there(node, delta.map_or(1.0, |delta| delta[node]));
+        let weights = Numbers::new(lines, which, weight);
+        let numbers: Vec<Numbers> =
+            columns.iter().map(|column| Numbers::new(lines, which, |node| there(node, column[node]))).collect();
         let place = |k: usize| {
             cancel::checkpoint();
-            let under = self.under(&lines.x, k);
-            let t: Vec<f64> = lines.x[under.clone()].iter().map(|x| (x - lines.x[k]) / self.width).collect();
-            let s: Vec<f64> = t
-                .iter()
-                .zip(&lines.cell[under.clone()])
-                .map(|(t, cell)| (-std::f64::consts::PI * t * t).exp() * cell)
-                .collect();
-            let (mut p, mut out) = (vec![0.0; s.len()], Vec::with_capacity(which.len() * columns.len()));
-            for &line in which.iter().asking(10 * (s.len() + 1) * (columns.len() + 2)) {
-                let node = |i: usize| lines.node(line, under.start + i);
-                let gather = |p: &mut Vec<f64>, delta: Option<&[f64]>| {
-                    for (i, (p, s)) in p.iter_mut().zip(&s).enumerate() {
-                        let node = node(i);
-                        *p = if present[node] { s * delta.map_or(1.0, |delta| delta[node]) } else { 0.0 };
+            let (window, under) = (windows.window(lines, self.width, k), &windows.under[k]);
+            let mut row = vec![F64x4::ZERO; under.len()];
+            let mut out = vec![0.0; which.len() * columns.len()];
+            let cost = 4 * (under.len() + 1) * (columns.len() + 8);
+            let groups = which.chunks(LANES).zip(out.chunks_mut(LANES * columns.len().max(1)));
+            for (group, (four, out)) in groups.enumerate().asking(cost) {
+                let sound = window.rows(self.order, weights.under(group, under), &mut row);
+                for (at, numbers) in numbers.iter().enumerate() {
+                    let sums = sum_of_products(&row, numbers.under(group, under)).to_array();
+                    out.iter_mut().skip(at).step_by(columns.len()).zip(sums).for_each(|(to, sum)| *to = sum);
+                }
+                for ((&line, out), _) in
+                    four.iter().zip(out.chunks_mut(columns.len().max(1))).zip(sound).filter(|(_, sound)| !sound)
+                {
+                    let nodes: Vec<usize> = under.clone().map(|place| lines.node(line, place)).collect();
+                    let row = self.row(&window, &nodes, present, weight);
+                    for (to, column) in out.iter_mut().zip(columns) {
+                        *to = row.iter().zip(&nodes).map(|(p, &node)| p * there(node, column[node])).sum();
                     }
-                    p.iter().sum::<f64>()
-                };
-                if !present[lines.node(line, k)] {
-                    out.extend(columns.iter().map(|_| 0.0));
-                    continue;
                 }
-                // where every node under the window was given up, they all count again
-                if gather(&mut p, delta) <= f64::MIN_POSITIVE {
-                    gather(&mut p, None);
-                }
-                into_row(&mut p, &t, self.order);
-                out.extend(
-                    columns
-                        .iter()
-                        .asking(2 * p.len())
-                        .map(|column| p.iter().enumerate().map(|(i, p)| p * column[node(i)]).sum::<f64>()),
-                );
             }
             out
         };
@@ -218,6 +216,19 @@ impl GaussianFilter {
             .with_min_len(8)
             .map(|k| cancel::carry(handle.as_ref(), || place(k)))
             .collect()
+    }
+
+    /// By what the numbers of `nodes` are multiplied, where their weights hardly determine the order.
+    fn row(&self, window: &Window, nodes: &[usize], present: &[bool], weight: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut p: Vec<f64> = window.s.iter().zip(nodes).map(|(s, &node)| s * weight(node)).collect();
+        // where every node under the window was given up, they all count again
+        if p.iter().sum::<f64>() <= f64::MIN_POSITIVE {
+            p = window.s.iter().zip(nodes).map(|(s, &node)| if present[node] { *s } else { 0.0 }).collect();
+        }
+        if p.iter().any(|p| *p > 0.0) {
+            into_row(&mut p, &window.t, self.order);
+        }
+        p
     }
 }
 

@@ -19,6 +19,7 @@ mod lines;
 pub(super) mod reason;
 mod spline;
 mod steps;
+mod windows;
 
 use super::{
     data::Nodes,
