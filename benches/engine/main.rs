@@ -10,6 +10,7 @@ mod fit;
 mod gear;
 mod gear_evaluation;
 mod gear_files;
+mod inference;
 mod near;
 mod recursive;
 mod regularization;

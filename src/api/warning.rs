@@ -35,6 +35,11 @@ pub fn sentence(warning: &Warning) -> String {
             "coefficient_norm_limit {limit} is below ‖Â‖ = {norm} of this fit: the bounds limit the expected bias, \
              the observed one may exceed them"
         ),
+        Warning::NormLimitIsEstimate { norm, along, error } => format!(
+            "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not told \
+             from 0 ({along:.2e} with a standard error of {error:.1e}): bias_bound and sharp_bound hold for that r \
+             only; give coefficient_norm_limit"
+        ),
         Warning::SigmaMissing(what) => format!(
             "{what} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is answered"
         ),

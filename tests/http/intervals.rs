@@ -118,6 +118,66 @@ async fn faults_are_told_by_pointer() {
         "model": {"type": "linear"}, "predict": {"at": {"x": [1]}}
     });
     assert_eq!(app.fit(&matrix.to_string()).await.pointers(), ["/predict/at"]);
+    let of_rows = async |predict: Value| {
+        let mut request = matrix.clone();
+        request["predict"] = predict;
+        let answer = app.fit(&request.to_string()).await;
+        answer.problem(422, "invalid_request");
+        answer.pointers()
+    };
+    assert_eq!(of_rows(json!({"at": {"x": [[1, 0], [1]]}})).await, ["/predict/at/x/1"]);
+    assert_eq!(of_rows(json!({"at": {"x": [[1, 0], [1, "a"]]}})).await, ["/predict/at/x/1/1"]);
+    assert_eq!(of_rows(json!({"at": {"x": [[1, 0], 1]}})).await, ["/predict/at/x/1"]);
+    assert_eq!(of_rows(json!({"at": {"x": [[1, 0]]}, "slopes": true})).await, ["/predict/slopes"]);
+    assert_eq!(of_rows(json!({"at": {"x": []}})).await, ["/predict/at"]);
+    let mut curve = example();
+    curve["predict"]["at"] = json!({"x": [[1, 0, 0, 0, 0, 0, 0, 0, 0]]});
+    assert_eq!(app.fit(&curve.to_string()).await.pointers(), ["/predict/at"]);
+}
+
+#[tokio::test]
+async fn rows_of_a_linear_model_are_predicted() {
+    let app = TestApp::start().await;
+    let request = json!({
+        "nodes": {"type": "matrix", "x": [[1, 0], [1, 1], [1, 2], [1, 3]], "y": [0, 1, 2.5, 2.5]},
+        "model": {"type": "linear"}, "regularization": {"type": "none"},
+        "include": ["intervals", "covariance"],
+        "predict": {"at": {"x": [[1, 1.5], [0, 1]]}, "kinds": ["confidence", "simultaneous"]}
+    });
+    let body = app.fit(&request.to_string()).await.json();
+    // what is in every answer does not stand in the spec
+    assert_eq!(body["spec"]["include"], json!(["covariance"]));
+    let found = &body["predictions"];
+    assert!((number(&found["value"][0]) - 1.5).abs() < 1e-12);
+    // the second row is the slope, that is the second coefficient
+    let slope = &body["coefficients"][1];
+    for k in 0..2 {
+        assert!((number(&found["confidence"][1][k]) - number(&slope["interval"][k])).abs() < 1e-9);
+    }
+    // the middle of the nodes: σ / √4 and t(0.975; 2) = 4.302653
+    let half = 4.302_652_73 * number(&body["residuals"]["sigma"]) / 2.0;
+    assert!((number(&found["confidence"][0][1]) - 1.5 - half).abs() < 1e-6);
+    // for two rows t(0.9875; 2) = 6.205347 is more than Scheffé's √(2 · 19)
+    assert_eq!(found["simultaneous_method"], "scheffe");
+    assert!((number(&found["scheffe"]) - 38f64.sqrt()).abs() < 1e-9);
+    let mut one = request.clone();
+    one["predict"]["at"] = json!({"x": [[1, 1.5]]});
+    let found = &app.fit(&one.to_string()).await.json()["predictions"];
+    assert_eq!(found["simultaneous_method"], "bonferroni");
+    assert!((number(&found["simultaneous_factor"]) - 4.302_652_73).abs() < 1e-7);
+}
+
+#[tokio::test]
+async fn where_the_norm_limit_comes_from_is_said() {
+    let app = TestApp::start().await;
+    let mut request = example();
+    let body = app.fit(&request.to_string()).await.json();
+    assert_eq!(body["bias"]["coefficient_norm_limit_source"], "request");
+    assert!(body["bias"].get("upper_confidence").is_none());
+    request.as_object_mut().unwrap().remove("coefficient_norm_limit");
+    let body = app.fit(&request.to_string()).await.json();
+    assert_eq!(body["bias"]["coefficient_norm_limit_source"], "estimate");
+    assert!(number(&body["bias"]["upper_confidence"]) > number(&body["bias"]["coefficient_norm_limit"]));
 }
 
 #[tokio::test]

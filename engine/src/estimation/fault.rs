@@ -126,6 +126,10 @@ pub enum Field {
     PredictLevel,
     /// Where heights are asked for.
     PredictAt,
+    /// A row at which a linear model is asked for, from 0.
+    PredictRow(usize),
+    /// Whether slopes are asked for.
+    PredictSlopes,
     /// What is answered only when asked for.
     Include,
     /// The filters.

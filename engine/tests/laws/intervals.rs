@@ -132,3 +132,43 @@ fn kinds_say_what_intervals_rest_on() {
         assert_close("width", high - low, want, 1e-9, 0.0);
     }
 }
+
+/// The linear expansion of the norm: right where noise is small, 0.86 at worst elsewhere.
+#[test]
+fn the_upper_confidence_limit_of_the_norm_is_shown_with_its_estimate() {
+    let design = &designs()[0];
+    for (truth, noise, least) in [(Truth::Smallest, 0.1, 0.93), (Truth::Every, 0.5, 0.83), (Truth::Every, 2.0, 0.93)] {
+        let (coefficients, sigma) = (design.truth(truth, 1.0), noise * design.directions[0].0);
+        let mut random = Random::new(5);
+        let mut hits = 0usize;
+        for _ in 0..REPETITIONS {
+            let heights = design.x.iter().map(|row| row.iter().zip(&coefficients).map(|(x, a)| x * a).sum::<f64>());
+            let y: Vec<f64> = heights.map(|height| height + sigma * random.normal()).collect();
+            let bias = fit(&matrix(&design.x, &y, None), &spec(None)).bias;
+            let upper = bias.upper_confidence.unwrap();
+            assert!(upper > bias.coefficient_norm_limit);
+            hits += usize::from(upper >= 1.0);
+        }
+        let covered = hits as f64 / REPETITIONS as f64;
+        assert!(covered >= least, "{truth:?} {noise}: {covered}");
+    }
+}
+
+#[test]
+fn a_norm_that_is_not_told_from_noise_is_warned_of_where_it_matters() {
+    let design = &designs()[0];
+    let warned = |truth: Truth, noise: f64, spec: &FitSpec| {
+        let (coefficients, mut random) = (design.truth(truth, 1.0), Random::new(3));
+        let sigma = noise * design.directions[0].0;
+        let heights = design.x.iter().map(|row| row.iter().zip(&coefficients).map(|(x, a)| x * a).sum::<f64>());
+        let y: Vec<f64> = heights.map(|height| height + sigma * random.normal()).collect();
+        let result = fit(&matrix(&design.x, &y, None), spec);
+        (crate::problems::warned(&result, "norm_limit_is_estimate"), result.bias.upper_confidence.is_some())
+    };
+    assert_eq!(warned(Truth::Largest, 3.0, &spec(None)), (true, true));
+    assert_eq!(warned(Truth::Smallest, 0.05, &spec(None)), (false, true));
+    // told, or nothing to bound
+    assert_eq!(warned(Truth::Largest, 3.0, &spec(Some(1.0))), (false, false));
+    let plain = FitSpec { regularization: Regularization::None, ..spec(None) };
+    assert_eq!(warned(Truth::Largest, 3.0, &plain), (false, false));
+}

@@ -14,7 +14,8 @@ use nalgebra::DMatrix;
 const ALL: Kinds = Kinds { confidence: true, prediction: true, simultaneous: true };
 
 fn at(places: Places) -> Option<Predict> {
-    Some(Predict { at: places, level: None, kinds: ALL, slopes: true })
+    let slopes = !matches!(places, Places::Rows(_));
+    Some(Predict { at: places, level: None, kinds: ALL, slopes })
 }
 
 fn plain(spec: FitSpec) -> FitSpec {
@@ -259,4 +260,63 @@ fn methods_and_factors() {
     }
     assert!(simultaneous.factor <= simultaneous.scheffe * (1.0 + 1e-12));
     assert!(matches!(simultaneous.method, SimultaneousMethod::Scheffe | SimultaneousMethod::Tube));
+}
+
+#[test]
+fn rows_of_a_matrix_are_answered_as_places_of_a_curve() {
+    let nodes = curve(0.02, 8);
+    let x: Vec<f64> = (0..41).map(|i| 30.0 + 0.1 * f64::from(i)).collect();
+    let row = |x: f64| vec![1.0, x, x * x];
+    let Nodes::Curve(measured) = &nodes else { panic!("a curve") };
+    let matrix = Nodes::matrix(x.iter().flat_map(|x| row(*x)).collect(), 3, measured.y().to_vec(), None, None).unwrap();
+    let (places, all) = (vec![30.3, 33.0, 36.0], Kinds { simultaneous: false, ..ALL });
+    let asked = |at| Some(Predict { at, level: Some(0.9), kinds: all, slopes: false });
+    for (regularization, limit) in [(Regularization::None, None), (by_ridge(), None), (by_ridge(), Some(40.0))] {
+        let spec = |model: Model, at| FitSpec {
+            regularization: regularization.clone(),
+            coefficient_norm_limit: limit,
+            predict: asked(at),
+            ..FitSpec::new(model)
+        };
+        let polynomial = polynomial(Degree::Both(2), PolynomialBasis::Monomial).model;
+        let of_curve = predicted(&nodes, &spec(polynomial, Places::Curve(places.clone())));
+        let rows = Places::Rows(places.iter().map(|x| row(*x)).collect());
+        let of_rows = predicted(&matrix, &spec(Model::Linear, rows));
+        let near = |what: &str, a: &[f64], b: &[f64]| {
+            a.iter().zip(b).for_each(|(a, b)| assert_close(what, *a, *b, 1e-7, 1e-9));
+        };
+        near("value", &of_rows.value, &of_curve.value);
+        near("bias", &of_rows.bias_bound, &of_curve.bias_bound);
+        near("error", of_rows.std_error.as_ref().unwrap(), of_curve.std_error.as_ref().unwrap());
+        for (a, b) in [(&of_rows.confidence, &of_curve.confidence), (&of_rows.prediction, &of_curve.prediction)] {
+            near("band", a.as_ref().unwrap().as_flattened(), b.as_ref().unwrap().as_flattened());
+        }
+    }
+}
+
+fn by_ridge() -> Regularization {
+    Regularization::Ridge { parameter: Parameter::Fixed(1e-3) }
+}
+
+#[test]
+fn bands_of_rows_hold_for_all_rows_at_once() {
+    let x: Vec<Vec<f64>> =
+        (0..20).map(f64::from).map(|i| vec![1.0, 0.1 * i, (0.7 * i).sin(), (0.3 * i).cos()]).collect();
+    let (truth, noise) = ([1.0, -0.5, 2.0, 0.3], 0.4);
+    let height = |row: &Vec<f64>| row.iter().zip(&truth).map(|(x, a)| x * a).sum::<f64>();
+    let nodes = |seed: u64| {
+        let mut random = Random::new(seed);
+        let y: Vec<f64> = x.iter().map(|row| height(row) + noise * random.normal()).collect();
+        crate::problems::matrix(&x, &y, None)
+    };
+    for (rows, method) in [(x[3..6].to_vec(), SimultaneousMethod::Bonferroni), (x.clone(), SimultaneousMethod::Scheffe)]
+    {
+        let asked: Vec<f64> = rows.iter().map(height).collect();
+        let [each, again, all, narrower] =
+            coverage(nodes, &Places::Rows(rows.clone()), &asked, &plain(linear()), noise);
+        assert!((0.935..0.965).contains(&each) && (0.935..0.965).contains(&again), "{each} {again}");
+        assert!((0.94..0.995).contains(&all) && narrower <= 1.0, "{all} {narrower}");
+        let spec = FitSpec { predict: at(Places::Rows(rows)), ..plain(linear()) };
+        assert_eq!(predicted(&nodes(1), &spec).simultaneous.unwrap().method, method);
+    }
 }

@@ -214,6 +214,8 @@ fn place(field: &Field, nodes: &str, model: &str) -> String {
         Field::Level => "/level",
         Field::PredictLevel => "/predict/level",
         Field::PredictAt => "/predict/at",
+        Field::PredictRow(index) => return format!("/predict/at/x/{index}"),
+        Field::PredictSlopes => "/predict/slopes",
         Field::Include => "/include",
         Field::Filters => "/filters",
         Field::Filter(index) => return format!("/filters/{index}"),

@@ -41,6 +41,13 @@ fn local_slopes(basis: &BSplineBasis, x: f64, out: &mut [Dd]) -> usize {
 }
 
 impl Design {
+    /// The row of the working matrix of a row of posted columns; of those alone.
+    pub(crate) fn row_of(&self, row: &[f64]) -> Vec<Dd> {
+        let Basis::Columns { scale } = &self.basis else { return Vec::new() };
+        // powers of 2: the quotients are exact
+        row.iter().zip(scale).map(|(x, scale)| Dd::from(x / scale)).collect()
+    }
+
     /// The row of the working matrix at (u, v), with v unused for a curve; of a product of
     /// functions alone. Every function, zeros included.
     pub(crate) fn row_at(&self, [u, v]: [f64; 2], along: Along) -> Vec<Dd> {

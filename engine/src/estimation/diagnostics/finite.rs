@@ -120,6 +120,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     optional("largest_eigenvalue_bound", &mut regularization.largest_eigenvalue_bound);
     optional("paper_bound", &mut result.bias.paper_bound);
     optional("e", &mut result.bias.e);
+    optional("upper_confidence", &mut result.bias.upper_confidence);
     optional("sigma", &mut result.residuals.sigma);
     optional("r_squared", &mut result.residuals.r_squared);
     if let Some(robust) = &mut result.robust {

@@ -69,6 +69,7 @@ pub(super) fn conclude(
     let mut warnings = robust.map_or_else(Vec::new, |robust| robust.estimate.warnings.clone());
     let solved = Solved::new(linear, heights, spec, frame, robust, &mut warnings)?;
     let mut applied = solved.regularized(&mut warnings)?;
+    solved.norm_limit(&mut applied, &mut warnings);
     warnings.extend(frame.warnings.iter().cloned());
     let regularized = std::mem::take(&mut applied.spectrum);
     let spectrum = spectrum_report(&solved.spectrum, &frame.columns, regularized);

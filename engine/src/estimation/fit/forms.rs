@@ -55,6 +55,11 @@ impl Forms<'_> {
         self.of_row(self.linear.design.row_at(place, along))
     }
 
+    /// What a row of a measurement matrix makes of the coefficients.
+    pub(super) fn at_row(&self, row: &[f64]) -> Estimated {
+        self.of_row(self.linear.design.row_of(row))
+    }
+
     /// Every coefficient of the caller.
     pub(super) fn coefficients(&self, values: &[f64]) -> Vec<Estimated> {
         let inverse =

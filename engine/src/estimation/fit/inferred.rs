@@ -14,7 +14,7 @@ use crate::estimation::{
 
 impl Solved<'_> {
     /// What is known of the noise: σ that was told, else σ̂.
-    fn noise(&self, level: f64) -> Option<Noise> {
+    pub(super) fn noise(&self, level: f64) -> Option<Noise> {
         match self.spec.noise_sigma {
             Some(sigma) => Some(Noise::known(sigma, level)),
             None => self.noise.map(|sigma| Noise::estimated(sigma, self.degrees_of_freedom as f64, level)),

@@ -6,6 +6,7 @@ mod forms;
 mod inferred;
 mod influence;
 mod intervals;
+mod norm_limit;
 mod plan;
 mod predict;
 mod run;

@@ -5,7 +5,7 @@ use crate::{
     estimation::{
         design::{Along, Design},
         fault::{Faults, Field, InferenceReason},
-        inference::{Noise, Tube, path_length, scheffe, sheet, simultaneous_factor},
+        inference::{Among, Noise, Tube, path_length, scheffe, sheet, simultaneous_factor},
         result::{Predictions, Simultaneous, Slopes},
         spec::{Domain, FitSpec, Places, Predict},
     },
@@ -29,17 +29,31 @@ pub(super) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     if let Some(Predict { level: Some(own), .. }) = spec.predict {
         level(Field::PredictLevel, own);
     }
-    if let Some(reason) = spec.predict.as_ref().and_then(|asked| unsuited(design, &asked.at)) {
-        faults.push(Field::PredictAt, reason);
+    if let Some(asked) = &spec.predict {
+        match (unsuited(design, &asked.at), &asked.at) {
+            (Some(reason), _) => faults.push(Field::PredictAt, reason),
+            (None, Places::Rows(rows)) => check_rows(design.size(), rows, asked.slopes, &mut faults),
+            (None, _) => {}
+        }
     }
     faults.into_result(())
+}
+
+fn check_rows(columns: usize, rows: &[Vec<f64>], slopes: bool, faults: &mut Faults) {
+    if slopes {
+        faults.push(Field::PredictSlopes, InferenceReason::NoSlopes);
+    }
+    for (k, row) in rows.iter().enumerate().filter(|(_, row)| row.len() != columns) {
+        faults.push(Field::PredictRow(k), InferenceReason::RowLength { given: row.len(), columns });
+    }
 }
 
 fn unsuited(design: &Design, at: &Places) -> Option<InferenceReason> {
     let places = at.count();
     let most = MOST_PRODUCTS / design.size().max(LEAST_COEFFICIENTS);
     match (design.domain, at) {
-        (None, _) => Some(InferenceReason::OfMatrix),
+        (None, Places::Curve(_) | Places::Points { .. } | Places::Grid { .. }) => Some(InferenceReason::OfMatrix),
+        (Some(_), Places::Rows(_)) => Some(InferenceReason::OfFunction),
         (Some(Domain { v: None, .. }), Places::Points { .. } | Places::Grid { .. }) => Some(InferenceReason::OfCurve),
         (Some(Domain { v: Some(_), .. }), Places::Curve(_)) => Some(InferenceReason::OfSurface),
         (_, Places::Points { u, v }) if u.len() != v.len() => Some(InferenceReason::Unequal { u: u.len(), v: v.len() }),
@@ -53,18 +67,21 @@ fn unsuited(design: &Design, at: &Places) -> Option<InferenceReason> {
 pub(super) fn outside(design: &Design, at: &Places) -> usize {
     let beyond = |range: Option<[f64; 2]>, x: f64| range.is_some_and(|[low, high]| x < low || x > high);
     let Some(Domain { u, v }) = design.domain else { return 0 };
-    (0..at.count()).filter(|&k| beyond(u, at.at(k)[0]) || beyond(v, at.at(k)[1])).count()
+    (0..at.count()).filter_map(|k| at.at(k)).filter(|place| beyond(u, place[0]) || beyond(v, place[1])).count()
 }
 
 /// Bands of `asked` at its places.
 pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predictions {
     let n = forms.linear.design.size();
-    let places: Vec<[f64; 2]> = (0..asked.at.count()).map(|k| asked.at.at(k)).collect();
+    let places: Vec<[f64; 2]> = (0..asked.at.count()).filter_map(|k| asked.at.at(k)).collect();
     let at =
         |along: Along| -> Vec<Estimated> { places.iter().asking(n * n).map(|&place| forms.at(place, along)).collect() };
-    let heights = at(Along::Value);
+    let heights = match &asked.at {
+        Places::Rows(rows) => rows.iter().asking(n * n).map(|row| forms.at_row(row)).collect(),
+        _ => at(Along::Value),
+    };
     let slopes = match (asked.slopes, &asked.at) {
-        (false, _) => vec![],
+        (false, _) | (true, Places::Rows(_)) => vec![],
         (true, Places::Curve(_)) => vec![Along::U],
         (true, _) => vec![Along::U, Along::V],
     };
@@ -106,8 +123,11 @@ fn intervals(forms: &Forms, found: &[Estimated], own: f64) -> Option<Vec<[f64; 2
 fn simultaneous(forms: &Forms, heights: &[Estimated], places: &[[f64; 2]], noise: &Noise) -> Option<Simultaneous> {
     let n = forms.linear.design.size();
     let biased = forms.told.is_some();
-    let tube = tube(forms, places, biased);
-    let (factor, method) = simultaneous_factor(n, tube.as_ref(), noise);
+    let among = match places.is_empty() {
+        true => Some(Among::Each(heights.len())),
+        false => tube(forms, places, biased).map(Among::Tube),
+    };
+    let (factor, method) = simultaneous_factor(n, among.as_ref(), noise);
     let band = heights
         .iter()
         .map(|one| {

@@ -16,4 +16,6 @@ mod simultaneous;
 pub use bias_aware::{BiasAware, LinearForm, bias_aware};
 pub use noise::Noise;
 pub use quantile::{biased_quantile, half_width};
-pub use simultaneous::{SimultaneousMethod, Tube, path_length, scheffe, sheet, simultaneous_factor, tube_factor};
+pub use simultaneous::{
+    Among, SimultaneousMethod, Tube, bonferroni, path_length, scheffe, sheet, simultaneous_factor, tube_factor,
+};

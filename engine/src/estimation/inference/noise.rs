@@ -28,4 +28,9 @@ impl Noise {
     pub fn quantile(&self) -> f64 {
         self.student.upper_quantile(0.5 * self.miss)
     }
+
+    /// The same of a limit on one side.
+    pub fn one_sided(&self) -> f64 {
+        self.student.upper_quantile(self.miss)
+    }
 }

@@ -1,6 +1,6 @@
 //! What is wrong with intervals and predictions that are asked for.
 
-use crate::fault::words::Shown;
+use crate::fault::words::{Shown, counted};
 
 /// Why a level or places of predictions are refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -42,7 +42,21 @@ pub enum InferenceReason {
         /// Nodes at most.
         most: usize,
     },
-    /// A measurement matrix has no places.
-    #[error("a measurement matrix has no places at which heights could be asked for")]
+    /// Points or abscissae asked of a measurement matrix.
+    #[error("a measurement matrix has no places: it is asked for at rows of its columns")]
     OfMatrix,
+    /// Rows asked of a curve or a surface.
+    #[error("rows of columns are those of a measurement matrix: a curve or a surface is asked for at places")]
+    OfFunction,
+    /// A row without a number for each column, or with more.
+    #[error("{} in a row, where the matrix has {columns}", counted(*.given, "number", "numbers"))]
+    RowLength {
+        /// Numbers of the row.
+        given: usize,
+        /// Columns of the matrix.
+        columns: usize,
+    },
+    /// Slopes of columns that are no functions.
+    #[error("columns have no slopes")]
+    NoSlopes,
 }

@@ -21,13 +21,15 @@ use crate::numerics::{
     root::boundary,
 };
 
-/// Which of the two factors is the smaller one.
+/// Which factor is the smallest one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SimultaneousMethod {
     /// All unit vectors.
     Scheffe,
     /// A tube about those that occur.
     Tube,
+    /// Every vector by itself.
+    Bonferroni,
 }
 
 impl SimultaneousMethod {
@@ -36,6 +38,7 @@ impl SimultaneousMethod {
         match self {
             SimultaneousMethod::Scheffe => "scheffe",
             SimultaneousMethod::Tube => "tube",
+            SimultaneousMethod::Bonferroni => "bonferroni",
         }
     }
 }
@@ -47,6 +50,15 @@ pub struct Tube {
     pub length: f64,
     /// Area of the sheet; 0 of a path.
     pub area: f64,
+}
+
+/// The unit vectors that occur.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Among {
+    /// Those of a curve or a surface.
+    Tube(Tube),
+    /// So many, each by itself.
+    Each(usize),
 }
 
 /// Sun and Loader's formula for sheets holds from this factor on.
@@ -76,14 +88,23 @@ pub fn tube_factor(tube: &Tube, noise: &Noise) -> f64 {
     boundary([noise.quantile().min(high), high], 1e-12, |c| miss(c) > noise.miss)[1]
 }
 
-/// The smaller factor.
-pub fn simultaneous_factor(n: usize, tube: Option<&Tube>, noise: &Noise) -> (f64, SimultaneousMethod) {
+/// Student's factor at the level at which `count` intervals together miss no more often than one
+/// (Bonferroni).
+pub fn bonferroni(count: usize, noise: &Noise) -> f64 {
+    noise.student.upper_quantile(0.5 * noise.miss / count.max(1) as f64)
+}
+
+/// The smaller of Scheffé's factor and the one for the vectors that occur.
+pub fn simultaneous_factor(n: usize, among: Option<&Among>, noise: &Noise) -> (f64, SimultaneousMethod) {
     let every = scheffe(n, noise);
-    let own = tube.map(|tube| (tube, tube_factor(tube, noise)));
-    match own.filter(|(tube, c)| *c < every && (tube.area == 0.0 || *c >= LEAST_OF_SHEETS)) {
-        Some((_, c)) => (c, SimultaneousMethod::Tube),
-        None => (every, SimultaneousMethod::Scheffe),
-    }
+    let own = among.and_then(|among| match among {
+        Among::Tube(tube) => {
+            let c = tube_factor(tube, noise);
+            (tube.area == 0.0 || c >= LEAST_OF_SHEETS).then_some((c, SimultaneousMethod::Tube))
+        }
+        Among::Each(count) => Some((bonferroni(*count, noise), SimultaneousMethod::Bonferroni)),
+    });
+    own.filter(|(c, _)| *c < every).unwrap_or((every, SimultaneousMethod::Scheffe))
 }
 
 /// Length of a path of unit vectors through `vectors`, chord by chord.

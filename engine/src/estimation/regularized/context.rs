@@ -93,6 +93,7 @@ impl Context<'_> {
                 (None, ExpectedSize::OfHeights) => NormLimitSource::Heights,
                 (None, ExpectedSize::Within(_)) => NormLimitSource::Limits,
             },
+            upper_confidence: None,
             e: None,
         }
     }

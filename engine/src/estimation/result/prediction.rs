@@ -32,7 +32,7 @@ pub struct Simultaneous {
     pub factor: f64,
     /// Where the factor comes from.
     pub method: SimultaneousMethod,
-    /// Scheffé's factor, of which the other is never larger.
+    /// Scheffé's factor, of which the others are never larger.
     pub scheffe: f64,
 }
 

@@ -130,6 +130,9 @@ pub struct BiasReport {
     pub coefficient_norm_limit: f64,
     /// Where r came from.
     pub coefficient_norm_limit_source: NormLimitSource,
+    /// What ‖A‖ stays below with about the level of the intervals, by least squares and its
+    /// errors; beside an r that is the norm of the estimate. Not used for any bound.
+    pub upper_confidence: Option<f64>,
     /// The small number e of Ineq. 51, read as max cᵢ.
     pub e: Option<f64>,
 }

@@ -59,6 +59,20 @@ pub enum Warning {
         /// ‖Â‖.
         norm: f64,
     },
+    /// r is the norm of an estimate that is not told from 0 where it matters most.
+    #[error(
+        "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not told \
+         from 0 ({along:.2e} with a standard error of {error:.1e}): the bounds of the bias hold for that r only; give \
+         the limit of the norm"
+    )]
+    NormLimitIsEstimate {
+        /// ‖Â‖.
+        norm: f64,
+        /// V₁ᵀÂ.
+        along: f64,
+        /// Its standard error.
+        error: f64,
+    },
     /// A curve over λ* of a fit without regularisation.
     #[error("there is no λ* without regularisation")]
     NoLambda,
@@ -307,6 +321,7 @@ impl Warning {
             NoRelativeError => "no_relative_error",
             PerturbationUnbounded => "perturbation_unbounded",
             NormLimitBelowEstimate { .. } => "norm_limit_below_estimate",
+            NormLimitIsEstimate { .. } => "norm_limit_is_estimate",
             NoLambda | NoLambdaOf(_) => "no_lambda_curve",
             MatrixBIsSpectral | MatrixBOfStandardized | MatrixBNeedsNodes => "no_matrix_b",
             NoRidgeTrace => "no_ridge_trace",

@@ -32,6 +32,8 @@ pub enum Places {
         /// Abscissae along v.
         v: Vec<f64>,
     },
+    /// Rows of a measurement matrix, with its columns.
+    Rows(Vec<Vec<f64>>),
 }
 
 impl Places {
@@ -41,15 +43,17 @@ impl Places {
             Places::Curve(x) => x.len(),
             Places::Points { u, .. } => u.len(),
             Places::Grid { u, v } => u.len().saturating_mul(v.len()),
+            Places::Rows(rows) => rows.len(),
         }
     }
 
-    /// u and v of place k, v being 0 for a curve.
-    pub fn at(&self, k: usize) -> [f64; 2] {
+    /// u and v of place k, v being 0 for a curve; `None` of rows, which have no place.
+    pub fn at(&self, k: usize) -> Option<[f64; 2]> {
         match self {
-            Places::Curve(x) => [x[k], 0.0],
-            Places::Points { u, v } => [u[k], v[k]],
-            Places::Grid { u, v } => [u[k / v.len()], v[k % v.len()]],
+            Places::Curve(x) => Some([x[k], 0.0]),
+            Places::Points { u, v } => Some([u[k], v[k]]),
+            Places::Grid { u, v } => Some([u[k / v.len()], v[k % v.len()]]),
+            Places::Rows(_) => None,
         }
     }
 }
@@ -61,7 +65,7 @@ pub struct Kinds {
     pub confidence: bool,
     /// Holds a further measurement of weight 1 at each place by itself.
     pub prediction: bool,
-    /// Holds the true heights of the whole domain at once.
+    /// Holds the true heights of the whole domain at once; of rows those of all rows asked for.
     pub simultaneous: bool,
 }
 

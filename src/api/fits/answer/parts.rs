@@ -108,7 +108,7 @@ answer! {
     /// Bias of the regularised estimate; norms are in the scaled columns.
     #[schema(as = Bias)]
     pub struct BiasBody from BiasReport {
-        norm, sharp_bound, paper_bound, coefficient_norm_limit, coefficient_norm_limit_source, e,
+        norm, sharp_bound, paper_bound, coefficient_norm_limit, coefficient_norm_limit_source, upper_confidence, e,
     } {
         /// Observed ‖Â − Â_B‖.
         norm: f64 = norm,
@@ -119,6 +119,11 @@ answer! {
         /// r, the norm of the coefficients that the bounds allow for, in the scaled columns.
         coefficient_norm_limit: f64 = coefficient_norm_limit,
         coefficient_norm_limit_source: NormLimitSource = coefficient_norm_limit_source,
+        /// What the norm of the true coefficients stays below by least squares and its errors,
+        /// about as often as `level` says (at 0.95 in 86 to 100 % of the draws of simulations).
+        /// There where r is the norm of the estimate and something is regularised; no bound uses
+        /// it.
+        upper_confidence?: f64 = upper_confidence,
         /// The small number e of Ineq. 51.
         e?: f64 = e,
     }

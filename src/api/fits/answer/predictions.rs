@@ -40,12 +40,13 @@ answer! {
         confidence?: Vec<[f64; 2]> = confidence,
         /// `[low, high]` of a further measurement of weight 1 at each place by itself.
         prediction?: Vec<[f64; 2]> = prediction,
-        /// `[low, high]` of the true heights of the whole domain at once, at each place.
+        /// `[low, high]` of the true heights of the whole domain at once, at each place; of a
+        /// linear model of all rows asked for at once.
         simultaneous?: Vec<[f64; 2]> = simultaneous.as_ref().map(|all| &all.band),
         simultaneous_method?: SimultaneousMethodName = simultaneous.as_ref().map(|all| &all.method),
         /// Half the width of `simultaneous` in standard errors.
         simultaneous_factor?: f64 = simultaneous.as_ref().map(|all| all.factor),
-        /// Scheffé's factor √(nF), of which the tube's is never larger where it is used.
+        /// Scheffé's factor √(nF), of which no other is larger where it is used.
         scheffe?: f64 = simultaneous.as_ref().map(|all| all.scheffe),
         /// Slopes by u (by x for a curve); there with `predict.slopes`.
         slope_u?: SlopesBody = slopes.first(),
@@ -68,11 +69,13 @@ answer! {
 }
 
 names! {
-    /// Where the factor of a simultaneous band comes from: Scheffé's method, or the volume of a
-    /// tube (Naiman; Sun and Loader), whichever is narrower.
+    /// Where the factor of a simultaneous band comes from: Scheffé's method, or, where that is
+    /// narrower, the volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t
+    /// at the level divided by the number of rows (Bonferroni; rows of a measurement matrix).
     #[schema(as = SimultaneousMethod)]
     pub enum SimultaneousMethodName from SimultaneousMethod {
         Scheffe = "scheffe",
         Tube = "tube",
+        Bonferroni = "bonferroni",
     }
 }

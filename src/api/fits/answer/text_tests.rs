@@ -185,6 +185,23 @@ impl Maker {
         }
     }
 
+    fn bias(&mut self) -> BiasReport {
+        BiasReport {
+            norm: self.number(),
+            sharp_bound: self.number(),
+            paper_bound: self.maybe(),
+            coefficient_norm_limit: self.number(),
+            coefficient_norm_limit_source: [
+                NormLimitSource::Request,
+                NormLimitSource::Estimate,
+                NormLimitSource::Heights,
+                NormLimitSource::Limits,
+            ][self.below(4)],
+            upper_confidence: self.maybe(),
+            e: self.maybe(),
+        }
+    }
+
     fn predictions(&mut self) -> Predictions {
         Predictions {
             level: 0.95,
@@ -196,7 +213,8 @@ impl Maker {
             simultaneous: self.there().then(|| Simultaneous {
                 band: self.pairs(),
                 factor: self.number(),
-                method: [SimultaneousMethod::Scheffe, SimultaneousMethod::Tube][self.below(2)],
+                method: [SimultaneousMethod::Scheffe, SimultaneousMethod::Tube, SimultaneousMethod::Bonferroni]
+                    [self.below(3)],
                 scheffe: self.number(),
             }),
             slopes: (0..self.below(3))
@@ -277,19 +295,7 @@ impl Maker {
                 largest_eigenvalue_bound: self.maybe(),
                 choices: self.list(Maker::choice),
             },
-            bias: BiasReport {
-                norm: self.number(),
-                sharp_bound: self.number(),
-                paper_bound: self.maybe(),
-                coefficient_norm_limit: self.number(),
-                coefficient_norm_limit_source: [
-                    NormLimitSource::Request,
-                    NormLimitSource::Estimate,
-                    NormLimitSource::Heights,
-                    NormLimitSource::Limits,
-                ][self.below(4)],
-                e: self.maybe(),
-            },
+            bias: self.bias(),
             collinearity: Arc::new(CollinearityReport {
                 columns: self.list(|m| ColumnCollinearity { term: m.text(), vif: m.maybe() }),
                 correlation: self.there().then(|| self.rows()),

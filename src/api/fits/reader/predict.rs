@@ -3,7 +3,7 @@
 use crate::api::{
     faults::Faults,
     fits::spec::{
-        predict::{BandName, PlacesBody, PlacesGridBody, PredictBody},
+        predict::{BandName, PlacesBody, PlacesGridBody, PlacesXBody, PredictBody},
         zeros::unsigned_zeros,
     },
     json::value::read_value,
@@ -15,7 +15,12 @@ use flankfit_engine::estimation::spec::{Kinds, Places, Predict};
 pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Predict> {
     let body: PredictBody = read_value(slice, "/predict", faults)?;
     let at = match body.at {
-        PlacesBody { x: Some(x), u: None, v: None, grid: None } => Places::Curve(unsigned_zeros(&x)),
+        PlacesBody { x: Some(PlacesXBody::Curve(x)), u: None, v: None, grid: None } => {
+            Places::Curve(unsigned_zeros(&x))
+        }
+        PlacesBody { x: Some(PlacesXBody::Rows(rows)), u: None, v: None, grid: None } => {
+            Places::Rows(rows.iter().map(|row| unsigned_zeros(row)).collect())
+        }
         PlacesBody { x: None, u: Some(u), v: Some(v), grid: None } => {
             Places::Points { u: unsigned_zeros(&u), v: unsigned_zeros(&v) }
         }
@@ -23,7 +28,8 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Predict> {
             Places::Grid { u: unsigned_zeros(&u), v: unsigned_zeros(&v) }
         }
         _ => {
-            faults.push("/predict/at", "give either `x` (of a curve), or `u` and `v`, or `grid` (of a surface)");
+            let forms = "give either `x` (of a curve or a linear model), or `u` and `v`, or `grid` (of a surface)";
+            faults.push("/predict/at", forms);
             return None;
         }
     };

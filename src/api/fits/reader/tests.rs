@@ -478,8 +478,9 @@ proptest! {
 
 /// Places of every kind, or none.
 fn predict(which: usize, value: f64) -> Option<spec::Predict> {
-    let at = match which % 4 {
+    let at = match which % 5 {
         0 => return None,
+        4 => spec::Places::Rows(vec![vec![1.0, value], vec![-value, 2.0]]),
         1 => spec::Places::Curve(vec![0.5, value]),
         2 => spec::Places::Points { u: vec![-value, 1.0], v: vec![0.0, value] },
         _ => spec::Places::Grid { u: vec![value], v: vec![0.0, 1.0, 2.0] },

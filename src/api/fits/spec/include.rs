@@ -34,6 +34,9 @@ pub enum IncludeName {
     /// `curve` or `surface` of a polynomial: the fitted function as a B-spline (those of B-splines
     /// are always answered).
     Shape,
+    /// `coefficients[].interval` and what belongs to it. They are in every answer to a fit, so this
+    /// name adds nothing and does not stand in the answered `spec`.
+    Intervals,
 }
 
 /// The names of what is asked for.

@@ -118,38 +118,55 @@ impl<'de> Deserialize<'de> for KnotsBody {
     }
 }
 
-impl<'de> Deserialize<'de> for WeightsBody {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Read;
+/// Numbers, or rows of numbers.
+pub(super) enum NumbersOrRows {
+    Numbers(Vec<f64>),
+    Rows(Vec<Vec<f64>>),
+}
 
-        impl<'de> Visitor<'de> for Read {
-            type Value = WeightsBody;
+/// Reads either; the first entry says which.
+pub(super) fn numbers_or_rows<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    expected: &'static str,
+) -> Result<NumbersOrRows, D::Error> {
+    struct Read(&'static str);
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("an array of numbers (curve) or rows of numbers (surface)")
-            }
+    impl<'de> Visitor<'de> for Read {
+        type Value = NumbersOrRows;
 
-            fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<WeightsBody, A::Error> {
-                match entries.next_element()? {
-                    None => Ok(WeightsBody::Curve(Vec::new())),
-                    Some(KnotEntry::Number(first)) => {
-                        let mut weights = vec![first];
-                        while let Some(weight) = entries.next_element()? {
-                            weights.push(weight);
-                        }
-                        Ok(WeightsBody::Curve(weights))
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str(self.0)
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<NumbersOrRows, A::Error> {
+            match entries.next_element()? {
+                None => Ok(NumbersOrRows::Numbers(Vec::new())),
+                Some(KnotEntry::Number(first)) => {
+                    let mut numbers = vec![first];
+                    while let Some(number) = entries.next_element()? {
+                        numbers.push(number);
                     }
-                    Some(KnotEntry::List(first)) => {
-                        let mut rows = vec![first];
-                        while let Some(row) = entries.next_element()? {
-                            rows.push(row);
-                        }
-                        Ok(WeightsBody::Surface(rows))
+                    Ok(NumbersOrRows::Numbers(numbers))
+                }
+                Some(KnotEntry::List(first)) => {
+                    let mut rows = vec![first];
+                    while let Some(row) = entries.next_element()? {
+                        rows.push(row);
                     }
+                    Ok(NumbersOrRows::Rows(rows))
                 }
             }
         }
+    }
 
-        deserializer.deserialize_seq(Read)
+    deserializer.deserialize_seq(Read(expected))
+}
+
+impl<'de> Deserialize<'de> for WeightsBody {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(match numbers_or_rows(deserializer, "an array of numbers (curve) or rows of numbers (surface)")? {
+            NumbersOrRows::Numbers(weights) => WeightsBody::Curve(weights),
+            NumbersOrRows::Rows(rows) => WeightsBody::Surface(rows),
+        })
     }
 }

@@ -1,9 +1,15 @@
 //! Places at which a fit is asked for heights, as they are written.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::json::present::present;
+use crate::api::{
+    fits::spec::knots::{NumbersOrRows, numbers_or_rows},
+    json::{
+        present::present,
+        union_schema::{documented, list},
+    },
+};
 use flankfit_engine::estimation::spec;
 
 /// Heights, slopes and bands of the fitted curve or surface at places of its domain.
@@ -25,16 +31,14 @@ pub struct PredictBody {
     pub slopes: Option<bool>,
 }
 
-/// Places in the unit of the nodes: `x` for a curve; `u` and `v` (one pair for each point) or
-/// `grid` for a surface.
+/// Places in the unit of the nodes: `x` for a curve or, as rows, for a linear model; `u` and `v`
+/// (one pair for each point) or `grid` for a surface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Places)]
 pub struct PlacesBody {
-    /// Abscissae of a curve.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    #[schema(min_items = 1)]
-    pub x: Option<Vec<f64>>,
+    pub x: Option<PlacesXBody>,
     /// u of each point of a surface.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1)]
@@ -45,6 +49,31 @@ pub struct PlacesBody {
     pub v: Option<Vec<f64>>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub grid: Option<PlacesGridBody>,
+}
+
+/// Numbers for a curve, rows of numbers for a linear model.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum PlacesXBody {
+    Curve(Vec<f64>),
+    Rows(Vec<Vec<f64>>),
+}
+
+documented!(
+    PlacesXBody,
+    "PlacesX",
+    "Abscissae of a curve, or rows with a number for each column of a measurement matrix.",
+    list(f64::schema(), None).min_items(Some(1)),
+    list(list(f64::schema(), None), None).min_items(Some(1)),
+);
+
+impl<'de> Deserialize<'de> for PlacesXBody {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(match numbers_or_rows(deserializer, "an array of numbers (curve) or rows of numbers (linear model)")? {
+            NumbersOrRows::Numbers(x) => PlacesXBody::Curve(x),
+            NumbersOrRows::Rows(rows) => PlacesXBody::Rows(rows),
+        })
+    }
 }
 
 /// Every combination of the axes, v running fastest.
@@ -61,7 +90,8 @@ pub struct PlacesGridBody {
 }
 
 /// A band: `confidence` holds the true height at each place by itself, `prediction` a further
-/// measurement of weight 1, `simultaneous` the true heights of the whole domain at once.
+/// measurement of weight 1, `simultaneous` the true heights of the whole domain (of a linear model:
+/// of all rows asked for) at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = Band)]
@@ -81,7 +111,8 @@ impl From<&spec::Predict> for PredictBody {
         ];
         PredictBody {
             at: match at.clone() {
-                spec::Places::Curve(x) => PlacesBody { x: Some(x), ..PlacesBody::default() },
+                spec::Places::Curve(x) => PlacesBody { x: Some(PlacesXBody::Curve(x)), ..PlacesBody::default() },
+                spec::Places::Rows(x) => PlacesBody { x: Some(PlacesXBody::Rows(x)), ..PlacesBody::default() },
                 spec::Places::Points { u, v } => PlacesBody { u: Some(u), v: Some(v), ..PlacesBody::default() },
                 spec::Places::Grid { u, v } => {
                     PlacesBody { grid: Some(PlacesGridBody { u, v }), ..PlacesBody::default() }

@@ -1,0 +1,79 @@
+//! What is inferred beyond the default: `cargo xtask bench inference`. One call of `fit` on a flank
+//! grid of 45 nodes and degree (2,2), or on a measurement matrix with the same columns; `default`
+//! is there to compare with.
+
+use divan::Bencher;
+use flankfit_engine::estimation::{
+    FitSpec, Nodes, fit,
+    spec::{Degree, Include, Kinds, Model, Places, PolynomialBasis, Predict, Terms},
+};
+
+fn axis(from: f64, to: f64, n: usize) -> Vec<f64> {
+    (0..n).map(|i| from + (to - from) * i as f64 / (n - 1) as f64).collect()
+}
+
+fn height(u: f64, v: f64) -> f64 {
+    let (s, t) = ((u - 8.745) / 2.775, (v - 7.5) / 6.75);
+    4.5 * s - 3.0 * s * s - 4.0 * t * t + 0.75 * s * t + 0.3 * (37.0 * u + 19.0 * v).sin()
+}
+
+/// Places of the flank, row by row.
+fn places(nu: usize, nv: usize) -> Vec<[f64; 2]> {
+    axis(5.97, 11.52, nu).iter().flat_map(|&u| axis(0.75, 14.25, nv).into_iter().map(move |v| [u, v])).collect()
+}
+
+fn run(bencher: Bencher, change: impl Fn(&mut FitSpec)) {
+    let heights = places(5, 9).iter().map(|[u, v]| height(*u, *v)).collect();
+    let nodes = Nodes::grid(axis(5.97, 11.52, 5), axis(0.75, 14.25, 9), heights, None, None).expect("a full grid");
+    let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Monomial, terms: Terms::Tensor };
+    let mut spec = FitSpec::new(model);
+    change(&mut spec);
+    bencher.bench_local(|| fit(divan::black_box(&nodes), &spec));
+}
+
+fn predict(at: Places, kinds: Kinds) -> Option<Predict> {
+    Some(Predict { at, level: None, kinds, slopes: false })
+}
+
+const SIMULTANEOUS: Kinds = Kinds { confidence: false, prediction: false, simultaneous: true };
+
+#[divan::bench]
+fn default(bencher: Bencher) {
+    run(bencher, |_| {});
+}
+
+#[divan::bench]
+fn norm_limit_told(bencher: Bencher) {
+    run(bencher, |spec| spec.coefficient_norm_limit = Some(100.0));
+}
+
+#[divan::bench]
+fn covariance(bencher: Bencher) {
+    run(bencher, |spec| spec.include = Include { covariance: true, ..Include::default() });
+}
+
+#[divan::bench(args = [10, 100])]
+fn confidence_on_a_grid(bencher: Bencher, each: usize) {
+    let at = Places::Grid { u: axis(5.97, 11.52, each), v: axis(0.75, 14.25, each) };
+    run(bencher, |spec| spec.predict = predict(at.clone(), Kinds::default()));
+}
+
+#[divan::bench]
+fn simultaneous_band(bencher: Bencher) {
+    let at = Places::Grid { u: axis(5.97, 11.52, 10), v: axis(0.75, 14.25, 10) };
+    run(bencher, |spec| spec.predict = predict(at.clone(), SIMULTANEOUS));
+}
+
+#[divan::bench(args = [10, 1000])]
+fn rows_of_a_matrix(bencher: Bencher, rows: usize) {
+    let row = |[u, v]: [f64; 2]| (0..9).map(|k| u.powi(k / 3) * v.powi(k % 3)).collect::<Vec<f64>>();
+    let x: Vec<f64> = places(5, 9).into_iter().flat_map(row).collect();
+    let heights = places(5, 9).iter().map(|[u, v]| height(*u, *v)).collect();
+    let nodes = Nodes::matrix(x, 9, heights, None, None).expect("rows of nine columns");
+    let at = Places::Rows(places(rows / 5, 5).into_iter().map(row).collect());
+    let spec = FitSpec {
+        predict: predict(at, Kinds { simultaneous: true, ..Kinds::default() }),
+        ..FitSpec::new(Model::Linear)
+    };
+    bencher.bench_local(|| fit(divan::black_box(&nodes), &spec));
+}
