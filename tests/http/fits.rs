@@ -1,7 +1,7 @@
 //! Fits that succeed.
 
 use flankfit::api::examples::REQUEST_EXAMPLES;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::harness::{CURVE, TestApp};
 
@@ -88,4 +88,22 @@ async fn a_fixed_lambda_star_is_taken_as_it_is() {
     assert_eq!(regularization["criterion"], "fixed");
     assert_eq!(regularization["lambda_star"], 0.125);
     assert!(regularization.get("scheme").is_none());
+}
+
+/// Heights that swing about a line, each close to its neighbours.
+#[tokio::test]
+async fn residuals_that_follow_their_neighbours_are_told() {
+    let app = TestApp::start().await;
+    let x: Vec<f64> = (0..40).map(f64::from).collect();
+    let request = |y: Vec<f64>| {
+        let model = json!({"type": "polynomial", "degree": 1});
+        json!({"nodes": {"type": "curve", "x": x, "y": y}, "model": model}).to_string()
+    };
+    let smooth = x.iter().map(|x| 0.3 * x + (0.4 * x).sin()).collect();
+    let body = app.fit(&request(smooth)).await.json();
+    let told = body["warnings"].as_array().unwrap().iter().find(|w| w["code"] == "correlated_residuals").unwrap();
+    assert!(told["message"].as_str().unwrap().contains("along order"), "{told}");
+    let alternating = x.iter().map(|x| 0.3 * x + (2.9 * x).sin()).collect();
+    let body = app.fit(&request(alternating)).await.json();
+    assert_eq!(body["warnings"], json!([]));
 }

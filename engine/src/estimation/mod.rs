@@ -7,6 +7,7 @@ pub mod data;
 mod design;
 pub mod diagnostics;
 pub mod error;
+mod error_model;
 mod estimate;
 mod factor;
 pub mod fault;

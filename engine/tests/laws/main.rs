@@ -63,6 +63,7 @@ mod recursive;
 mod ridge;
 mod robust;
 mod robust_answers;
+mod serial_correlation;
 mod shrinkage;
 mod simulation;
 mod spectral;

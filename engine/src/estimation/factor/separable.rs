@@ -43,6 +43,8 @@ pub(crate) struct Separable {
     pub qty: Vec<Dd>,
     pub rss: f64,
     pub max_abs: f64,
+    /// `Σ r r′` over neighbours along u and along v.
+    pub neighbours: [f64; 2],
     pub relative_error: f64,
 }
 
@@ -88,6 +90,16 @@ impl AxisFactor {
         }
         Some(AxisFactor { r, change: axis.change(), q })
     }
+
+    /// Positions and functions.
+    pub(crate) fn shape(&self) -> (usize, usize) {
+        self.q.shape()
+    }
+
+    /// Rows of the orthonormal factor, a column of this for each position.
+    pub(crate) fn orthonormal(&self) -> DMatrix<f64> {
+        self.q.map(|x| x.to_f64()).transpose()
+    }
 }
 
 impl Axes {
@@ -107,26 +119,62 @@ impl Separable {
     /// Projects the heights of a full, unweighted grid.
     pub(crate) fn new(axes: Arc<Axes>, grid: &Grid) -> Self {
         let qty = contract(&axes.u.q, &axes.v.q, &grid.z);
-        let mut separable = Separable { axes, qty, rss: 0.0, max_abs: 0.0, relative_error: 1e-28 };
-        let (rss, max_abs, _) = separable.residuals(grid, &separable.qty, Precision::Double, false);
+        let mut separable =
+            Separable { axes, qty, rss: 0.0, max_abs: 0.0, neighbours: [0.0; 2], relative_error: 1e-28 };
+        let mut found = separable.pass(grid, &separable.qty, Precision::Double, Kept::Neighbours);
         let fitted: f64 = separable.qty.iter().map(|b| b.to_f64() * b.to_f64()).sum();
-        let (rss, max_abs) = if rss <= SMALL * SMALL * fitted || grid.z.len() <= 256 {
-            let (rss, max_abs, _) = separable.residuals(grid, &separable.qty, Precision::DoubleDouble, false);
-            (rss, max_abs)
-        } else {
-            (rss, max_abs)
-        };
-        (separable.rss, separable.max_abs) = (rss, max_abs);
+        if found.rss.to_f64() <= SMALL * SMALL * fitted || grid.z.len() <= 256 {
+            found = separable.pass(grid, &separable.qty, Precision::DoubleDouble, Kept::Neighbours);
+        }
+        (separable.rss, separable.max_abs) = (found.rss.to_f64(), found.max_abs);
+        separable.neighbours = found.neighbours;
         separable
     }
 
     /// `Σ r²`, `max |r|` and, if asked for, the residuals `Z − Q_u B Q_vᵀ` of `b` (row by row).
     pub(crate) fn residuals(&self, grid: &Grid, b: &[Dd], precision: Precision, keep: bool) -> (f64, f64, Vec<f64>) {
+        let pass = self.pass(grid, b, precision, if keep { Kept::Values } else { Kept::Sums });
+        (pass.rss.to_f64(), pass.max_abs, pass.values)
+    }
+
+    fn pass(&self, grid: &Grid, b: &[Dd], precision: Precision, kept: Kept) -> Pass {
         match precision {
-            Precision::Double => residuals::<F64x4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
-            Precision::DoubleDouble => residuals::<Ddx4>(&self.axes.u.q, &self.axes.v.q, b, grid, keep),
+            Precision::Double => residuals::<F64x4>(&self.axes.u.q, &self.axes.v.q, b, grid, kept),
+            Precision::DoubleDouble => residuals::<Ddx4>(&self.axes.u.q, &self.axes.v.q, b, grid, kept),
         }
     }
+}
+
+/// What is kept of residuals beside `Σ r²` and `max |r|`.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    Sums,
+    Values,
+    Neighbours,
+}
+
+/// Residuals of some rows of a grid, or of all.
+struct Pass {
+    rss: Dd,
+    max_abs: f64,
+    values: Vec<f64>,
+    neighbours: [f64; 2],
+    /// The first row, where others are before it, and the last.
+    ends: [Vec<f64>; 2],
+}
+
+/// `Σ aᵢbᵢ`, four sums side by side.
+#[inline(always)]
+fn products(a: &[f64], b: &[f64]) -> f64 {
+    let ((a4, a_rest), (b4, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let mut sums = [0.0; LANES];
+    for (x, y) in a4.iter().zip(b4) {
+        for k in 0..LANES {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// The Kronecker product of two upper triangular matrices.
@@ -196,17 +244,21 @@ fn contract(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, z: &[f64]) -> Vec<Dd> {
     total
 }
 
-fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid, keep: bool) -> (f64, f64, Vec<f64>) {
+fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid, kept: Kept) -> Pass {
     let columns: Vec<Vec<L>> = lanes_of(qv);
     let z = &grid.z;
-    let parts = over_rows(qu.nrows(), z.len(), |rows| residual_rows(qu, &columns, b, z, rows, keep));
-    let (mut rss, mut max_abs, mut values) = (Dd::ZERO, 0.0f64, Vec::with_capacity(if keep { z.len() } else { 0 }));
-    for (part, largest, kept) in parts {
-        rss += part;
-        max_abs = max_abs.max(largest);
-        values.extend(kept);
+    let parts = over_rows(qu.nrows(), z.len(), |rows| residual_rows(qu, &columns, b, z, rows, kept));
+    let mut parts = parts.into_iter();
+    let Some(mut whole) = parts.next() else { unreachable!("a grid has rows") };
+    for part in parts {
+        whole.rss += part.rss;
+        whole.max_abs = whole.max_abs.max(part.max_abs);
+        whole.values.extend(part.values);
+        whole.neighbours[0] += part.neighbours[0] + products(&whole.ends[1], &part.ends[0]);
+        whole.neighbours[1] += part.neighbours[1];
+        whole.ends[1] = part.ends[1].clone();
     }
-    (rss.to_f64(), max_abs, values)
+    whole
 }
 
 with_fma! {
@@ -230,18 +282,26 @@ with_fma! {
         sum
     }
 
-    /// `Σ r²`, `max |r|` and, if asked for, the residuals of some rows of the grid.
+    /// Residuals of some rows of the grid.
     fn residual_rows<L: Lanes>(
         qu: &DMatrix<Dd>,
         columns: &[Vec<L>],
         b: &[Dd],
         z: &[f64],
         rows: Range<usize>,
-        keep: bool,
-    ) -> (Dd, f64, Vec<f64>) {
+        kept: Kept,
+    ) -> Pass {
         let (p, q, nv) = (qu.ncols(), columns.len(), z.len() / qu.nrows());
         let (mut rss, mut max_abs, mut values) = (L::ZERO, F64x4::ZERO, Vec::new());
+        let (mut neighbours, mut first, mut before) = ([0.0; 2], Vec::new(), Vec::new());
+        let start = rows.start;
+        let room = if kept == Kept::Sums { 0 } else { nv };
         for k in rows.asking(4 * (p + nv) * q) {
+            if kept == Kept::Neighbours {
+                std::mem::swap(&mut before, &mut values);
+                values.clear();
+            }
+            values.reserve(room);
             let weights: Vec<L> = (0..q)
                 .map(|j| {
                     let mut sum = Dd::ZERO;
@@ -262,11 +322,21 @@ with_fma! {
                 rss = residual.fma(residual, rss);
                 let plain = residual.to_doubles();
                 max_abs = plain.abs().larger(max_abs);
-                if keep {
+                if kept != Kept::Sums {
                     values.extend_from_slice(&plain.to_array()[..(nv - g * LANES).min(LANES)]);
                 }
             }
+            if kept == Kept::Neighbours {
+                neighbours[1] += products(&values[1..], &values[..nv - 1]);
+                if k > start {
+                    neighbours[0] += products(&values, &before);
+                } else if k > 0 {
+                    first = values.clone();
+                }
+            }
         }
-        (rss.sum_of_pairs().to_dd(), max_abs.to_array().into_iter().fold(0.0, f64::max), values)
+        let max_abs = max_abs.to_array().into_iter().fold(0.0, f64::max);
+        let last = if kept == Kept::Neighbours { std::mem::take(&mut values) } else { Vec::new() };
+        Pass { rss: rss.sum_of_pairs().to_dd(), max_abs, values, neighbours, ends: [first, last] }
     }
 }

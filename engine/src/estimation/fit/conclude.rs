@@ -68,6 +68,7 @@ pub(super) fn conclude(
     check(linear.design, spec)?;
     let mut warnings = robust.map_or_else(Vec::new, |robust| robust.estimate.warnings.clone());
     let solved = Solved::new(linear, heights, spec, frame, robust, &mut warnings)?;
+    warnings.extend(solved.correlated_residuals());
     let mut applied = solved.regularized(&mut warnings)?;
     solved.norm_limit(&mut applied, &mut warnings);
     warnings.extend(frame.warnings.iter().cloned());

@@ -10,6 +10,7 @@ mod norm_limit;
 mod plan;
 mod predict;
 mod run;
+mod serial_correlation;
 mod shape;
 
 pub(crate) use conclude::report;

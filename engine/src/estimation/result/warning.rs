@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::{
-    estimation::spec::Criterion,
+    estimation::spec::{Along, Criterion},
     fault::words::{Shown, counted, listed},
 };
 
@@ -305,6 +305,22 @@ pub enum Warning {
         counted(*.0, "place lies", "places lie")
     )]
     OutsideDomain(usize),
+    /// Residuals that are correlated with their neighbours.
+    #[error(
+        "the residuals are correlated along {}: {correlation:.2} between neighbours (p = {p:.0e}). Either the model \
+         lacks something that the nodes show, or the errors are correlated, and standard errors that take them for \
+         independent are too small by a factor of about {factor:.1}", .along.name()
+    )]
+    CorrelatedResiduals {
+        /// Which way scan lines run.
+        along: Along,
+        /// `Σ rᵢrᵢ₊₁ / Σ r²` over neighbours.
+        correlation: f64,
+        /// The probability that residuals of independent errors are so correlated.
+        p: f64,
+        /// What the standard errors are too small by.
+        factor: f64,
+    },
 }
 
 impl Warning {
@@ -354,6 +370,7 @@ impl Warning {
             FullLeverage { .. } => "full_leverage",
             NoShapeOfMatrix | NoShapeOfDegree { .. } | NoShapeOfPoint => "no_shape",
             OutsideDomain(_) => "outside_domain",
+            CorrelatedResiduals { .. } => "correlated_residuals",
         }
     }
 }

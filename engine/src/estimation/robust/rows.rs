@@ -9,17 +9,14 @@ use super::outcome::Measured;
 use crate::estimation::fault::{Faults, Field, RobustReason};
 use crate::{
     estimation::{
-        design::Row,
         error::FitError,
-        factor::{Precision, Wanted, residual_pass},
+        factor::{Precision, Wanted, orthonormal_rows, residual_pass},
     },
-    numerics::{Dd, Real, cancel::Asking, triangular},
+    numerics::{cancel::Asking, triangular},
 };
 
 /// Numbers that rows may hold: 160 MB.
 const MOST: usize = 20_000_000;
-/// Condition up to which rows in double precision keep what matters.
-const EASY: f64 = 1e3;
 
 /// Rows and heights of a problem, row by row.
 pub(super) struct Rows {
@@ -42,17 +39,7 @@ impl Rows {
             .into());
         }
         let working = factor.working.as_deref().unwrap_or(&[]);
-        let length: Vec<f64> =
-            (0..n).map(|j| factor.r.column(j).iter().map(|x| x.to_f64().powi(2)).sum::<f64>().sqrt()).collect();
-        let unit = nalgebra::DMatrix::from_fn(n, n, |i, j| factor.r[(i, j)].to_f64() / length[j]);
-        let inverse = triangular::inverse_upper(&unit);
-        let condition = unit.norm() * inverse.norm() / n as f64;
-        let q = if condition < EASY {
-            let r = factor.r.map(|x| x.to_f64());
-            orthonormal::<f64>(measured, &r)
-        } else {
-            orthonormal::<Dd>(measured, &factor.r)
-        };
+        let q = orthonormal_rows(design, factor, sample);
         let precision = if m * n <= 2_000_000 { Precision::DoubleDouble } else { Precision::Double };
         let residuals = residual_pass(design, sample, working, precision, Wanted::Values).values;
         let b = residuals.iter().enumerate().map(|(k, r)| r * sample.w(k).sqrt()).collect();
@@ -73,26 +60,6 @@ impl Rows {
     pub(super) fn residuals(&self, x: &[f64]) -> Vec<f64> {
         self.b.iter().zip(self.q.chunks_exact(self.n)).asking(self.n).map(|(b, q)| b - dot(q, x)).collect()
     }
-}
-
-fn orthonormal<T: Real>(measured: &Measured, r: &nalgebra::DMatrix<T>) -> Vec<f64> {
-    let Measured { linear, sample, .. } = *measured;
-    let design = linear.design;
-    let (m, n) = (sample.count(), design.size());
-    let mut out = Vec::with_capacity(m * n);
-    let mut row = Row::<T>::new(design);
-    let mut full = vec![T::of(0.0); n];
-    for k in (0..m).asking(2 * n * n) {
-        row.at(design, sample, k);
-        full.iter_mut().for_each(|x| *x = T::of(0.0));
-        let root = sample.w(k).sqrt();
-        for (&j, &x) in row.index.iter().zip(&row.values) {
-            full[j] = x.mul_f64(root);
-        }
-        triangular::solve_upper_transposed(r, &mut full);
-        out.extend(full.iter().map(|x| x.to_f64()));
-    }
-    out
 }
 
 /// Σ aᵢbᵢ, in four sums side by side.

@@ -2,6 +2,7 @@
 //! checks them against the nodes.
 
 mod criterion;
+mod errors;
 mod estimator;
 mod filter;
 mod fit_spec;
@@ -13,6 +14,7 @@ mod shrinkage;
 mod tikhonov;
 
 pub use criterion::{Criterion, Parameter};
+pub use errors::Along;
 pub use estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start};
 pub use filter::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 pub use fit_spec::{DEFAULT_LEVEL, ExpectedSize, FitSpec, Include, NodeUncertainty};

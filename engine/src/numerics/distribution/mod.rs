@@ -8,6 +8,7 @@ mod beta;
 pub mod chi_squared;
 pub mod fisher;
 pub mod normal;
+pub mod pearson;
 pub mod student;
 
 pub use student::Student;

@@ -1,0 +1,131 @@
+//! Scan lines: in which order nodes were measured, and how far apart.
+
+use crate::estimation::{
+    data::{Nodes, Sample},
+    spec::Along,
+};
+
+/// Counted nodes line after line.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Lines {
+    /// Numbers among the counted nodes.
+    pub nodes: Vec<usize>,
+    /// From the node before on the same line; infinite where a line begins.
+    pub steps: Vec<f64>,
+}
+
+impl Lines {
+    /// The lines of `nodes`, whose counted ones are `sample`; `line` has the line of each posted
+    /// node where scattered nodes or rows of a matrix were measured along several.
+    pub(crate) fn new(nodes: &Nodes, sample: &Sample, along: Along, line: Option<&[i64]>) -> Self {
+        let count = sample.count();
+        let counted = |k: usize| sample.posted(k);
+        let mut order: Vec<usize> = (0..count).collect();
+        let mut steps = vec![f64::INFINITY; count];
+        match nodes {
+            Nodes::Curve(curve) => {
+                let rank = ranks(&curve.x);
+                order.sort_by_key(|&k| rank[counted(k)]);
+                for i in 1..count {
+                    let (before, here) = (counted(order[i - 1]), counted(order[i]));
+                    steps[i] = (rank[here] - rank[before]) as f64;
+                }
+            }
+            Nodes::Grid(grid) => {
+                let width = grid.v.len();
+                let along_u = along == Along::U;
+                let place = |k: usize| (counted(k) / width, counted(k) % width);
+                if along_u {
+                    order.sort_by_key(|&k| (place(k).1, place(k).0));
+                }
+                for i in 1..count {
+                    let (before, here) = (place(order[i - 1]), place(order[i]));
+                    let (from, to, same) = match along_u {
+                        true => (before.0, here.0, before.1 == here.1),
+                        false => (before.1, here.1, before.0 == here.0),
+                    };
+                    if same {
+                        steps[i] = (to - from) as f64;
+                    }
+                }
+            }
+            Nodes::Scattered(_) | Nodes::Matrix(_) => {
+                let line_of = |posted: usize| line.map_or(0, |line| line[posted]);
+                let number = numbers_within(nodes.posted(), line_of);
+                order.sort_by_key(|&k| (line_of(counted(k)), counted(k)));
+                for i in 1..count {
+                    let (before, here) = (order[i - 1], order[i]);
+                    if line_of(counted(before)) == line_of(counted(here)) {
+                        steps[i] = (number[counted(here)] - number[counted(before)]) as f64;
+                    }
+                }
+            }
+        }
+        Lines { nodes: order, steps }
+    }
+
+    /// Pairs of neighbours on one line.
+    pub(crate) fn pairs(&self) -> usize {
+        self.steps.iter().filter(|step| step.is_finite()).count()
+    }
+}
+
+/// The place of every abscissa in ascending order; equal ones keep theirs.
+fn ranks(x: &[f64]) -> Vec<usize> {
+    if x.is_sorted() {
+        return (0..x.len()).collect();
+    }
+    let mut order: Vec<usize> = (0..x.len()).collect();
+    order.sort_by(|&a, &b| x[a].total_cmp(&x[b]));
+    let mut rank = vec![0; x.len()];
+    for (place, &k) in order.iter().enumerate() {
+        rank[k] = place;
+    }
+    rank
+}
+
+/// The number of every posted node on its own line.
+fn numbers_within(posted: usize, line_of: impl Fn(usize) -> i64) -> Vec<usize> {
+    let mut last = std::collections::BTreeMap::new();
+    (0..posted)
+        .map(|k| {
+            let next = last.entry(line_of(k)).or_insert(0);
+            *next += 1;
+            *next
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const START: f64 = f64::INFINITY;
+
+    #[test]
+    fn a_grid_with_a_gap_has_rows_and_columns() {
+        let z = vec![1.0, f64::NAN, 3.0, 4.0, 5.0, 6.0];
+        let grid = Nodes::grid(vec![0.0, 2.0], vec![0.0, 1.0, 5.0], z, None, None).unwrap();
+        let sample = Sample::new(&grid);
+        let rows = Lines::new(&grid, &sample, Along::V, None);
+        assert_eq!((rows.nodes, rows.steps), (vec![0, 1, 2, 3, 4], vec![START, 2.0, START, 1.0, 1.0]));
+        let columns = Lines::new(&grid, &sample, Along::U, None);
+        assert_eq!((columns.pairs(), columns.nodes), (2, vec![0, 2, 3, 1, 4]));
+        assert_eq!(columns.steps, [START, 1.0, START, START, 1.0]);
+    }
+
+    #[test]
+    fn a_curve_runs_along_x_and_silent_nodes_are_steps() {
+        let curve = Nodes::curve(vec![3.0, 1.0, 2.0, 7.0], vec![0.0; 4], Some(vec![1.0, 1.0, 0.0, 2.0])).unwrap();
+        let sample = Sample::new(&curve);
+        let lines = Lines::new(&curve, &sample, Along::Order, None);
+        assert_eq!((lines.nodes, lines.steps), (vec![1, 0, 2], vec![START, 2.0, 1.0]));
+    }
+
+    #[test]
+    fn scattered_nodes_have_lines_by_name() {
+        let nodes = Nodes::scattered(vec![0.0; 5], vec![0.0; 5], vec![0.0; 5], None).unwrap();
+        let lines = Lines::new(&nodes, &Sample::new(&nodes), Along::Order, Some(&[7, -2, 7, -2, 7]));
+        assert_eq!((lines.nodes, lines.steps), (vec![1, 3, 0, 2, 4], vec![START, 1.0, START, 1.0, 1.0]));
+    }
+}
