@@ -92,6 +92,11 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("gear_geometry", "gear_geometry", "A helical gear with its rack tool"),
     example!("gear_flank", "gear_flank", "A left flank with tip relief and helix crowning"),
     example!("gear_profile", "gear_profile", "The section of a spur gear's tooth"),
+    example!(
+        "gear_solid_mesh",
+        "gear_solid_mesh",
+        "A helical tooth with its rim in quadratic elements, for Abaqus or CalculiX"
+    ),
     example!("gear_envelope", "gear_envelope", "What a rack with a sharp tip leaves of a gear"),
     example!("gear_tolerances", "gear_tolerances", "Class 5"),
     example!("evaluate_gear", "gear_evaluate", "Two profiles and a helix of a spur gear, signs of DIN"),

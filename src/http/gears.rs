@@ -14,6 +14,7 @@ use crate::{
                 flank::{self, FlankBody, FlankRequestBody},
                 geometry::{self, GeometryBody, GeometryRequestBody},
                 profile::{self, EnvelopeBody, EnvelopeRequestBody, ProfileAnswerBody, ProfileRequestBody},
+                solid_mesh::{self, SolidMeshRequestBody},
                 tolerances::{self, TolerancesBody, TolerancesRequestBody},
             },
             deviations::{self, answer::DeviationsBody, request::DeviationsRequestBody},
@@ -32,6 +33,7 @@ use crate::{
         accept::Format,
         body::Payload,
         compute::{read_json, read_json_in_room},
+        files::attachment,
         fits::{json, json_held},
         multipart::{FileForm, read_file},
         state::AppState,
@@ -45,6 +47,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(gear_flank))
         .routes(routes!(read_gears))
         .routes(routes!(gear_profile))
+        .routes(routes!(gear_solid_mesh))
         .routes(routes!(gear_envelope))
         .routes(routes!(gear_tolerances))
         .routes(routes!(evaluate_gear))
@@ -206,6 +209,21 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
 )]
 async fn gear_profile(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     Ok(json_held(read_json_in_room(&state, payload, profile::answer).await?))
+}
+
+/// Writes one tooth or several with fillets and rim as a solid mesh of hexahedra.
+///
+/// For Abaqus and CalculiX, ADINA, or Gmsh, with named sets of faces or nodes: flanks, root, tip,
+/// bore, cuts and ends. The answer is a file to be saved; material, support and load are the
+/// caller's.
+#[utoipa::path(
+    post, path = "/v1/gears/solid-mesh", operation_id = "gear_solid_mesh", tag = "gears",
+    request_body(content = SolidMeshRequestBody, description = "A gear, and how its solid is meshed."),
+    responses((status = 200, description = "The file.", content((String = "text/plain"))))
+)]
+async fn gear_solid_mesh(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    let now = state.jobs.now();
+    attachment(state, payload, move |text, room| solid_mesh::file(text, now, room)).await
 }
 
 /// Envelops the profile of any tool numerically.

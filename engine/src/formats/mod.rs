@@ -28,6 +28,7 @@ mod polar;
 pub mod quad_mesh;
 pub mod rexs;
 pub mod sampling;
+pub mod solid_mesh;
 mod source;
 pub mod step;
 pub mod stl;

@@ -23,6 +23,7 @@ pub mod modification;
 pub mod profile_axis;
 pub mod registration;
 pub mod simulation;
+pub mod solid;
 pub mod tolerance;
 pub mod tooth;
 pub mod trace;

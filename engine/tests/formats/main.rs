@@ -15,5 +15,6 @@ mod points;
 mod rexs;
 mod rexs_file;
 mod shapes;
+mod solid_meshes;
 mod step;
 mod step_file;

@@ -20,6 +20,7 @@ use flankfit_engine::{
             TopographyReason as ReliefReason,
         },
         registration::fault::{RegistrationField, RegistrationReason, pitches},
+        solid::{SolidField, SolidReason},
     },
 };
 
@@ -98,6 +99,25 @@ impl Field<ToothReason> for ToothField {
     fn detail(&self, reason: &ToothReason) -> String {
         match (self, reason) {
             (ToothField::Gear(field), ToothReason::Gear(reason)) => field.detail(reason),
+            (_, other) => other.to_string(),
+        }
+    }
+}
+
+/// Of a request for a solid mesh.
+impl Field<SolidReason> for SolidField {
+    fn pointer(&self) -> String {
+        match self {
+            SolidField::Gear(field) => format!("/gear{}", field.pointer()),
+            SolidField::Teeth => "/teeth".to_owned(),
+            SolidField::RimDiameter => "/rim_diameter_mm".to_owned(),
+            SolidField::Elements => "/elements".to_owned(),
+        }
+    }
+
+    fn detail(&self, reason: &SolidReason) -> String {
+        match (self, reason) {
+            (SolidField::Gear(field), SolidReason::Tooth(ToothReason::Gear(reason))) => field.detail(reason),
             (_, other) => other.to_string(),
         }
     }

@@ -302,7 +302,8 @@ fn read_tolerance(member: &Member<'_, f64>, faults: &mut Faults) -> Option<f64> 
     Some(tolerance)
 }
 
-fn label(name: &str, now: Timestamp) -> Label {
+/// What the file says about itself.
+pub(in crate::api) fn label(name: &str, now: Timestamp) -> Label {
     let time = now.to_zoned(TimeZone::UTC).datetime();
     let small = |n: i8| u8::try_from(n).unwrap_or(0);
     let date = [u16::try_from(time.year()).unwrap_or(0), small(time.month()).into(), small(time.day()).into()];
@@ -317,7 +318,7 @@ fn label(name: &str, now: Timestamp) -> Label {
 }
 
 /// A name that every file system takes.
-fn file_name(name: &str, ending: &str) -> String {
+pub(in crate::api) fn file_name(name: &str, ending: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
     format!("{}.{ending}", name.chars().take(80).map(plain).collect::<String>().trim_start_matches('.'))
 }

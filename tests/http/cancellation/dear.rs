@@ -165,6 +165,11 @@ pub fn surface_file() -> Body {
     of(&json!({"surface": surface(), "format": "obj", "samples": [1_000, 1_000]}))
 }
 
+pub fn solid_mesh() -> Body {
+    let elements = json!({"involute": 60, "fillet": 30, "root": 10, "thickness": 60, "rim": 40, "width": 25});
+    of(&json!({"gear": gear(), "format": "gmsh", "order": "quadratic", "elements": elements}))
+}
+
 pub fn flank() -> Body {
     let mut request = example(include_str!("../../../examples/requests/gear_flank.json"));
     request["profile"]["values"] = list(1_400, |k| 187.0 + 6.0 * k as f64 / 1399.0);

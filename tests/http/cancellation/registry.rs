@@ -56,6 +56,7 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("gear_flank", Bounded("/v1/gears/flank", dear::flank)),
     ("read_gears", Bounded("/v1/gears/read", dear::rexs_model)),
     ("gear_profile", Bounded("/v1/gears/profile", dear::profile)),
+    ("gear_solid_mesh", Bounded("/v1/gears/solid-mesh", dear::solid_mesh)),
     ("gear_envelope", Bounded("/v1/gears/envelope", dear::envelope)),
     ("evaluate_gear", Bounded("/v1/gears/evaluate", dear::traces)),
     ("gear_deviations", Dear("/v1/gears/deviations", dear::registered_points)),

@@ -15,6 +15,7 @@ mod refusals;
 #[path = "../../../engine/tests/formats/rexs_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
 mod rexs_file;
+mod solid_mesh;
 mod teeth;
 
 use serde_json::{Value, json};

@@ -5,4 +5,5 @@ pub mod geometry;
 pub mod modification;
 pub mod places;
 pub mod profile;
+pub mod solid_mesh;
 pub mod tolerances;

@@ -1,0 +1,129 @@
+//! A sector of a gear as hexahedra, written for finite elements.
+
+use std::sync::Arc;
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    faults::Faults,
+    gears::gear::GearBody,
+    json::{text::ShortText, value::read_json},
+    problem::{Problem, Room},
+    shapes::export::{File, file_name, label},
+};
+use flankfit_engine::{
+    formats::solid_mesh,
+    gear::solid::{Elements, HexMesh, MOST_NODES, SolidSpec},
+    geometry::space::Vector,
+};
+
+/// A gear, and how its solid is meshed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = SolidMeshRequest)]
+pub struct SolidMeshRequestBody {
+    /// Its face width is needed.
+    pub gear: GearBody,
+    pub format: SolidFormatName,
+    /// Default `linear`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order: Option<ElementOrderName>,
+    /// Teeth side by side with the rim beneath them; all of the gear's make a ring without cuts.
+    /// Default 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub teeth: Option<u32>,
+    /// Where the rim ends: the bore, of an internal gear the outer diameter. Default one and a half
+    /// tooth depths from the root circle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0)]
+    pub rim_diameter_mm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elements: Option<SolidElementsBody>,
+    /// What the file calls the gear. Default `gear`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub name: Option<ShortText>,
+}
+
+/// Files of hexahedra: `abaqus` is read by CalculiX too, `gmsh` is MSH 2.2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = SolidFormat)]
+pub enum SolidFormatName {
+    Abaqus,
+    Adina,
+    Gmsh,
+}
+
+/// Hexahedra of 8 nodes, or of 20 whose middle nodes lie on flank, fillet and helix too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = ElementOrder)]
+pub enum ElementOrderName {
+    Linear,
+    Quadratic,
+}
+
+/// Into how many elements each part goes; at most two million nodes in all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schema(as = SolidElements)]
+pub struct SolidElementsBody {
+    /// Along each involute.
+    #[schema(minimum = 1)]
+    pub involute: usize,
+    /// Along each fillet.
+    #[schema(minimum = 1)]
+    pub fillet: usize,
+    /// Along the root arc on each side of a tooth.
+    #[schema(minimum = 1)]
+    pub root: usize,
+    /// Across the tooth.
+    #[schema(minimum = 1)]
+    pub thickness: usize,
+    /// From the root to the end of the rim.
+    #[schema(minimum = 1)]
+    pub rim: usize,
+    /// Along the face width.
+    #[schema(minimum = 1)]
+    pub width: usize,
+}
+
+impl Default for SolidElementsBody {
+    fn default() -> Self {
+        let Elements { involute, fillet, root, thickness, rim, width } = Elements::default();
+        SolidElementsBody { involute, fillet, root, thickness, rim, width }
+    }
+}
+
+/// What a node takes until the file is sent: its place, the element that begins there with its
+/// nodes, faces, and its place among those already numbered.
+const NODE: usize = size_of::<Vector>() + 20 * size_of::<u32>() + 64;
+
+/// Writes the mesh of a request, as far as there is `room` for it. Processor work.
+pub fn file(text: &[u8], now: Timestamp, room: Room) -> Result<File, Problem> {
+    let body: SolidMeshRequestBody = read_json(text)?;
+    let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
+    let SolidElementsBody { involute, fillet, root, thickness, rim, width } = body.elements.unwrap_or_default();
+    let spec = SolidSpec {
+        teeth: body.teeth.unwrap_or(1),
+        rim_diameter: body.rim_diameter_mm,
+        quadratic: body.order == Some(ElementOrderName::Quadratic),
+        elements: Elements { involute, fillet, root, thickness, rim, width },
+    };
+    // more are refused in any case
+    room(HexMesh::most_nodes(&spec).min(MOST_NODES) * NODE)?;
+    let mesh = HexMesh::of_gear(&gear, &spec).map_err(|faults| Problem::invalid(Faults::at("", &faults)))?;
+    let mesh = Arc::new(mesh);
+    let name = body.name.map_or_else(|| "gear".to_owned(), String::from);
+    let label = label(&name, now);
+    let (ending, content) = match body.format {
+        SolidFormatName::Abaqus => ("inp", solid_mesh::abaqus(&mesh, &label)),
+        SolidFormatName::Adina => ("in", solid_mesh::adina(&mesh, &label)),
+        SolidFormatName::Gmsh => ("msh", solid_mesh::gmsh(&mesh, &label)),
+    };
+    Ok(File { name: file_name(&name, ending), media: "text/plain", content })
+}
