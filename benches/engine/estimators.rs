@@ -4,7 +4,10 @@
 use divan::Bencher;
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
-    spec::{Degree, Estimator, Loss, MEstimator, Model, PolynomialBasis, Start, Terms},
+    spec::{
+        Contamination, Degree, Distribution, Estimator, LEstimator, Loss, MEstimator, Model, PolynomialBasis, Start,
+        Terms,
+    },
 };
 
 /// 45, 1,000 and 10,000 nodes.
@@ -64,4 +67,11 @@ estimators! {
     quantile = Estimator::Quantile { tau: 0.25 };
     least_trimmed_squares = Estimator::LeastTrimmed { coverage: 0.75, seed: 0 };
     rank = Estimator::Rank;
+    normal_scores = Estimator::NormalScores;
+    huber_contamination_estimated = Estimator::M(MEstimator::minimax(Contamination::Estimated));
+    trimmed = Estimator::L(LEstimator::Trimmed { share: 0.1 });
+    winsorized = Estimator::L(LEstimator::Winsorized { share: 0.1 });
+    student = Estimator::Likelihood(Distribution::Student { freedom: Some(4.0) });
+    student_estimated = Estimator::Likelihood(Distribution::Student { freedom: None });
+    generalized_normal_estimated = Estimator::Likelihood(Distribution::GeneralizedNormal { exponent: None });
 }

@@ -51,6 +51,19 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_quantile", "A line below which a quarter of the nodes lies"),
     example!("create_fit", "fit_least_trimmed", "The same curve by least trimmed squares"),
     example!("create_fit", "fit_rank", "The same curve by least rank dispersion"),
+    example!("create_fit", "fit_normal_scores", "The same curve by least rank dispersion with normal scores"),
+    example!("create_fit", "fit_minimax", "A curve by Huber's minimax estimator against one gross error in ten"),
+    example!("create_fit", "fit_contamination", "The same curve, the share of gross errors estimated"),
+    example!("create_fit", "fit_trimmed", "The same curve with a tenth of the nodes trimmed at either end"),
+    example!("create_fit", "fit_winsorized", "The same curve with a tenth of the nodes winsorized at either end"),
+    example!("create_fit", "fit_trimean", "The same curve by Tukey's trimean of regression quantiles"),
+    example!("create_fit", "fit_student", "The same curve with errors of Student's distribution"),
+    example!("create_fit", "fit_laplace", "The same curve with errors of Laplace's distribution"),
+    example!(
+        "create_fit",
+        "fit_generalized_normal",
+        "The same curve with generalised normal errors, their exponent estimated"
+    ),
     example!(
         "create_fit",
         "fit_ridge_trace",

@@ -11,6 +11,7 @@ mod contract;
 mod cors;
 mod degenerate;
 mod document;
+mod estimators;
 mod every_operation;
 mod extremes;
 mod filters;

@@ -112,6 +112,8 @@ pub enum Field {
     MaxIterations,
     /// The tuning constant.
     Tuning,
+    /// The share of the nodes that an L-estimator trims or winsorizes.
+    Share,
     /// A scale that is given.
     ScaleValue,
     /// r of Ineq. 51.

@@ -13,6 +13,7 @@ mod collinearity;
 mod criteria;
 mod curves;
 mod edges;
+mod estimable;
 mod extremes;
 mod fit_shapes;
 mod gear_correction;

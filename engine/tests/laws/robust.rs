@@ -5,7 +5,10 @@ use crate::oracle::random::Random;
 use flankfit_engine::estimation::{
     FitResult, FitSpec, Nodes, fit,
     result::LocalSolution,
-    spec::{Estimator, Loss, MEstimator, Model, Parameter, Regularization, ScaleRule, Scaling, Start},
+    spec::{
+        Contamination, Distribution, Estimator, LEstimator, Loss, MEstimator, Model, Parameter, QuantileWeights,
+        Regularization, ScaleRule, Scaling, Start,
+    },
 };
 
 pub struct Problem {
@@ -425,5 +428,16 @@ pub fn estimators() -> Vec<Estimator> {
         Estimator::Quantile { tau: 0.3 },
         Estimator::LeastTrimmed { coverage: 0.7, seed: 1 },
         Estimator::Rank,
+        Estimator::NormalScores,
+        Estimator::M(MEstimator::minimax(Contamination::Share(0.1))),
+        Estimator::M(MEstimator::minimax(Contamination::Estimated)),
+        Estimator::L(LEstimator::Trimmed { share: 0.15 }),
+        Estimator::L(LEstimator::Winsorized { share: 0.15 }),
+        Estimator::L(LEstimator::Quantiles(QuantileWeights::new(&[[0.25, 0.3], [0.5, 0.4], [0.75, 0.3]]).unwrap())),
+        Estimator::Likelihood(Distribution::Student { freedom: Some(3.0) }),
+        Estimator::Likelihood(Distribution::Student { freedom: None }),
+        Estimator::Likelihood(Distribution::Laplace),
+        Estimator::Likelihood(Distribution::GeneralizedNormal { exponent: Some(1.4) }),
+        Estimator::Likelihood(Distribution::GeneralizedNormal { exponent: None }),
     ]
 }

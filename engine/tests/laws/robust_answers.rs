@@ -1,7 +1,10 @@
 //! What every robust estimator answers: standard errors, exact fits, and its regularised forms.
 
 use crate::{
-    oracle::random::Random,
+    oracle::{
+        errors::{Errors, coverage, estimators as table},
+        random::Random,
+    },
     robust::{Problem, estimators, near, values},
 };
 use flankfit_engine::estimation::{
@@ -36,7 +39,14 @@ fn an_exact_fit_of_most_nodes_is_answered() {
             (0..20).map(|k| 3.0 - 2.0 * f64::from(k) + if k % 6 == 1 { 50.0 + f64::from(k) } else { 0.0 }).collect();
         let problem = Problem { x, y, weight: None };
         let result = problem.fit(estimator);
-        let exact = !matches!(estimator, Estimator::Lp { .. } | Estimator::Quantile { .. });
+        let exact = !matches!(
+            estimator,
+            Estimator::Lp { .. }
+                | Estimator::Quantile { .. }
+                | Estimator::NormalScores
+                | Estimator::L(_)
+                | Estimator::Likelihood(_)
+        );
         if exact {
             for (c, wanted) in result.coefficients.iter().zip([3.0, -2.0]) {
                 assert!((c.value - wanted).abs() < 1e-9, "{estimator:?}: {}", c.value);
@@ -94,5 +104,18 @@ fn every_estimator_goes_with_every_regularisation() {
             }
             assert!(result.residuals.values.is_none());
         }
+    }
+}
+
+/// The long table is made by examples/robust_coverage.
+#[test]
+fn intervals_hold_with_errors_as_each_estimator_expects_them() {
+    let heavy = [Errors::Contaminated, Errors::Laplace, Errors::Student3];
+    for (at, (name, estimator)) in table().into_iter().enumerate().filter(|(_, (_, e))| *e != Estimator::LeastSquares) {
+        let errors = heavy[at % 3];
+        let found = coverage(estimator, errors, 120, 45);
+        println!("{name}, {errors:?}: {} {} {}", found.mean, found.worst, found.width);
+        assert!((0.9..=0.99).contains(&found.mean), "{name}, {errors:?}: {}", found.mean);
+        assert!(found.width < 1.05, "{name}, {errors:?}: no wider than least squares where peaks are: {}", found.width);
     }
 }

@@ -6,6 +6,7 @@
 pub mod big;
 pub mod coverage;
 pub mod design;
+pub mod errors;
 pub mod matrix;
 pub mod random;
 pub mod spectral;

@@ -19,6 +19,7 @@ mod oracle_check;
 mod recursive;
 mod ridge;
 mod robust;
+mod robust_more;
 mod shrinkage;
 mod spectral;
 mod surfaces;

@@ -207,6 +207,7 @@ fn place(field: &Field, nodes: &str, model: &str) -> String {
         Field::Coverage => "/estimator/coverage",
         Field::MaxIterations => "/estimator/max_iterations",
         Field::Tuning => "/estimator/tuning",
+        Field::Share => "/estimator/share",
         Field::ScaleValue => "/estimator/scale/value",
         Field::CoefficientNormLimit => "/coefficient_norm_limit",
         Field::NoiseSigma => "/noise_sigma",

@@ -27,7 +27,16 @@ async fn every_estimator_is_stored_and_replayed_bit_by_bit() {
     let kinds: std::collections::BTreeSet<_> = estimators.iter().map(|e| e["type"].as_str().unwrap()).collect();
     assert_eq!(
         Vec::from_iter(kinds),
-        ["least_absolute_deviations", "least_trimmed_squares", "lp", "m_estimator", "quantile", "rank"]
+        [
+            "l_estimator",
+            "least_absolute_deviations",
+            "least_trimmed_squares",
+            "lp",
+            "m_estimator",
+            "maximum_likelihood",
+            "quantile",
+            "rank"
+        ]
     );
     for estimator in &estimators {
         let body = json!({"model": request["model"], "estimator": estimator, "include": ["robust_weights"],

@@ -7,7 +7,10 @@ use super::reason::RangeReason;
 use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     error::FitError,
-    result::{CollinearityReport, Covariance, FilteringReport, FitResult, Influence, Interval, Predictions, Warning},
+    result::{
+        CollinearityReport, Covariance, EstimableSum, FilteringReport, FitResult, Influence, Interval,
+        LikelihoodReport, MatrixBFactors, MinimaxReport, Predictions, Warning,
+    },
 };
 
 /// Names of figures that were left out.
@@ -131,9 +134,15 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     if regularization.lambda_star_interval.is_some_and(|ends| !ends.into_iter().all(f64::is_finite)) {
         regularization.lambda_star_interval = None;
     }
+    if let Some(robust) = &mut result.robust {
+        dropped.unless("robust.minimax", &mut robust.minimax, MinimaxReport::is_finite);
+        dropped.unless("robust.likelihood", &mut robust.likelihood, LikelihoodReport::is_finite);
+    }
     for c in &mut result.coefficients {
         dropped.unless("interval", &mut c.interval, Interval::is_finite);
     }
+    dropped.unless("estimable", &mut result.estimable, |sums| sums.iter().all(EstimableSum::is_finite));
+    dropped.unless("matrix_b_factors", &mut result.matrix_b_factors, MatrixBFactors::is_finite);
     dropped.unless("covariance", &mut result.covariance, Covariance::is_finite);
     dropped.unless("predictions", &mut result.predictions, Predictions::is_finite);
     dropped.unless("influence", &mut result.influence, Influence::is_finite);

@@ -101,6 +101,8 @@ pub(super) fn conclude(
         lambda_curve: applied.curve,
         ridge_trace: applied.trace,
         matrix_b: applied.matrix_b,
+        matrix_b_factors: applied.matrix_b_factors,
+        estimable: solved.estimable(),
         numerics: Numerics { arithmetic: linear.factor.arithmetic, correct_digits },
         warnings,
     };

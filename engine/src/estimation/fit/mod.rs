@@ -2,6 +2,7 @@
 
 mod conclude;
 mod cost;
+mod estimable;
 mod forms;
 mod inferred;
 mod influence;

@@ -53,3 +53,24 @@ pub(crate) fn matrix_b(
         })
         .collect()
 }
+
+/// `X̃Vᵢ`, node by node (Eq. 37).
+pub(crate) fn image_of_nodes(
+    design: &Design,
+    sample: &Sample,
+    factor: &Factor,
+    image: &DMatrix<f64>,
+    i: usize,
+) -> Vec<f64> {
+    let mut direction: Vec<Dd> = image.column(i).iter().map(|&x| Dd::from(x)).collect();
+    triangular::solve_upper(&factor.r, &mut direction);
+    let mut row = crate::estimation::design::Row::<Dd>::new(design);
+    (0..sample.count())
+        .asking(10 * design.size())
+        .map(|k| {
+            row.at(design, sample, k);
+            let terms = row.index.iter().zip(&row.values);
+            sample.w(k).sqrt() * terms.fold(Dd::ZERO, |sum, (&s, &x)| sum + x * direction[s]).to_f64()
+        })
+        .collect()
+}

@@ -7,6 +7,6 @@ mod observations;
 mod summary;
 
 pub(crate) use linear::{LinearProblem, Residuals};
-pub(crate) use matrix_b::matrix_b;
+pub(crate) use matrix_b::{image_of_nodes, matrix_b};
 pub(crate) use observations::Evidence;
 pub(crate) use summary::SummaryStatistics;

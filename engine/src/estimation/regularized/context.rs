@@ -6,8 +6,8 @@ use crate::estimation::{
     estimate::{Estimate, LeastSquares},
     problem::{LinearProblem, Residuals},
     result::{
-        BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationReport, Regularized, RegularizedSpectrum,
-        RidgeTracePoint, Warning,
+        BiasReport, Choice, LambdaCurvePoint, MatrixBFactors, NormLimitSource, RegularizationReport, Regularized,
+        RegularizedSpectrum, RidgeTracePoint, Warning,
     },
     selection::selector::warn_about,
     spec::{ExpectedSize, FitSpec},
@@ -131,6 +131,7 @@ pub(crate) struct Applied {
     pub curve: Option<Vec<LambdaCurvePoint>>,
     pub trace: Option<Vec<RidgeTracePoint>>,
     pub matrix_b: Option<Vec<Vec<f64>>>,
+    pub matrix_b_factors: Option<MatrixBFactors>,
     /// What perturbation bounds need; `None` where the estimate is not that of one matrix `X + B`.
     pub after: Option<perturbation::Estimate>,
     /// How the estimate follows from least squares.

@@ -12,15 +12,17 @@ use super::{
     trace,
 };
 use crate::estimation::{
+    data::Sample,
     diagnostics::perturbation,
     error::FitError,
     estimate::{Estimate, residuals},
-    problem::{Evidence, matrix_b},
-    result::{BiasReport, Choice, RegularizationKind, RegularizationReport, Warning},
+    problem::{Evidence, image_of_nodes, matrix_b},
+    result::{BiasReport, Choice, MatrixBFactors, ProductOfB, RegularizationKind, RegularizationReport, Warning},
     selection::{
         Filtered, Rule, Spectral,
         filters::{self, SelectedFilter},
     },
+    spec::Scheme,
     spectrum::Directions,
 };
 
@@ -49,7 +51,7 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
     let applied = AppliedFilter { context, selected: &selected, rule, filtered: &filtered };
     let (bias, bounds) = applied.bias(&estimate.coefficients, &estimate.directions, warnings);
     let regularization = applied.regularization(&problem, warnings);
-    let matrix_b = applied.matrix_b(warnings)?;
+    let (matrix_b, matrix_b_factors) = applied.matrix_b(warnings)?.unzip();
     let trace = match selected.kind {
         RegularizationKind::Ridge => include.ridge_trace.then(|| trace::points(context, selected.selection.answer)),
         _ => {
@@ -75,6 +77,7 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
         curve: selected.selection.curve.clone(),
         trace,
         matrix_b,
+        matrix_b_factors,
     })
 }
 
@@ -136,7 +139,7 @@ impl AppliedFilter<'_> {
         }
     }
 
-    fn matrix_b(&self, warnings: &mut Vec<Warning>) -> Result<Option<Vec<Vec<f64>>>, FitError> {
+    fn matrix_b(&self, warnings: &mut Vec<Warning>) -> Result<Option<(Vec<Vec<f64>>, MatrixBFactors)>, FitError> {
         let Context { spec, linear, columns, .. } = *self.context;
         if !spec.include.matrix_b {
             return Ok(None);
@@ -164,6 +167,35 @@ impl AppliedFilter<'_> {
         let Directions { image, v, lambda, .. } = &self.context.spectrum.directions;
         let c: Vec<f64> = (0..lambda.len()).map(|i| self.c(i)).collect();
         let scale: Vec<f64> = columns.scale.iter().map(|s| s.to_f64()).collect();
-        Ok(Some(matrix_b(linear.design, sample, linear.factor, image, v, &c, &scale)))
+        let rows = matrix_b(linear.design, sample, linear.factor, image, v, &c, &scale);
+        Ok(Some((rows, self.factors(&c, sample))))
+    }
+
+    /// The product of Eq. 28, and Eqs. 42 to 46.
+    fn factors(&self, c: &[f64], sample: &Sample) -> MatrixBFactors {
+        let Context { spectrum, linear, .. } = *self.context;
+        let Directions { image, v, lambda, .. } = &spectrum.directions;
+        let e = c.iter().copied().fold(0.0, f64::max);
+        let largest = |f: &dyn Fn(usize) -> f64| (0..c.len()).map(f).fold(0.0, f64::max);
+        let parameter = self.selected.selection.answer.map_or(lambda[0], |chosen| chosen.lambda_star);
+        let products = (0..c.len()).filter(|&i| c[i] > 0.0).map(|i| ProductOfB {
+            eigenvalue: lambda[i],
+            mu: c[i],
+            q: image_of_nodes(linear.design, sample, linear.factor, image, i),
+            s: v.column(i).iter().map(|v| c[i] / e * v).collect(),
+        });
+        MatrixBFactors {
+            e,
+            products: products.collect(),
+            largest_eigenvalue: largest(&|i| c[i] * c[i] * lambda[i]),
+            largest_eigenvalue_bound: match self.rule {
+                Rule::Spectral { scheme: Scheme::FirstOrder, count: 1 } => {
+                    (parameter - lambda[0]).powi(2) / (4.0 * lambda[0])
+                }
+                _ => (0..c.len()).map(|i| c[i] * c[i] * lambda[i]).sum(),
+            },
+            mixed_eigenvalue: largest(&|i| 2.0 * c[i] * lambda[i]),
+            mixed_eigenvalue_bound: (parameter - lambda[0]).max(0.0),
+        }
     }
 }

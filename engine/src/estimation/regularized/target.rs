@@ -223,6 +223,7 @@ impl<'a> AttractionTarget<'a> {
             curve: None,
             trace: None,
             matrix_b: None,
+            matrix_b_factors: None,
             // the factor follows the nodes
             after: None,
             map: LinearMap::Toward { factor: c, kept: self.kept(), bias: self.bias(), working },

@@ -135,6 +135,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
         curve: selection.curve,
         trace: None,
         matrix_b: None,
+        matrix_b_factors: None,
         after: None,
         map,
         estimate,

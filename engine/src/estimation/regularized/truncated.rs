@@ -92,6 +92,7 @@ pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>)
         curve: None,
         trace: None,
         matrix_b: None,
+        matrix_b_factors: None,
         // the subspace that is kept turns with the nodes: the bounds for X + B say nothing of it
         after: None,
         map: LinearMap::Eigenvectors { removed: filtered.iter().map(|f| f.removed).collect() },

@@ -5,8 +5,10 @@ use std::sync::Arc;
 use super::{
     accuracy::{Numerics, PerturbationReport},
     collinearity::CollinearityReport,
+    estimable::EstimableSum,
     filtering::FilteringReport,
     influence::Influence,
+    matrix_b::MatrixBFactors,
     prediction::{Covariance, Predictions},
     regularization::{BiasReport, LambdaCurvePoint, RegularizationReport, RidgeTracePoint},
     residuals::ResidualReport,
@@ -45,6 +47,11 @@ pub struct FitResult {
     pub ridge_trace: Option<Vec<RidgeTracePoint>>,
     /// Rows of B (m×n, in the caller's columns), present when `matrix_b` was included.
     pub matrix_b: Option<Vec<Vec<f64>>>,
+    /// B as the product of Eq. 28, with the inequalities about it; likewise.
+    pub matrix_b_factors: Option<MatrixBFactors>,
+    /// Well determined sums of the coefficients of nearly dependent terms; present when
+    /// `collinearity` was included and some terms are.
+    pub estimable: Option<Vec<EstimableSum>>,
     /// Present when filters were asked for.
     pub filtering: Option<FilteringReport>,
     /// Present when `covariance` was included and there is an estimate of the noise.

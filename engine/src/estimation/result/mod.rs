@@ -2,10 +2,12 @@
 
 mod accuracy;
 mod collinearity;
+mod estimable;
 mod filtering;
 mod fit_result;
 mod influence;
 mod interval;
+mod matrix_b;
 mod prediction;
 mod regularization;
 mod residuals;
@@ -17,16 +19,18 @@ mod warning;
 
 pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
 pub use collinearity::{CollinearityReport, ColumnCollinearity, NearDependency};
+pub use estimable::EstimableSum;
 pub use filtering::{ColumnFigures, FilterReport, FilteringReport, IterationReport};
 pub use fit_result::FitResult;
 pub use influence::Influence;
 pub use interval::{Interval, IntervalKind};
+pub use matrix_b::{MatrixBFactors, ProductOfB};
 pub use prediction::{Covariance, Predictions, Simultaneous, Slopes};
 pub use regularization::{
     BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationKind, RegularizationReport, RidgeTracePoint,
 };
 pub use residuals::ResidualReport;
-pub use robust::{LocalSolution, RobustReport};
+pub use robust::{LikelihoodReport, LocalSolution, MinimaxReport, RobustReport};
 pub use shape::Shape;
 pub use spectrum::{RegularizedSpectrum, SpectrumReport};
 pub use term::{Coefficient, TermKey};

@@ -1,7 +1,7 @@
 //! The estimator that a spec asks for, as the least-squares problem that it solves.
 
 use super::{
-    least_absolute, lp, lts, m_estimator,
+    l_estimator, least_absolute, likelihood, lp, lts, m_estimator, normal_scores,
     outcome::{Measured, Outcome, Solved, Weighting},
     quantile, rank,
     spread::Spread,
@@ -72,6 +72,9 @@ pub(crate) fn estimate(estimator: &Estimator, measured: &Measured) -> Result<Opt
         Estimator::Quantile { tau } => quantile::estimate(*tau, measured)?,
         Estimator::LeastTrimmed { coverage, seed } => lts::estimate(*coverage, *seed, measured)?,
         Estimator::Rank => rank::estimate(measured)?,
+        Estimator::NormalScores => normal_scores::estimate(measured)?,
+        Estimator::L(asked) => l_estimator::estimate(asked, measured)?,
+        Estimator::Likelihood(distribution) => likelihood::estimate(*distribution, measured)?,
     };
     Ok(Some(as_least_squares(outcome, measured)))
 }
@@ -115,6 +118,8 @@ fn as_least_squares(outcome: Outcome, measured: &Measured) -> RobustEstimate {
         subset_size: outcome.subset_size,
         start: outcome.start,
         solution: outcome.local,
+        minimax: outcome.minimax,
+        likelihood: outcome.likelihood,
         coefficients: Vec::new(),
     };
     RobustEstimate { sigma: spread.sigma(), factor, weights, spread, report, warnings: outcome.warnings }

@@ -46,41 +46,72 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     solve(0.5, 1.0, measured)
 }
 
-/// Least `factor · Σ ρ_τ`.
-pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcome, FitError> {
-    let rows = Rows::new(measured)?;
-    let (m, n) = (rows.count(), rows.n);
+/// A regression quantile of rows.
+pub(super) struct QuantileFit {
+    pub tau: f64,
+    pub vertex: Vertex,
+    /// Exactly 0 on the vertex.
+    pub residuals: Vec<f64>,
+    /// 1/f at the quantile.
+    pub sparsity: Option<f64>,
+}
+
+impl QuantileFit {
+    /// `2ρ_τ`.
+    fn rho(&self, r: f64) -> f64 {
+        2.0 * r * if r < 0.0 { self.tau - 1.0 } else { self.tau }
+    }
+
+    /// `Σ ρ_τ`.
+    pub(super) fn sum(&self) -> f64 {
+        0.5 * self.residuals.iter().map(|r| self.rho(*r)).sum::<f64>()
+    }
+
+    pub(super) fn warnings(&self) -> Vec<Warning> {
+        let stopped = (!self.vertex.optimal).then_some(Warning::SimplexStopped(self.vertex.steps));
+        let several = (!self.vertex.unique).then_some(Warning::SumNotUnique);
+        stopped.into_iter().chain(several).collect()
+    }
+}
+
+/// Least `Σ ρ_τ`.
+pub(super) fn at(tau: f64, rows: &Rows) -> Result<QuantileFit, FitError> {
+    let n = rows.n;
     let tilt = 2.0 * tau - 1.0;
     let mut g = vec![0.0; n];
     for q in rows.q.chunks_exact(n).asking(n) {
         g.iter_mut().zip(q).for_each(|(g, q)| *g -= tilt * q);
     }
     let vertex =
-        walk(&Deviations::new(&rows, &g, tilt)).ok_or(FitError::NotConverged(Unconverged::AbsoluteDeviations))?;
-    let mut warnings = Vec::new();
-    if !vertex.optimal {
-        warnings.push(Warning::SimplexStopped(vertex.steps));
-    }
-    if !vertex.unique {
-        warnings.push(Warning::SumNotUnique);
-    }
+        walk(&Deviations::new(rows, &g, tilt)).ok_or(FitError::NotConverged(Unconverged::AbsoluteDeviations))?;
     let mut residuals = rows.residuals(&vertex.x);
     for &k in &vertex.basis {
         residuals[k] = 0.0;
     }
-    let density = sparsity(tau, &residuals, &vertex.basis);
-    let scale = density.map(|s| (tau * (1.0 - tau)).sqrt() * s);
-    let rho = |r: f64| 2.0 * r * if r < 0.0 { tau - 1.0 } else { tau };
-    let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
-    let capped = |r: &f64| capped(rho(*r), *r, settled.scale.unwrap_or(0.0));
+    let sparsity = sparsity(tau, &residuals, &vertex.basis);
+    Ok(QuantileFit { tau, vertex, residuals, sparsity })
+}
+
+/// Least `factor · Σ ρ_τ` as an outcome.
+pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcome, FitError> {
+    let rows = Rows::new(measured)?;
+    let (m, n) = (rows.count(), rows.n);
+    let fit = at(tau, &rows)?;
+    let mut warnings = fit.warnings();
+    let residuals = &fit.residuals;
+    let scale = fit.sparsity.map(|s| (tau * (1.0 - tau)).sqrt() * s);
+    let settled = exact::settled(scale, scale.filter(|_| m > n), residuals, measured.heights.largest, &mut warnings);
+    let capped = |r: &f64| capped(fit.rho(*r), *r, settled.scale.unwrap_or(0.0));
     let weights = settled.weights.unwrap_or_else(|| residuals.iter().map(capped).collect());
+    let objective = factor * residuals.iter().map(|r| fit.rho(*r)).sum::<f64>();
+    let vertex = fit.vertex;
     let mut basis = vertex.basis.clone();
     basis.sort_unstable();
     Ok(Outcome {
         converged: vertex.optimal,
         iterations: vertex.steps,
         scale: settled.scale,
-        objective: factor * residuals.iter().map(|r| rho(*r)).sum::<f64>(),
+        objective,
         weights,
         certificate: Some(vertex.certificate()),
         unique: Some(vertex.unique),

@@ -35,16 +35,34 @@ fn fall(p: f64) -> f64 {
     if p < 1.1 { 0.75 } else { 0.5 }
 }
 
-pub(super) fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
-    let rows = Rows::new(measured)?;
-    let (m, n) = (rows.count(), rows.n);
+/// The coefficients of least sum, as a step from least squares.
+pub(super) struct Walk {
+    pub x: Vec<f64>,
+    pub residuals: Vec<f64>,
+    pub iterations: usize,
+    pub converged: bool,
+    /// The last change of residuals, relative to the largest.
+    reached: f64,
+}
+
+impl Walk {
+    pub(super) fn warnings(&self) -> Vec<Warning> {
+        let (iterations, reached) = (self.iterations, self.reached);
+        (!self.converged).then_some(Warning::NewtonNotConverged { iterations, reached }).into_iter().collect()
+    }
+}
+
+/// Least `Σ |r|^p` for p > 1; `highest` is the largest height.
+pub(super) fn minimise(p: f64, rows: &Rows, highest: f64) -> Walk {
+    let n = rows.n;
     let largest = rows.b.iter().map(|b| b.abs()).fold(0.0, f64::max);
-    let floor = (f64::EPSILON * measured.heights.largest).max(1e-14 * largest).max(f64::MIN_POSITIVE);
+    let floor = (f64::EPSILON * highest).max(1e-14 * largest).max(f64::MIN_POSITIVE);
     let mut x = vec![0.0; n];
     let mut r = rows.b.clone();
-    let mut epsilon = median_abs(&r).max(floor);
+    // beyond p = 2 the second derivative is smooth
+    let mut epsilon = if p > 2.0 { floor } else { median_abs(&r).max(floor) };
     let (mut iterations, mut reached, mut converged) = (0, 0.0, true);
-    if largest > f64::EPSILON * measured.heights.largest && p < 2.0 {
+    if largest > f64::EPSILON * highest && p != 2.0 {
         loop {
             let loss = |r: &[f64]| -> f64 {
                 r.iter().asking(50).map(|r| (r / largest).hypot(epsilon / largest).powf(p)).sum()
@@ -55,7 +73,7 @@ pub(super) fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError>
             for _ in 0..STEPS {
                 cancel::checkpoint();
                 iterations += 1;
-                let Some((step, decrement)) = newton(p, epsilon, largest, &rows, &r) else { break };
+                let Some((step, decrement)) = newton(p, epsilon, largest, rows, &r) else { break };
                 // near the answer the sum has no digits left to tell steps by: Newton's own measure
                 // goes on falling
                 let fine = decrement <= FINE * here;
@@ -86,26 +104,31 @@ pub(super) fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError>
             epsilon = (epsilon * fall(p)).max(floor);
         }
     }
-    let scale = median_abs(&r) / NORMAL_QUARTILE;
-    let mut warnings = Vec::new();
-    if !converged {
-        warnings.push(Warning::NewtonNotConverged { iterations, reached });
-    }
-    let tau = dispersion(p, &r, m, n, scale);
-    let settled = exact::settled(Some(scale), tau, &r, measured.heights.largest, &mut warnings);
+    Walk { x, residuals: r, iterations, converged, reached }
+}
+
+pub(super) fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError> {
+    let rows = Rows::new(measured)?;
+    let (m, n) = (rows.count(), rows.n);
+    let walk = minimise(p, &rows, measured.heights.largest);
+    let r = &walk.residuals;
+    let scale = median_abs(r) / NORMAL_QUARTILE;
+    let mut warnings = walk.warnings();
+    let tau = dispersion(p, r, m, n, scale);
+    let settled = exact::settled(Some(scale), tau, r, measured.heights.largest, &mut warnings);
     let weight = |r: &f64| (r.abs() / scale).max(1.0).powf(p - 2.0);
     let weights = settled.weights.unwrap_or_else(|| r.iter().asking(50).map(weight).collect());
     Ok(Outcome {
-        solved: Solved::Step(x),
         warnings,
-        converged,
-        iterations,
-        tolerance_reached: Some(reached),
+        converged: walk.converged,
+        iterations: walk.iterations,
+        tolerance_reached: Some(walk.reached),
         scale: settled.scale,
         objective: r.iter().asking(50).map(|r| r.abs().powf(p)).sum(),
         weights,
         dispersion: settled.dispersion,
         local: LocalSolution::Global,
+        solved: Solved::Step(walk.x),
         ..Outcome::default()
     })
 }
@@ -149,7 +172,7 @@ fn newton(p: f64, epsilon: f64, largest: f64, rows: &Rows, r: &[f64]) -> Option<
 /// τ. The mean of `|r|^{p−2}` hangs on the smallest residuals and has no variance for p ≤ 1.5, so
 /// below the k-th smallest, δ, the density is taken as even: there the mean is `δ^{p−2}/(p−1)`.
 /// Near p = 1 n residuals are 0 by the fit itself and do not count.
-fn dispersion(p: f64, r: &[f64], m: usize, n: usize, scale: f64) -> Option<f64> {
+pub(super) fn dispersion(p: f64, r: &[f64], m: usize, n: usize, scale: f64) -> Option<f64> {
     if m <= n || scale <= 0.0 {
         return None;
     }
@@ -158,7 +181,7 @@ fn dispersion(p: f64, r: &[f64], m: usize, n: usize, scale: f64) -> Option<f64> 
     let k = (n + (m as f64).sqrt().ceil() as usize).min(m);
     let (near, far) = sizes.split_at(k);
     let edge = near[k - 1];
-    let inside = (k as f64 - n as f64 * (2.0 - p)) * edge.powf(p - 2.0);
+    let inside = (k as f64 - n as f64 * (2.0 - p).max(0.0)) * edge.powf(p - 2.0);
     let slope = (inside + (p - 1.0) * far.iter().asking(50).map(|r| r.powf(p - 2.0)).sum::<f64>()) / m as f64;
     let squares = sizes.iter().asking(50).map(|r| r.powf(2.0 * p - 2.0)).sum::<f64>() / (m - n) as f64;
     let dispersion = squares.sqrt() / slope;

@@ -13,12 +13,15 @@
 //! the weights is then 1 on the surface and 0 off it, which is what is answered, with scale 0 and
 //! no standard errors.
 //!
+//! The share of gross errors may take the place of a tuning constant, given or estimated
+//! ([`super::minimax`]); an estimated one is found anew in each iteration.
+//!
 //! Standard errors by Huber (1981, section 7.6): `K² s² Σψ²/(m − n) / (mean ψ′)² (XᵀX)⁻¹`,
 //! `K = 1 + n/m · var ψ′/(mean ψ′)²`.
 
 use super::{
     exact::{self, EXACT},
-    lts,
+    lts, minimax,
     outcome::{Measured, Outcome, Solved, Weighting},
     scale::scale,
 };
@@ -28,7 +31,7 @@ use crate::{
         error::FitError,
         factor::{Factor, Precision, Wanted, residual_pass},
         result::{LocalSolution, Warning},
-        spec::{MEstimator, ScaleRule, Start},
+        spec::{Contamination, Loss, MEstimator, ScaleRule, Start},
     },
     numerics::cancel::{self, Asking},
 };
@@ -60,6 +63,7 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
     let rounding = 8.0 * f64::EPSILON * heights.largest;
     let fixed = matches!(asked.scale, ScaleRule::Fixed(_));
     let mut last_scale = None;
+    let mut loss = asked.loss;
     let (mut iterations, mut converged, mut reached) = (0, false, f64::INFINITY);
     let mut is_exact = false;
     let mut stand: Option<(Factor, Vec<f64>)> = None;
@@ -71,7 +75,10 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
             let on = exact::rounding(heights.largest);
             residuals.iter().map(|r| f64::from(u8::from(r.abs() <= on))).collect()
         } else {
-            residuals.iter().asking(50).map(|r| asked.loss.weight(r / s)).collect()
+            if asked.contamination == Some(Contamination::Estimated) {
+                loss = estimated(&residuals, s);
+            }
+            residuals.iter().asking(50).map(|r| loss.weight(r / s)).collect()
         };
         let (factor, next) = solve(&omega)?;
         iterations += 1;
@@ -92,13 +99,15 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
         warnings.push(Warning::WeightsNotConverged { iterations, reached });
     }
     let s = if is_exact { 0.0 } else { last_scale.unwrap_or(0.0) };
-    let convex = asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });
+    let told = asked.contamination != Some(Contamination::Estimated);
+    let convex =
+        told && asked.loss.is_convex() && matches!(asked.scale, ScaleRule::Fixed(_) | ScaleRule::Proposal2 { .. });
     let (dispersion, objective) = if is_exact {
         warnings.push(exact::warning(omega.iter().filter(|w| **w > 0.0).count(), m));
         (None, 0.0)
     } else {
         let s = scale(asked.scale, &residuals, last_scale, n);
-        (dispersion(asked, &residuals, s, n), residuals.iter().map(|r| asked.loss.rho(r / s)).sum())
+        (dispersion(loss, &residuals, s, n), residuals.iter().map(|r| loss.rho(r / s)).sum())
     };
     Ok(Outcome {
         solved: Solved::Weighted(Weighting { factor: Box::new(factor), omega: omega.clone() }),
@@ -110,21 +119,28 @@ pub(super) fn estimate(asked: &MEstimator, measured: &Measured) -> Result<Outcom
         weights: omega,
         dispersion,
         start: Some(asked.start),
+        minimax: asked.contamination.filter(|_| !is_exact).and_then(|given| minimax::report(given, loss)),
         local: if convex { LocalSolution::Global } else { LocalSolution::FromStart },
         warnings,
         ..Outcome::default()
     })
 }
 
+/// Huber's loss against the share of gross errors that residuals of scale s show.
+fn estimated(residuals: &[f64], s: f64) -> Loss {
+    let u: Vec<f64> = residuals.iter().map(|r| r / s).collect();
+    Loss::Huber { k: minimax::likeliest_k(&u) }
+}
+
 /// √ of what `(XᵀX)⁻¹` is multiplied with.
-fn dispersion(asked: &MEstimator, residuals: &[f64], s: f64, n: usize) -> Option<f64> {
+fn dispersion(loss: Loss, residuals: &[f64], s: f64, n: usize) -> Option<f64> {
     let m = residuals.len();
     if m <= n {
         return None;
     }
     let count = m as f64;
-    let squares: f64 = residuals.iter().map(|r| (s * asked.loss.psi(r / s)).powi(2)).sum();
-    let slopes = || residuals.iter().map(|r| asked.loss.psi_slope(r / s));
+    let squares: f64 = residuals.iter().map(|r| (s * loss.psi(r / s)).powi(2)).sum();
+    let slopes = || residuals.iter().map(|r| loss.psi_slope(r / s));
     let mean = slopes().sum::<f64>() / count;
     let variance = slopes().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count;
     let k = 1.0 + n as f64 / count * variance / (mean * mean);

@@ -2,10 +2,10 @@
 //!
 //! Every estimator ends as a least-squares problem whose solution is the estimate, so that
 //! spectrum, λ*, bias bounds and collinearity go on from there as for any fit:
-//! * M-estimators and least trimmed squares end in weights ω: the problem is that of `√(wω) X`, and
+//! * M-estimators, least trimmed squares and the trimmed L-estimator end in weights ω: the problem is that of `√(wω) X`, and
 //!   all diagnostics refer to this weighted matrix;
-//! * least absolute deviations, quantiles, Lp and rank dispersion end in coefficients Â: the matrix
-//!   stays `√w X`, the heights become `√w X Â`, and the filter acts on `aᵢ = Vᵢᵀ Â` (Eq. 29).
+//! * the others (quantiles and what is combined of them, Lp, rank dispersion, maximum likelihood)
+//!   end in coefficients Â: the matrix stays `√w X`, the heights become `√w X Â`, and the filter acts on `aᵢ = Vᵢᵀ Â` (Eq. 29).
 //!
 //! Standard errors are asymptotic: covariance `τ² (XᵀX)⁻¹` of the unregularised estimate, each
 //! estimator saying its τ, and carried through the filter for the regularised one. The same τ is
@@ -18,11 +18,15 @@
 mod approach;
 mod estimate;
 mod exact;
+mod l_estimator;
 mod least_absolute;
+mod likelihood;
 mod lp;
 mod lts;
 mod m_estimator;
+mod minimax;
 mod normal;
+mod normal_scores;
 mod outcome;
 mod quantile;
 mod random;

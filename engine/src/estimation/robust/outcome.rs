@@ -5,7 +5,7 @@ use crate::{
         data::{Heights, Sample},
         factor::Factor,
         problem::LinearProblem,
-        result::{LocalSolution, Warning},
+        result::{LikelihoodReport, LocalSolution, MinimaxReport, Warning},
         spec::Start,
     },
     numerics::Dd,
@@ -51,6 +51,8 @@ pub(super) struct Outcome {
     pub dispersion: Option<f64>,
     /// Another τ along one direction.
     pub along: Option<Along>,
+    pub minimax: Option<MinimaxReport>,
+    pub likelihood: Option<LikelihoodReport>,
     pub warnings: Vec<Warning>,
 }
 
@@ -72,6 +74,8 @@ impl Default for Outcome {
             local: LocalSolution::Global,
             dispersion: None,
             along: None,
+            minimax: None,
+            likelihood: None,
             warnings: Vec::new(),
         }
     }

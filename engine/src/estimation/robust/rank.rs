@@ -97,7 +97,7 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
 }
 
 /// `Qᵀ1/√m`, of length 1, where the columns can add up to one.
-fn constant(rows: &Rows) -> Option<Vec<f64>> {
+pub(super) fn constant(rows: &Rows) -> Option<Vec<f64>> {
     let mut e = vec![0.0; rows.n];
     for q in rows.q.chunks_exact(rows.n).asking(rows.n) {
         e.iter_mut().zip(q).for_each(|(e, q)| *e += q);
@@ -108,8 +108,8 @@ fn constant(rows: &Rows) -> Option<Vec<f64>> {
 }
 
 /// The rows in the directions that D can see.
-struct Free<'a> {
-    n: usize,
+pub(super) struct Free<'a> {
+    pub n: usize,
     a: Vec<f64>,
     /// Length of the longest row.
     longest: f64,
@@ -119,7 +119,7 @@ struct Free<'a> {
 }
 
 impl<'a> Free<'a> {
-    fn new(rows: &'a Rows, constant: Option<&[f64]>) -> Self {
+    pub(super) fn new(rows: &'a Rows, constant: Option<&[f64]>) -> Self {
         let Some(e) = constant else { return Free::of(rows.n, rows.q.clone(), &rows.b, None) };
         let mut v = e.to_vec();
         v[0] += if v[0] < 0.0 { -1.0 } else { 1.0 };
@@ -140,7 +140,7 @@ impl<'a> Free<'a> {
     }
 
     /// The step in all directions.
-    fn back(&self, x: &[f64]) -> Vec<f64> {
+    pub(super) fn back(&self, x: &[f64]) -> Vec<f64> {
         let Some(v) = &self.mirror else { return x.to_vec() };
         let mut all = vec![0.0];
         all.extend_from_slice(x);
@@ -149,15 +149,15 @@ impl<'a> Free<'a> {
         all
     }
 
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.b.len()
     }
 
-    fn row(&self, k: usize) -> &[f64] {
+    pub(super) fn row(&self, k: usize) -> &[f64] {
         &self.a[k * self.n..][..self.n]
     }
 
-    fn residuals(&self, x: &[f64]) -> Vec<f64> {
+    pub(super) fn residuals(&self, x: &[f64]) -> Vec<f64> {
         (0..self.count()).asking(self.n).map(|k| self.b[k] - dot(self.row(k), x)).collect()
     }
 
@@ -187,7 +187,7 @@ fn scores_in_order(sorted: &[f64]) -> Vec<f64> {
 }
 
 /// D at a place.
-struct Place {
+pub(super) struct Place {
     spread: f64,
     gradient: Vec<f64>,
     sorted: Vec<f64>,
@@ -411,7 +411,7 @@ impl Round {
 }
 
 /// τ of the standard errors, from ascending residuals; `None` where residuals are all equal or too few.
-fn tau(r: &[f64], n: usize) -> Option<f64> {
+pub(super) fn tau(r: &[f64], n: usize) -> Option<f64> {
     let m = r.len();
     if m <= n + 1 || m < 3 {
         return None;
@@ -443,7 +443,7 @@ fn tau(r: &[f64], n: usize) -> Option<f64> {
 
 /// 1/f(0) of ascending residuals about their median, over the middle of them that a normal law would put
 /// within ±1/√m of its σ.
-fn sparsity_at_median(r: &[f64], n: usize) -> Option<f64> {
+pub(super) fn sparsity_at_median(r: &[f64], n: usize) -> Option<f64> {
     let m = r.len();
     if m <= n + 1 {
         return None;

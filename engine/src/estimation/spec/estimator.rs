@@ -1,6 +1,11 @@
 //! Which estimator: least squares, or one that gross errors cannot pull away.
 
-use super::loss::Loss;
+use super::{
+    contamination::{Contamination, minimax_k},
+    l_estimator::LEstimator,
+    likelihood::Distribution,
+    loss::Loss,
+};
 
 /// How coefficients are estimated from nodes. Weights of nodes act by `√w` on rows and heights, for
 /// every estimator.
@@ -73,6 +78,12 @@ pub enum Estimator {
     },
     /// Least rank dispersion with Wilcoxon scores (Jaeckel).
     Rank,
+    /// Least rank dispersion with normal scores (van der Waerden).
+    NormalScores,
+    /// Regression quantiles combined, trimmed or winsorized.
+    L(LEstimator),
+    /// Maximum likelihood for errors that are not normal.
+    Likelihood(Distribution),
 }
 
 /// Share of nodes that least trimmed squares keeps, unless asked otherwise.
@@ -116,6 +127,8 @@ pub struct MEstimator {
     pub max_iterations: usize,
     /// Where the iteration starts.
     pub start: Start,
+    /// What `loss` is the minimax one against; an estimated share takes its place.
+    pub contamination: Option<Contamination>,
 }
 
 impl MEstimator {
@@ -134,7 +147,24 @@ impl MEstimator {
             tolerance: Self::TOLERANCE,
             max_iterations: Self::ITERATIONS,
             start: Start::LeastSquares,
+            contamination: None,
         }
+    }
+
+    /// Huber's minimax estimator for a share of gross errors.
+    ///
+    /// ```
+    /// use flankfit_engine::estimation::spec::{Contamination, Loss, MEstimator};
+    ///
+    /// let minimax = MEstimator::minimax(Contamination::Share(0.1));
+    /// assert!(matches!(minimax.loss, Loss::Huber { k } if (k - 1.140).abs() < 1e-3));
+    /// ```
+    pub fn minimax(contamination: Contamination) -> Self {
+        let loss = match contamination {
+            Contamination::Share(share) => Loss::Huber { k: minimax_k(share) },
+            Contamination::Estimated => Loss::HUBER,
+        };
+        MEstimator { contamination: Some(contamination), ..Self::new(loss) }
     }
 }
 

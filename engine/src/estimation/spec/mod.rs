@@ -1,11 +1,14 @@
 //! What a caller asks for: model, scaling, regularisation, estimator, filters. Plain values; a fit
 //! checks them against the nodes.
 
+mod contamination;
 mod criterion;
 mod errors;
 mod estimator;
 mod filter;
 mod fit_spec;
+mod l_estimator;
+mod likelihood;
 mod loss;
 mod model;
 mod predict;
@@ -13,11 +16,14 @@ mod regularization;
 mod shrinkage;
 mod tikhonov;
 
+pub use contamination::{Contamination, minimax_k};
 pub use criterion::{Criterion, Parameter};
 pub use errors::Along;
 pub use estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start};
 pub use filter::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 pub use fit_spec::{DEFAULT_LEVEL, ExpectedSize, FitSpec, Include, NodeUncertainty};
+pub use l_estimator::{DEFAULT_SHARE, LEstimator, QuantileWeights};
+pub use likelihood::Distribution;
 pub use loss::Loss;
 pub use model::{Degree, Domain, Knots, Model, PolynomialBasis, Scaling, Terms};
 pub use predict::{Kinds, Places, Predict};

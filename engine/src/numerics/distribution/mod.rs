@@ -7,6 +7,7 @@
 mod beta;
 pub mod chi_squared;
 pub mod fisher;
+pub mod gamma;
 pub mod normal;
 pub mod pearson;
 pub mod student;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::{
     declare::{FieldsAs, ListAs, Raw, Serialized, WriteAs, answer},
+    estimable::{EstimableSumBody, MatrixBFactorsBody},
     filters::{FilterCollinearity, FilterResult},
     influence::InfluenceBody,
     parts::*,
@@ -44,8 +45,8 @@ answer! {
     pub struct FitResultBody from FitAnswer<'a> {
         result: FitResult {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
-            lambda_curve, ridge_trace, matrix_b, filtering, covariance, predictions, influence, shape: _, numerics,
-            warnings,
+            lambda_curve, ridge_trace, matrix_b, matrix_b_factors, estimable, filtering, covariance, predictions,
+            influence, shape: _, numerics, warnings,
         },
         shape, input_sha256, spec,
     } {
@@ -79,6 +80,11 @@ answer! {
         matrix_b?: Vec<Vec<f64>> = matrix_b,
         /// What each filter changed, in the order applied; present when there were filters.
         filters?: Vec<FilterResult> = filtering.as_ref().map(|report| &report.filters),
+        /// B as a product; present with `matrix_b`.
+        matrix_b_factors?: MatrixBFactorsBody = matrix_b_factors,
+        /// Sums of the coefficients of nearly dependent terms that are well determined; present when
+        /// `collinearity` was included and some terms are nearly dependent.
+        estimable?: Vec<EstimableSumBody> = estimable,
         /// Present when there were filters.
         filter_collinearity?: FilterCollinearity = filtering,
         /// Present when `covariance` was included.

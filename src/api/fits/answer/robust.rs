@@ -3,7 +3,7 @@
 use super::declare::{FieldsAs, ListAs, Serialized, WriteAs, answer, names};
 use crate::api::{fits::spec::estimator::StartName, json::writer::Object};
 use flankfit_engine::estimation::{
-    result::{LocalSolution, RobustReport},
+    result::{LikelihoodReport, LocalSolution, MinimaxReport, RobustReport},
     spec::Include,
 };
 
@@ -11,31 +11,32 @@ answer! {
     /// How a robust estimate was reached. Lengths are in the unit of the heights (times √weight,
     /// where nodes carry weights).
     ///
-    /// With `m_estimator` and `least_trimmed_squares` the spectrum, regularisation, bias and
+    /// With `m_estimator`, `least_trimmed_squares` and `trimmed` the spectrum, regularisation, bias and
     /// collinearity of the answer are those of the matrix weighted with node weights times
     /// `weights`; with the other estimators those of the matrix with node weights alone.
     #[schema(as = Robust)]
     pub struct RobustBody from RobustReport {
         converged, iterations, tolerance_reached, scale, dispersion, objective, weights, rejected, certificate,
-        unique, vertex, subset_size, start, solution, coefficients,
+        unique, vertex, subset_size, start, solution, minimax, likelihood, coefficients,
     } with include {
         /// Whether the iteration ended by its own criterion.
         converged: bool = converged,
-        /// Reweightings (`m_estimator`), Newton's steps (`lp`), fits of subsets
+        /// Reweightings (`m_estimator`, `student`), Newton's steps (`lp`), fits of subsets
         /// (`least_trimmed_squares`), changes of the vertex (the others).
         iterations: usize = iterations,
         /// Last change of residuals and scale, in scales (`m_estimator`), or of residuals, relative
         /// to the largest (`lp`).
         tolerance_reached?: f64 = tolerance_reached,
-        /// Scale of the residuals (`m_estimator`, `least_trimmed_squares`; MAD for `lp`), or
+        /// Scale of the residuals (`m_estimator`, `least_trimmed_squares`; s, b or a of
+        /// `maximum_likelihood`; MAD for `lp`), or
         /// `dispersion` (the others); 0 for an exact fit of most nodes, absent where too few nodes
         /// lie off the surface to tell it.
         scale?: f64 = scale,
         /// τ: without regularisation std_error² is τ² times the diagonal of (XᵀX)⁻¹, X with the
         /// node weights. Absent where it does not exist.
         dispersion?: f64 = dispersion,
-        /// What is least: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r², or
-        /// Jaeckel's dispersion.
+        /// What is least: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r², Jaeckel's
+        /// dispersion, the squares of trimmed or winsorized nodes, or −ln L.
         objective: f64 = objective,
         /// One per counted node, in the order posted. `m_estimator`: ψ(u)/u.
         /// `least_trimmed_squares`: 1 in the sum, 0 not. The others: influence per unit of
@@ -60,8 +61,42 @@ answer! {
         start?: StartName = start.map(|start| Serialized(StartName::from(start))),
         /// Which solution was reached.
         solution: SolutionName = solution,
+        /// The tuning constant that follows from a share of gross errors.
+        minimax?: MinimaxBody = minimax,
+        /// The distribution of the errors (`maximum_likelihood`); absent for an exact fit.
+        likelihood?: LikelihoodBody = likelihood,
         /// The estimate before regularisation, in the order of `coefficients`.
         coefficients: Vec<f64> = coefficients,
+    }
+}
+
+answer! {
+    /// Huber's k against a share ε of gross errors (Eq. 10).
+    #[schema(as = Minimax)]
+    pub struct MinimaxBody from MinimaxReport { contamination, estimated, k, variance } {
+        /// ε.
+        contamination: f64 = contamination,
+        /// Whether ε was estimated.
+        estimated: bool = estimated,
+        /// Residuals up to k scales count by their squares.
+        k: f64 = k,
+        /// The greatest asymptotic variance that the estimator has with any symmetric gross errors,
+        /// in squares of the scale; without them it is 1 at least.
+        variance: f64 = variance,
+    }
+}
+
+answer! {
+    /// The distribution of the errors.
+    #[schema(as = Likelihood)]
+    pub struct LikelihoodBody from LikelihoodReport { shape, shape_std_error, log_likelihood, distribution: _ } {
+        /// ν of Student's distribution, p of the generalised normal, given or estimated; absent for
+        /// Laplace's.
+        shape?: f64 = shape,
+        /// Of an estimated shape, asymptotic; absent at an end of its range.
+        shape_std_error?: f64 = shape_std_error,
+        /// ln L of the unregularised estimate, with every constant.
+        log_likelihood: f64 = log_likelihood,
     }
 }
 

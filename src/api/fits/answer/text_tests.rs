@@ -15,14 +15,15 @@ use flankfit_engine::estimation::{
     inference::SimultaneousMethod,
     result::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
-        FilterReport, FilteringReport, Influence, Interval, IntervalKind, IterationReport, LambdaCurvePoint,
-        LocalSolution, NearDependency, NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, Predictions,
-        RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport,
-        Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
+        EstimableSum, FilterReport, FilteringReport, Influence, Interval, IntervalKind, IterationReport,
+        LambdaCurvePoint, LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport, NearDependency,
+        NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, Predictions, ProductOfB, RegularizationKind,
+        RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport, Simultaneous, Slopes,
+        SpectrumReport, TermKey, Warning,
     },
     spec::{
-        Action, Count, Criterion, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization, Scaling, Scheme,
-        Start,
+        Action, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization,
+        Scaling, Scheme, Start,
     },
 };
 
@@ -341,6 +342,18 @@ impl Maker {
                 subset_size: self.there().then(|| self.below(99)),
                 start: self.there().then_some(Start::LeastTrimmed),
                 solution: [LocalSolution::Global, LocalSolution::FromStart, LocalSolution::BestOfMany][self.below(3)],
+                minimax: self.there().then(|| MinimaxReport {
+                    contamination: self.number(),
+                    estimated: self.below(2) == 1,
+                    k: self.number(),
+                    variance: self.number(),
+                }),
+                likelihood: self.there().then(|| LikelihoodReport {
+                    distribution: Distribution::Laplace,
+                    shape: self.maybe(),
+                    shape_std_error: self.maybe(),
+                    log_likelihood: self.number(),
+                }),
                 coefficients: self.numbers(),
             }),
             lambda_curve: self.there().then(|| {
@@ -358,6 +371,30 @@ impl Maker {
                 .there()
                 .then(|| self.list(|m| RidgeTracePoint { k: m.number(), coefficients: m.numbers() })),
             matrix_b: self.there().then(|| self.rows()),
+            matrix_b_factors: self.there().then(|| MatrixBFactors {
+                e: self.number(),
+                products: self.list(|m| ProductOfB {
+                    eigenvalue: m.number(),
+                    mu: m.number(),
+                    q: m.numbers(),
+                    s: m.numbers(),
+                }),
+                largest_eigenvalue: self.number(),
+                largest_eigenvalue_bound: self.number(),
+                mixed_eigenvalue: self.number(),
+                mixed_eigenvalue_bound: self.number(),
+            }),
+            estimable: self.there().then(|| {
+                self.list(|m| EstimableSum {
+                    terms: vec![m.text()],
+                    weights: m.numbers(),
+                    value: m.number(),
+                    std_error: m.maybe(),
+                    interval: m.there().then(|| [m.number(), m.number()]),
+                    condition_index: m.number(),
+                    sentence: m.text(),
+                })
+            }),
             filtering: self.there().then(|| self.filtering()),
             influence: self.there().then(|| self.influence()),
             covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),

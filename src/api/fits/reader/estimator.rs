@@ -1,16 +1,17 @@
 //! The estimator of a request: wire form to a checked [`Estimator`], with the contract's defaults
 //! and ranges.
 
+use super::l_estimator::{l_estimator, likelihood};
 use crate::api::{
     faults::Faults,
-    fits::spec::estimator::*,
+    fits::spec::{contamination::ContaminationBody, estimator::*},
     json::{
         tags::{read_tag, unknown_type},
         value::read_value,
     },
 };
 use flankfit_engine::{
-    estimation::spec::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, Loss, MEstimator, ScaleRule, Start},
+    estimation::spec::{Contamination, DEFAULT_COVERAGE, DEFAULT_K2, Estimator, Loss, MEstimator, ScaleRule, Start},
     fault::words::{Counted, Shown, counted},
 };
 
@@ -57,15 +58,20 @@ pub fn read_estimator(slice: &[u8], faults: &mut Faults) -> Option<Estimator> {
             Estimator::LeastTrimmed { coverage, seed }
         }
         "rank" => {
-            let _checked: RankEstimator = read_value(slice, AT, faults)?;
-            Estimator::Rank
+            let body: RankEstimator = read_value(slice, AT, faults)?;
+            match body.scores {
+                None | Some(ScoresName::Wilcoxon) => Estimator::Rank,
+                Some(ScoresName::Normal) => Estimator::NormalScores,
+            }
         }
+        "l_estimator" => Estimator::L(l_estimator(&read_value(slice, AT, faults)?, faults)?),
+        "maximum_likelihood" => Estimator::Likelihood(likelihood(&read_value(slice, AT, faults)?, faults)?),
         other => {
             unknown_type(
                 AT,
                 other,
-                "least_squares, m_estimator, least_absolute_deviations, lp, quantile, least_trimmed_squares and rank \
-                 are",
+                "least_squares, m_estimator, least_absolute_deviations, lp, quantile, least_trimmed_squares, rank, \
+                 l_estimator and maximum_likelihood are",
                 faults,
             );
             return None;
@@ -75,9 +81,14 @@ pub fn read_estimator(slice: &[u8], faults: &mut Faults) -> Option<Estimator> {
 }
 
 fn m_estimator(body: MEstimatorBody, faults: &mut Faults) -> Option<MEstimator> {
-    let loss = match &body.tuning {
-        None => body.loss.usual(),
-        Some(tuning) => tuned(body.loss, tuning, faults)?,
+    let contamination = match body.contamination {
+        Some(share) => Some(contamination(share, &body, faults)?),
+        None => None,
+    };
+    let loss = match (&body.tuning, contamination) {
+        (_, Some(contamination)) => MEstimator::minimax(contamination).loss,
+        (None, None) => body.loss.usual(),
+        (Some(tuning), None) => tuned(body.loss, tuning, faults)?,
     };
     let tolerance = body.tolerance.unwrap_or(MEstimator::TOLERANCE);
     if !(tolerance > 0.0 && tolerance <= 0.1) {
@@ -94,7 +105,30 @@ fn m_estimator(body: MEstimatorBody, faults: &mut Faults) -> Option<MEstimator> 
         tolerance,
         max_iterations,
         start: body.start.map_or_else(Start::default, Start::from),
+        contamination,
     })
+}
+
+/// The share of gross errors, for Huber's loss without a tuning constant.
+fn contamination(given: ContaminationBody, body: &MEstimatorBody, faults: &mut Faults) -> Option<Contamination> {
+    let pointer = || format!("{AT}/contamination");
+    if body.loss != LossName::Huber {
+        faults.push(pointer(), "only the loss `huber` takes it");
+        return None;
+    }
+    if body.tuning.is_some() {
+        faults.push(pointer(), "the tuning constant follows from it: give one of both");
+        return None;
+    }
+    let [low, high] = Contamination::SHARE;
+    match given {
+        ContaminationBody::Estimate(_) => Some(Contamination::Estimated),
+        ContaminationBody::Share(share) if (low..=high).contains(&share) => Some(Contamination::Share(share)),
+        ContaminationBody::Share(share) => {
+            faults.push(pointer(), format!("{} is not between {low} and {high}", Shown(share)));
+            None
+        }
+    }
 }
 
 fn tuned(loss: LossName, tuning: &[f64], faults: &mut Faults) -> Option<Loss> {

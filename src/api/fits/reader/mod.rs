@@ -13,6 +13,7 @@ mod csv;
 mod estimator;
 pub mod fields;
 mod filters;
+mod l_estimator;
 pub mod nodes;
 mod predict;
 pub mod regularization;

@@ -4,8 +4,11 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::contamination::{ContaminationBody, EstimateName};
 use crate::api::json::present::present;
-use flankfit_engine::estimation::spec::{Estimator, Loss, MEstimator, ScaleRule, Start};
+use flankfit_engine::estimation::spec::{
+    Contamination, Distribution, Estimator, LEstimator, Loss, MEstimator, ScaleRule, Start,
+};
 
 /// How the coefficients are estimated; default `least_squares`. Weights of nodes multiply squared
 /// residuals for every estimator: rows and heights are scaled by √weight.
@@ -18,7 +21,9 @@ use flankfit_engine::estimation::spec::{Estimator, Loss, MEstimator, ScaleRule, 
     ("lp" = "#/components/schemas/LpEstimator"),
     ("quantile" = "#/components/schemas/QuantileEstimator"),
     ("least_trimmed_squares" = "#/components/schemas/LeastTrimmedSquaresEstimator"),
-    ("rank" = "#/components/schemas/RankEstimator")
+    ("rank" = "#/components/schemas/RankEstimator"),
+    ("l_estimator" = "#/components/schemas/LEstimator"),
+    ("maximum_likelihood" = "#/components/schemas/MaximumLikelihoodEstimator")
 )))]
 pub enum EstimatorBody {
     LeastSquares(LeastSquaresEstimator),
@@ -28,6 +33,8 @@ pub enum EstimatorBody {
     Quantile(QuantileEstimator),
     LeastTrimmedSquares(LeastTrimmedSquaresEstimator),
     Rank(RankEstimator),
+    L(LEstimatorBody),
+    MaximumLikelihood(MaximumLikelihoodEstimator),
 }
 
 /// Least squares, the default.
@@ -54,6 +61,10 @@ pub struct MEstimatorBody {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1, max_items = 3, example = json!([1.345]))]
     pub tuning: Option<Vec<f64>>,
+    /// Of `huber`, instead of `tuning`: the share ε of gross errors, whose minimax k is taken (Eq.
+    /// 10), or `estimate`: the ε in whose least favourable distribution the residuals are likeliest.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub contamination: Option<ContaminationBody>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub scale: Option<ScaleBody>,
     /// The iteration ends when no residual and not the scale moves by more than this many scales.
@@ -134,8 +145,8 @@ pub struct LeastTrimmedSquaresEstimator {
     pub seed: Option<u64>,
 }
 
-/// Least rank dispersion (Jaeckel), solved exactly; the constant is set by the median of the
-/// residuals.
+/// Least rank dispersion (Jaeckel), with Wilcoxon scores solved exactly; the constant is set by
+/// the median of the residuals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RankEstimator {
@@ -145,6 +156,44 @@ pub struct RankEstimator {
     /// Default `wilcoxon`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub scores: Option<ScoresName>,
+}
+
+/// Linear combinations of order statistics, by regression quantiles (Koenker and Bassett).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = LEstimator)]
+pub struct LEstimatorBody {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: LEstimatorTag,
+    pub form: LEstimatorForm,
+    /// Of `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0, exclusive_maximum = 0.5)]
+    pub share: Option<f64>,
+    /// Of `quantiles`: τ of each, ascending; needed there.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 1, max_items = 9, example = json!([0.25, 0.5, 0.75]))]
+    pub quantiles: Option<Vec<f64>>,
+    /// Of `quantiles`: the weight of each, together 1; needed there.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 1, max_items = 9, example = json!([0.25, 0.5, 0.25]))]
+    pub weights: Option<Vec<f64>>,
+}
+
+/// Greatest likelihood for errors that are not normal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaximumLikelihoodEstimator {
+    #[serde(rename = "type")]
+    #[schema(inline)]
+    pub kind: MaximumLikelihoodTag,
+    pub distribution: DistributionName,
+    /// ν of `student`, 0.5 to 200; p of `generalized_normal`, 1 to 8. Estimated when not given.
+    /// `laplace` takes none.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0.5, maximum = 200)]
+    pub shape: Option<f64>,
 }
 
 /// Declares names that are written in snake case.
@@ -174,14 +223,24 @@ names! {
     LeastTrimmedSquaresTag { LeastTrimmedSquares }
     /// The variant.
     RankTag { Rank }
+    /// The variant.
+    LEstimatorTag { LEstimator }
+    /// The variant.
+    MaximumLikelihoodTag { MaximumLikelihood }
+    /// Nodes beyond two regression quantiles left out (`trimmed`), or moved to them (`winsorized`);
+    /// several regression quantiles with weights (`quantiles`).
+    LEstimatorForm { Trimmed, Winsorized, Quantiles }
+    /// The distribution of the errors; `generalized_normal` has the density exp(−(|r|/a)^p), up to a
+    /// factor.
+    DistributionName { Student, Laplace, GeneralizedNormal }
     /// Huber's is convex; the others give far nodes no weight at all and may have several local
     /// solutions.
     LossName { Huber, Tukey, Hampel, Andrews }
     /// Where an iteration starts; trimmed squares of half the nodes withstand gross errors of
     /// nearly half of them.
     StartName { LeastSquares, LeastTrimmedSquares }
-    /// Scores of ranks.
-    ScoresName { Wilcoxon }
+    /// Scores of ranks: `wilcoxon` i/(m + 1) − 1/2, `normal` (van der Waerden) Φ⁻¹(i/(m + 1)).
+    ScoresName { Wilcoxon, Normal }
 }
 
 /// MAD about 0 divided by 0.6745 or by Φ⁻¹(0.75), Huber's proposal 2, or the caller's.
@@ -252,8 +311,35 @@ impl From<&Estimator> for EstimatorBody {
             Estimator::Rank => {
                 EstimatorBody::Rank(RankEstimator { kind: RankTag::Rank, scores: Some(ScoresName::Wilcoxon) })
             }
+            Estimator::NormalScores => {
+                EstimatorBody::Rank(RankEstimator { kind: RankTag::Rank, scores: Some(ScoresName::Normal) })
+            }
+            Estimator::L(asked) => EstimatorBody::L(l_estimator(asked)),
+            Estimator::Likelihood(distribution) => EstimatorBody::MaximumLikelihood(likelihood(*distribution)),
         }
     }
+}
+
+fn l_estimator(asked: &LEstimator) -> LEstimatorBody {
+    let of =
+        |form, share| LEstimatorBody { kind: LEstimatorTag::LEstimator, form, share, quantiles: None, weights: None };
+    match asked {
+        LEstimator::Trimmed { share } => of(LEstimatorForm::Trimmed, Some(*share)),
+        LEstimator::Winsorized { share } => of(LEstimatorForm::Winsorized, Some(*share)),
+        LEstimator::Quantiles(weights) => {
+            let part = |at: usize| Some(weights.pairs().iter().map(|pair| pair[at]).collect());
+            LEstimatorBody { quantiles: part(0), weights: part(1), ..of(LEstimatorForm::Quantiles, None) }
+        }
+    }
+}
+
+fn likelihood(distribution: Distribution) -> MaximumLikelihoodEstimator {
+    let (name, shape) = match distribution {
+        Distribution::Student { freedom } => (DistributionName::Student, freedom),
+        Distribution::Laplace => (DistributionName::Laplace, None),
+        Distribution::GeneralizedNormal { exponent } => (DistributionName::GeneralizedNormal, exponent),
+    };
+    MaximumLikelihoodEstimator { kind: MaximumLikelihoodTag::MaximumLikelihood, distribution: name, shape }
 }
 
 fn m_estimator(m: &MEstimator) -> MEstimatorBody {
@@ -272,7 +358,11 @@ fn m_estimator(m: &MEstimator) -> MEstimatorBody {
     MEstimatorBody {
         kind: MEstimatorTag::MEstimator,
         loss,
-        tuning: Some(tuning),
+        tuning: m.contamination.is_none().then_some(tuning),
+        contamination: m.contamination.map(|contamination| match contamination {
+            Contamination::Share(share) => ContaminationBody::Share(share),
+            Contamination::Estimated => ContaminationBody::Estimate(EstimateName::Estimate),
+        }),
         scale: Some(ScaleBody { rule, value }),
         tolerance: Some(m.tolerance),
         max_iterations: Some(m.max_iterations),

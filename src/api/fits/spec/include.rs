@@ -14,12 +14,12 @@ use flankfit_engine::estimation::spec;
 pub enum IncludeName {
     /// `residuals.values`, and `residuals.node_indices` where some node was left out.
     Residuals,
-    /// `collinearity.correlation`, `collinearity.variance_proportions` and the `weights` of near
-    /// dependencies.
+    /// `collinearity.correlation`, `collinearity.variance_proportions`, the `weights` of near
+    /// dependencies, and `estimable`.
     Collinearity,
     /// Condition, bias and error along λ*.
     LambdaCurve,
-    /// The matrix B.
+    /// The matrix B, and `matrix_b_factors`.
     MatrixB,
     /// The coefficients along k; for ridge.
     RidgeTrace,

@@ -5,6 +5,7 @@
 //! and documented (OpenAPI). Unions carry `type` inside their variants, which is what client
 //! generators cope with best.
 
+pub mod contamination;
 pub mod count;
 pub mod criteria;
 pub mod estimator;

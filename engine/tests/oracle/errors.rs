@@ -1,0 +1,113 @@
+//! Errors that are not normal, and how often intervals about estimates hold with them.
+
+use flankfit_engine::estimation::{
+    FitSpec, Nodes, fit,
+    spec::{
+        Contamination, Distribution, Estimator, LEstimator, Loss, MEstimator, Model, QuantileWeights, Regularization,
+    },
+};
+
+use super::random::Random;
+
+/// Distributions of errors.
+#[derive(Clone, Copy, Debug)]
+pub enum Errors {
+    Normal,
+    /// Student's, three degrees of freedom.
+    Student3,
+    Laplace,
+    /// Normal, every tenth with five times the deviation.
+    Contaminated,
+}
+
+pub const ERRORS: [Errors; 4] = [Errors::Normal, Errors::Student3, Errors::Laplace, Errors::Contaminated];
+
+impl Errors {
+    fn draw(self, random: &mut Random) -> f64 {
+        match self {
+            Errors::Normal => random.normal(),
+            Errors::Student3 => {
+                let squares: f64 = (0..3).map(|_| random.normal().powi(2)).sum();
+                random.normal() / (squares / 3.0).sqrt()
+            }
+            Errors::Laplace => {
+                let u = random.between(-1.0, 1.0);
+                -u.signum() * (1.0 - u.abs()).ln()
+            }
+            Errors::Contaminated => {
+                let gross = random.unit() < 0.1;
+                random.normal() * if gross { 5.0 } else { 1.0 }
+            }
+        }
+    }
+}
+
+/// Estimators of the table.
+pub fn estimators() -> Vec<(&'static str, Estimator)> {
+    let weights = QuantileWeights::new(&[[0.25, 0.3], [0.5, 0.4], [0.75, 0.3]]).unwrap();
+    let likelihood = Estimator::Likelihood;
+    vec![
+        ("least squares", Estimator::LeastSquares),
+        ("Huber, k = 1.345", Estimator::M(MEstimator::new(Loss::HUBER))),
+        ("Huber, ε = 0.1", Estimator::M(MEstimator::minimax(Contamination::Share(0.1)))),
+        ("Huber, ε estimated", Estimator::M(MEstimator::minimax(Contamination::Estimated))),
+        ("trimmed, 0.1", Estimator::L(LEstimator::Trimmed { share: 0.1 })),
+        ("winsorized, 0.1", Estimator::L(LEstimator::Winsorized { share: 0.1 })),
+        ("quantiles", Estimator::L(LEstimator::Quantiles(weights))),
+        ("rank, Wilcoxon", Estimator::Rank),
+        ("rank, normal scores", Estimator::NormalScores),
+        ("likelihood, Student, ν = 3", likelihood(Distribution::Student { freedom: Some(3.0) })),
+        ("likelihood, Student, ν estimated", likelihood(Distribution::Student { freedom: None })),
+        ("likelihood, Laplace", likelihood(Distribution::Laplace)),
+        ("likelihood, generalised normal, p estimated", likelihood(Distribution::GeneralizedNormal { exponent: None })),
+    ]
+}
+
+/// What intervals came to.
+pub struct Coverage {
+    /// Mean over the coefficients.
+    pub mean: f64,
+    /// Of the coefficient that is covered least often.
+    pub worst: f64,
+    /// Mean width over that of least squares on the same heights.
+    pub width: f64,
+}
+
+/// Intervals of a cubic on `m` nodes.
+pub fn coverage(estimator: Estimator, errors: Errors, repetitions: u64, m: usize) -> Coverage {
+    let truth = [1.0, -2.0, 0.5, 3.0];
+    let x: Vec<[f64; 4]> = (0..m)
+        .map(|k| {
+            let t = 2.0 * k as f64 / (m - 1) as f64 - 1.0;
+            [1.0, t, 1.5 * t * t - 0.5, 2.5 * t * t * t - 1.5 * t]
+        })
+        .collect();
+    let (mut hits, mut width, mut plain) = ([0u64; 4], 0.0, 0.0);
+    for seed in 0..repetitions {
+        let mut random = Random::new(90_000 + seed);
+        let heights: Vec<f64> = x
+            .iter()
+            .map(|row| row.iter().zip(&truth).map(|(x, a)| x * a).sum::<f64>() + errors.draw(&mut random))
+            .collect();
+        let nodes = Nodes::matrix(x.concat(), 4, heights, None, None).unwrap();
+        let of = |estimator: Estimator| {
+            let spec = FitSpec { estimator, regularization: Regularization::None, ..FitSpec::new(Model::Linear) };
+            fit(&nodes, &spec).unwrap()
+        };
+        for (j, (c, least)) in
+            of(estimator).coefficients.iter().zip(of(Estimator::LeastSquares).coefficients).enumerate()
+        {
+            let [low, high] = c.interval.as_ref().unwrap().ends;
+            hits[j] += u64::from(low <= truth[j] && truth[j] <= high);
+            let [from, to] = least.interval.unwrap().ends;
+            width += high - low;
+            plain += to - from;
+        }
+    }
+    let share = hits.map(|h| h as f64 / repetitions as f64);
+    Coverage {
+        mean: share.iter().sum::<f64>() / 4.0,
+        worst: share.into_iter().fold(1.0, f64::min),
+        width: width / plain,
+    }
+}
