@@ -29,6 +29,9 @@ use crate::estimation::{
 /// Numbers of B that an answer may hold.
 const MOST_OF_B: usize = 1_000_000;
 
+/// Rows of B, and B as a product.
+type FormedB = (Vec<Vec<f64>>, MatrixBFactors);
+
 /// Applies the rule asked for.
 pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
@@ -139,7 +142,7 @@ impl AppliedFilter<'_> {
         }
     }
 
-    fn matrix_b(&self, warnings: &mut Vec<Warning>) -> Result<Option<(Vec<Vec<f64>>, MatrixBFactors)>, FitError> {
+    fn matrix_b(&self, warnings: &mut Vec<Warning>) -> Result<Option<FormedB>, FitError> {
         let Context { spec, linear, columns, .. } = *self.context;
         if !spec.include.matrix_b {
             return Ok(None);
