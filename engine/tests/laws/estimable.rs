@@ -7,6 +7,9 @@ use flankfit_engine::estimation::{
     spec::{Count, Criterion, Include, Model, Parameter, Regularization, Scaling, Scheme},
 };
 
+/// An entry of a matrix from rows of X and B.
+type Entry<'a> = &'a dyn Fn(&[f64], &[f64], usize, usize) -> f64;
+
 /// Columns of which the second is nearly the first, and the fourth nearly a mixture of the third
 /// and the fifth.
 fn rows(random: &mut Random) -> Vec<Vec<f64>> {
@@ -148,7 +151,7 @@ fn b_is_the_product_that_it_is_said_to_be() {
             assert!((squares(&p.q) / p.eigenvalue - 1.0).abs() < 1e-8);
             assert!((squares(&p.s).sqrt() * factors.e / p.mu - 1.0).abs() < 1e-12);
         }
-        let largest = |entry: &dyn Fn(&[f64], &[f64], usize, usize) -> f64| {
+        let largest = |entry: Entry| {
             let of = |i: usize, j: usize| x.iter().zip(&b).map(|(x, b)| entry(x, b, i, j)).sum::<f64>();
             nalgebra::DMatrix::from_fn(5, 5, of).symmetric_eigen().eigenvalues.max()
         };

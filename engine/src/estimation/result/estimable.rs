@@ -15,7 +15,8 @@
 ///     .map(f64::from)
 ///     .flat_map(|t| [1.0 + t, 1.0 + t + 0.01 * (t * 1.7).sin()])
 ///     .collect();
-/// let heights = (0..12).map(|t| 5.0 * (1.0 + f64::from(t)) + 0.1 * f64::from(t % 3 - 1)).collect();
+/// let heights =
+///     (0..12).map(|t| 5.0 * (1.0 + f64::from(t)) + 0.1 * f64::from(t % 3 - 1)).collect();
 /// let nodes = Nodes::matrix(rows, 2, heights, None, None)?;
 /// let include = Include { collinearity: true, ..Include::default() };
 /// let found = fit(&nodes, &FitSpec { include, ..FitSpec::new(Model::Linear) })?;

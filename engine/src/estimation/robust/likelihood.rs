@@ -16,8 +16,8 @@
 //! the coefficients nothing in the limit.
 //!
 //! Standard errors of coefficients: `τ² (XᵀX)⁻¹` with `τ² = E ψ²/(E ψ′)²`, which holds whatever the
-//! errors are distributed like. (The inverse of the Fisher information would not: with normal errors
-//! it makes the standard errors of Laplace's estimate a third too small.)
+//! errors are distributed like. (The inverse of the Fisher information would not: with normal
+//! errors it makes the standard errors of Laplace's estimate a third too small.)
 
 use std::f64::consts::PI;
 

@@ -2,10 +2,11 @@
 //!
 //! Every estimator ends as a least-squares problem whose solution is the estimate, so that
 //! spectrum, λ*, bias bounds and collinearity go on from there as for any fit:
-//! * M-estimators, least trimmed squares and the trimmed L-estimator end in weights ω: the problem is that of `√(wω) X`, and
-//!   all diagnostics refer to this weighted matrix;
+//! * M-estimators, least trimmed squares and the trimmed L-estimator end in weights ω: the problem
+//!   is that of `√(wω) X`, and all diagnostics refer to this weighted matrix;
 //! * the others (quantiles and what is combined of them, Lp, rank dispersion, maximum likelihood)
-//!   end in coefficients Â: the matrix stays `√w X`, the heights become `√w X Â`, and the filter acts on `aᵢ = Vᵢᵀ Â` (Eq. 29).
+//!   end in coefficients Â: the matrix stays `√w X`, the heights become `√w X Â`, and the filter
+//!   acts on `aᵢ = Vᵢᵀ Â` (Eq. 29).
 //!
 //! Standard errors are asymptotic: covariance `τ² (XᵀX)⁻¹` of the unregularised estimate, each
 //! estimator saying its τ, and carried through the filter for the regularised one. The same τ is

@@ -26,7 +26,8 @@
 /// let winsorized = value(LEstimator::Winsorized { share: 0.2 })?;
 /// assert!((winsorized - (2.0 * 9.8 + 10.0 + 10.1 + 2.0 * 10.4) / 6.0).abs() < 1e-12);
 /// // Tukey's trimean.
-/// let weights = QuantileWeights::new(&[[0.25, 0.25], [0.5, 0.5], [0.75, 0.25]]).expect("add up to 1");
+/// let weights = QuantileWeights::new(&[[0.25, 0.25], [0.5, 0.5], [0.75, 0.25]])
+///     .expect("add up to 1");
 /// assert!(value(LEstimator::Quantiles(weights))? < 10.3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -82,8 +82,8 @@ answer! {
         filters?: Vec<FilterResult> = filtering.as_ref().map(|report| &report.filters),
         /// B as a product; present with `matrix_b`.
         matrix_b_factors?: MatrixBFactorsBody = matrix_b_factors,
-        /// Sums of the coefficients of nearly dependent terms that are well determined; present when
-        /// `collinearity` was included and some terms are nearly dependent.
+        /// Sums of the coefficients of nearly dependent terms that are well determined; present
+        /// when `collinearity` was included and some terms are nearly dependent.
         estimable?: Vec<EstimableSumBody> = estimable,
         /// Present when there were filters.
         filter_collinearity?: FilterCollinearity = filtering,

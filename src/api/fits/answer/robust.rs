@@ -11,8 +11,8 @@ answer! {
     /// How a robust estimate was reached. Lengths are in the unit of the heights (times √weight,
     /// where nodes carry weights).
     ///
-    /// With `m_estimator`, `least_trimmed_squares` and `trimmed` the spectrum, regularisation, bias and
-    /// collinearity of the answer are those of the matrix weighted with node weights times
+    /// With `m_estimator`, `least_trimmed_squares` and `trimmed` the spectrum, regularisation, bias
+    /// and collinearity of the answer are those of the matrix weighted with node weights times
     /// `weights`; with the other estimators those of the matrix with node weights alone.
     #[schema(as = Robust)]
     pub struct RobustBody from RobustReport {

@@ -228,6 +228,34 @@ impl Maker {
         }
     }
 
+    fn factors(&mut self) -> MatrixBFactors {
+        MatrixBFactors {
+            e: self.number(),
+            products: self.list(|m| ProductOfB {
+                eigenvalue: m.number(),
+                mu: m.number(),
+                q: m.numbers(),
+                s: m.numbers(),
+            }),
+            largest_eigenvalue: self.number(),
+            largest_eigenvalue_bound: self.number(),
+            mixed_eigenvalue: self.number(),
+            mixed_eigenvalue_bound: self.number(),
+        }
+    }
+
+    fn sums(&mut self) -> Vec<EstimableSum> {
+        self.list(|m| EstimableSum {
+            terms: vec![m.text()],
+            weights: m.numbers(),
+            value: m.number(),
+            std_error: m.maybe(),
+            interval: m.there().then(|| [m.number(), m.number()]),
+            condition_index: m.number(),
+            sentence: m.text(),
+        })
+    }
+
     fn influence(&mut self) -> Influence {
         let list = |m: &mut Self| m.there().then(|| m.list(Maker::maybe));
         Influence {
@@ -371,30 +399,8 @@ impl Maker {
                 .there()
                 .then(|| self.list(|m| RidgeTracePoint { k: m.number(), coefficients: m.numbers() })),
             matrix_b: self.there().then(|| self.rows()),
-            matrix_b_factors: self.there().then(|| MatrixBFactors {
-                e: self.number(),
-                products: self.list(|m| ProductOfB {
-                    eigenvalue: m.number(),
-                    mu: m.number(),
-                    q: m.numbers(),
-                    s: m.numbers(),
-                }),
-                largest_eigenvalue: self.number(),
-                largest_eigenvalue_bound: self.number(),
-                mixed_eigenvalue: self.number(),
-                mixed_eigenvalue_bound: self.number(),
-            }),
-            estimable: self.there().then(|| {
-                self.list(|m| EstimableSum {
-                    terms: vec![m.text()],
-                    weights: m.numbers(),
-                    value: m.number(),
-                    std_error: m.maybe(),
-                    interval: m.there().then(|| [m.number(), m.number()]),
-                    condition_index: m.number(),
-                    sentence: m.text(),
-                })
-            }),
+            matrix_b_factors: self.there().then(|| self.factors()),
+            estimable: self.there().then(|| self.sums()),
             filtering: self.there().then(|| self.filtering()),
             influence: self.there().then(|| self.influence()),
             covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),

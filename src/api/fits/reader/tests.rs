@@ -219,7 +219,7 @@ fn faults_of_the_spec_are_pointed_at() {
         (beside(r#""estimator":{"type":"quantile","tau":1}"#), "/estimator/tau"),
         (beside(r#""estimator":{"type":"least_trimmed_squares","coverage":0.4}"#), "/estimator/coverage"),
         (beside(r#""estimator":{"type":"least_trimmed_squares","seed":-1}"#), "/estimator/seed"),
-        (beside(r#""estimator":{"type":"rank","scores":"normal"}"#), "/estimator/scores"),
+        (beside(r#""estimator":{"type":"rank","scores":"savage"}"#), "/estimator/scores"),
         (beside(r#""estimator":{"type":"least_squares","tuning":1}"#), "/estimator/tuning"),
         (beside(r#""domain":{"u":[0]}"#), "/domain/u"),
         (beside(r#""domain":{"u":[1,0]}"#), "/domain/u"),

@@ -62,7 +62,8 @@ pub struct MEstimatorBody {
     #[schema(min_items = 1, max_items = 3, example = json!([1.345]))]
     pub tuning: Option<Vec<f64>>,
     /// Of `huber`, instead of `tuning`: the share ε of gross errors, whose minimax k is taken (Eq.
-    /// 10), or `estimate`: the ε in whose least favourable distribution the residuals are likeliest.
+    /// 10), or `estimate`: the ε in whose least favourable distribution the residuals are
+    /// likeliest.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub contamination: Option<ContaminationBody>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
@@ -230,8 +231,8 @@ names! {
     /// Nodes beyond two regression quantiles left out (`trimmed`), or moved to them (`winsorized`);
     /// several regression quantiles with weights (`quantiles`).
     LEstimatorForm { Trimmed, Winsorized, Quantiles }
-    /// The distribution of the errors; `generalized_normal` has the density exp(−(|r|/a)^p), up to a
-    /// factor.
+    /// The distribution of the errors; `generalized_normal` has the density exp(−(|r|/a)^p), up to
+    /// a factor.
     DistributionName { Student, Laplace, GeneralizedNormal }
     /// Huber's is convex; the others give far nodes no weight at all and may have several local
     /// solutions.
