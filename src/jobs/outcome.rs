@@ -1,8 +1,8 @@
-//! Resource becomes of a write or a read: what was stored, or why nothing was.
+//! What becomes of a write or a read: what was stored, or why nothing was.
 
 use uuid::Uuid;
 
-/// Resource a request named and the store did not find.
+/// What a request named and the store did not find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resource {
     Job,
@@ -23,13 +23,13 @@ pub enum RepositoryError {
     /// Nor is a job with streams.
     #[error("the job has {0} stream(s)")]
     HasStreams(u64),
-    /// Resource is to be stored is of a tooth that the job's gear has not got.
+    /// What is to be stored is of a tooth that the job's gear has not got.
     #[error("the job's gear has {teeth} teeth, not tooth {tooth}")]
     NoSuchTooth { tooth: String, teeth: u32 },
     /// The job's gear would lose a tooth that was measured: by an iteration, or by an open stream.
     #[error("a gear of {teeth} teeth has no tooth {tooth}")]
     ToothMeasured { tooth: String, teeth: u32, iteration: Option<u32> },
-    /// Resource is to be stored was made by a gear that the job no longer has.
+    /// What is to be stored was made by a gear that the job no longer has.
     #[error("the job's gear was changed meanwhile")]
     GearChanged,
     /// A finished stream takes nothing more.
@@ -58,7 +58,7 @@ pub enum RepositoryError {
     Failed(String),
 }
 
-/// Resource only the store could know of something it stored.
+/// What only the store could know of something it stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stored {
     /// The number an iteration was given (0 for what has no number).
@@ -67,7 +67,7 @@ pub struct Stored {
     pub version: u64,
 }
 
-/// Resource the caller says it has seen (`If-Match`).
+/// What the caller says it has seen (`If-Match`).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Precondition {
     #[default]

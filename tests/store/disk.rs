@@ -33,7 +33,8 @@ struct Content {
 }
 
 static FILES: Mutex<Option<HashMap<PathBuf, Content>>> = Mutex::new(None);
-static FULL: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// Directories that take no more writes, with the code that SQLite hears.
+static REFUSING: Mutex<Vec<(PathBuf, c_int)>> = Mutex::new(Vec::new());
 static REAL: OnceLock<usize> = OnceLock::new();
 
 /// What every file of `directory` holds after a power loss now, written into `to`.
@@ -46,13 +47,11 @@ pub fn lose_power(directory: &Path, to: &Path) {
     }
 }
 
-/// Whether the disk under a directory takes nothing more.
-pub fn fill(directory: &Path, full: bool) {
-    let mut all = FULL.lock().unwrap();
-    all.retain(|there| there != directory);
-    if full {
-        all.push(directory.to_path_buf());
-    }
+/// Why the disk under a directory takes nothing more (one of SQLite's result codes), if so.
+pub fn refuse(directory: &Path, code: Option<c_int>) {
+    let mut all = REFUSING.lock().unwrap();
+    all.retain(|(there, _)| there != directory);
+    all.extend(code.map(|code| (directory.to_path_buf(), code)));
 }
 
 /// Whether everything written to the file has been synced.
@@ -143,9 +142,11 @@ unsafe extern "C" fn write(
     offset: sqlite::sqlite3_int64,
 ) -> c_int {
     let directory = unsafe { (*file.cast::<File>()).path.as_ref() }.and_then(|path| path.parent());
-    if directory.is_some_and(|directory| FULL.lock().unwrap().iter().any(|full| full == directory)) {
-        return sqlite::SQLITE_FULL;
+    let refusing = REFUSING.lock().unwrap();
+    if let Some((_, code)) = refusing.iter().find(|(there, _)| Some(there.as_path()) == directory) {
+        return *code;
     }
+    drop(refusing);
     let code = unsafe { (*(*real(file)).pMethods).xWrite.unwrap()(real(file), bytes, count, offset) };
     if code == sqlite::SQLITE_OK {
         let bytes = unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), count as usize) };

@@ -4,9 +4,10 @@
 use std::sync::Arc;
 
 use flankfit::{
-    jobs::{Choice, Decision, Event, JobPatch, Precondition, Repository, Ruling, Update},
+    jobs::{Choice, Decision, Event, JobPatch, Precondition, Repository, RepositoryError, Ruling, Update},
     store::{Store, StoreSettings},
 };
+use libsqlite3_sys as sqlite;
 use sqlx::{
     ConnectOptions, Connection,
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous},
@@ -135,11 +136,16 @@ async fn a_full_disk_is_told_and_got_over() {
     let store = open_watched(&place).await;
     let job = place.stored_job(&store).await;
     store.check_writable(place.now()).await.unwrap();
-    disk::fill(place.file().parent().unwrap(), true);
-    assert!(store.check_writable(place.now()).await.is_err());
-    assert!(store.insert_iteration(place.iteration(job.id), None).await.is_err());
-    assert_eq!(store.job(job.id).await.unwrap(), job, "what is there can be read");
-    disk::fill(place.file().parent().unwrap(), false);
+    for (code, why) in [(sqlite::SQLITE_FULL, "the disk is full"), (sqlite::SQLITE_READONLY, "read-only")] {
+        disk::refuse(place.file().parent().unwrap(), Some(code));
+        let unavailable = |error: &RepositoryError| {
+            assert!(matches!(error, RepositoryError::Unavailable(said) if said.contains(why)), "{error}");
+        };
+        unavailable(&store.check_writable(place.now()).await.unwrap_err());
+        unavailable(&store.insert_iteration(place.iteration(job.id), None).await.unwrap_err());
+        assert_eq!(store.job(job.id).await.unwrap(), job, "what is there can be read");
+    }
+    disk::refuse(place.file().parent().unwrap(), None);
     store.check_writable(place.now()).await.unwrap();
     let (_, stored) = place.stored_iteration(&store, job.id).await;
     assert_eq!(stored.number, 1, "nothing was half stored");

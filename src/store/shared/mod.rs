@@ -12,7 +12,7 @@ pub use operation::{
     Choose, DeleteJob, DeleteStream, FinishStream, ForgetAnswers, InsertBlock, InsertFit, InsertIteration, InsertJob,
     InsertRecord, InsertRuns, InsertStream, PatchJob, Probe, Rule, Run,
 };
-pub use queue::{Queue, Waiting, Write, queue};
+pub use queue::{Pending, Queue, Waiting, Write, queue};
 pub use row::{
     AnswerRow, BlockRow, ChoiceRow, EventRow, FitRow, FitSummaryRow, IterationRow, JobRow, MeasurandRow, RecordRow,
     RecordSummaryRow, RulingRow, StreamRow, TracedFitRow, TracedIterationRow,

@@ -97,10 +97,27 @@ pub fn failure(error: &sqlx::Error) -> RepositoryError {
         _ => match code(error) {
             Some(BUSY | LOCKED) => RepositoryError::Unavailable("another program holds the database".into()),
             Some(FULL) => RepositoryError::Unavailable("the disk is full".into()),
+            Some(READ_ONLY) => RepositoryError::Unavailable("the database is read-only".into()),
             Some(INPUT_OUTPUT) => {
                 RepositoryError::Unavailable(format!("the disk does not do what it is told: {error}"))
             }
             _ => RepositoryError::Failed(error.to_string()),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sqlx::{ConnectOptions as _, sqlite::SqliteConnectOptions};
+
+    #[tokio::test]
+    async fn a_database_that_became_read_only_is_not_available() {
+        let mut db = SqliteConnectOptions::new().in_memory(true).connect().await.unwrap();
+        sqlx::query("PRAGMA query_only = ON").execute(&mut db).await.unwrap();
+        let error = sqlx::query("CREATE TABLE t (x INTEGER)").execute(&mut db).await.unwrap_err();
+        assert_eq!(code(&error), Some(READ_ONLY));
+        let failure = failure(&error);
+        assert!(matches!(&failure, RepositoryError::Unavailable(why) if why.contains("read-only")), "{failure}");
     }
 }

@@ -7,7 +7,7 @@ use uuid::Uuid;
 use super::{
     answers,
     lists::{Counted, in_order},
-    locate::{self, IterationVersion, WithSeq, iteration_seq},
+    locate::{self, IterationVersion, iteration_seq},
     time,
 };
 use crate::{
@@ -15,7 +15,9 @@ use crate::{
         Choice, Computed, Cursor, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest, RepositoryError,
         Resource, Stored, TracedFit,
     },
-    store::shared::{ChoiceRow, Choose, FitRow, FitSummaryRow, InsertFit, Outcome, Run, TracedFitRow, figure_columns},
+    store::shared::{
+        ChoiceRow, Choose, FitRow, FitSummaryRow, InsertFit, Integer, Outcome, Run, TracedFitRow, figure_columns,
+    },
 };
 
 /// The row of the fit that stands, of the iteration that is the statement's first variable.
@@ -122,13 +124,20 @@ pub async fn last_with_coefficients(
     Ok(in_order(fits))
 }
 
+#[derive(FromRow)]
+struct ListedFitRow {
+    seq: Integer<u64>,
+    #[sqlx(flatten)]
+    row: FitSummaryRow,
+}
+
 /// Fits in the order in which they were made; one row more than asked for tells whether there is a
 /// next page.
 pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) -> Outcome<Page<FitSummary>> {
     let mut db = db.begin().await?;
     let iteration = iteration_seq(&mut db, job, number).await?;
     let after = page.after.map_or(0, |cursor| locate::signed(cursor.number()));
-    let rows: Vec<WithSeq<FitSummaryRow>> = sqlx::query_as(concat!(
+    let rows: Vec<ListedFitRow> = sqlx::query_as(concat!(
         "SELECT seq, ",
         summary_columns!(),
         " FROM fits WHERE iteration = ?1 AND seq > ?2 ORDER BY seq LIMIT ?3"
@@ -138,7 +147,7 @@ pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) ->
     .bind(i64::from(page.limit) + 1)
     .fetch_all(&mut *db)
     .await?;
-    let page = Page::of(rows, page.limit, |row| Cursor::after_number(u64::try_from(row.seq).unwrap_or_default()));
+    let page = Page::of(rows, page.limit, |row| Cursor::after_number(row.seq.0));
     Ok(page.map(|row| row.row.into()))
 }
 

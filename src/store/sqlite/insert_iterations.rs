@@ -16,13 +16,14 @@ use uuid::Uuid;
 use super::{answers, fits, locate::signed, records, time};
 use crate::{
     jobs::{ExpectedGear, JobGear, NewIteration, RepositoryError, Resource, Stored},
-    store::shared::{InsertIteration, Integer, Outcome, figure_columns},
+    store::shared::{InsertIteration, Integer, Outcome, StoreError, figure_columns},
 };
 
 /// Rows of one statement: 35 variables each, far below SQLite's 32,766.
 const MOST_ROWS: usize = 64;
 
-/// Stores what can be stored and refuses the rest, in the order given.
+/// Stores what can be stored and refuses the rest, in the order given. It is refused as a whole
+/// only before anything was changed.
 pub async fn insert(
     db: &mut SqliteConnection,
     incoming: &[&InsertIteration],
@@ -38,10 +39,15 @@ pub async fn insert(
             stored
         }));
     }
+    change(db, &accepted).await.map_err(StoreError::too_late)?;
+    Ok(replies)
+}
+
+async fn change(db: &mut SqliteConnection, accepted: &[Numbered<'_>]) -> Outcome<()> {
     for rows in accepted.chunks(MOST_ROWS) {
         insert_rows(db, rows).await?;
     }
-    for row in &accepted {
+    for row in accepted {
         for record in &row.new.iteration.records {
             records::insert_row(db, row.seq, record).await?;
         }
@@ -50,7 +56,7 @@ pub async fn insert(
         let stored = Stored { number: row.number, version: 1 };
         answers::keep(db, row.new.receipt.as_ref(), stored, row.new.iteration.created_at).await?;
     }
-    Ok(replies)
+    Ok(())
 }
 
 /// An iteration with everything that the database must know of it.

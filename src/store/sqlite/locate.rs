@@ -50,15 +50,18 @@ pub struct IterationVersion {
 struct IterationVersionRow {
     /// Of a job that has no iteration of this number there is none.
     seq: Option<i64>,
-    version: Integer<i64>,
+    /// Nor is there a version.
+    version: Option<Integer<u64>>,
 }
 
 pub async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Outcome<IterationVersion> {
     let row: IterationVersionRow = sqlx::query_as(
         "SELECT i.seq AS seq,
-                (SELECT count(*) FROM fits WHERE iteration = i.seq)
-                + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
-                + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1 AS version
+                CASE WHEN i.seq NOTNULL THEN
+                    (SELECT count(*) FROM fits WHERE iteration = i.seq)
+                    + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
+                    + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1
+                END AS version
          FROM jobs j LEFT JOIN iterations i ON i.job = j.seq AND i.number = ? WHERE j.id = ?",
     )
     .bind(number)
@@ -66,12 +69,12 @@ pub async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Out
     .fetch_optional(&mut *db)
     .await?
     .ok_or(RepositoryError::NotFound(Resource::Job))?;
-    let seq = row.seq.ok_or(RepositoryError::NotFound(Resource::Iteration))?;
-    // an iteration has a fit and a choice
-    Ok(IterationVersion { seq, version: u64::try_from(row.version.0).unwrap_or_default() })
+    let (seq, Integer(version)) = row.seq.zip(row.version).ok_or(RepositoryError::NotFound(Resource::Iteration))?;
+    Ok(IterationVersion { seq, version })
 }
 
-/// SQLite's integers are signed; versions and counts are far below 2⁶³.
+/// SQLite's integers are signed; versions and counts are far below 2⁶³, and a cursor beyond is
+/// behind every row.
 pub fn signed(value: u64) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }

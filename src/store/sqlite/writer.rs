@@ -15,7 +15,7 @@ use super::{
     open::StoreSettings,
 };
 use crate::{
-    store::shared::{InsertIteration, StoreError, Waiting, Write},
+    store::shared::{InsertIteration, Pending, StoreError, Waiting, Write},
     telemetry,
 };
 
@@ -102,16 +102,31 @@ async fn run_group(db: &mut SqliteConnection, group: &mut [Write<SqliteConnectio
         }
     }
     if !iterations.is_empty() {
-        let operations: Vec<&InsertIteration> = iterations.iter().map(|pending| &pending.operation).collect();
-        let replies = match insert_iterations::insert(db, &operations).await.map_err(StoreError::too_late) {
-            Ok(replies) => replies,
-            Err(StoreError::Broken(error)) => return Err(error),
-            Err(StoreError::Refused(error)) => return Err(sqlx::Error::Protocol(error.to_string())),
-        };
-        for (pending, reply) in iterations.into_iter().zip(replies) {
-            pending.note(reply);
-        }
+        insert(db, iterations).await?;
     }
     sqlx::query("COMMIT").execute(db).await?;
     Ok(())
+}
+
+/// Inserts iterations together. Where they are refused together, because the row of one job does
+/// not read, each is tried by itself.
+async fn insert(db: &mut SqliteConnection, iterations: Vec<&mut Pending<InsertIteration>>) -> Result<(), sqlx::Error> {
+    let operations: Vec<&InsertIteration> = iterations.iter().map(|pending| &pending.operation).collect();
+    match insert_iterations::insert(db, &operations).await {
+        Ok(replies) => {
+            iterations.into_iter().zip(replies).for_each(|(pending, reply)| pending.note(reply));
+            Ok(())
+        }
+        Err(StoreError::Broken(error)) => Err(error),
+        Err(StoreError::Refused(_)) => {
+            for pending in iterations {
+                match insert_iterations::insert(db, &[&pending.operation]).await {
+                    Ok(replies) => replies.into_iter().for_each(|reply| pending.note(reply)),
+                    Err(StoreError::Refused(error)) => pending.note(Err(error)),
+                    Err(StoreError::Broken(error)) => return Err(error),
+                }
+            }
+            Ok(())
+        }
+    }
 }
