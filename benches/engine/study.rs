@@ -8,7 +8,7 @@ use flankfit_engine::estimation::randomization::{ColumnScaling, Setup, Study, ru
 fn study(rows: usize, columns: usize, level: f64) -> Study {
     let at = |i: usize| 9.0 + 8.0 * i as f64 / (rows - 1) as f64;
     Study::new(Setup {
-        x: (0..rows).map(|i| (0..columns).map(|j| at(i).powi(j as i32)).collect()).collect(),
+        x: (0..rows).map(|i| (0..columns).map(|j| at(i).powi(j as i32)).collect::<Vec<f64>>()).collect(),
         coefficients: vec![1.0; columns],
         noise_sigma: 0.3,
         levels: vec![level],

@@ -310,9 +310,17 @@ fn topography() -> Topography {
         side: Side::Right,
         roll_length: (0..=10).map(|i| 10.0 + f64::from(i)).collect(),
         z: (0..=20).map(f64::from).collect(),
-        deviation: (0..=10).map(|i| (0..=20).map(|j| f64::from(i) - 0.3 * f64::from(j)).collect()).collect(),
+        deviation: (0..=10)
+            .map(|i| (0..=20).map(|j| f64::from(i) - 0.3 * f64::from(j)).collect::<Vec<f64>>())
+            .collect(),
         direction: Direction::Transverse,
     }
+}
+
+fn change_rows(topography: &mut Topography, change: impl FnOnce(&mut Vec<Vec<f64>>)) {
+    let mut rows: Vec<Vec<f64>> = topography.deviation.iter().map(<[f64]>::to_vec).collect();
+    change(&mut rows);
+    topography.deviation = rows.iter().collect();
 }
 
 #[test]
@@ -321,7 +329,7 @@ fn a_grid_is_the_same_as_its_points() {
     let relief = |_: Side, l: f64, z: f64| 0.2 * l - 0.05 * z;
     let reference = Reference { relief: Some(&relief), ..Reference::new(&gear) };
     let mut topography = topography();
-    topography.deviation[3][4] = f64::NAN;
+    change_rows(&mut topography, |rows| rows[3][4] = f64::NAN);
     let nodes = grid(&reference, &topography).expect("a grid");
     assert_eq!((nodes.nodes.len(), nodes.undefined()), (231, 1));
     let touches: Vec<MeasuredPoint> = (0..231)
@@ -345,8 +353,10 @@ fn bad_grids_are_refused() {
     bad.tooth = 0;
     bad.roll_length[1] = 9.0;
     bad.z[3] = f64::NAN;
-    bad.deviation[2].pop();
-    bad.deviation[4][5] = f64::INFINITY;
+    change_rows(&mut bad, |rows| {
+        rows[2].pop();
+        rows[4][5] = f64::INFINITY;
+    });
     let faults = grid(&Reference::new(&gear), &bad).expect_err("faults");
     let fields: Vec<_> = faults.list().iter().map(|fault| fault.field).collect();
     assert_eq!(

@@ -166,6 +166,15 @@ impl<'a, T> Member<'a, T> {
         let text = self.required_text(faults)?;
         read(text, &self.pointer(), faults)
     }
+
+    /// The same where it may be left out; `None` where it is, or where it is refused.
+    pub fn optional_with<U>(
+        &self,
+        faults: &mut Faults,
+        read: impl FnOnce(&'a [u8], &str, &mut Faults) -> Option<U>,
+    ) -> Option<U> {
+        read(self.text?, &self.pointer(), faults)
+    }
 }
 
 impl<'a, T: Deserialize<'a>> Member<'a, T> {

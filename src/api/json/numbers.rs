@@ -204,7 +204,15 @@ pub fn read_numbers(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Vec<f
 /// Rows of numbers that stand at `at`, known to be JSON: the numbers end to end and the lengths of
 /// the rows.
 pub fn read_rows(slice: &[u8], at: &str, faults: &mut Faults) -> Option<(Vec<f64>, Vec<usize>)> {
-    let numbers = read_array(slice, at, false, faults)?;
+    rows(read_array(slice, at, false, faults)?, at, faults)
+}
+
+/// The same of heights; `null` is NaN: missing.
+pub fn read_rows_of_heights(slice: &[u8], at: &str, faults: &mut Faults) -> Option<(Vec<f64>, Vec<usize>)> {
+    rows(read_heights(slice, at, faults)?, at, faults)
+}
+
+fn rows(numbers: Numbers, at: &str, faults: &mut Faults) -> Option<(Vec<f64>, Vec<usize>)> {
     match numbers.rows {
         Some(rows) => Some((numbers.values, rows)),
         None if numbers.values.is_empty() => Some((Vec::new(), Vec::new())),
@@ -255,7 +263,11 @@ mod tests {
         assert!(rows.values[0] == 1.0 && rows.values[1].is_nan() && rows.values[2] == 3.0);
         let flat = read_heights(b"[null, 2]", "/p", &mut faults).unwrap();
         assert!(flat.rows.is_none() && flat.values[0].is_nan() && flat.values[1] == 2.0);
+        assert_eq!(read_rows_of_heights(b"[[1], [null, 2]]", "/p", &mut faults).unwrap().1, [1, 2]);
         assert!(faults.is_empty() && read_heights(b"[[1], 2]", "/p", &mut faults).is_none());
         assert_eq!(faults.list()[0].pointer, "/p/1");
+        let mut faults = Faults::default();
+        assert!(read_rows_of_heights(b"[1, null]", "/p", &mut faults).is_none());
+        assert_eq!(faults.list()[0].pointer, "/p/0");
     }
 }

@@ -7,10 +7,16 @@ use crate::api::{
         reader::{nodes::RawNodes, spec},
         spec::request::FitSpecMembers,
     },
-    json::members::{Members, of_request},
+    json::{
+        members::{Members, of_request},
+        numbers::read_rows,
+    },
     problem::Problem,
 };
-use flankfit_engine::estimation::randomization::{ColumnScaling, Measured, Setup, Study, StudyField};
+use flankfit_engine::{
+    estimation::randomization::{ColumnScaling, Measured, Setup, Study, StudyField},
+    numerics::Rows,
+};
 
 /// A request read and checked.
 pub struct CheckedStudy {
@@ -28,7 +34,7 @@ pub struct CheckedStudy {
 
 /// What is studied, from either form.
 struct Material {
-    x: Vec<Vec<f64>>,
+    x: Rows,
     terms: Vec<String>,
     /// What nodes suggest.
     coefficients: Option<Vec<f64>>,
@@ -39,7 +45,7 @@ struct Material {
 pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
     let mut faults = Faults::default();
     let members: RandomizationMembers<'_> = of_request(text, &mut faults)?;
-    let x = members.x.read(&mut faults);
+    let x = members.x.optional_with(&mut faults, read_rows);
     let coefficients = members.coefficients.read(&mut faults);
     let noise_sigma = members.noise_sigma.read(&mut faults);
     let levels = members.levels.required(&mut faults);
@@ -51,13 +57,13 @@ pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
     let material = match (x, members.nodes) {
         (Some(_), Some(_)) => return refused("/nodes", "give either `x` or `nodes`, not both"),
         (None, None) => return refused("/x", "missing; give `x`, or `nodes` with `model`"),
-        (Some(x), None) => {
+        (Some((values, lengths)), None) => {
             let strangers = [members.model.name_if_given(), members.domain.name_if_given()];
             if let Some(name) = strangers.into_iter().flatten().next() {
                 return refused(&format!("/{name}"), "it belongs to `nodes`");
             }
-            let terms = (0..x.first().map_or(0, Vec::len)).map(|j| format!("x{j}")).collect();
-            Material { x, terms, coefficients: None, sigma: None }
+            let terms = (0..lengths.first().copied().unwrap_or(0)).map(|j| format!("x{j}")).collect();
+            Material { x: Rows::new(values, lengths), terms, coefficients: None, sigma: None }
         }
         (None, Some(nodes)) => {
             let (model, domain) = (members.model, members.domain);
@@ -73,7 +79,7 @@ pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
     };
     let seed = seed.unwrap_or(0);
     let scaling = scaling.unwrap_or(StudyScaling::None);
-    let rows = material.x.len();
+    let rows = material.x.count();
     let study = Study::new(Setup {
         x: material.x,
         coefficients: coefficients.clone(),

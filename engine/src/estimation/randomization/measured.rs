@@ -8,7 +8,7 @@ use crate::{
         fit::fit,
         spec::{FitSpec, Regularization},
     },
-    numerics::{Dd, Real},
+    numerics::{Dd, Real, Rows},
 };
 
 /// What nodes and a model give to a study.
@@ -27,7 +27,7 @@ use crate::{
 ///     terms: Terms::Tensor,
 /// };
 /// let measured = Measured::new(&nodes, &FitSpec::new(model))?;
-/// assert_eq!(measured.x[3], [1.0, 3.0]);
+/// assert_eq!(&measured.x[3], [1.0, 3.0]);
 /// assert!((measured.coefficients[1] - 2.0).abs() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -35,7 +35,7 @@ use crate::{
 pub struct Measured {
     /// Rows of the measurement matrix in the caller's columns, rounded to doubles; those of a
     /// weighted node times √weight.
-    pub x: Vec<Vec<f64>>,
+    pub x: Rows,
     /// Names of the columns.
     pub labels: Vec<String>,
     /// The least-squares estimate of the nodes' heights.
@@ -62,7 +62,7 @@ impl Measured {
                     let terms = row.index.iter().zip(&row.values);
                     root * terms.fold(Dd::ZERO, |sum, (&i, &w)| w.fma(change[(i, j)], sum)).to_f64()
                 };
-                (0..n).map(entry).collect()
+                (0..n).map(entry).collect::<Vec<f64>>()
             })
             .collect();
         Ok(Measured {

@@ -1,6 +1,7 @@
 //! What a study is run with, checked.
 
 use super::fault::{StudyFaults, StudyField, StudyReason};
+use crate::numerics::Rows;
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.
 pub(super) const MOST_WORK: usize = 300_000_000;
@@ -22,7 +23,7 @@ pub enum ColumnScaling {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// Rows of X.
-    pub x: Vec<Vec<f64>>,
+    pub x: Rows,
     /// A.
     pub coefficients: Vec<f64>,
     /// σ of a height.
@@ -57,14 +58,14 @@ impl Study {
     /// Checks everything.
     pub fn new(setup: Setup) -> Result<Self, StudyFaults> {
         let mut faults = StudyFaults::default();
-        let (rows, columns) = (setup.x.len(), setup.x.first().map_or(0, Vec::len));
+        let (rows, columns) = (setup.x.count(), setup.x.iter().next().map_or(0, <[f64]>::len));
         if rows == 0 || columns == 0 {
             faults.push(StudyField::Matrix, StudyReason::EmptyMatrix);
         }
         for (i, row) in setup.x.iter().enumerate().filter(|(_, row)| row.len() != columns) {
             faults.push(StudyField::Row(i), StudyReason::Row { given: row.len(), first: columns });
         }
-        if rows > 0 && columns > 0 && setup.x.iter().flatten().all(|x| *x == 0.0) {
+        if rows > 0 && columns > 0 && setup.x.values().iter().all(|x| *x == 0.0) {
             faults.push(StudyField::Matrix, StudyReason::ZeroMatrix);
         }
         if rows < columns {
@@ -108,7 +109,7 @@ impl Study {
             return Err(faults);
         }
         let mut study = Study {
-            x: setup.x.concat(),
+            x: setup.x.into_values(),
             rows,
             columns,
             coefficients: setup.coefficients,

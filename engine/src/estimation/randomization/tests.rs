@@ -1,7 +1,7 @@
 //! The study against plain normal equations, and laws that its figures obey.
 
 use super::*;
-use crate::numerics::Dd;
+use crate::numerics::{Dd, Rows};
 
 fn setup() -> Setup {
     let x = (0..20)
@@ -19,6 +19,17 @@ fn setup() -> Setup {
         seed: 11,
         scaling: ColumnScaling::None,
     }
+}
+
+fn vectors(rows: &Rows) -> Vec<Vec<f64>> {
+    rows.iter().map(<[f64]>::to_vec).collect()
+}
+
+/// Changes the rows of a setup.
+fn change_rows(setup: &mut Setup, change: impl FnOnce(&mut Vec<Vec<f64>>)) {
+    let mut x = vectors(&setup.x);
+    change(&mut x);
+    setup.x = x.iter().collect();
 }
 
 fn study(change: impl FnOnce(&mut Setup)) -> Study {
@@ -67,16 +78,17 @@ fn a_level_is_what_it_is_defined_as() {
     let e: Vec<f64> = normals.take(20).iter().map(|g| 0.1 * g).collect();
     let g = normals.take(60);
     let setup = setup();
-    let (mean, m) = (|j: usize| setup.x.iter().map(|row| row[j]).sum::<f64>() / 20.0, 20.0);
+    let x = vectors(&setup.x);
+    let (mean, m) = (|j: usize| x.iter().map(|row| row[j]).sum::<f64>() / 20.0, 20.0);
     let deviation: Vec<f64> =
-        (0..3).map(|j| (setup.x.iter().map(|row| (row[j] - mean(j)).powi(2)).sum::<f64>() / m).sqrt()).collect();
+        (0..3).map(|j| (x.iter().map(|row| (row[j] - mean(j)).powi(2)).sum::<f64>() / m).sqrt()).collect();
     let randomised: Vec<Vec<f64>> = (0..20)
-        .map(|i| (0..3).map(|j| setup.x[i][j] + if j == 0 { 0.0 } else { 0.2 * deviation[j] * g[3 * i + j] }).collect())
+        .map(|i| (0..3).map(|j| x[i][j] + if j == 0 { 0.0 } else { 0.2 * deviation[j] * g[3 * i + j] }).collect())
         .collect();
     let predict = |x: &[Vec<f64>], a: &[f64]| -> Vec<f64> {
         x.iter().map(|row| row.iter().zip(a).map(|(x, a)| x * a).sum()).collect()
     };
-    let y: Vec<f64> = predict(&setup.x, &setup.coefficients).iter().zip(&e).map(|(y, e)| y + e).collect();
+    let y: Vec<f64> = predict(&x, &setup.coefficients).iter().zip(&e).map(|(y, e)| y + e).collect();
     let solved = plain(&randomised, &y);
     let close = |got: Option<Summary>, want: f64| {
         let got = got.unwrap().median;
@@ -85,24 +97,24 @@ fn a_level_is_what_it_is_defined_as() {
     let figures = &result.levels[0].figures;
     let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     close(figures.bias_norm_squared, squares(&solved.a, &setup.coefficients));
-    close(figures.rss, squares(&y, &predict(&setup.x, &solved.a)));
+    close(figures.rss, squares(&y, &predict(&x, &solved.a)));
     close(result.levels[0].fitted_rss, squares(&y, &predict(&randomised, &solved.a)));
     close(figures.log10_determinant, solved.determinant.log10());
-    let least_squares = plain(&setup.x, &y);
+    let least_squares = plain(&x, &y);
     let reference = &result.references.least_squares;
     close(reference.bias_norm_squared, squares(&least_squares.a, &setup.coefficients));
-    close(reference.rss, squares(&y, &predict(&setup.x, &least_squares.a)));
+    close(reference.rss, squares(&y, &predict(&x, &least_squares.a)));
     close(reference.log10_determinant, least_squares.determinant.log10());
     // ridge with k: (XᵀX + kI) a = Xᵀy is least squares with √k I below
     for choice in &result.references.ridge.choices {
         let k = choice.lambda_star.unwrap().median;
-        let mut below = setup.x.clone();
+        let mut below = x.clone();
         (0..3).for_each(|j| below.push((0..3).map(|i| if i == j { k.sqrt() } else { 0.0 }).collect()));
         let mut z = y.clone();
         z.extend([0.0; 3]);
         let ridge = plain(&below, &z);
         close(choice.figures.bias_norm_squared, squares(&ridge.a, &setup.coefficients));
-        close(choice.figures.rss, squares(&y, &predict(&setup.x, &ridge.a)));
+        close(choice.figures.rss, squares(&y, &predict(&x, &ridge.a)));
         close(choice.figures.log10_determinant, ridge.determinant.log10());
     }
     assert_eq!(result.references.ridge.choices.len(), 4, "every criterion but min_condition");
@@ -141,7 +153,7 @@ fn the_matrix_b_of_a_level_has_that_level() {
         if largest / lambda > 900.0 && lambda < found.lambda_star {
             let c = (found.lambda_star - lambda) / (2.0 * lambda);
             let v = eigen.eigenvectors.column(i);
-            for (b, row) in b.iter_mut().zip(&x) {
+            for (b, row) in b.iter_mut().zip(x.iter()) {
                 let along: f64 = row.iter().zip(v.iter()).map(|(x, v)| x * v).sum();
                 (0..3).for_each(|j| b[j] += c * along * v[j]);
             }
@@ -253,7 +265,7 @@ fn near_dependence_keeps_its_digits() {
         .collect();
     let a = vec![1.0, 1.0];
     let result = run(&study(|s| {
-        (s.x, s.coefficients, s.levels, s.repetitions) = (x.clone(), a.clone(), vec![0.0], 3);
+        (s.x, s.coefficients, s.levels, s.repetitions) = (x.iter().collect(), a.clone(), vec![0.0], 3);
     }))
     .unwrap();
     // in double-double: det and trace of XᵀX
@@ -273,7 +285,7 @@ fn near_dependence_keeps_its_digits() {
 
 #[test]
 fn dependent_columns_are_told_not_invented() {
-    let result = run(&study(|s| s.x.iter_mut().for_each(|row| row[2] = 2.0 * row[1]))).unwrap();
+    let result = run(&study(|s| change_rows(s, |x| x.iter_mut().for_each(|row| row[2] = 2.0 * row[1])))).unwrap();
     assert!(result.references.spectral_exact.is_none() && result.references.least_squares.condition.is_none());
     assert!(result.levels[0].figures.condition.is_none() && result.levels[2].figures.condition.is_some());
     assert!(result.references.least_squares.bias_norm_squared.is_some());
@@ -286,7 +298,7 @@ fn unit_length_takes_units_away() {
     let scaled = |factor: f64| {
         run(&study(|s| {
             s.scaling = ColumnScaling::UnitLength;
-            s.x.iter_mut().for_each(|row| row[2] *= factor);
+            change_rows(s, |x| x.iter_mut().for_each(|row| row[2] *= factor));
             s.coefficients[2] /= factor;
         }))
         .unwrap()
@@ -300,16 +312,16 @@ fn unit_length_takes_units_away() {
 fn impossible_studies_are_refused_by_field() {
     type Change = fn(&mut Setup);
     let cases: [(Change, StudyField); 10] = [
-        (|s| s.x.clear(), StudyField::Matrix),
-        (|s| s.x[4] = vec![1.0], StudyField::Row(4)),
-        (|s| s.x.truncate(2), StudyField::Matrix),
+        (|s| s.x = Rows::default(), StudyField::Matrix),
+        (|s| change_rows(s, |x| x[4] = vec![1.0]), StudyField::Row(4)),
+        (|s| change_rows(s, |x| x.truncate(2)), StudyField::Matrix),
         (|s| s.coefficients = vec![1.0], StudyField::Coefficients),
         (|s| s.noise_sigma = -1.0, StudyField::NoiseSigma),
         (|s| s.levels.clear(), StudyField::Levels),
         (|s| s.levels[1] = -0.1, StudyField::Level(1)),
         (|s| s.repetitions = 0, StudyField::Repetitions),
         (|s| s.repetitions = 10_001, StudyField::Repetitions),
-        (|s| (s.repetitions, s.x) = (10_000, vec![vec![1.0, 2.0, 3.0]; 1200]), StudyField::Repetitions),
+        (|s| (s.repetitions, s.x) = (10_000, vec![[1.0, 2.0, 3.0]; 1200].iter().collect()), StudyField::Repetitions),
     ];
     for (change, field) in cases {
         let mut setup = setup();

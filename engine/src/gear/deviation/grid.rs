@@ -8,6 +8,7 @@ use super::{
 use crate::{
     fault::Common,
     gear::{Side, fault::NoSuchTooth, trace::MOST_DEVIATION},
+    numerics::Rows,
 };
 
 /// Deviations at the crossings of two strictly ascending axes.
@@ -23,7 +24,7 @@ pub struct Topography {
     /// mm.
     pub z: Vec<f64>,
     /// µm, one row for each roll length; NaN where undefined.
-    pub deviation: Vec<Vec<f64>>,
+    pub deviation: Rows,
     /// Line along which the deviations are taken.
     pub direction: Direction,
 }
@@ -41,8 +42,8 @@ pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations
     if let Some(least) = roll_length.first().filter(|least| **least < 0.0) {
         faults.push(TopographyField::RollLength { index: 0 }, TopographyReason::BelowBase(*least));
     }
-    if deviation.len() != roll_length.len() {
-        let reason = TopographyReason::Rows { rows: deviation.len(), roll_lengths: roll_length.len() };
+    if deviation.count() != roll_length.len() {
+        let reason = TopographyReason::Rows { rows: deviation.count(), roll_lengths: roll_length.len() };
         faults.push(TopographyField::Deviations, reason);
     }
     for (i, row) in deviation.iter().enumerate() {
@@ -61,7 +62,7 @@ pub fn grid(reference: &Reference, topography: &Topography) -> Result<Deviations
     let relief = &relief;
     let nodes = roll_length
         .iter()
-        .zip(deviation)
+        .zip(deviation.iter())
         .flat_map(|(&roll_length, row)| {
             z.iter().zip(row).map(move |(&z, &deviation)| Node {
                 tooth: *tooth,
@@ -88,7 +89,7 @@ fn check_axis(
     for (i, x) in axis.iter().enumerate() {
         if !x.is_finite() {
             faults.push(place(i), Common::NotFinite);
-        } else if i > 0 && *x <= axis[i - 1] {
+        } else if i > 0 && *x <= axis[i - 1] && axis[i - 1].is_finite() {
             faults.push(place(i), Common::NotAscending { value: *x, before: axis[i - 1] });
         }
     }

@@ -93,7 +93,7 @@ pub struct StrayBody {
 pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
     let mut faults = Faults::default();
     let checked = request::read(text, &mut faults)?;
-    let Some(checked) = checked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
+    let Some(mut checked) = checked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
     let Some(gear) = checked.gear.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
@@ -110,8 +110,9 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
         spec: &checked.spec,
     });
     let mut begun: Option<Start> = None;
-    let (method, deviations) = match &checked.given {
+    let (method, deviations) = match &mut checked.given {
         Given::Points { touches, measurement } => {
+            let (touches, measurement) = (&*touches, &*measurement);
             if let Some(registering) = &registering {
                 let found = start(gear, touches, measurement.ball_radius, registering);
                 begun = Some(found.map_err(|faults| registration::refused(faults.into()))?);
@@ -121,7 +122,7 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
         }
         Given::Grid(grid) => {
             let own = of.and_then(tooth_number);
-            let topography = grid.topography(gear, checked.direction, own).map_err(Problem::invalid)?;
+            let topography = grid.take_topography(gear, checked.direction, own).map_err(Problem::invalid)?;
             ("grid", deviation::grid(&reference, &topography).map_err(|faults| grid.placed(&faults)))
         }
     };

@@ -13,7 +13,12 @@ use crate::api::{
         gear::GearBody,
         notice::NoticeBody,
     },
-    json::{error::ReadError, members::of_request, request::request},
+    json::{
+        error::ReadError,
+        members::{of_object, of_request},
+        numbers::read_rows_of_heights,
+        request::request,
+    },
     measurand::side::SideName,
 };
 use flankfit_engine::{
@@ -29,6 +34,7 @@ use flankfit_engine::{
         trace::Direction,
     },
     geometry::space::Vector,
+    numerics::Rows,
 };
 
 /// Most points of one request.
@@ -79,26 +85,24 @@ request! {
     }
 }
 
-/// Deviations where roll lengths (or diameters) and z cross.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = DeviationGrid)]
-pub struct DeviationGridBody {
-    /// Counted clockwise from 1, the tooth at the top. By default that of the iteration that the
-    /// deviations are kept with, else 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tooth: Option<u32>,
-    pub flank: SideName,
-    /// Ascending; either these …
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub roll_length_mm: Option<Vec<f64>>,
-    /// … or these.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub diameter_mm: Option<Vec<f64>>,
-    /// Ascending.
-    pub z_mm: Vec<f64>,
-    /// From the unmodified involute. A row for each roll length; `null` where undefined.
-    pub deviation_um: Vec<Vec<Option<f64>>>,
+request! {
+    /// Deviations where roll lengths (or diameters) and z cross.
+    #[serde(deny_unknown_fields)]
+    #[schema(as = DeviationGrid)]
+    pub struct DeviationGridBody as DeviationGridMembers {
+        /// Counted clockwise from 1, the tooth at the top. By default that of the iteration that the
+        /// deviations are kept with, else 1.
+        optional tooth: u32,
+        required flank: SideName,
+        /// Ascending; either these …
+        optional roll_length_mm: Vec<f64>,
+        /// … or these.
+        optional diameter_mm: Vec<f64>,
+        /// Ascending.
+        required z_mm: Vec<f64>,
+        /// From the unmodified involute. A row for each roll length; `null` where undefined.
+        required deviation_um: Vec<Vec<Option<f64>>>,
+    }
 }
 
 /// What becomes of points without a flank.
@@ -141,7 +145,17 @@ pub struct CheckedDeviations {
 /// What deviations are made of.
 pub enum Given {
     Points { touches: Vec<MeasuredPoint>, measurement: Measurement },
-    Grid(DeviationGridBody),
+    Grid(DeviationGrid),
+}
+
+/// A grid, read, all but what needs the gear.
+pub struct DeviationGrid {
+    pub tooth: Option<u32>,
+    flank: SideName,
+    roll_length: Option<Vec<f64>>,
+    diameter: Option<Vec<f64>>,
+    z: Vec<f64>,
+    deviation: Rows,
 }
 
 /// Reads a request, all but what needs the gear.
@@ -200,7 +214,7 @@ fn given(members: &DeviationsMembers<'_>, direction: Direction, faults: &mut Fau
             for name in of_points.into_iter().flatten() {
                 faults.push(format!("/{name}"), "it belongs to `points`; a `grid` holds deviations already");
             }
-            members.grid.read(faults).map(Given::Grid)
+            members.grid.optional_with(faults, DeviationGrid::read).map(Given::Grid)
         }
         (false, false) => {
             faults.push("/points", "missing; give `points` or `grid`");
@@ -254,22 +268,40 @@ fn touches(members: &DeviationsMembers<'_>, faults: &mut Faults) -> Option<Vec<M
     (faults.count() == before).then(|| each.collect())
 }
 
-impl DeviationGridBody {
+impl DeviationGrid {
+    fn read(text: &[u8], at: &str, faults: &mut Faults) -> Option<Self> {
+        let before = faults.count();
+        let members: DeviationGridMembers<'_> = of_object(text, at, faults)?;
+        let tooth = members.tooth.read(faults);
+        let flank = members.flank.required(faults);
+        let (roll_length, diameter) = (members.roll_length_mm.read(faults), members.diameter_mm.read(faults));
+        let z = members.z_mm.required(faults);
+        let deviation = members.deviation_um.required_with(faults, read_rows_of_heights);
+        let (Some(flank), Some(z), Some((values, lengths))) = (flank, z, deviation) else { return None };
+        let deviation = Rows::new(values, lengths);
+        (faults.count() == before).then_some(DeviationGrid { tooth, flank, roll_length, diameter, z, deviation })
+    }
+
     /// Faults of the topography by their places in the request, whose profile may be given by
     /// diameters.
     pub fn placed(&self, faults: &TopographyFaults) -> Faults {
         Faults::by(faults, |field| match field {
-            TopographyField::RollLengths if self.diameter_mm.is_some() => "/grid/diameter_mm".to_owned(),
-            TopographyField::RollLength { index } if self.diameter_mm.is_some() => format!("/grid/diameter_mm/{index}"),
+            TopographyField::RollLengths if self.diameter.is_some() => "/grid/diameter_mm".to_owned(),
+            TopographyField::RollLength { index } if self.diameter.is_some() => format!("/grid/diameter_mm/{index}"),
             other => format!("/grid{}", other.pointer()),
         })
     }
 
-    /// The topography, once its gear is known; `own` is the tooth of the iteration that it is kept
-    /// with.
-    pub fn topography(&self, gear: &Gear, direction: Direction, own: Option<u32>) -> Result<Topography, Faults> {
+    /// The topography, whose deviations are taken out, once its gear is known; `own` is the tooth of
+    /// the iteration that it is kept with.
+    pub fn take_topography(
+        &mut self,
+        gear: &Gear,
+        direction: Direction,
+        own: Option<u32>,
+    ) -> Result<Topography, Faults> {
         let mut faults = Faults::default();
-        let roll_length = match (&self.roll_length_mm, &self.diameter_mm) {
+        let roll_length = match (&self.roll_length, &self.diameter) {
             (Some(lengths), None) => lengths.clone(),
             (None, Some(diameters)) => {
                 let mut lengths = Vec::with_capacity(diameters.len());
@@ -289,13 +321,12 @@ impl DeviationGridBody {
                 Vec::new()
             }
         };
-        let number = |deviation: &Option<f64>| deviation.unwrap_or(f64::NAN);
         faults.into_result(Topography {
             tooth: self.tooth.or(own.filter(|own| *own <= gear.data().teeth)).unwrap_or(1),
             side: self.flank.into(),
             roll_length,
-            z: self.z_mm.clone(),
-            deviation: self.deviation_um.iter().map(|row| row.iter().map(number).collect()).collect(),
+            z: self.z.clone(),
+            deviation: std::mem::take(&mut self.deviation),
             direction,
         })
     }
