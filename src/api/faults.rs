@@ -14,6 +14,8 @@ pub struct Fault {
     pub pointer: String,
     /// What is wrong there and what to do.
     pub detail: String,
+    /// Whether it is that nothing stands there.
+    pub missing: bool,
 }
 
 /// Every fault found (the first [`Faults::MOST`] are kept, all are counted).
@@ -38,11 +40,20 @@ impl Faults {
 
     /// Adds a fault.
     pub fn push(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
-        let pointer = pointer.into();
-        if !self.settled.contains(&pointer) {
+        self.add(Fault { pointer: pointer.into(), detail: detail.into(), missing: false });
+    }
+
+    /// Adds that nothing stands where something must.
+    pub fn push_missing(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
+        self.add(Fault { pointer: pointer.into(), detail: detail.into(), missing: true });
+    }
+
+    /// Adds a fault that was found elsewhere.
+    pub fn add(&mut self, fault: Fault) {
+        if !self.settled.contains(&fault.pointer) {
             self.count += 1;
             if self.faults.len() < Self::MOST {
-                self.faults.push(Fault { pointer, detail: detail.into() });
+                self.faults.push(fault);
             }
         }
     }
@@ -79,13 +90,6 @@ impl Faults {
         self.count += other.count;
         let room = Self::MOST - self.faults.len();
         self.faults.extend(other.faults.into_iter().take(room));
-    }
-
-    /// The same faults of what stands at `pointer` as a whole, whose parts are not the caller's.
-    pub fn of_whole(self, pointer: &str) -> Faults {
-        let each = self.faults.into_iter();
-        let faults = each.map(|fault| Fault { pointer: pointer.to_owned(), ..fault }).collect();
-        Faults { faults, count: self.count, settled: Vec::new() }
     }
 
     /// The faults kept.
@@ -129,7 +133,10 @@ impl Faults {
     /// The engine's faults where a request has other places than the table.
     pub fn by<F: Field<R>, R: Display>(found: &fault::Faults<F, R>, place: impl Fn(&F) -> String) -> Self {
         let each = found.list().iter();
-        let faults = each.map(|one| Fault { pointer: place(&one.field), detail: one.field.detail(&one.reason) });
+        let faults = each.map(|one| {
+            let (pointer, detail) = (place(&one.field), one.field.detail(&one.reason));
+            Fault { pointer, detail, missing: false }
+        });
         Faults { faults: faults.collect(), count: found.count(), settled: Vec::new() }
     }
 }
@@ -142,7 +149,7 @@ impl<F: Field<R>, R: Display> From<fault::Faults<F, R>> for Faults {
 
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, Fault { pointer, detail }) in self.faults.iter().enumerate() {
+        for (k, Fault { pointer, detail, .. }) in self.faults.iter().enumerate() {
             let between = if k == 0 { "" } else { "; " };
             write!(f, "{between}{pointer}: {detail}")?;
         }
@@ -184,7 +191,5 @@ mod tests {
         let told: Vec<_> = faults.list().iter().map(|fault| (&*fault.pointer, &*fault.detail)).collect();
         assert_eq!(told, [("/a", "all"), ("/b", "all of b")]);
         assert_eq!(faults.count(), 2);
-        let whole = faults.of_whole("/file");
-        assert!(whole.count() == 2 && whole.list().iter().all(|fault| fault.pointer == "/file"), "{whole}");
     }
 }

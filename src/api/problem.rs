@@ -222,7 +222,7 @@ impl Problem {
                 let rest = fault.pointer.strip_prefix(other.pointer.as_str());
                 rest.is_some_and(|rest| rest.starts_with('/'))
             };
-            fault.detail.starts_with("missing") && list.iter().any(within)
+            fault.missing && list.iter().any(within)
         };
         let told = list.iter().filter(|fault| !follows(fault));
         let errors: Vec<ProblemError> = told
@@ -387,12 +387,12 @@ mod tests {
     fn what_is_missing_in_what_is_missing_is_not_said() {
         let mut faults = Faults::default();
         for (pointer, detail) in [("/gear", "missing"), ("/gear/teeth", "missing"), ("/gears", "missing")] {
-            faults.push(pointer, detail);
+            faults.push_missing(pointer, detail);
         }
         let told: Vec<_> = Problem::invalid(faults).errors.into_iter().map(|error| error.pointer).collect();
         assert_eq!(told, ["/gear", "/gears"]);
         let mut faults = Faults::default();
-        faults.push("/nodes", "missing; give nodes");
+        faults.push_missing("/nodes", "missing; give nodes");
         faults.push("", "expected an object, found an array");
         assert_eq!(Problem::invalid(faults).errors.len(), 1);
     }

@@ -55,14 +55,14 @@ pub struct Iteration {
     pub created_at: Timestamp,
     /// Nodes posted, missing ones included.
     pub node_count: u64,
-    /// 1 when created, one more with every fit, choice and ruling.
+    /// 1 when created, one more with every fit, choice and decision.
     pub version: u64,
     /// The last [`MAX_LISTED`].
     pub fits: Vec<FitSummary>,
     /// Fits made before those.
     pub earlier_fits: u64,
-    /// The latest ruling, if there is one.
-    pub ruling: Option<Ruling>,
+    /// The latest decision, if there is one.
+    pub decision: Option<DecisionEvent>,
 }
 
 /// What is done with the gear after an iteration.
@@ -105,7 +105,7 @@ pub struct Choice {
 
 /// That something was decided.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Ruling {
+pub struct DecisionEvent {
     pub decision: Decision,
     pub event: Event,
 }
@@ -118,7 +118,7 @@ pub struct Trace {
     pub next: Option<Cursor>,
 }
 
-/// An iteration as the trace tells it: fits, choices and rulings in the order in which they were
+/// An iteration as the trace tells it: fits, choices and decisions in the order in which they were
 /// made, of each the last [`MAX_LISTED`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracedIteration {
@@ -129,7 +129,7 @@ pub struct TracedIteration {
     pub created_at: Timestamp,
     pub fits: Vec<TracedFit>,
     pub choices: Vec<Choice>,
-    pub rulings: Vec<Ruling>,
+    pub decisions: Vec<DecisionEvent>,
     /// What is kept beside the fits, oldest first.
     pub records: Vec<RecordSummary>,
     pub earlier: Earlier,
@@ -140,7 +140,7 @@ pub struct TracedIteration {
 pub struct Earlier {
     pub fits: u64,
     pub choices: u64,
-    pub rulings: u64,
+    pub decisions: u64,
     pub records: u64,
 }
 

@@ -8,7 +8,7 @@ use super::{
     draft::{IterationDraft, RefitDraft},
     fit::{FitRecord, NewFit},
     idempotency::Keyed,
-    iteration::{Choice, Decision, Event, FitSummary, Iteration, NewIteration, Ruling},
+    iteration::{Choice, Decision, DecisionEvent, Event, FitSummary, Iteration, NewIteration},
     measurand::{Measurand, Successors},
     outcome::{Precondition, RepositoryError, Stored},
     page::{Page, PageRequest},
@@ -129,8 +129,9 @@ impl Jobs {
         reason: Option<String>,
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
-        let ruling = Ruling { decision, event: Event { reason, created_at: self.clock.now() } };
-        self.write(job, |repository| async move { repository.rule(job, number, ruling, precondition).await }).await?;
+        let decision = DecisionEvent { decision, event: Event { reason, created_at: self.clock.now() } };
+        self.write(job, |repository| async move { repository.decide(job, number, decision, precondition).await })
+            .await?;
         self.iteration(job, number).await
     }
 

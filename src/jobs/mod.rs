@@ -3,8 +3,8 @@
 //!
 //! A job collects iterations (measure, correct the machine, measure again). An iteration holds its
 //! nodes for good and one or more fits; which fit stands is the latest [`Choice`], and what
-//! followed is the latest [`Ruling`]. Choices and rulings are events: a change of mind is a new
-//! one, so the trace tells the whole story and nothing in it is ever overwritten.
+//! followed is the latest [`DecisionEvent`]. Choices and decisions are events: a change of mind is
+//! a new one, so the trace tells the whole story and nothing in it is ever overwritten.
 //!
 //! This room knows neither SQL nor HTTP. Storage is the [`Repository`], and the ambient world
 //! (time, fresh ids) comes in through [`Clock`] and [`Ids`], so a test can hold all three in its
@@ -41,7 +41,7 @@ pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;
 pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Keyed, KeyedRequest, Receipt, RunningKeys};
 pub use iteration::{
-    Choice, Decision, Earlier, Event, FitSummary, Iteration, MAX_LISTED, NewIteration, NewRun, Ruling, Trace,
+    Choice, Decision, DecisionEvent, Earlier, Event, FitSummary, Iteration, MAX_LISTED, NewIteration, NewRun, Trace,
     TracedFit, TracedIteration,
 };
 pub use job::{Job, JobPatch, Update};

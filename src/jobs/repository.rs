@@ -9,7 +9,7 @@ use super::{
     event::JobEvent,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},
-    iteration::{Choice, FitSummary, Iteration, NewIteration, NewRun, Ruling, Trace},
+    iteration::{Choice, DecisionEvent, FitSummary, Iteration, NewIteration, NewRun, Trace},
     job::{Job, JobPatch},
     measurand::{Measurand, Successors},
     outcome::{Precondition, RepositoryError, Stored},
@@ -68,8 +68,14 @@ pub trait Repository: Send + Sync + 'static {
         choice: Choice,
         precondition: Precondition,
     ) -> RepositoryFuture<'_, Stored>;
-    /// Records the ruling, unless the latest one says the same.
-    fn rule(&self, job: Uuid, number: u32, ruling: Ruling, precondition: Precondition) -> RepositoryFuture<'_, Stored>;
+    /// Records the decision, unless the latest one says the same.
+    fn decide(
+        &self,
+        job: Uuid,
+        number: u32,
+        decision: DecisionEvent,
+        precondition: Precondition,
+    ) -> RepositoryFuture<'_, Stored>;
 
     fn insert_record(
         &self,

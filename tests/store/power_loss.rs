@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use flankfit::{
-    jobs::{Choice, Decision, Event, JobPatch, Precondition, Repository, RepositoryError, Ruling, Update},
+    jobs::{Choice, Decision, DecisionEvent, Event, JobPatch, Precondition, Repository, RepositoryError, Update},
     store::{Store, StoreSettings},
 };
 use libsqlite3_sys as sqlite;
@@ -47,7 +47,7 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
     let event = || Event { reason: None, created_at: place.now() };
     store.choose(job.id, 1, Choice { fit_id: fit.id, event: event() }, none()).await.unwrap();
     assert!(disk::is_synced(&log));
-    store.rule(job.id, 1, Ruling { decision: Decision::Accept, event: event() }, none()).await.unwrap();
+    store.decide(job.id, 1, DecisionEvent { decision: Decision::Accept, event: event() }, none()).await.unwrap();
     assert!(disk::is_synced(&log));
     let record = place.stored_record(&store, job.id).await;
     assert!(disk::is_synced(&log));
@@ -70,7 +70,7 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
         (iteration.id, iteration.fits.iter().find(|fit| fit.chosen).map(|fit| fit.id), iteration.fits.len()),
         (first.id, Some(fit.id), 2)
     );
-    assert_eq!(iteration.ruling.unwrap().decision, Decision::Accept);
+    assert_eq!(iteration.decision.unwrap().decision, Decision::Accept);
     assert_eq!(after.record(job.id, 1, record.id).await.unwrap(), *record);
     assert_eq!(after.job(job.id).await.unwrap().machine.as_deref(), Some("K300"));
 }

@@ -62,11 +62,11 @@ async fn the_trace_is_append_only_for_everybody() {
         let delete = refusal(&mut own, &format!("DELETE FROM {table}")).await;
         assert!(delete.contains("is append-only"), "{delete}");
     }
-    let ruling = flankfit::jobs::Ruling {
+    let decision = flankfit::jobs::DecisionEvent {
         decision: flankfit::jobs::Decision::Accept,
         event: flankfit::jobs::Event { reason: None, created_at: place.now() },
     };
-    store.rule(job.id, 1, ruling, Default::default()).await.unwrap();
+    store.decide(job.id, 1, decision, Default::default()).await.unwrap();
     assert!(refusal(&mut own, "UPDATE decisions SET decision = 'reject'").await.contains("is append-only"));
     assert!(refusal(&mut own, "DELETE FROM decisions").await.contains("is append-only"));
     // A job with iterations cannot be deleted past the foreign key either.

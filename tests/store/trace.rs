@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    Choice, Cursor, Decision, Earlier, Event, JobPatch, MAX_LISTED, PageRequest, Precondition, Repository,
-    RepositoryError, Resource, Ruling, Update,
+    Choice, Cursor, Decision, DecisionEvent, Earlier, Event, JobPatch, MAX_LISTED, PageRequest, Precondition,
+    Repository, RepositoryError, Resource, Update,
 };
 use uuid::Uuid;
 
@@ -53,7 +53,7 @@ async fn an_iteration_comes_back_bit_for_bit() {
     assert_eq!(back.measurand, new.measurand);
     assert_eq!(store.measurand(job.id, 1).await.unwrap(), new.measurand);
     assert_eq!((&back.details, back.created_at), (&new.details, new.created_at));
-    assert_eq!((back.node_count, back.fits[0].id, back.ruling), (6, new.fit.id, None));
+    assert_eq!((back.node_count, back.fits[0].id, back.decision), (6, new.fit.id, None));
     assert_eq!(back.fits.len(), 1);
     assert_eq!((back.fits[0].chosen, &back.fits[0].figures), (true, &new.fit.computed.figures));
     let fit = store.fit(job.id, 1, new.fit.id).await.unwrap();
@@ -87,11 +87,12 @@ async fn the_trace_keeps_every_choice_and_ruling_in_order() {
     assert_eq!(choose(second.id, "smoother").await.unwrap().version, 3, "saying the same again is no new choice");
     assert_eq!(choose(first.fit.id, "back").await.unwrap().version, 4);
     assert!(matches!(choose(job.id, "no fit").await, Err(RepositoryError::ForeignFit(id)) if id == job.id));
-    let rule = |decision, reason| store.rule(job.id, 1, Ruling { decision, event: event(reason) }, none.clone());
+    let rule =
+        |decision, reason| store.decide(job.id, 1, DecisionEvent { decision, event: event(reason) }, none.clone());
     assert_eq!(rule(Decision::Remachine, "slope").await.unwrap().version, 5);
     assert_eq!(rule(Decision::Accept, "measured again").await.unwrap().version, 6);
-    let late = Ruling { decision: Decision::Reject, event: event("late") };
-    let late = store.rule(job.id, 1, late, Precondition::AnyOf(vec![5])).await;
+    let late = DecisionEvent { decision: Decision::Reject, event: event("late") };
+    let late = store.decide(job.id, 1, late, Precondition::AnyOf(vec![5])).await;
     assert!(matches!(late, Err(RepositoryError::VersionMismatch { current: 6 })));
 
     let trace = store.trace(job.id, WHOLE).await.unwrap();
@@ -105,12 +106,12 @@ async fn the_trace_keeps_every_choice_and_ruling_in_order() {
     assert_eq!(told.fits[1].summary.event.reason.as_deref(), Some("more shrinkage"));
     let choices: Vec<_> = told.choices.iter().map(|choice| (choice.fit_id, choice.event.reason.as_deref())).collect();
     assert_eq!(choices, [(first.fit.id, None), (second.id, Some("smoother")), (first.fit.id, Some("back"))]);
-    let rulings: Vec<_> = told.rulings.iter().map(|ruling| ruling.decision).collect();
-    assert_eq!(rulings, [Decision::Remachine, Decision::Accept]);
+    let decisions: Vec<_> = told.decisions.iter().map(|decision| decision.decision).collect();
+    assert_eq!(decisions, [Decision::Remachine, Decision::Accept]);
     let fits = store.iteration(job.id, 1).await.unwrap().fits;
     assert_eq!(fits.iter().map(|fit| fit.chosen).collect::<Vec<_>>(), [true, false]);
     assert!(!store.fit(job.id, 1, second.id).await.unwrap().chosen);
-    assert_eq!(store.iteration(job.id, 1).await.unwrap().ruling.unwrap().decision, Decision::Accept);
+    assert_eq!(store.iteration(job.id, 1).await.unwrap().decision.unwrap().decision, Decision::Accept);
 }
 
 /// A job with many iterations and an iteration with many fits are read page by page.
@@ -143,7 +144,7 @@ async fn the_trace_and_the_fits_come_in_pages() {
         ids.push(fit.id);
         let event = Event { reason: Some(k.to_string()), created_at: place.now() };
         store.choose(job.id, 2, Choice { fit_id: fit.id, event: event.clone() }, Precondition::None).await.unwrap();
-        store.rule(job.id, 2, Ruling { decision: Decision::Accept, event }, Precondition::None).await.unwrap();
+        store.decide(job.id, 2, DecisionEvent { decision: Decision::Accept, event }, Precondition::None).await.unwrap();
     }
     let (mut found, mut after) = (Vec::new(), None);
     loop {
@@ -161,8 +162,8 @@ async fn the_trace_and_the_fits_come_in_pages() {
     assert_eq!(iteration.fits.iter().map(|fit| fit.id).collect::<Vec<_>>(), ids[ids.len() - most..]);
     assert_eq!((iteration.earlier_fits, iteration.fits[most - 1].chosen), (5, true));
     let told = &store.trace(job.id, WHOLE).await.unwrap().iterations[1];
-    assert_eq!((told.fits.len(), told.choices.len(), told.rulings.len()), (most, most, most));
-    assert_eq!(told.earlier, Earlier { fits: 5, choices: 5, rulings: 4, records: 0 });
+    assert_eq!((told.fits.len(), told.choices.len(), told.decisions.len()), (most, most, most));
+    assert_eq!(told.earlier, Earlier { fits: 5, choices: 5, decisions: 4, records: 0 });
     assert_eq!(told.choices[most - 1].fit_id, ids[ids.len() - 1]);
 }
 

@@ -12,35 +12,19 @@ const CODE_WIDTH: usize = 120;
 /// Columns of a line that is a comment. Rows of tables and addresses do not count.
 const COMMENT_WIDTH: usize = 100;
 const FILE_LINES: usize = 500;
-const FUNCTION_LINES: usize = 120;
+const FUNCTION_LINES: usize = 100;
 
-/// Files with wider lines, and how many: sentences of the published document, whose line breaks are
-/// part of it.
-const WIDE_LINES: &[(&str, usize)] = &[
-    ("src/api/fits/reader/fields.rs", 1),
-    ("src/api/fits/spec/request.rs", 1),
-    ("src/api/gears/correction/request.rs", 10),
-    ("src/api/gears/correction/sensitivity.rs", 3),
-    ("src/api/gears/deviations/request.rs", 5),
-    ("src/api/gears/evaluation/flank_surface.rs", 2),
-    ("src/api/jobs/iteration_requests.rs", 1),
-    ("src/api/measurand/axes.rs", 1),
-    ("src/api/shapes/export.rs", 3),
-    ("src/api/shapes/surface_shape.rs", 5),
-    ("src/api/streams/stream.rs", 1),
-    ("src/api/studies/request.rs", 2),
-    ("src/api/studies/result.rs", 1),
-    ("src/api/surfaces/closest.rs", 1),
-    ("src/api/surfaces/methods.rs", 1),
-    ("src/api/surfaces/request.rs", 1),
-    ("src/api/surfaces/source.rs", 1),
-];
+/// Files with wider lines, and how many.
+const WIDE_LINES: &[(&str, usize)] = &[];
 
 /// Files with more lines, and how many.
 const LONG_FILES: &[(&str, usize)] = &[];
 
 /// Functions with more lines, and how many.
-const LONG_FUNCTIONS: &[(&str, &str, usize)] = &[("src/api/fits/answer/text_tests.rs", "result", 140)];
+const LONG_FUNCTIONS: &[(&str, &str, usize)] = &[
+    ("src/api/fits/answer/text_tests.rs", "result", 165),
+    ("tests/http/jobs/life.rs", "a_job_from_creation_to_acceptance", 103),
+];
 
 /// Every source of the workspace with its name.
 fn all_sources() -> Vec<(String, String)> {

@@ -43,6 +43,17 @@ impl fmt::Display for Counted {
     }
 }
 
+/// `is` of one thing, `are` of any other number.
+pub fn are(count: usize) -> &'static str {
+    if count == 1 { "is" } else { "are" }
+}
+
+/// A number to so many significant digits.
+pub fn rounded(x: f64, digits: usize) -> Shown {
+    let places = digits.saturating_sub(1);
+    Shown(format!("{x:.places$e}").parse().unwrap_or(x))
+}
+
 /// Things in a row, with commas between them.
 pub fn listed<T: fmt::Display>(things: impl IntoIterator<Item = T> + Clone) -> impl fmt::Display {
     fmt::from_fn(move |f| {
@@ -75,6 +86,10 @@ mod tests {
             assert_eq!(text.parse::<f64>(), Ok(value));
         }
         assert_eq!(Shown(f64::NAN).to_string(), "NaN");
+        for (value, text) in [(0.799_66, "0.7997"), (123_456.7, "123500"), (-3.2e-7, "-3.2e-7"), (0.0, "0")] {
+            assert_eq!(rounded(value, 4).to_string(), text);
+        }
+        assert_eq!([f64::NAN, f64::INFINITY].map(|x| rounded(x, 4).to_string()), ["NaN", "inf"]);
         assert_eq!(Shown(f64::INFINITY).to_string(), "inf");
     }
 
@@ -83,6 +98,7 @@ mod tests {
         assert_eq!(entries(1).to_string(), "1 entry");
         assert_eq!(entries(0).to_string(), "0 entries");
         assert_eq!(counted(2, "weight", "weights").to_string(), "2 weights");
+        assert_eq!([0, 1, 2].map(are), ["are", "is", "are"]);
         assert_eq!(listed([""; 0]).to_string(), "");
         assert_eq!(listed([1, 2, 3]).to_string(), "1, 2, 3");
     }

@@ -15,6 +15,7 @@ use crate::api::{
     warning::WarningBody,
 };
 use flankfit_engine::{
+    fault::words::rounded,
     geometry::curve::{
         Curve, CurveShape,
         measure::{self, Bending},
@@ -124,8 +125,8 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         let lengths = Lengths::of(&curve, &at).ok_or_else(|| beyond("/at"))?;
         if !lengths.converged {
             let message = format!(
-                "the lengths are known to {:.1e} only: the curve is small or wild against its place",
-                lengths.error
+                "the lengths are known to {} only: the curve is small or wild against its place",
+                rounded(lengths.error, 2)
             );
             warnings.push(("length_uncertain", message));
         }

@@ -18,6 +18,13 @@ use flankfit_engine::geometry::{
     space::{Dimension, Vector},
 };
 
+/// The methods that there are.
+const METHODS: &str = "lagrange, newton, hermite, cubic_hermite, cubic_spline, b_spline, b_spline_least_squares, \
+    nurbs_least_squares and smoothing_spline are";
+
+/// The ends of a cubic spline.
+const ENDS: &str = "clamped, natural, second_derivative, not_a_knot and periodic are";
+
 /// The method of a request, with its name.
 pub enum RequestedMethod {
     Through { name: &'static str, method: Method },
@@ -54,7 +61,7 @@ pub fn read(slice: &[u8], points: &Points, faults: &mut Faults) -> Option<Reques
     };
     let values = Values { dimension };
     let through = |name, method| Some(RequestedMethod::Through { name, method });
-    match read_tag(slice, AT, faults)?.as_str() {
+    match read_tag(slice, AT, METHODS, faults)?.as_str() {
         "lagrange" => {
             read_value::<LagrangeMethod>(slice, AT, faults)?;
             through("lagrange", Method::Lagrange)
@@ -78,7 +85,7 @@ pub fn read(slice: &[u8], points: &Points, faults: &mut Faults) -> Option<Reques
                     Tangents::Given(values.read(&given, &format!("{AT}/values"), faults)?)
                 }
                 (TangentsName::Given, None) => {
-                    faults.push(format!("{AT}/values"), "missing; the tangents `given` need them");
+                    faults.push_missing(format!("{AT}/values"), "missing; the tangents `given` need them");
                     return None;
                 }
                 (_, Some(_)) => {
@@ -117,13 +124,7 @@ pub fn read(slice: &[u8], points: &Points, faults: &mut Faults) -> Option<Reques
             Some(RequestedMethod::Near { name: "smoothing_spline", method })
         }
         other => {
-            unknown_type(
-                AT,
-                other,
-                "lagrange, newton, hermite, cubic_hermite, cubic_spline, b_spline, b_spline_least_squares, \
-                 nurbs_least_squares and smoothing_spline are",
-                faults,
-            );
+            unknown_type(AT, other, METHODS, faults);
             None
         }
     }
@@ -155,7 +156,7 @@ impl Values {
 
     fn ends(&self, slice: &[u8], faults: &mut Faults) -> Option<Ends> {
         const AT: &str = "/method/ends";
-        Some(match read_tag(slice, AT, faults)?.as_str() {
+        Some(match read_tag(slice, AT, ENDS, faults)?.as_str() {
             "clamped" => {
                 let body: ClampedEnds = read_value(slice, AT, faults)?;
                 let [start, end] = self.pair(body.start, body.end, AT, faults)?;
@@ -179,7 +180,7 @@ impl Values {
                 Ends::Periodic
             }
             other => {
-                unknown_type(AT, other, "clamped, natural, second_derivative, not_a_knot and periodic are", faults);
+                unknown_type(AT, other, ENDS, faults);
                 return None;
             }
         })

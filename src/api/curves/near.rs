@@ -27,6 +27,7 @@ use flankfit_engine::{
         },
         spec::{Criterion, Parameter},
     },
+    fault::words::rounded,
     geometry::curve::{Curve, CurveShape, Points},
 };
 
@@ -130,8 +131,8 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveS
         Some(Stop::Tolerance) | None => Vec::new(),
         Some(_) => {
             let message = format!(
-                "a point is still {:.3e} off the curve; `knot_insertion` says why no more knots were inserted",
-                fit.max_error
+                "a point is still {} off the curve; `knot_insertion` says why no more knots were inserted",
+                rounded(fit.max_error, 4)
             );
             vec![("tolerance_not_met", message)]
         }

@@ -112,7 +112,10 @@ pub fn of_nodes(nodes: &Nodes, faults: &mut Faults) -> Option<GivenPoints> {
             })
         }
         _ => {
-            faults.push("/points", "missing; the nodes of this iteration are no curve whose points could be taken");
+            faults.push_missing(
+                "/points",
+                "missing; the nodes of this iteration are no curve whose points could be taken",
+            );
             None
         }
     }

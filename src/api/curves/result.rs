@@ -10,7 +10,10 @@ use crate::api::{
     shapes::{curve_shape::CurveBody, places::beyond},
     warning::WarningBody,
 };
-use flankfit_engine::geometry::curve::{Absence, Constructed, Curve, CurveShape, Stability};
+use flankfit_engine::{
+    fault::words::rounded,
+    geometry::curve::{Absence, Constructed, Curve, CurveShape, Stability},
+};
 
 /// A curve, everything needed to build it again, and how far it can be trusted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -147,9 +150,9 @@ fn warnings(stability: &Stability) -> Vec<(&'static str, String)> {
         warnings.push((
             "overshoot",
             format!(
-                "between points {before} and {after} the curve leaves their range by {:.3e}, {:.0} % of the range of \
+                "between points {before} and {after} the curve leaves their range by {}, {:.0} % of the range of \
                  all points",
-                overshoot.amount,
+                rounded(overshoot.amount, 4),
                 100.0 * relative
             ),
         ));

@@ -3,7 +3,7 @@
 
 use flankfit_engine::{
     estimation::Field as FitField,
-    fault::words::{Shown, counted, entries},
+    fault::words::{Shown, counted, entries, rounded},
     gear::{
         GearField, GearReason, Kind, NoInvolute, ProfileAxis, Refused,
         correction::fault::{CorrectionField, CorrectionReason, LimitField},
@@ -63,11 +63,11 @@ impl Field<GearReason> for GearField {
     }
 }
 
-/// An angle as it was sent: on the way to radians and back its last digits change.
-fn degrees(radians: f64) -> String {
+/// An angle in few digits: on the way to radians and back the last ones of what was sent change.
+fn degrees(radians: f64) -> Shown {
     let back = radians.to_degrees();
-    let sent = format!("{back:.14e}").parse().ok().filter(|sent: &f64| sent.to_radians() == radians);
-    Shown(sent.unwrap_or(back)).to_string()
+    let shown = |digits| rounded(back, digits);
+    (1..=16).map(shown).find(|sent| sent.0.to_radians() == radians).unwrap_or_else(|| shown(13))
 }
 
 fn no_involute(found: &NoInvolute) -> String {
@@ -411,5 +411,21 @@ where
     match error {
         Refused::Invalid(faults) => Problem::invalid(faults),
         Refused::Fit(error) => Problem::of_fit(error, fit),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::degrees;
+
+    #[test]
+    fn angles_are_shown_in_few_digits() {
+        for sent in [1000.0_f64, 20.0, 91.3, 0.1, -45.123_456] {
+            assert_eq!(degrees(sent.to_radians()).to_string(), sent.to_string());
+        }
+        // radians that no number of degrees of sixteen digits gives
+        let odd = 17.453_292_519_943_3_f64;
+        assert!(degrees(odd).to_string().len() <= 16, "{}", degrees(odd));
+        assert_eq!(degrees(f64::NAN).to_string(), "NaN");
     }
 }

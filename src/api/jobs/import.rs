@@ -7,6 +7,7 @@ use super::{fits, records};
 use crate::{
     api::{
         built::Built,
+        faults::{Fault, Faults},
         gears::{
             deviations,
             files::{
@@ -28,6 +29,15 @@ use flankfit_engine::{
     gear::Gear,
 };
 
+/// What a file makes impossible, where the request has nothing but the file.
+fn in_file(found: &Faults) -> Problem {
+    let mut faults = Faults::default();
+    for Fault { pointer, detail, .. } in found.list() {
+        faults.push("/file", format!("its {}: {detail}", pointer.trim_start_matches('/').replace('/', " ")));
+    }
+    Problem::invalid(faults)
+}
+
 /// Reads, evaluates and fits. Processor work.
 pub fn draft(
     content: &[u8],
@@ -43,7 +53,7 @@ pub fn draft(
     let read = read(content, name, &spec, gear)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
-    let measurand = flank.measurand(&nodes).map_err(|faults| Problem::invalid(faults.of_whole("/file")))?;
+    let measurand = flank.measurand(&nodes).map_err(|faults| in_file(&faults))?;
     let (computed, told) = surface(&nodes, flank.own_zeros.as_ref(), plans)?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let mut of = format!("{} flank of tooth {}{told}, imported from {name}", content::word(flank.side), flank.tooth);

@@ -63,8 +63,8 @@ request! {
 }
 
 request! {
-    /// What is known of a measurement whose nodes came as a stream. All of it may be left out, and the
-    /// body with it.
+    /// What is known of a measurement whose nodes came as a stream. All of it may be left out, and
+    /// the body with it.
     #[derive(Default, Deserialize)]
     #[serde(deny_unknown_fields)]
     #[schema(as = StreamFinish)]

@@ -192,7 +192,7 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
     object
         .field("created_at", &Moment(iteration.created_at))
         .field("node_count", &iteration.node_count)
-        .maybe("decision", iteration.ruling.as_ref().map(|ruling| ruling.decision.name()))
+        .maybe("decision", iteration.decision.as_ref().map(|decision| decision.decision.name()))
         .list("fits", &iteration.fits, fit_summary)
         .maybe("earlier_fits", Some(iteration.earlier_fits).filter(|count| *count > 0))
         .end();

@@ -20,7 +20,7 @@ use crate::{
         },
         measurand::{axes::AxesBody, side::SideName},
     },
-    jobs::{Choice, Earlier, List, RecordSummary, Ruling, Trace, TracedFit, TracedIteration},
+    jobs::{Choice, DecisionEvent, Earlier, List, RecordSummary, Trace, TracedFit, TracedIteration},
 };
 
 /// The whole story of a job. Nothing in it is ever overwritten: changes of mind are new entries.
@@ -131,8 +131,8 @@ pub struct TracedDecisionBody {
 
 impl From<Earlier> for EarlierBody {
     fn from(earlier: Earlier) -> Self {
-        let Earlier { fits, choices, rulings, records } = earlier;
-        EarlierBody { fits, choices, decisions: rulings, records }
+        let Earlier { fits, choices, decisions, records } = earlier;
+        EarlierBody { fits, choices, decisions, records }
     }
 }
 
@@ -155,10 +155,10 @@ fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {
     object
         .maybe("measured_at", iteration.measured_at.map(Moment))
         .field("created_at", &Moment(iteration.created_at))
-        .maybe("decision", iteration.rulings.last().map(|ruling| ruling.decision.name()))
+        .maybe("decision", iteration.decisions.last().map(|decision| decision.decision.name()))
         .list("fits", &iteration.fits, fit)
         .list("choices", &iteration.choices, choice)
-        .list("decisions", &iteration.rulings, ruling)
+        .list("decisions", &iteration.decisions, decision)
         .list("records", &iteration.records, record)
         .maybe(
             "earlier",
@@ -186,9 +186,9 @@ fn record(object: &mut Object<'_>, record: &RecordSummary) {
         .field("created_at", &Moment(record.created_at));
 }
 
-fn ruling(object: &mut Object<'_>, ruling: &Ruling) {
+fn decision(object: &mut Object<'_>, decision: &DecisionEvent) {
     object
-        .field("decision", &ruling.decision.name())
-        .maybe("reason", ruling.event.reason.as_deref())
-        .field("created_at", &Moment(ruling.event.created_at));
+        .field("decision", &decision.decision.name())
+        .maybe("reason", decision.event.reason.as_deref())
+        .field("created_at", &Moment(decision.event.created_at));
 }

@@ -104,7 +104,8 @@ impl Refusal {
     }
 
     pub fn into_fault(self) -> Fault {
-        Fault { pointer: self.0.pointer.unwrap_or_default(), detail: self.0.detail }
+        let missing = matches!(self.0.wrong, Wrong::Missing(_));
+        Fault { pointer: self.0.pointer.unwrap_or_default(), detail: self.0.detail, missing }
     }
 }
 

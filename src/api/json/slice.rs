@@ -16,7 +16,7 @@ impl Slice<'_> {
     pub const NAME: &'static str = "$slice";
 }
 
-impl<'de> Deserialize<'de> for Slice<'de> {
+impl<'de: 'a, 'a> Deserialize<'de> for Slice<'a> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Read;
 

@@ -62,8 +62,8 @@ pub fn read_at<'de, T: Deserialize<'de>>(
         Err(first) => {
             let pointer = pointer();
             let further = further::<T>(text, &first);
-            for Fault { pointer: place, detail } in [first.into_fault()].into_iter().chain(further) {
-                faults.push(format!("{pointer}{place}"), detail);
+            for fault in [first.into_fault()].into_iter().chain(further) {
+                faults.add(Fault { pointer: format!("{pointer}{}", fault.pointer), ..fault });
             }
             None
         }

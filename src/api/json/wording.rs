@@ -80,7 +80,7 @@ fn wanted(expected: &str) -> Cow<'_, str> {
     match expected {
         "usize" | "u64" => "a whole number of at least 0".into(),
         "u32" => "a whole number from 0 to 4294967295".into(),
-        "u8" => "a whole number from 0 to 255".into(),
+        "u8" => "a small whole number".into(),
         "f64" => "a number".into(),
         "a sequence" => "an array".into(),
         "a map" => "an object".into(),

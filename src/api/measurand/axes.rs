@@ -22,7 +22,8 @@ use flankfit_engine::{
 };
 
 request! {
-    /// What the nodes are of. A fit does not depend on it; whatever is made of a stored iteration does.
+    /// What the nodes are of. A fit does not depend on it; whatever is made of a stored iteration
+    /// does.
     #[derive(Default, Deserialize)]
     #[serde(deny_unknown_fields)]
     pub struct MeasurandBody as MeasurandMembers, read whole {

@@ -141,9 +141,12 @@ tags! {
     NurbsCurveTag = Nurbs,
 }
 
+/// The types of curves.
+const CURVES: &str = "polynomial, piecewise_polynomial, b_spline and nurbs are";
+
 /// Reads a curve that stands at `at`.
 pub fn read_curve(slice: &[u8], at: &str, faults: &mut Faults) -> Option<CurveShape> {
-    match read_tag(slice, at, faults)?.as_str() {
+    match read_tag(slice, at, CURVES, faults)?.as_str() {
         "polynomial" => polynomial(read_value(slice, at, faults)?, at, faults).map(CurveShape::Polynomial),
         "piecewise_polynomial" => {
             pieces(read_value(slice, at, faults)?, at, faults).map(CurveShape::PiecewisePolynomial)
@@ -158,7 +161,7 @@ pub fn read_curve(slice: &[u8], at: &str, faults: &mut Faults) -> Option<CurveSh
                 .map(CurveShape::BSpline)
         }
         other => {
-            unknown_type(at, other, "polynomial, piecewise_polynomial, b_spline and nurbs are", faults);
+            unknown_type(at, other, CURVES, faults);
             None
         }
     }
@@ -185,7 +188,7 @@ fn polynomial(body: PolynomialCurveBody, at: &str, faults: &mut Faults) -> Optio
     };
     let place = format!("{at}/{name}");
     let Some(values) = body.values.or(body.coefficients) else {
-        faults.push(place, "missing");
+        faults.push_missing(place, "missing");
         return None;
     };
     let (dimension, values) = point::read(&values, &place, faults)?;

@@ -53,8 +53,8 @@ request! {
         /// What the file calls the curve. Default `curve`.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
         optional name: ShortText,
-        /// Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from the
-        /// curve. Default a thousandth of the curve's extent.
+        /// Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from
+        /// the curve. Default a thousandth of the curve's extent.
         #[schema(exclusive_minimum = 0)]
         optional tolerance: f64,
     }
@@ -83,11 +83,12 @@ request! {
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
         optional name: ShortText,
         /// Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of
-        /// rational curves) may be from the one written. Default a millionth of the surface's extent.
-        /// Of meshes: nodes on common borders no farther apart are one.
+        /// rational curves) may be from the one written. Default a millionth of the surface's
+        /// extent. Of meshes: nodes on common borders no farther apart are one.
         #[schema(exclusive_minimum = 0)]
         optional tolerance: f64,
-        /// Of all others: quadrilaterals along u and along v on each smooth patch. Default 20 and 20.
+        /// Of all others: quadrilaterals along u and along v on each smooth patch. Default 20 and
+        /// 20.
         #[schema(value_type = Option<Vec<usize>>, min_items = 2, max_items = 2)]
         optional samples: [usize; 2],
     }

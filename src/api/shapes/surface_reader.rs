@@ -38,9 +38,12 @@ use flankfit_engine::{
 /// Corners may be this share of the largest coordinate apart, where no tolerance is given.
 const CORNER_TOLERANCE: f64 = 1e-6;
 
+/// The types of surfaces.
+const SURFACES: &str = "b_spline, nurbs, bezier, coons_bilinear, coons_bicubic, gregory and patchwork are";
+
 /// Reads a surface that stands at `at`.
 pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<SurfaceShape> {
-    match read_tag(slice, at, faults)?.as_str() {
+    match read_tag(slice, at, SURFACES, faults)?.as_str() {
         "b_spline" => {
             let body: BSplineSurfaceBody = read_value(slice, at, faults)?;
             b_spline(body.degree, body.knots, &body.control_points, None, at, faults).map(SurfaceShape::BSpline)
@@ -73,12 +76,7 @@ pub fn read_surface(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Surfa
         }
         "patchwork" => patchwork(slice, at, faults).map(SurfaceShape::Patchwork),
         other => {
-            unknown_type(
-                at,
-                other,
-                "b_spline, nurbs, bezier, coons_bilinear, coons_bicubic, gregory and patchwork are",
-                faults,
-            );
+            unknown_type(at, other, SURFACES, faults);
             None
         }
     }
@@ -278,7 +276,7 @@ fn patchwork(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Patchwork> {
     for (k, text) in texts.iter().flatten().enumerate() {
         let (text, place) = (text.0, format!("{at_patches}/{}", Net::place(columns, k)));
         // looked at first: patchworks within each other could be as deep as the text is long
-        match read_tag(text, &place, faults).as_deref() {
+        match read_tag(text, &place, SURFACES, faults).as_deref() {
             Some("patchwork") => faults.push(place, "a patch is not a patchwork itself"),
             Some(_) => patches.extend(read_surface(text, &place, faults)),
             None => {}

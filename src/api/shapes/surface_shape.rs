@@ -92,8 +92,8 @@ request! {
         #[schema(inline)]
         required kind as "type": CoonsBilinearTag,
         required boundaries: BordersBody,
-        /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the
-        /// largest coordinate.
+        /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
+        /// the largest coordinate.
         #[schema(minimum = 0)]
         optional tolerance: f64,
     }
@@ -110,16 +110,17 @@ request! {
         required boundaries: BordersBody,
         /// ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are estimated.
         optional cross_derivatives: BordersBody,
-        /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of the
-        /// largest coordinate.
+        /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
+        /// the largest coordinate.
         #[schema(minimum = 0)]
         optional tolerance: f64,
     }
 }
 
 request! {
-    /// Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest u,
-    /// `v0` and `v1` along u. Of points in space one may be missing: the patch then has three sides.
+    /// Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest
+    /// u, `v0` and `v1` along u. Of points in space one may be missing: the patch then has three
+    /// sides.
     #[derive(Default, Deserialize)]
     #[serde(deny_unknown_fields)]
     #[schema(as = Borders)]
@@ -164,8 +165,8 @@ request! {
         /// Where patches meet, both ends included, ascending.
         #[schema(min_items = 2)]
         required v: Vec<f64>,
-        /// For each interval of u a row, for each of v a patch over that rectangle; none a patchwork
-        /// itself.
+        /// For each interval of u a row, for each of v a patch over that rectangle; none a
+        /// patchwork itself.
         #[schema(no_recursion)]
         required patches: Vec<Vec<SurfaceBody>>,
     }

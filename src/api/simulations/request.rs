@@ -103,7 +103,10 @@ impl ClosedLoopBody {
                     ("/setting_error", error.is_none()),
                 ];
                 for (pointer, _) in parts.into_iter().filter(|(_, missing)| *missing) {
-                    faults.push(pointer, "missing: `matrix`, `settings`, `grid` and `setting_error` belong together");
+                    faults.push_missing(
+                        pointer,
+                        "missing: `matrix`, `settings`, `grid` and `setting_error` belong together",
+                    );
                 }
             }
         }

@@ -73,8 +73,8 @@ request! {
     /// A block of nodes.
     #[schema(as = StreamBlock)]
     pub struct BlockBody as BlockMembers {
-        /// 1 for the first block, one more for each. A block sent again with the same number and nodes
-        /// is answered again and not counted twice.
+        /// 1 for the first block, one more for each. A block sent again with the same number and
+        /// nodes is answered again and not counted twice.
         #[schema(minimum = 1)]
         required sequence: u64,
         /// One node to many, of one kind throughout the stream (scattered nodes and grids are one

@@ -25,13 +25,14 @@ request! {
         optional model: ModelBody,
         /// With `nodes`: the box on which mapped bases live.
         optional domain: DomainBody,
-        /// The true A, one for each column; with `nodes` the least-squares estimate of their heights is
-        /// assumed when not given.
+        /// The true A, one for each column; with `nodes` the least-squares estimate of their
+        /// heights is assumed when not given.
         optional coefficients: Vec<f64>,
         /// Deviation of a height; with `nodes` that of their residuals is assumed when not given.
         #[schema(minimum = 0)]
         optional noise_sigma: f64,
-        /// k: deviation of the noise that is put on a column over the deviation of the column itself.
+        /// k: deviation of the noise that is put on a column over the deviation of the column
+        /// itself.
         #[schema(min_items = 1, max_items = 200)]
         required levels: Vec<f64>,
         /// Random matrices for each level. More give smoother figures and take longer.

@@ -47,7 +47,8 @@ pub struct RandomizationResult {
     /// Largest |Pearson correlation| of two columns that vary.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_correlation: Option<f64>,
-    /// |V₁ᵀA|/‖A‖: how much of A lies along the eigenvector of the smallest eigenvalue; absent for A = 0.
+    /// |V₁ᵀA|/‖A‖: how much of A lies along the eigenvector of the smallest eigenvalue; absent for
+    /// A = 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub along_smallest: Option<f64>,
     /// ‖A‖² in the columns of the study, by which an estimate of 0 errs.

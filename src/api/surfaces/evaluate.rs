@@ -6,7 +6,7 @@ use crate::api::{
     json::{
         members::{of_object, of_request},
         numbers::read_rows,
-        writer::Json,
+        writer::{Json, Object},
     },
     problem::{Problem, Room},
     shapes::{
@@ -15,7 +15,7 @@ use crate::api::{
     },
 };
 use flankfit_engine::{
-    fault::words::counted,
+    fault::words::{counted, rounded},
     geometry::surface::{Evaluator, LocalGeometry, Surface, SurfaceJet, SurfaceShape, area},
     numerics::cancel::Asking,
 };
@@ -121,24 +121,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
             }
         });
     }
-    let singular = geometry.singular;
-    if geometry.has_normals && derivatives > 0 {
-        object.values("normals", 3, &geometry.normals);
-    }
-    if singular.is_none() && derivatives > 1 {
-        object.object("curvatures", |object| {
-            object
-                .numbers("gaussian", &geometry.gaussian)
-                .numbers("mean", &geometry.mean)
-                .values("principal", 2, &geometry.principal)
-                .values("direction", 3, &geometry.direction);
-        });
-    }
-    if singular.is_none() && forms {
-        object.object("fundamental_forms", |object| {
-            object.values("first", 3, &geometry.first).values("second", 3, &geometry.second);
-        });
-    }
+    geometry.write(&mut object, derivatives, forms);
     let mut warnings = Vec::new();
     if wants_area {
         let area = area::area(&surface, AREA_TOLERANCE);
@@ -146,11 +129,11 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
             object.number("value", area.area).number("error", area.error_estimate);
         });
         if !area.converged {
-            let message = format!("the area is known to {:.1e} only", area.error_estimate);
+            let message = format!("the area is known to {} only", rounded(area.error_estimate, 2));
             warnings.push(("area_uncertain", message));
         }
     }
-    if let Some((first, count)) = singular {
+    if let Some((first, count)) = geometry.singular {
         let left_out =
             if geometry.has_normals { "curvatures and forms are" } else { "normals, curvatures and forms are" };
         let message = format!(
@@ -194,6 +177,27 @@ impl Default for Geometry {
 }
 
 impl Geometry {
+    /// What of it is asked for and is there.
+    fn write(&self, object: &mut Object<'_>, derivatives: usize, forms: bool) {
+        if self.has_normals && derivatives > 0 {
+            object.values("normals", 3, &self.normals);
+        }
+        if self.singular.is_none() && derivatives > 1 {
+            object.object("curvatures", |object| {
+                object
+                    .numbers("gaussian", &self.gaussian)
+                    .numbers("mean", &self.mean)
+                    .values("principal", 2, &self.principal)
+                    .values("direction", 3, &self.direction);
+            });
+        }
+        if self.singular.is_none() && forms {
+            object.object("fundamental_forms", |object| {
+                object.values("first", 3, &self.first).values("second", 3, &self.second);
+            });
+        }
+    }
+
     fn add(&mut self, index: usize, local: &LocalGeometry) {
         self.has_normals &= local.normal.is_some();
         self.normals.extend(local.normal.iter().flatten());
@@ -271,7 +275,7 @@ fn read_parameters(members: &EvaluateSurfaceMembers<'_>, faults: &mut Faults) ->
             Some(parameters)
         }
         (None, None) => {
-            faults.push("/at", "missing; give `at` or `grid`");
+            faults.push_missing("/at", "missing; give `at` or `grid`");
             None
         }
         (Some(_), Some(_)) => {

@@ -22,6 +22,9 @@ use flankfit_engine::geometry::{
     surface::{construct::Method, coons::Twists, least_squares::AxisKnots},
 };
 
+/// The methods that there are.
+const METHODS: &str = "coons_bilinear, coons_bicubic, gregory, bezier, b_spline, b_spline_least_squares and nurbs are";
+
 /// The method of a request.
 pub struct RequestedMethod {
     /// The contract's name.
@@ -52,7 +55,7 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<RequestedMethod> {
         inner: None,
         domain: None,
     };
-    Some(match read_tag(slice, AT, faults)?.as_str() {
+    Some(match read_tag(slice, AT, METHODS, faults)?.as_str() {
         "coons_bilinear" => {
             read_value::<CoonsBilinearMethod>(slice, AT, faults)?;
             plain("coons_bilinear", Method::CoonsBilinear)
@@ -108,12 +111,7 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<RequestedMethod> {
             RequestedMethod { weights: Some(body.weights), ..plain("nurbs", method) }
         }
         other => {
-            unknown_type(
-                AT,
-                other,
-                "coons_bilinear, coons_bicubic, gregory, bezier, b_spline, b_spline_least_squares and nurbs are",
-                faults,
-            );
+            unknown_type(AT, other, METHODS, faults);
             return None;
         }
     })

@@ -51,8 +51,8 @@ request! {
         /// Where the curves over u stand, ascending.
         #[schema(min_items = 2)]
         required v: Vec<f64>,
-        /// For each u its curve over v. Of points in space the first or the last may be `null`: a tip,
-        /// where the patches have three sides.
+        /// For each u its curve over v. Of points in space the first or the last may be `null`: a
+        /// tip, where the patches have three sides.
         required u_curves: Vec<Option<CurveBody>>,
         /// For each v its curve over u; `null` as above.
         required v_curves: Vec<Option<CurveBody>>,

@@ -32,8 +32,8 @@ use flankfit_engine::{
 const MOST_PATCHES: usize = 10_000;
 
 request! {
-    /// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points` and
-    /// `nodes`. One that is kept with an iteration may say none of them: then it is made of the
+    /// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
+    /// and `nodes`. One that is kept with an iteration may say none of them: then it is made of the
     /// iteration's nodes.
     pub struct SurfaceRequest as SurfaceRequestMembers {
         flatten of: SurfaceSource,

@@ -19,8 +19,8 @@ request! {
         optional parametrization: ParametrizationName,
         optional boundaries: BordersBody,
         optional mesh: MeshBody,
-        /// Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the caller's
-        /// unit. Default 1e-6 of the largest coordinate at their ends.
+        /// Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the
+        /// caller's unit. Default 1e-6 of the largest coordinate at their ends.
         #[schema(minimum = 0)]
         optional tolerance: f64,
         /// Rows along u, within a row along v.

@@ -9,12 +9,12 @@ mod row;
 pub use columns::{Digest, Integer, Moment, NodesColumn, Tags};
 pub use error::{Outcome, StoreError, damaged};
 pub use operation::{
-    Choose, DeleteJob, DeleteStream, FinishStream, ForgetAnswers, InsertBlock, InsertFit, InsertIteration, InsertJob,
-    InsertRecord, InsertRuns, InsertStream, PatchJob, Probe, Rule, Run,
+    Choose, Decide, DeleteJob, DeleteStream, FinishStream, ForgetAnswers, InsertBlock, InsertFit, InsertIteration,
+    InsertJob, InsertRecord, InsertRuns, InsertStream, PatchJob, Probe, Run,
 };
 pub use queue::{Pending, Queue, Waiting, Write, queue};
 pub use row::{
-    AnswerRow, BlockRow, ChoiceRow, EventRow, FitRow, FitSummaryRow, IterationRow, JobRow, MeasurandRow, RecordRow,
-    RecordSummaryRow, RulingRow, StreamRow, TracedFitRow, TracedIterationRow,
+    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EventRow, FitRow, FitSummaryRow, IterationRow, JobRow, MeasurandRow,
+    RecordRow, RecordSummaryRow, StreamRow, TracedFitRow, TracedIterationRow,
 };
 pub(in crate::store) use row::{figure_columns, job_columns};

@@ -11,8 +11,8 @@ use uuid::Uuid;
 
 use super::error::Outcome;
 use crate::jobs::{
-    Choice, FinishedStream, Job, JobPatch, NewBlock, NewFit, NewIteration, NewRun, NewStream, Precondition, Receipt,
-    Record, Ruling, Stored, nodes_codec,
+    Choice, DecisionEvent, FinishedStream, Job, JobPatch, NewBlock, NewFit, NewIteration, NewRun, NewStream,
+    Precondition, Receipt, Record, Stored, nodes_codec,
 };
 
 /// A write with what it answers.
@@ -108,14 +108,14 @@ impl Operation for Choose {
     type Reply = Stored;
 }
 
-pub struct Rule {
+pub struct Decide {
     pub job: Uuid,
     pub number: u32,
-    pub ruling: Ruling,
+    pub decision: DecisionEvent,
     pub precondition: Precondition,
 }
 
-impl Operation for Rule {
+impl Operation for Decide {
     type Reply = Stored;
 }
 

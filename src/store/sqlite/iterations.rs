@@ -5,9 +5,8 @@ use sqlx::{FromRow, SqlitePool};
 use uuid::Uuid;
 
 use super::{
-    fits,
+    decisions, fits,
     locate::{WithSeq, which_is_missing},
-    rulings,
 };
 use crate::{
     jobs::{Iteration, Measurand, RepositoryError, Successors},
@@ -33,8 +32,8 @@ pub async fn iteration(db: &SqlitePool, job: Uuid, number: u32) -> Outcome<Itera
     .await?;
     let Some(WithSeq { seq, row }) = row else { return Err(which_is_missing(&mut db, job).await) };
     let fits = fits::last(&mut db, seq).await?;
-    let ruling = rulings::latest(&mut db, seq).await?;
-    Ok(row.with((job, number), fits, ruling))
+    let decision = decisions::latest(&mut db, seq).await?;
+    Ok(row.with((job, number), fits, decision))
 }
 
 pub async fn nodes(db: &SqlitePool, job: Uuid, number: u32) -> Outcome<Nodes> {

@@ -24,6 +24,7 @@
 mod answers;
 mod backup;
 mod blocks;
+mod decisions;
 mod error;
 mod events;
 mod fits;
@@ -36,7 +37,6 @@ mod lock;
 mod open;
 mod records;
 mod repository;
-mod rulings;
 mod runs;
 mod streams;
 mod time;

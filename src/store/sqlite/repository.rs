@@ -16,15 +16,14 @@ use super::{
 };
 use crate::{
     jobs::{
-        ANSWERS_KEPT, Answer, Block, Choice, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch,
-        Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Receipt, Record,
-        RecordKind, RecordSummary, Repository, RepositoryFuture, Ruling, Stored, Stream, StreamState, Successors,
-        Trace,
+        ANSWERS_KEPT, Answer, Block, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job,
+        JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest,
+        Precondition, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryFuture, Stored, Stream,
+        StreamState, Successors, Trace,
     },
     store::shared::{
-        Choose, DeleteJob, DeleteStream, FinishStream, ForgetAnswers, InsertBlock, InsertFit, InsertIteration,
-        InsertJob, InsertRecord, InsertRuns, InsertStream, Outcome, PatchJob, Probe, Queue, Rule, Run, StoreError,
-        queue,
+        Choose, Decide, DeleteJob, DeleteStream, FinishStream, ForgetAnswers, InsertBlock, InsertFit, InsertIteration,
+        InsertJob, InsertRecord, InsertRuns, InsertStream, Outcome, PatchJob, Probe, Queue, Run, StoreError, queue,
     },
     telemetry,
 };
@@ -163,8 +162,14 @@ impl Repository for Store {
         self.write(Choose { job, number, choice, precondition })
     }
 
-    fn rule(&self, job: Uuid, number: u32, ruling: Ruling, precondition: Precondition) -> RepositoryFuture<'_, Stored> {
-        self.write(Rule { job, number, ruling, precondition })
+    fn decide(
+        &self,
+        job: Uuid,
+        number: u32,
+        decision: DecisionEvent,
+        precondition: Precondition,
+    ) -> RepositoryFuture<'_, Stored> {
+        self.write(Decide { job, number, decision, precondition })
     }
 
     fn insert_record(

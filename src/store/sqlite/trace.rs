@@ -10,14 +10,14 @@ use super::{
     records,
 };
 use crate::{
-    jobs::{Cursor, Earlier, MAX_LISTED, PageRequest, Ruling, Trace, TracedIteration},
-    store::shared::{Outcome, RulingRow, TracedIterationRow},
+    jobs::{Cursor, DecisionEvent, Earlier, MAX_LISTED, PageRequest, Trace, TracedIteration},
+    store::shared::{DecisionRow, Outcome, TracedIterationRow},
 };
 
 /// Text of coefficients on a page of the trace, beyond the first iteration.
 const MOST_TEXT: usize = 4 << 20;
 
-/// Iterations by number, each with four ordered lists: its fits, choices, rulings and records as
+/// Iterations by number, each with four ordered lists: its fits, choices, decisions and records as
 /// they were made.
 pub async fn trace(db: &SqlitePool, id: Uuid, page: PageRequest) -> Outcome<Trace> {
     let mut db = db.begin().await?;
@@ -55,16 +55,20 @@ async fn iteration(
 ) -> Outcome<TracedIteration> {
     let (fits, earlier_fits) = fits::last_with_coefficients(db, seq, text).await?;
     let (choices, earlier_choices) = fits::last_choices(db, seq).await?;
-    let (rulings, earlier_rulings) = last_rulings(db, seq).await?;
+    let (decisions, earlier_decisions) = last_decisions(db, seq).await?;
     let (records, earlier_records) = records::last(db, seq).await?;
-    let earlier =
-        Earlier { fits: earlier_fits, choices: earlier_choices, rulings: earlier_rulings, records: earlier_records };
-    Ok(TracedIteration { fits, choices, rulings, records, earlier, ..row.into() })
+    let earlier = Earlier {
+        fits: earlier_fits,
+        choices: earlier_choices,
+        decisions: earlier_decisions,
+        records: earlier_records,
+    };
+    Ok(TracedIteration { fits, choices, decisions, records, earlier, ..row.into() })
 }
 
-/// The last rulings on an iteration, and how many stand before them.
-async fn last_rulings(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<Ruling>, u64)> {
-    let rows: Vec<Counted<RulingRow>> = sqlx::query_as(
+/// The last decisions on an iteration, and how many stand before them.
+async fn last_decisions(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<DecisionEvent>, u64)> {
+    let rows: Vec<Counted<DecisionRow>> = sqlx::query_as(
         "SELECT decision, reason, created_at, (SELECT count(*) FROM decisions WHERE iteration = ?1) AS total
          FROM decisions WHERE iteration = ?1 ORDER BY position DESC LIMIT ?2",
     )

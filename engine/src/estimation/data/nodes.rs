@@ -221,7 +221,7 @@ impl Nodes {
             }
             check_finite(&mut faults, name, axis);
             for (i, pair) in axis.windows(2).enumerate() {
-                if pair[1] <= pair[0] {
+                if pair[1] <= pair[0] && pair[0].is_finite() {
                     let reason = Common::NotAscending { value: pair[1], before: pair[0] };
                     faults.push(Field::Entry(name, i + 1), reason);
                 }

@@ -71,33 +71,9 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     context.warn_of_missing(Regularized::Tikhonov, true, warnings);
     let SelectedPenalty { selection, figures } = oblique_choice::decide(context, &oblique, asked.parameter, warnings)?;
     let chosen = selection.answer.map(|lambda| lambda.value);
-    let lambda = chosen.unwrap_or(0.0);
-    let regularized = chosen.is_some();
-
-    // without a λ the answer is least squares, of minimum norm where it is not the only one
-    let removed = |i: usize| if regularized { oblique.removed(i, lambda) } else { 0.0 };
-    let kept = |i: usize| if regularized { oblique.factor(i, lambda) } else { 1.0 };
+    let removed = |i: usize| chosen.map_or(0.0, |lambda| oblique.removed(i, lambda));
     let size = oblique.delta.len();
-    let untouched: Vec<Filtered> =
-        spectrum.lambda.iter().map(|&eigenvalue| Filtered { factor: 1.0, removed: 0.0, eigenvalue }).collect();
-    let mut estimate = Estimate::new(columns, spectrum, &untouched, least_squares);
-    let mut working = least_squares.working.clone();
-    if regularized {
-        working = vec![Dd::ZERO; n];
-        for i in 0..n {
-            let share = if i < size { a[i].mul_f64(kept(i)) } else { a[i] };
-            working.iter_mut().zip(pair.z.column(i).iter()).for_each(|(to, &z)| *to += share * z);
-        }
-        let mut caller = working.clone();
-        triangular::solve_upper(&factor.change, &mut caller);
-        estimate.coefficients = caller.iter().map(|x| x.to_f64()).collect();
-        let along = directions(columns, &oblique.z, n);
-        for (j, spread) in estimate.spread.iter_mut().enumerate() {
-            let own = columns.constant.as_ref().filter(|c| c.index == j).map_or(0.0, |c| 1.0 / c.length_squared);
-            *spread = (own + (oblique.silent..size).map(|i| (kept(i) * along[(j, i)]).powi(2)).sum::<f64>()).sqrt();
-        }
-        estimate.directions = along;
-    }
+    let (estimate, working) = estimated(context, &pair, &oblique, &a, chosen);
     let residuals = linear.of_working(&working, spec.include.residuals);
     let map = match chosen {
         Some(lambda) => LinearMap::Oblique {
@@ -140,6 +116,33 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
         map,
         estimate,
     })
+}
+
+/// The estimate and its coefficients in the working basis. Without a λ it is least squares, of
+/// minimum norm where that is not the only one.
+fn estimated(context: &Context, pair: &Pair, oblique: &Oblique, a: &[Dd], lambda: Option<f64>) -> (Estimate, Vec<Dd>) {
+    let Context { linear, columns, spectrum, least_squares, .. } = *context;
+    let (factor, n, size) = (linear.factor, linear.factor.size(), oblique.delta.len());
+    let untouched: Vec<Filtered> =
+        spectrum.lambda.iter().map(|&eigenvalue| Filtered { factor: 1.0, removed: 0.0, eigenvalue }).collect();
+    let mut estimate = Estimate::new(columns, spectrum, &untouched, least_squares);
+    let Some(lambda) = lambda else { return (estimate, least_squares.working.clone()) };
+    let mut working = vec![Dd::ZERO; n];
+    for i in 0..n {
+        let share = if i < size { a[i].mul_f64(oblique.factor(i, lambda)) } else { a[i] };
+        working.iter_mut().zip(pair.z.column(i).iter()).for_each(|(to, &z)| *to += share * z);
+    }
+    let mut caller = working.clone();
+    triangular::solve_upper(&factor.change, &mut caller);
+    estimate.coefficients = caller.iter().map(|x| x.to_f64()).collect();
+    let along = directions(columns, &oblique.z, n);
+    for (j, spread) in estimate.spread.iter_mut().enumerate() {
+        let own = columns.constant.as_ref().filter(|c| c.index == j).map_or(0.0, |c| 1.0 / c.length_squared);
+        let each = (oblique.silent..size).map(|i| (oblique.factor(i, lambda) * along[(j, i)]).powi(2));
+        *spread = (own + each.sum::<f64>()).sqrt();
+    }
+    estimate.directions = along;
+    (estimate, working)
 }
 
 /// The directions in the scaled columns, without the unpenalised constant.

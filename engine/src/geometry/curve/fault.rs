@@ -1,7 +1,7 @@
 //! Why a curve is refused, and where in the input the reason stands.
 
 use crate::{
-    fault::words::Shown,
+    fault::words::{Shown, are},
     geometry::{KnotFault, space::ControlFault},
 };
 
@@ -35,7 +35,7 @@ pub enum Part {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CurveFault {
     /// Fewer entries than the method needs.
-    #[error("{given} are too few: at least {least} are needed")]
+    #[error("{given} {} too few: at least {least} {} needed", are(*.given), are(*.least))]
     TooFew {
         /// The list that the fault is in.
         part: Part,
@@ -45,7 +45,7 @@ pub enum CurveFault {
         least: usize,
     },
     /// More entries than the method can take.
-    #[error("{given} are too many: at most {most} are possible")]
+    #[error("{given} {} too many: at most {most} {} possible", are(*.given), are(*.most))]
     TooMany {
         /// The list that the fault is in.
         part: Part,
@@ -55,7 +55,7 @@ pub enum CurveFault {
         most: usize,
     },
     /// A list whose length does not fit the others.
-    #[error("{given} are given where {wanted} are needed")]
+    #[error("{given} {} given where {wanted} {} needed", are(*.given), are(*.wanted))]
     Count {
         /// The list that the fault is in.
         part: Part,

@@ -15,6 +15,10 @@ use flankfit_engine::{
     fault::words::{Counted, Shown, counted},
 };
 
+/// The estimators that there are.
+const ESTIMATORS: &str = "least_squares, m_estimator, least_absolute_deviations, lp, quantile, least_trimmed_squares, \
+    rank, l_estimator and maximum_likelihood are";
+
 const AT: &str = "/estimator";
 /// k₂ of proposal 2.
 const K2: std::ops::RangeInclusive<f64> = 0.01..=100.0;
@@ -22,7 +26,7 @@ const K2: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 /// Reads the estimator; faults say where.
 pub fn read_estimator(slice: &[u8], faults: &mut Faults) -> Option<Estimator> {
     let before = faults.count();
-    let estimator = match read_tag(slice, AT, faults)?.as_str() {
+    let estimator = match read_tag(slice, AT, ESTIMATORS, faults)?.as_str() {
         "least_squares" => {
             let _checked: LeastSquaresEstimator = read_value(slice, AT, faults)?;
             Estimator::LeastSquares
@@ -67,13 +71,7 @@ pub fn read_estimator(slice: &[u8], faults: &mut Faults) -> Option<Estimator> {
         "l_estimator" => Estimator::L(l_estimator(&read_value(slice, AT, faults)?, faults)?),
         "maximum_likelihood" => Estimator::Likelihood(likelihood(&read_value(slice, AT, faults)?, faults)?),
         other => {
-            unknown_type(
-                AT,
-                other,
-                "least_squares, m_estimator, least_absolute_deviations, lp, quantile, least_trimmed_squares, rank, \
-                 l_estimator and maximum_likelihood are",
-                faults,
-            );
+            unknown_type(AT, other, ESTIMATORS, faults);
             return None;
         }
     };
@@ -188,7 +186,7 @@ fn scale_rule(scale: &ScaleBody, faults: &mut Faults) -> Option<ScaleRule> {
             Some(ScaleRule::Fixed(value))
         }
         (ScaleRuleName::Fixed, None) => {
-            faults.push(pointer, "missing; the rule `fixed` needs it");
+            faults.push_missing(pointer, "missing; the rule `fixed` needs it");
             None
         }
     }

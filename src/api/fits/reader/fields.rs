@@ -30,8 +30,8 @@ request! {
         /// estimated.
         #[schema(exclusive_minimum = 0)]
         optional coefficient_norm_limit: f64,
-        /// Standard deviation of a height of weight 1, in the unit of the heights; by default estimated
-        /// from the residuals.
+        /// Standard deviation of a height of weight 1, in the unit of the heights; by default
+        /// estimated from the residuals.
         #[schema(exclusive_minimum = 0)]
         optional noise_sigma: f64,
         optional node_uncertainty: NodeUncertaintyBody,

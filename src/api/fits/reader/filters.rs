@@ -17,6 +17,9 @@ use flankfit_engine::{
     fault::words::Shown,
 };
 
+/// The filters that there are.
+const FILTERS: &str = "hampel, gaussian and spline are";
+
 /// The filters, when none of them has a fault.
 pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Vec<Filter>> {
     let parts: Vec<Slice> = read_value(slice, "/filters", faults)?;
@@ -31,7 +34,7 @@ pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Vec<Filter>> {
 
 fn read_one(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Filter> {
     let axis = |name: Option<FilterAxisName>| name.map(FilterAxis::from);
-    match read_tag(slice, at, faults)?.as_str() {
+    match read_tag(slice, at, FILTERS, faults)?.as_str() {
         "hampel" => {
             let body: HampelFilter = read_value(slice, at, faults)?;
             let window = body.window.unwrap_or(DEFAULT_WINDOW);
@@ -72,7 +75,7 @@ fn read_one(slice: &[u8], at: &str, faults: &mut Faults) -> Option<Filter> {
             Some(Filter::Spline(Spline { axis: axis(body.axis), cutoff: body.cutoff }))
         }
         other => {
-            unknown_type(at, other, "hampel, gaussian and spline are", faults);
+            unknown_type(at, other, FILTERS, faults);
             None
         }
     }

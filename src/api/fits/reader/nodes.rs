@@ -55,7 +55,7 @@ impl<'a> RawNodes<'a> {
     /// The node set of a request that must have one.
     pub fn required(raw: Option<Self>, faults: &mut Faults) -> Option<Nodes> {
         let Some(raw) = raw else {
-            faults.push("/nodes", "missing");
+            faults.push_missing("/nodes", "missing");
             return None;
         };
         raw.check().map_err(|found| faults.append(found)).ok()
@@ -90,7 +90,7 @@ impl<'a> RawNodes<'a> {
         let mut faults = std::mem::take(&mut self.faults);
         let Some(kind) = self.kind else {
             if faults.is_empty() {
-                faults.push("/nodes/type", "missing; it is curve, scattered, grid or matrix");
+                faults.push_missing("/nodes/type", "missing; it is curve, scattered, grid or matrix");
             }
             return Err(faults);
         };
@@ -181,8 +181,8 @@ impl<'a> RawNodes<'a> {
     }
 }
 
-/// Builds the nodes. The faults of reading come first; where one is known already, the check's word
-/// on the placeholder that stands there is dropped.
+/// Builds the nodes. The faults of reading come first; what the check says of the NaN that stands
+/// where a value was refused is dropped.
 fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, NodeFaults>) -> Result<Nodes, Faults> {
     if faults.count() >= Faults::MOST {
         return Err(faults);
@@ -206,7 +206,7 @@ fn finish(mut faults: Faults, build: impl FnOnce() -> Result<Nodes, NodeFaults>)
 
 fn required(numbers: Option<Numbers>, key: &str, faults: &mut Faults) -> Option<Numbers> {
     if numbers.is_none() {
-        faults.push(format!("/nodes/{key}"), "missing");
+        faults.push_missing(format!("/nodes/{key}"), "missing");
     }
     numbers
 }

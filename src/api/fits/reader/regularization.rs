@@ -11,10 +11,13 @@ use crate::api::{
 };
 use flankfit_engine::{estimation::spec, fault::words::Shown};
 
+/// The regularisations that there are.
+const REGULARIZATIONS: &str = "none, spectral, ridge, tikhonov, truncated_svd, james_stein and attraction are";
+
 /// The regularisation, with the contract's defaults and ranges.
 pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Regularization> {
     const AT: &str = "/regularization";
-    match read_tag(slice, AT, faults)?.as_str() {
+    match read_tag(slice, AT, REGULARIZATIONS, faults)?.as_str() {
         "none" => read_value::<NoRegularization>(slice, AT, faults).map(|_| spec::Regularization::None),
         "spectral" => {
             let body: SpectralRegularization = read_value(slice, AT, faults)?;
@@ -75,12 +78,7 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
             }))
         }
         other => {
-            unknown_type(
-                AT,
-                other,
-                "none, spectral, ridge, tikhonov, truncated_svd, james_stein and attraction are",
-                faults,
-            );
+            unknown_type(AT, other, REGULARIZATIONS, faults);
             None
         }
     }
@@ -118,7 +116,7 @@ pub fn parameter(
     let Some(body) = body else { return Some(spec::Parameter::Criterion(spec::Criterion::MinMse)) };
     let Some(criterion) = body.criterion.criterion() else {
         let Some(value) = body.value else {
-            faults.push(format!("{pointer}/value"), "missing; the criterion `fixed` needs it");
+            faults.push_missing(format!("{pointer}/value"), "missing; the criterion `fixed` needs it");
             return None;
         };
         if value <= 0.0 {

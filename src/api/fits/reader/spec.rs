@@ -20,6 +20,9 @@ use flankfit_engine::{
     fault::words::{Shown, counted},
 };
 
+/// The models that there are.
+const MODELS: &str = "polynomial, b_spline and linear are";
+
 /// The spec, when none of its members has a fault.
 pub fn read(members: &FitSpecMembers<'_>, faults: &mut Faults) -> Option<FitSpec> {
     let model = members.model.required_with(faults, |slice, _, faults| read_model(slice, faults));
@@ -66,7 +69,7 @@ pub fn without_model(members: &FitSpecMembers<'_>, model: spec::Model, faults: &
 }
 
 fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
-    match read_tag(slice, "/model", faults)?.as_str() {
+    match read_tag(slice, "/model", MODELS, faults)?.as_str() {
         "polynomial" => {
             let model: PolynomialModel = read_value(slice, "/model", faults)?;
             Some(spec::Model::Polynomial {
@@ -109,7 +112,7 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
         }
         "linear" => read_value::<LinearModel>(slice, "/model", faults).map(|_| spec::Model::Linear),
         other => {
-            unknown_type("/model", other, "polynomial, b_spline and linear are", faults);
+            unknown_type("/model", other, MODELS, faults);
             None
         }
     }

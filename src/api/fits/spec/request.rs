@@ -82,8 +82,8 @@ request! {
         /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns; by default estimated.
         #[schema(exclusive_minimum = 0)]
         optional coefficient_norm_limit: f64,
-        /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated from
-        /// the residuals.
+        /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated
+        /// from the residuals.
         #[schema(exclusive_minimum = 0)]
         optional noise_sigma: f64,
         optional node_uncertainty: NodeUncertaintyBody,

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 use super::{
     include::{CorrectionInclude, CorrectionIncludeName},
     iteration_nodes::{self, Flank},
-    sensitivity::{self, SensitivityBody},
+    sensitivity::{self, Corrected, SensitivityBody},
 };
 use crate::{
     api::{
@@ -37,22 +37,23 @@ use flankfit_engine::{
 };
 
 request! {
-    /// A correction of machine settings, by the deviations (µm) that the nodes of an iteration hold.
+    /// A correction of machine settings, by the deviations (µm) that the nodes of an iteration
+    /// hold.
     #[schema(as = CorrectionRequest)]
     pub struct CorrectionRequestBody as CorrectionMembers {
         required sensitivity: SensitivityBody,
         /// By the names of the settings; a setting that is not named may go anywhere.
         optional limits: BTreeMap<String, LimitsBody>,
-        /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that were
-        /// laid into the nominal one have no such datum: then what all nodes have in common is left
-        /// aside, and settings that change all nodes nearly alike come back `undetermined`. Default
-        /// true with `matrix`, false with `machine` and wherever traces have a zero each.
+        /// Whether the mean of the deviations is measured, as thickness is. Traces and flanks that
+        /// were laid into the nominal one have no such datum: then what all nodes have in common is
+        /// left aside, and settings that change all nodes nearly alike come back `undetermined`.
+        /// Default true with `matrix`, false with `machine` and wherever traces have a zero each.
         optional absolute: bool,
-        /// For each node the number of the trace that it belongs to, where profiles and helices were
-        /// measured that have a zero each: what the nodes of a trace have in common is left aside then,
-        /// and a setting that changes the nodes of every trace nearly alike comes back `undetermined`.
-        /// By default what `trace_lengths` of the iteration's heights say, as after an import. Without
-        /// `absolute`.
+        /// For each node the number of the trace that it belongs to, where profiles and helices
+        /// were measured that have a zero each: what the nodes of a trace have in common is left
+        /// aside then, and a setting that changes the nodes of every trace nearly alike comes back
+        /// `undetermined`. By default what `trace_lengths` of the iteration's heights say, as after
+        /// an import. Without `absolute`.
         optional trace: Vec<u32>,
         /// For each node. By default the weights of the iteration.
         optional weight: Vec<f64>,
@@ -61,18 +62,20 @@ request! {
         /// Standard deviation of a measured deviation. By default from the residuals.
         #[schema(exclusive_minimum = 0)]
         optional noise_sigma_um: f64,
-        /// Standard uncertainty of an entry of the sensitivity matrix, relative to it. Default 0.02.
+        /// Standard uncertainty of an entry of the sensitivity matrix, relative to it. Default
+        /// 0.02.
         #[schema(minimum = 0, maximum = 1)]
         optional response_uncertainty: f64,
         /// How errors of the sensitivity matrix hang together. Default `independent`.
         optional response_errors: ResponseErrorsName,
-        /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak for,
-        /// so that repeated corrections converge.
+        /// By default spectral with the λ* that `noise_sigma_um` and `response_uncertainty` speak
+        /// for, so that repeated corrections converge.
         optional regularization: RegularizationBody,
         optional scaling: ScalingName,
-        /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By default
-        /// the norm that `limits` allow where every setting has both, else what the deviations speak
-        /// for (√n τ, see `result.bias`); with `regularization` that of the least-squares estimate.
+        /// Limit of the settings' norm that bias bounds hold for, in columns of unit length. By
+        /// default the norm that `limits` allow where every setting has both, else what the
+        /// deviations speak for (√n τ, see `result.bias`); with `regularization` that of the
+        /// least-squares estimate.
         #[schema(exclusive_minimum = 0)]
         optional coefficient_norm_limit: f64,
         /// What is answered only when asked for.
@@ -165,7 +168,8 @@ pub fn read(
     let factor = factor.map_err(|why| faults.push("/sensitivity", why)).unwrap_or(1.0);
     let errors = members.response_errors.read(&mut faults);
     let sensitivity = members.sensitivity.required_text(&mut faults).and_then(|slice| {
-        sensitivity::read(slice, nodes, measurand, &axes, gear, &mut faults).or_else(|| none(&mut faults))
+        let iteration = Corrected { nodes, measurand, axes: &axes, gear };
+        sensitivity::read(slice, iteration, &mut faults).or_else(|| none(&mut faults))
     });
     let (Some(fit), Some(mut sensitivity)) = (fit, sensitivity) else { return Ok(Err(faults)) };
     for (name, limits) in limits.iter().flatten() {

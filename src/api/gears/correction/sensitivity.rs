@@ -37,18 +37,19 @@ request! {
         /// µm per unit: a row for each node in the order posted (of a grid row by row, missing ones
         /// too), an entry for each setting.
         optional matrix: Vec<Vec<f64>>,
-        /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a gear.
+        /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a
+        /// gear.
         optional machine: MachineName,
-        /// With `machine`: the flank that was measured. By default that of the iteration, and `left`
-        /// (warning `flank_assumed`) where it tells none.
+        /// With `machine`: the flank that was measured. By default that of the iteration, and
+        /// `left` (warning `flank_assumed`) where it tells none.
         optional flank: SideName,
         /// With `machine`: what u of the nodes is. By default what the iteration's axes say, else
         /// `roll_length`.
         optional profile_axis: ProfileAxisName,
         /// With `machine`: what crownings refer to. By default what the nodes span.
         optional profile_diameter_range_mm: [f64; 2],
-        /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By default
-        /// that of the nodes.
+        /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By
+        /// default that of the nodes.
         optional helix_range_mm: [f64; 2],
     }
 }
@@ -98,15 +99,19 @@ pub struct Sensitivity {
     pub flank_assumed: bool,
 }
 
-/// Reads the sensitivity for the nodes of an iteration, which are of `measurand` and have `axes`.
-pub fn read(
-    slice: &[u8],
-    nodes: &Nodes,
-    measurand: &Measurand,
-    axes: &AxesBody,
-    gear: Option<&Gear>,
-    faults: &mut Faults,
-) -> Option<Sensitivity> {
+/// The iteration whose nodes are corrected.
+#[derive(Clone, Copy)]
+pub struct Corrected<'a> {
+    pub nodes: &'a Nodes,
+    /// What they are of.
+    pub measurand: &'a Measurand,
+    pub axes: &'a AxesBody,
+    /// Of the job.
+    pub gear: Option<&'a Gear>,
+}
+
+/// Reads the sensitivity for the nodes of an iteration.
+pub fn read(slice: &[u8], iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
     const AT: &str = "/sensitivity";
     let members: SensitivityMembers<'_> = of_object(slice, AT, faults)?;
     let of_machine_only = [
@@ -129,7 +134,7 @@ pub fn read(
         return None;
     }
     match members.machine.is_given() {
-        true => of_machine(&members, nodes, measurand, axes, gear, faults),
+        true => of_machine(&members, iteration, faults),
         false => of_matrix(&members, faults),
     }
 }
@@ -161,14 +166,8 @@ fn of_matrix(members: &SensitivityMembers<'_>, faults: &mut Faults) -> Option<Se
     })
 }
 
-fn of_machine(
-    members: &SensitivityMembers<'_>,
-    nodes: &Nodes,
-    measurand: &Measurand,
-    axes: &AxesBody,
-    gear: Option<&Gear>,
-    faults: &mut Faults,
-) -> Option<Sensitivity> {
+fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
+    let Corrected { nodes, measurand, axes, gear } = iteration;
     let machine: Machine = members.machine.read(faults)?.into();
     let side: Option<Side> = members.flank.optional(faults)?.map(Into::into);
     let axis = members.profile_axis.optional(faults)?;

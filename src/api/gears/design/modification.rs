@@ -171,8 +171,10 @@ pub fn read(
             .map_err(|more| faults.append(Faults::at("/modification_range", &more)))
             .ok(),
         None => Range::whole(gear).or_else(|| {
-            faults
-                .push("/modification_range", "missing: the gear has no face width, or no involute is left to refer to");
+            faults.push_missing(
+                "/modification_range",
+                "missing: the gear has no face width, or no involute is left to refer to",
+            );
             None
         }),
     };

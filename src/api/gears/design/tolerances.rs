@@ -1,6 +1,11 @@
 //! Tolerances of ISO 1328-1:2013.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
+
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{self, Visitor},
+};
 use utoipa::ToSchema;
 
 use crate::api::{
@@ -18,8 +23,33 @@ use flankfit_engine::gear::tolerance::{COARSEST, Characteristic, FINEST, OutOfSc
 pub struct TolerancesRequestBody {
     pub gear: GearBody,
     /// Finer classes are smaller.
-    #[schema(minimum = 1, maximum = 11)]
-    pub class: u8,
+    #[schema(value_type = u8, minimum = 1, maximum = 11)]
+    pub class: ClassNumber,
+}
+
+/// A class of the standard, if it is within the range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct ClassNumber(u64);
+
+impl<'de> Deserialize<'de> for ClassNumber {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct AnyClass;
+
+        impl Visitor<'_> for AnyClass {
+            type Value = ClassNumber;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a whole number from {FINEST} to {COARSEST}")
+            }
+
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<ClassNumber, E> {
+                Ok(ClassNumber(number))
+            }
+        }
+
+        deserializer.deserialize_u64(AnyClass)
+    }
 }
 
 /// Tolerances of a class.
@@ -65,12 +95,13 @@ pub struct ToleranceValuesBody {
 /// Answers a request. Outside the scope of the standard there are no tolerances: every quantity
 /// beyond it is a fault.
 pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
-    let body: TolerancesRequestBody = read_json(text)?;
+    let TolerancesRequestBody { gear, class: ClassNumber(class) } = read_json(text)?;
     let mut faults = Faults::default();
-    if !(FINEST..=COARSEST).contains(&body.class) {
-        faults.push("/class", format!("{} is not one of {FINEST} to {COARSEST}", body.class));
+    let known = u8::try_from(class).ok().filter(|class| (FINEST..=COARSEST).contains(class));
+    if known.is_none() {
+        faults.push("/class", format!("{class} is not one of {FINEST} to {COARSEST}"));
     }
-    let gear = body.gear.checked("/gear").map_err(|more| faults.append(more)).ok();
+    let gear = gear.checked("/gear").map_err(|more| faults.append(more)).ok();
     let tolerances = gear.and_then(|gear| {
         let outside = |out: OutOfScope| {
             let why = out_of_scope(&out);
@@ -79,10 +110,10 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         Tolerances::new(&gear).map_err(outside).ok()
     });
     let tolerances = faults.into_result(tolerances).map_err(Problem::invalid)?;
-    let values = tolerances.and_then(|tolerances| {
-        let unrounded = values(|characteristic| tolerances.unrounded(characteristic, body.class))?;
-        let rounded = values(|characteristic| tolerances.rounded(characteristic, body.class))?;
-        Some(TolerancesBody { class: body.class, unrounded, rounded })
+    let values = tolerances.zip(known).and_then(|(tolerances, class)| {
+        let unrounded = values(|characteristic| tolerances.unrounded(characteristic, class))?;
+        let rounded = values(|characteristic| tolerances.rounded(characteristic, class))?;
+        Some(TolerancesBody { class, unrounded, rounded })
     });
     let values = values.ok_or_else(|| Problem::internal("tolerances without a value"))?;
     writer::whole(&values).map_err(Problem::not_finite)
@@ -110,4 +141,26 @@ fn values(of: impl Fn(Characteristic) -> Option<f64>) -> Option<ToleranceValuesB
         helix_form_um: of(Characteristic::HelixForm),
         helix_total_um: of(Characteristic::HelixTotal),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_are_those_of_the_standard() {
+        let gear = r#""gear":{"teeth":20,"normal_module_mm":2}"#;
+        assert!(answer(format!(r#"{{{gear},"class":11}}"#).as_bytes()).is_ok());
+        let refusal = |class: &str| {
+            let problem = answer(format!(r#"{{{gear},"class":{class}}}"#).as_bytes()).unwrap_err();
+            assert_eq!(problem.errors[0].pointer, "/class");
+            problem.errors[0].detail.clone()
+        };
+        for class in ["0", "12", "256"] {
+            assert_eq!(refusal(class), format!("{class} is not one of 1 to 11"));
+        }
+        for class in ["-1", "5.5"] {
+            assert_eq!(refusal(class), format!("expected a whole number from 1 to 11, found {class}"));
+        }
+    }
 }

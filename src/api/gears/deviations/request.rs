@@ -46,8 +46,8 @@ request! {
     pub struct DeviationsRequestBody as DeviationsMembers {
         /// May be left out where the points belong to a job that has it.
         optional gear: GearBody,
-        /// `[x, y, z]` of each point, mm; `null` where undefined. The tooth at the top (+y) in z = 0 is
-        /// tooth 1.
+        /// `[x, y, z]` of each point, mm; `null` where undefined. The tooth at the top (+y) in z =
+        /// 0 is tooth 1.
         #[schema(max_items = 2_000_000)]
         optional points: Vec<Option<[f64; 3]>>,
         /// The tooth of each point, counted clockwise from 1 as the viewer sees it. By default the
@@ -55,12 +55,12 @@ request! {
         /// `rotation_modulo_pitch`). With `teeth` and `flanks` it finds any rotation of the full
         /// circle.
         optional teeth: Vec<u32>,
-        /// The flank of each point. By default the nearest, after a registration that of the part laid
-        /// in place.
+        /// The flank of each point. By default the nearest, after a registration that of the part
+        /// laid in place.
         optional flanks: Vec<SideName>,
         optional grid: DeviationGridBody,
-        /// What is taken off the involute on purpose, superposed: deviations refer to the flank that is
-        /// left.
+        /// What is taken off the involute on purpose, superposed: deviations refer to the flank
+        /// that is left.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         required modifications: Vec<ModificationBody>,
         optional modification_range: ModificationRangeBody,
@@ -69,16 +69,16 @@ request! {
         optional probe_radius_mm: f64,
         /// Along what deviations are taken. Default `normal`.
         optional direction: DirectionName,
-        /// How far from its flank a point may lie. By default a quarter of the base pitch, at most 2
-        /// mm.
+        /// How far from its flank a point may lie. By default a quarter of the base pitch, at most
+        /// 2 mm.
         #[schema(exclusive_minimum = 0)]
         optional reach_mm: f64,
         /// What becomes of points that belong to no flank. Default `refuse`.
         optional strays: StraysName,
         optional borders: BordersBody,
-        /// Best fit of the part to the nominal gear before its deviations are answered. `points` may
-        /// lie turned by any angle, and off centre by up to two modules where shifts are free: the
-        /// start is sought.
+        /// Best fit of the part to the nominal gear before its deviations are answered. `points`
+        /// may lie turned by any angle, and off centre by up to two modules where shifts are free:
+        /// the start is sought.
         optional registration: RegistrationRequestBody,
         /// For the registration.
         flatten fit: FitFields,
@@ -90,8 +90,8 @@ request! {
     #[serde(deny_unknown_fields)]
     #[schema(as = DeviationGrid)]
     pub struct DeviationGridBody as DeviationGridMembers {
-        /// Counted clockwise from 1, the tooth at the top. By default that of the iteration that the
-        /// deviations are kept with, else 1.
+        /// Counted clockwise from 1, the tooth at the top. By default that of the iteration that
+        /// the deviations are kept with, else 1.
         optional tooth: u32,
         required flank: SideName,
         /// Ascending; either these …
@@ -217,7 +217,7 @@ fn given(members: &DeviationsMembers<'_>, direction: Direction, faults: &mut Fau
             members.grid.optional_with(faults, DeviationGrid::read).map(Given::Grid)
         }
         (false, false) => {
-            faults.push("/points", "missing; give `points` or `grid`");
+            faults.push_missing("/points", "missing; give `points` or `grid`");
             None
         }
         (true, true) => {
@@ -292,8 +292,8 @@ impl DeviationGrid {
         })
     }
 
-    /// The topography, whose deviations are taken out, once its gear is known; `own` is the tooth of
-    /// the iteration that it is kept with.
+    /// The topography, whose deviations are taken out, once its gear is known; `own` is the tooth
+    /// of the iteration that it is kept with.
     pub fn take_topography(
         &mut self,
         gear: &Gear,

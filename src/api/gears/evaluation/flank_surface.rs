@@ -39,8 +39,8 @@ use flankfit_engine::{
 };
 
 request! {
-    /// Deviations over a flank: on a grid (`deviation_um` is a row for each `profile`), or one for each
-    /// node.
+    /// Deviations over a flank: on a grid (`deviation_um` is a row for each `profile`), or one for
+    /// each node.
     #[schema(as = FlankSurfaceRequest)]
     pub struct FlankSurfaceRequestBody as FlankSurfaceMembers {
         required gear: GearBody,
@@ -62,8 +62,8 @@ request! {
         optional border_percent: BorderPercentBody,
         /// The sign of slopes and twist. Default `din`.
         optional sign: SignName,
-        /// Default `material`, which is what `din` means for a whole flank too; helix slope and twist
-        /// are answered by `sign`.
+        /// Default `material`, which is what `din` means for a whole flank too; helix slope and
+        /// twist are answered by `sign`.
         optional deviation_sign: DeviationSignName,
         /// How is fitted; by default by plain least squares.
         flatten fit: FitFields,
@@ -136,7 +136,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let gear = members.gear.read(&mut faults);
     let gear = gear.and_then(|gear| gear.checked("/gear").map_err(|more| faults.append(more)).ok()).or(own.cloned());
     if gear.is_none() && !members.gear.is_given() {
-        faults.push("/gear", "missing");
+        faults.push_missing("/gear", "missing");
     }
     let side = members.flank.required(&mut faults);
     let profile = members.profile.required(&mut faults);

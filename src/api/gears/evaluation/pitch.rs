@@ -236,7 +236,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
         _ => None,
     };
     if body.left.is_none() && body.right.is_none() && body.readings_um.is_none() {
-        faults.push("/left", "missing; give `left`, `right` or `readings_um`");
+        faults.push_missing("/left", "missing; give `left`, `right` or `readings_um`");
     }
     let answer = PitchEvaluationBody {
         counting: named,

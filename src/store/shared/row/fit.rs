@@ -1,10 +1,10 @@
-//! Fits, choices and rulings of an iteration.
+//! Fits, choices and decisions of an iteration.
 
 use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
-    jobs::{Choice, Decision, Event, Figures, FitRecord, FitSummary, Ruling, TracedFit},
+    jobs::{Choice, Decision, DecisionEvent, Event, Figures, FitRecord, FitSummary, TracedFit},
     store::shared::columns::{CriterionName, Integer, Moment, SchemeName},
 };
 
@@ -127,14 +127,14 @@ impl From<ChoiceRow> for Choice {
 }
 
 #[derive(FromRow)]
-pub struct RulingRow {
+pub struct DecisionRow {
     decision: Decision,
     #[sqlx(flatten)]
     event: ReasonRow,
 }
 
-impl From<RulingRow> for Ruling {
-    fn from(RulingRow { decision, event }: RulingRow) -> Self {
-        Ruling { decision, event: event.into() }
+impl From<DecisionRow> for DecisionEvent {
+    fn from(DecisionRow { decision, event }: DecisionRow) -> Self {
+        DecisionEvent { decision, event: event.into() }
     }
 }

@@ -4,7 +4,7 @@ use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
-    jobs::{FitSummary, Iteration, Measurand, MeasurementDetails, Ruling, TracedIteration},
+    jobs::{DecisionEvent, FitSummary, Iteration, Measurand, MeasurementDetails, TracedIteration},
     store::shared::columns::{Flank, Integer, Moment},
 };
 
@@ -53,7 +53,7 @@ impl IterationRow {
         self,
         (job_id, number): (Uuid, u32),
         (fits, earlier_fits): (Vec<FitSummary>, u64),
-        ruling: Option<Ruling>,
+        decision: Option<DecisionEvent>,
     ) -> Iteration {
         Iteration {
             id: self.id,
@@ -66,7 +66,7 @@ impl IterationRow {
             version: self.version.0,
             fits,
             earlier_fits,
-            ruling,
+            decision,
         }
     }
 }
@@ -92,7 +92,7 @@ impl From<TracedIterationRow> for TracedIteration {
             created_at: row.created_at.0,
             fits: Vec::new(),
             choices: Vec::new(),
-            rulings: Vec::new(),
+            decisions: Vec::new(),
             records: Vec::new(),
             earlier: Default::default(),
         }

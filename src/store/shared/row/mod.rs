@@ -7,7 +7,7 @@ mod job;
 mod record;
 mod stream;
 
-pub use fit::{ChoiceRow, FitRow, FitSummaryRow, RulingRow, TracedFitRow};
+pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, TracedFitRow};
 pub use iteration::{IterationRow, MeasurandRow, TracedIterationRow};
 pub use job::{AnswerRow, JobRow};
 pub use record::{RecordRow, RecordSummaryRow};

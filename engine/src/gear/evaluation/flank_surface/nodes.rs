@@ -199,7 +199,7 @@ fn check(nodes: &FlankNodes, border: &Border) -> Result<(), SurfaceFaults> {
     let axes = [(nodes.profile, profile), (nodes.z, position)];
     for (axis, field) in axes {
         for (i, pair) in axis.windows(2).enumerate().filter(|_| nodes.grid) {
-            if pair[1] <= pair[0] {
+            if pair[1] <= pair[0] && pair[0].is_finite() {
                 faults.push(field(i + 1), Common::NotAscending { value: pair[1], before: pair[0] });
             }
         }

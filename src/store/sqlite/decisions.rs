@@ -7,13 +7,13 @@ use super::{
     time,
 };
 use crate::{
-    jobs::{Decision, Ruling, Stored},
-    store::shared::{Outcome, Rule, RulingRow, Run},
+    jobs::{Decision, DecisionEvent, Stored},
+    store::shared::{Decide, DecisionRow, Outcome, Run},
 };
 
-/// The latest ruling on an iteration.
-pub async fn latest(db: &mut SqliteConnection, iteration: i64) -> Outcome<Option<Ruling>> {
-    let row: Option<RulingRow> = sqlx::query_as(
+/// The latest decision on an iteration.
+pub async fn latest(db: &mut SqliteConnection, iteration: i64) -> Outcome<Option<DecisionEvent>> {
+    let row: Option<DecisionRow> = sqlx::query_as(
         "SELECT decision, reason, created_at FROM decisions WHERE iteration = ? ORDER BY position DESC LIMIT 1",
     )
     .bind(iteration)
@@ -23,33 +23,34 @@ pub async fn latest(db: &mut SqliteConnection, iteration: i64) -> Outcome<Option
 }
 
 #[derive(FromRow)]
-struct LatestRuling {
+struct LatestDecision {
     position: i64,
     decision: Decision,
     reason: Option<String>,
 }
 
-impl Run<SqliteConnection> for Rule {
+impl Run<SqliteConnection> for Decide {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let Rule { job, number, ruling, precondition } = self;
+        let Decide { job, number, decision, precondition } = self;
         let IterationVersion { seq, version } = locate::iteration(db, *job, *number).await?;
         precondition.check(version)?;
-        let latest: Option<LatestRuling> = sqlx::query_as(
+        let latest: Option<LatestDecision> = sqlx::query_as(
             "SELECT position, decision, reason FROM decisions WHERE iteration = ? ORDER BY position DESC LIMIT 1",
         )
         .bind(seq)
         .fetch_optional(&mut *db)
         .await?;
-        let same = |latest: &LatestRuling| (latest.decision, &latest.reason) == (ruling.decision, &ruling.event.reason);
+        let same =
+            |latest: &LatestDecision| (latest.decision, &latest.reason) == (decision.decision, &decision.event.reason);
         if latest.as_ref().is_some_and(same) {
             return Ok(Stored { number: *number, version });
         }
         sqlx::query("INSERT INTO decisions (iteration, position, decision, reason, created_at) VALUES (?, ?, ?, ?, ?)")
             .bind(seq)
             .bind(latest.map_or(0, |latest| latest.position) + 1)
-            .bind(ruling.decision.name())
-            .bind(ruling.event.reason.as_deref())
-            .bind(time::to_text(ruling.event.created_at))
+            .bind(decision.decision.name())
+            .bind(decision.event.reason.as_deref())
+            .bind(time::to_text(decision.event.created_at))
             .execute(db)
             .await?;
         Ok(Stored { number: *number, version: version + 1 })
